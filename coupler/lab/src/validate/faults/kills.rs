@@ -6,19 +6,12 @@ use nix::sys::signal::Signal;
 
 use super::resumes::{lost_windows, resumes};
 use super::row::{FaultOutcome, FaultResult};
-use super::trial::{FaultTrial, HANGS, RunPhase, send};
-use crate::random::Random;
+use super::trial::{FaultTrial, HANGS, send};
 
 /// Kills a participant. Right: the coordinator ends by itself with code 4 and the name of the participant, no other participant
 /// is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
-pub fn participant(
-    trial: &mut FaultTrial,
-    random: &mut Random,
-    phase: RunPhase,
-    name: &str,
-) -> FaultResult {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn participant(trial: &mut FaultTrial, name: &str) -> FaultResult {
+    trial.begin(&[])?;
     let pid = trial.participant(name)?;
     let start = Instant::now();
     if let Some(pid) = pid {
@@ -28,11 +21,7 @@ pub fn participant(
     trial.deserted(Duration::from_secs(1))?;
     let detection_s = start.elapsed().as_secs_f64();
     if status.code() == Some(0) {
-        trial.is_bit_equal("out")?;
-        return Ok(FaultOutcome {
-            word: "completed",
-            ..FaultOutcome::default()
-        });
+        return trial.completed();
     }
     let said = trial.said();
     if status.code() != Some(4) || !said.contains(&format!("lost participant `{name}`")) {
@@ -46,37 +35,29 @@ pub fn participant(
 }
 
 /// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not begun to write.
-pub fn coordinator(trial: &mut FaultTrial, random: &mut Random, phase: RunPhase) -> FaultResult {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn coordinator(trial: &mut FaultTrial) -> FaultResult {
+    trial.begin(&[])?;
     trial.signal(Signal::SIGKILL);
-    let detection_s = trial.deserted(HANGS)?;
-    let status = trial.end()?;
-    outlived(trial, status.success(), Some(detection_s))
+    outlived(trial)
 }
 
 /// Kills all processes of a run at once. Right: as for the coordinator.
-pub fn everything(trial: &mut FaultTrial, random: &mut Random, phase: RunPhase) -> FaultResult {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn everything(trial: &mut FaultTrial) -> FaultResult {
+    trial.begin(&[])?;
     let participants = trial.participants();
     trial.signal(Signal::SIGKILL);
     for (pid, _) in participants {
         send(pid, Signal::SIGKILL);
     }
-    let detection_s = trial.deserted(HANGS)?;
-    let status = trial.end()?;
-    outlived(trial, status.success(), Some(detection_s))
+    outlived(trial)
 }
 
-/// Judges what a coordinator that is gone has left.
-pub fn outlived(trial: &mut FaultTrial, completed: bool, detection_s: Option<f64>) -> FaultResult {
-    if completed {
-        trial.is_bit_equal("out")?;
-        return Ok(FaultOutcome {
-            word: "completed",
-            ..FaultOutcome::default()
-        });
+/// Waits for the participants to end, ends a coordinator that is stopped, and judges what is left.
+pub fn outlived(trial: &mut FaultTrial) -> FaultResult {
+    let detection_s = Some(trial.deserted(HANGS)?);
+    trial.signal(Signal::SIGKILL);
+    if trial.end()?.success() {
+        return trial.completed();
     }
     if !trial.path("out/scenario.toml").is_file() {
         let code = trial.verb(&["resume", "out", "--out", "again"])?;

@@ -17,6 +17,16 @@ pub struct FaultOutcome {
     pub windows_lost: Option<u64>,
 }
 
+impl FaultOutcome {
+    /// An end at which nothing was to be found and no window was lost.
+    pub fn of(word: &'static str) -> FaultOutcome {
+        FaultOutcome {
+            word,
+            ..FaultOutcome::default()
+        }
+    }
+}
+
 /// An outcome that was not right, or the reason why there is none.
 #[derive(Debug)]
 pub enum Wrong {

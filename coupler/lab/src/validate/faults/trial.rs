@@ -11,7 +11,7 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 use serde_json::Value;
 
-use super::row::Wrong;
+use super::row::{FaultOutcome, FaultResult, Wrong};
 use crate::random::Random;
 use coordinator::error::Error;
 use coordinator::participants::Watch;
@@ -41,7 +41,7 @@ pub const HANGS: Duration = Duration::from_secs(60);
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// The stage of all trials: the program, and its run when nothing disturbs it.
+/// The program, and its run when nothing disturbs it.
 pub struct UndisturbedRun {
     /// The program.
     pub program: PathBuf,
@@ -68,20 +68,21 @@ pub enum RunPhase {
     Finish,
 }
 
-impl RunPhase {
-    /// All of them, one trial after the other.
-    pub const ALL: [RunPhase; 4] = [
-        RunPhase::Windows,
-        RunPhase::Handshake,
-        RunPhase::Checkpoint,
-        RunPhase::Finish,
-    ];
-}
+/// The phases, one trial after the other.
+const PHASES: [RunPhase; 4] = [
+    RunPhase::Windows,
+    RunPhase::Handshake,
+    RunPhase::Checkpoint,
+    RunPhase::Finish,
+];
+
+/// The participants, each for four trials.
+const PARTICIPANTS: [&str; 2] = ["rail", "third-body"];
 
 impl UndisturbedRun {
     /// Runs the scene undisturbed, twice: the first run also fills the caches of the machine.
     pub fn new(program: PathBuf, watch: &Watch) -> Result<UndisturbedRun, Wrong> {
-        let mut stage = UndisturbedRun {
+        let mut undisturbed = UndisturbedRun {
             program,
             watch: watch.clone(),
             hashes: Default::default(),
@@ -90,7 +91,7 @@ impl UndisturbedRun {
         };
         for _ in 0..2 {
             let start = Instant::now();
-            let mut trial = FaultTrial::new(&stage)?;
+            let mut trial = FaultTrial::new(&undisturbed, 0, 0)?;
             trial.start(&[])?;
             trial.until(|trial| trial.log().contains("windows of"))?;
             let handshake = start.elapsed();
@@ -100,16 +101,22 @@ impl UndisturbedRun {
                 return Err(format!("the undisturbed run failed: {}", trial.said()).into());
             }
             drop(trial);
-            (stage.hashes, stage.handshake, stage.whole) = (hashes, handshake, start.elapsed());
+            undisturbed.hashes = hashes;
+            undisturbed.handshake = handshake;
+            undisturbed.whole = start.elapsed();
         }
-        Ok(stage)
+        Ok(undisturbed)
     }
 }
 
 /// One trial. Whatever it started is killed and its folder removed when it is dropped.
 pub struct FaultTrial<'a> {
-    /// The stage.
-    pub stage: &'a UndisturbedRun,
+    /// What comes of the run when nothing disturbs it.
+    pub undisturbed: &'a UndisturbedRun,
+    /// Number of the trial in its row.
+    pub index: u64,
+    /// Its instants and choices.
+    pub random: Random,
     folder: Scratch,
     child: Option<Child>,
     /// Coordinators that were started, by their process.
@@ -118,15 +125,31 @@ pub struct FaultTrial<'a> {
 
 impl FaultTrial<'_> {
     /// An empty folder.
-    pub fn new(stage: &UndisturbedRun) -> Result<FaultTrial<'_>, Error> {
+    pub fn new(
+        undisturbed: &UndisturbedRun,
+        seed: u64,
+        index: u64,
+    ) -> Result<FaultTrial<'_>, Error> {
         let folder = Scratch::new("fault", fresh_run_id());
         fs::create_dir_all(folder.path()).map_err(Error::output(folder.path().display()))?;
         Ok(FaultTrial {
-            stage,
+            undisturbed,
+            index,
+            random: Random::new(seed),
             folder,
             child: None,
             coordinators: Vec::new(),
         })
+    }
+
+    /// The part of the run in which its fault comes.
+    pub fn phase(&self) -> RunPhase {
+        PHASES[(self.index % 4) as usize]
+    }
+
+    /// The participant that its fault befalls.
+    pub fn participant_name(&self) -> &'static str {
+        PARTICIPANTS[(self.index / 4 % 2) as usize]
     }
 
     /// A file or folder of the trial.
@@ -136,7 +159,7 @@ impl FaultTrial<'_> {
 
     /// The scene with more keys, run into the folder `out`.
     pub fn run_command(&self, sets: &[&str]) -> Command {
-        let mut command = Command::new(&self.stage.program);
+        let mut command = Command::new(&self.undisturbed.program);
         command.args(["run", "quick", "--json", "--out"]);
         command.arg(self.path("out"));
         for set in SCENE.iter().chain(sets) {
@@ -148,6 +171,12 @@ impl FaultTrial<'_> {
     /// Starts the scene, its words going to files.
     pub fn start(&mut self, sets: &[&str]) -> Result<(), Error> {
         self.spawn(self.run_command(sets))
+    }
+
+    /// Starts the scene, and waits for the instant of the fault.
+    pub fn begin(&mut self, sets: &[&str]) -> Result<(), Wrong> {
+        self.start(sets)?;
+        self.reach()
     }
 
     /// Starts a command whose words go to files.
@@ -163,7 +192,7 @@ impl FaultTrial<'_> {
     /// Starts a command.
     pub fn spawn_as_it_is(&mut self, mut command: Command) -> Result<(), Error> {
         let child = command.stdin(Stdio::null()).spawn();
-        let child = child.map_err(Error::input(self.stage.program.display()))?;
+        let child = child.map_err(Error::input(self.undisturbed.program.display()))?;
         self.coordinators.push(child.id());
         self.child = Some(child);
         Ok(())
@@ -178,7 +207,7 @@ impl FaultTrial<'_> {
 
     /// Runs a verb to its end and tells its exit code; its words go to files.
     pub fn verb(&mut self, words: &[&str]) -> Result<Option<i32>, Wrong> {
-        let mut command = Command::new(&self.stage.program);
+        let mut command = Command::new(&self.undisturbed.program);
         command.args(words).current_dir(self.folder.path());
         self.spawn(command)?;
         Ok(self.end()?.code())
@@ -200,7 +229,7 @@ impl FaultTrial<'_> {
 
     /// Pauses for a moment; refuses to do so for ever, and after a signal.
     fn look(&self, start: Instant) -> Result<(), Wrong> {
-        if let Some(interrupted) = self.stage.watch.interrupted() {
+        if let Some(interrupted) = self.undisturbed.watch.interrupted() {
             return Err(interrupted.into());
         }
         if start.elapsed() > HANGS {
@@ -224,23 +253,22 @@ impl FaultTrial<'_> {
         child.is_some_and(|child| matches!(child.try_wait(), Ok(None)))
     }
 
-    /// Waits until a random instant of a part of the run, or until the run has ended.
-    pub fn reach(&mut self, phase: RunPhase, random: &mut Random) -> Result<(), Wrong> {
-        let (handshake, whole) = (self.stage.handshake, self.stage.whole);
+    /// Waits until a random instant of the part of the run, or until the run has ended.
+    pub fn reach(&mut self) -> Result<(), Wrong> {
+        let (handshake, whole) = (self.undisturbed.handshake, self.undisturbed.whole);
         let windows = whole.saturating_sub(handshake);
-        let more = match phase {
+        let more = match self.phase() {
             RunPhase::Handshake => handshake,
             RunPhase::Windows => {
                 self.until(|trial| trial.log().contains("windows of"))?;
                 windows
             }
             RunPhase::Checkpoint => {
-                let which = 1 + random.below(10);
+                let which = 1 + self.random.below(10);
                 self.until(|trial| {
                     let found = file::list(&trial.path("out").join(FOLDER));
-                    found
-                        .last()
-                        .is_some_and(|last| last.window >= CADENCE * which)
+                    let last = found.last();
+                    last.is_some_and(|last| last.window >= CADENCE * which)
                 })?;
                 windows / 10
             }
@@ -250,7 +278,7 @@ impl FaultTrial<'_> {
                 windows / 10
             }
         };
-        let (start, instant) = (Instant::now(), more.mul_f64(random.share()));
+        let (start, instant) = (Instant::now(), more.mul_f64(self.random.share()));
         self.until(|_| start.elapsed() >= instant)
     }
 
@@ -329,13 +357,19 @@ impl FaultTrial<'_> {
 
     /// Refuses a run that did not complete with the hashes of the undisturbed one.
     pub fn is_bit_equal(&self, out: &str) -> Result<(), Wrong> {
-        if self.hashes(out) == self.stage.hashes {
+        if self.hashes(out) == self.undisturbed.hashes {
             return Ok(());
         }
         let summary = self.json(&format!("{out}/summary.json"));
         let (status, hashes) = (&summary["status"], &summary["hashes"]);
         let said = self.said();
         Err(format!("{out} is not bit-equal: {status} {hashes} {said}").into())
+    }
+
+    /// The outcome of a run that completed.
+    pub fn completed(&self) -> FaultResult {
+        self.is_bit_equal("out")?;
+        Ok(FaultOutcome::of("completed"))
     }
 
     /// Processes, and files in shared memory and of services, that are left of this trial.
