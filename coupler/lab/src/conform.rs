@@ -23,6 +23,7 @@ pub mod tested;
 use kit::keys::proposal;
 use protocol::Cause;
 
+use crate::quiet::participant_index;
 use coordinator::error::{Code, Error, Refusal};
 use coordinator::scenario::Participant;
 use coordinator::scenario::load::Loaded;
@@ -138,15 +139,8 @@ pub fn conforming(
     name: &str,
     command: Option<&[String]>,
 ) -> Result<Participant, Error> {
-    let participants = &loaded.scenario.participant;
-    let found = participants.iter().find(|one| one.name == name);
-    let mut participant = found.cloned().ok_or_else(|| {
-        let known: Vec<&str> = participants.iter().map(|p| p.name.as_str()).collect();
-        Refusal::NoParticipant {
-            name: name.into(),
-            known: known.join(", "),
-        }
-    })?;
+    let index = participant_index(&loaded.scenario, name)?;
+    let mut participant = loaded.scenario.participant[index].clone();
     if let Some(command) = command {
         participant.command = Some(command.to_vec());
     }

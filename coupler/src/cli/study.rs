@@ -20,7 +20,7 @@ use study::plan::{Plan, Task, runs};
 use study::pool;
 use study::pool::TaskCommand;
 use study::progress::StudyProgress;
-use study::slurm::{Slurm, array_name};
+use study::slurm::{Slurm, SlurmArrays, array_name};
 use study::stored::StoredStudy;
 use study::task::{SILENT, TaskFolder, TaskStage};
 
@@ -241,7 +241,9 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
             let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened, registry)?)?;
             let slurm = Slurm {
                 exec,
-                name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
+                arrays: SlurmArrays {
+                    name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
+                },
                 folder: opened.folder.clone(),
                 throttle: engine.jobs,
                 ask: forecast.ask(threads_of(&opened)),
@@ -305,11 +307,8 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
 fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
     let runs = runs(tasks);
-    let slurm = Slurm::looking(array_name(
-        &opened.plan.file.study.name,
-        &opened.folder,
-        tasks,
-    ));
+    let name = array_name(&opened.plan.file.study.name, &opened.folder, tasks);
+    let slurm = SlurmArrays { name };
     let queue = if opened.folder.join("slurm").exists() {
         slurm.queue(&runs).unwrap_or_default()
     } else {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::file::StudyFile;
-use super::measure::{Measure, ReferenceNumbers};
+use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
 use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
@@ -42,9 +42,7 @@ pub struct StudyRow {
     pub values: Vec<String>,
     /// True for the keys that are varied in it.
     pub varied: Vec<bool>,
-    /// Distance from the reference of its scene by each measure.
-    pub errors: Vec<Option<f64>>,
-    /// The same with the signs that deviations of single numbers have.
+    /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
     pub deviations: Vec<Option<f64>>,
     /// Largest distance of a perturbed reference of its scene by each measure.
     pub floors: Vec<Option<f64>>,
@@ -64,9 +62,14 @@ impl StudyRow {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
+    /// Its distance from the reference by a measure, to be trusted or not.
+    pub fn distance(&self, measure: usize) -> Option<f64> {
+        self.deviations[measure].map(f64::abs)
+    }
+
     /// Its error by a measure, where it is to be trusted.
     pub fn error(&self, measure: usize) -> Option<f64> {
-        self.errors[measure].filter(|_| self.is_trusted())
+        self.distance(measure).filter(|_| self.is_trusted())
     }
 
     /// The largest distance by a measure that is noise.
@@ -91,40 +94,25 @@ impl Results {
     /// A file of a task, or the reference, cannot be read.
     pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
         let file = &plan.file;
-        let given = match &file.reference.run {
-            Some(run) => Some(Finished::read(&plan.beside.join(run))?),
-            None => None,
-        };
+        let given = file.reference.run.as_ref();
+        let given = given.map(|run| Finished::read(&plan.beside.join(run)));
+        let given = given.transpose()?;
         let mut rows = Vec::new();
-        let mut start = 0;
-        while start < tasks.len() {
-            let scene = tasks[start].scene;
-            let end = start
-                + tasks[start..]
-                    .iter()
-                    .take_while(|task| task.scene == scene)
-                    .count();
-            let own = tasks[start..end]
-                .iter()
-                .find(|task| task.role == TaskRole::Reference);
-            let own = own
-                .map(|task| finished(folder, task))
-                .transpose()?
-                .flatten();
+        for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
+            let own = tasks.iter().find(|task| task.role == TaskRole::Reference);
+            let own = own.map_or(Ok(None), |task| finished(folder, task))?;
             // What a run is warned of so much that it is suspect is nothing to hold others against.
             let own = own.filter(|run| run.status() == "completed");
-            let held = match (&file.reference.value, own.as_ref().or(given.as_ref())) {
+            let reference = own.as_ref().or(given.as_ref());
+            let numbers = match (&file.reference.value, reference) {
                 (Some(values), _) => ReferenceNumbers::Values(values),
                 (None, Some(run)) => ReferenceNumbers::Run(run),
                 (None, None) => ReferenceNumbers::Nothing,
             };
-            let mut of_scene = Vec::new();
-            for task in &tasks[start..end] {
-                of_scene.push(row(task, &file.measure, held, folder)?);
-            }
-            relate(&mut of_scene, file, own.as_ref().or(given.as_ref()));
+            let of_scene = tasks.iter().map(|task| row(task, file, numbers, folder));
+            let mut of_scene = of_scene.collect::<Result<Vec<_>, Error>>()?;
+            relate(&mut of_scene, file, reference);
             rows.extend(of_scene);
-            start = end;
         }
         Ok(Results {
             file: file.clone(),
@@ -134,52 +122,58 @@ impl Results {
 
     /// results.csv.
     pub fn csv(&self) -> String {
-        let measures = &self.file.measure;
-        let mut head: Vec<String> = ["index", "id", "status", "exit_code", "attempts"]
-            .map(String::from)
-            .to_vec();
-        head.extend(self.file.vary.iter().map(|vary| vary.key.clone()));
-        head.extend(measures.iter().map(|m| format!("error_{}", m.name)));
-        head.extend(measures.iter().map(|m| format!("floor_{}", m.name)));
-        head.extend(COSTS.map(String::from));
-        head.extend(
-            [
-                "hash_exchange",
-                "hash_state",
-                "message",
-                "role",
-                "wall_rel",
-                "cpu_rel",
-            ]
-            .map(String::from),
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| self.cells(row).into_iter().unzip());
+        let rows: Vec<(Vec<String>, Vec<String>)> = rows.collect();
+        let head = rows.first().map(|(names, _)| line(names));
+        let lines = rows.iter().map(|(_, cells)| line(cells));
+        head.into_iter().chain(lines).collect()
+    }
+
+    /// Names of the columns, and what a row has in them.
+    fn cells(&self, row: &StudyRow) -> Vec<(String, String)> {
+        let number = |number: Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
+        let relative = |name: &str| number(row.cost_rel.get(name).copied());
+        let measures = || self.file.measure.iter().enumerate();
+        let errors = measures().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
+        let floors = measures().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
+        let named = |(name, cell): (&str, String)| (name.to_string(), cell);
+        let first = [
+            ("index", row.index.to_string()),
+            ("id", row.id.clone()),
+            ("status", row.status.clone()),
+            (
+                "exit_code",
+                row.exit_code.map_or(String::new(), |code| code.to_string()),
+            ),
+            ("attempts", row.attempts.to_string()),
+        ];
+        let keys = self.file.vary.iter().map(|vary| vary.key.clone());
+        let costs = COSTS.map(|name| {
+            (
+                name,
+                row.cost.get(name).map_or(String::new(), f64::to_string),
+            )
+        });
+        let last = [
+            ("hash_exchange", row.hashes[0].clone()),
+            ("hash_state", row.hashes[1].clone()),
+            ("message", row.message.clone()),
+            ("role", row.role.word()),
+            ("wall_rel", relative("wall_s")),
+            ("cpu_rel", relative("cpu_s")),
+        ];
+        let mut cells: Vec<(String, String)> = first.map(named).into();
+        cells.extend(keys.zip(row.values.iter().cloned()));
+        cells.extend(
+            errors
+                .chain(floors)
+                .map(|(name, value)| (name, number(value))),
         );
-        let mut lines = vec![line(&head)];
-        for row in &self.rows {
-            let number = |number: &Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
-            let cost = |name: &str| row.cost.get(name).map_or(String::new(), f64::to_string);
-            let relative = |name: &str| number(&row.cost_rel.get(name).copied());
-            let code = row.exit_code.map_or(String::new(), |code| code.to_string());
-            let attempts = row.attempts.to_string();
-            let mut cells = vec![
-                row.index.to_string(),
-                row.id.clone(),
-                row.status.clone(),
-                code,
-                attempts,
-            ];
-            cells.extend(row.values.iter().cloned());
-            cells.extend(row.errors.iter().chain(&row.floors).map(number));
-            cells.extend(COSTS.map(cost));
-            cells.extend(row.hashes.iter().cloned());
-            cells.extend([
-                row.message.clone(),
-                row.role.word(),
-                relative("wall_s"),
-                relative("cpu_s"),
-            ]);
-            lines.push(line(&cells));
-        }
-        lines.concat()
+        cells.extend(costs.into_iter().chain(last).map(named));
+        cells
     }
 
     /// Number of scenes.
@@ -205,9 +199,8 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>)
         Some(errors.into_iter().fold(0.0, f64::max))
     });
     let floors: Vec<Option<f64>> = floors.collect();
-    let unknown = perturbed
-        .clone()
-        .any(|row| row.exit_code.is_some() && !row.is_trusted());
+    let failed = |row: &StudyRow| row.exit_code.is_some() && !row.is_trusted();
+    let unknown = perturbed.clone().any(failed);
     let whole = reference.map(Finished::cost).unwrap_or_default();
     for row in rows {
         row.floors.clone_from(&floors);
@@ -238,10 +231,11 @@ fn finished(folder: &Path, task: &Task) -> Result<Option<Finished>, Error> {
 
 fn row(
     task: &Task,
-    measures: &[Measure],
-    held: ReferenceNumbers,
+    file: &StudyFile,
+    reference: ReferenceNumbers,
     folder: &Path,
 ) -> Result<StudyRow, Error> {
+    let measures = &file.measure;
     let of = TaskFolder::new(folder, &task.id);
     let run = finished(folder, task)?;
     let (status, exit_code, message) = match of.stage()? {
@@ -259,7 +253,6 @@ fn row(
         attempts: of.attempts(),
         values: task.values.clone(),
         varied: task.varied.clone(),
-        errors: vec![None; measures.len()],
         deviations: vec![None; measures.len()],
         floors: vec![None; measures.len()],
         cost: BTreeMap::new(),
@@ -271,11 +264,8 @@ fn row(
         return Ok(row);
     };
     for (place, measure) in measures.iter().enumerate() {
-        match measure.deviation(&run, held) {
-            Ok(deviation) => {
-                row.errors[place] = Some(deviation.abs());
-                row.deviations[place] = Some(deviation);
-            }
+        match measure.deviation(&run, reference) {
+            Ok(deviation) => row.deviations[place] = Some(deviation),
             Err(why) => add(&mut row.message, &format!("error_{}: {why}", measure.name)),
         }
     }

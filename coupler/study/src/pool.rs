@@ -65,8 +65,8 @@ pub fn run(
             let Some(task) = waiting.pop_front() else {
                 break;
             };
-            match progress.folder(task).stage()? {
-                TaskStage::Done(_) => progress.ended(task)?,
+            match progress.stage(task)? {
+                TaskStage::Done(_) => {}
                 TaskStage::Running => elsewhere.push(task),
                 TaskStage::Waiting => running.push((task, exec.start(task)?)),
             }
@@ -77,8 +77,7 @@ pub fn run(
         if look {
             looked = Instant::now();
         }
-        let mut still = Vec::new();
-        for (task, mut child) in running {
+        for (task, mut child) in std::mem::take(&mut running) {
             let ended = child.try_wait().map_err(Error::input("a task's process"))?;
             if ended.is_none() {
                 // One that has stopped, and not ended, would be waited for without end.
@@ -86,32 +85,28 @@ pub fn run(
                     let _ = child.kill();
                     heartbeats.forget(&task.id);
                 }
-                still.push((task, child));
+                running.push((task, child));
                 continue;
             }
-            match progress.folder(task).stage()? {
+            match progress.stage(task)? {
+                TaskStage::Done(_) => {}
                 TaskStage::Running => elsewhere.push(task),
-                TaskStage::Waiting if stopped() => {}
-                TaskStage::Waiting if progress.gives_up(task)? => {}
+                TaskStage::Waiting if stopped() || progress.gives_up(task) => {}
                 TaskStage::Waiting => waiting.push_back(task),
-                TaskStage::Done(_) => progress.ended(task)?,
             }
         }
-        running = still;
         if look {
-            let mut still = Vec::new();
-            for task in elsewhere {
+            for task in std::mem::take(&mut elsewhere) {
                 let silent = heartbeats.is_over(&task.id, progress.folder(task).heartbeat());
-                match progress.folder(task).stage()? {
-                    TaskStage::Done(_) => progress.ended(task)?,
+                match progress.stage(task)? {
+                    TaskStage::Done(_) => {}
                     TaskStage::Waiting => waiting.push_back(task),
                     TaskStage::Running if silent => {
-                        progress.lost(task, "a process holds it and does nothing")
+                        progress.lost(task, "a process holds it and does nothing");
                     }
-                    TaskStage::Running => still.push(task),
+                    TaskStage::Running => elsewhere.push(task),
                 }
             }
-            elsewhere = still;
         }
         if stopped() && !told_to_stop {
             told_to_stop = true;

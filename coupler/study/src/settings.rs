@@ -49,6 +49,12 @@ impl StudySetting<'_> {
         self.rows.iter().map(error).collect()
     }
 
+    /// The middle of a number over its scenes; `None` where one is missing.
+    pub fn middle(&self, of: impl Fn(&StudyRow) -> Option<f64>) -> Option<f64> {
+        let numbers = self.rows.iter().map(|row| of(row));
+        numbers.collect::<Option<Vec<f64>>>().and_then(median)
+    }
+
     /// The middle of the errors by a measure.
     pub fn error(&self, measure: usize) -> Option<f64> {
         self.errors(measure).and_then(median)
@@ -56,14 +62,12 @@ impl StudySetting<'_> {
 
     /// The middle of a cost over that of the reference.
     pub fn cost_rel(&self, name: &str) -> Option<f64> {
-        let costs = self.rows.iter().map(|row| row.cost_rel.get(name).copied());
-        costs.collect::<Option<Vec<f64>>>().and_then(median)
+        self.middle(|row| row.cost_rel.get(name).copied())
     }
 
     /// The middle of a cost.
     pub fn cost(&self, name: &str) -> Option<f64> {
-        let costs = self.rows.iter().map(|row| row.cost.get(name).copied());
-        costs.collect::<Option<Vec<f64>>>().and_then(median)
+        self.middle(|row| row.cost.get(name).copied())
     }
 
     /// Its price: processor time over that of the reference, or in seconds where the reference is no run of the study.
@@ -90,11 +94,10 @@ pub fn settings(results: &Results) -> Vec<StudySetting<'_>> {
     let mut places: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
     let rows = results.rows.iter();
     for row in rows.filter(|row| !matches!(row.role, TaskRole::Perturbed(_))) {
-        let knobs = results.file.vary.iter().enumerate();
-        let chosen = knobs.filter(|(place, vary)| row.varied[*place] && !vary.scene);
-        let chosen: Vec<(usize, String)> = chosen
-            .map(|(place, _)| (place, row.values[place].clone()))
-            .collect();
+        let varied = (results.file.vary.iter().enumerate())
+            .filter(|(place, vary)| row.varied[*place] && !vary.scene);
+        let chosen = varied.map(|(place, _)| (place, row.values[place].clone()));
+        let chosen: Vec<(usize, String)> = chosen.collect();
         let next = all.len();
         let place = *places.entry(chosen.clone()).or_insert(next);
         if place == next {

@@ -1,4 +1,4 @@
-//! Knobs: what a single key costs and loses, and whether the error falls towards the reference along it.
+//! What a single key costs and loses, and whether the error falls towards the reference along its values.
 
 use runs::curve::median;
 use std::collections::BTreeMap;
@@ -7,21 +7,21 @@ use super::collect::Results;
 use super::measure::Norm;
 use super::settings::{StudySetting, short};
 
-/// A value of a knob: the middle over all combinations of the others and over all scenes.
+/// A value of a key: the middle over all combinations of the others and over all scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValueEffect {
     /// The value.
     pub value: String,
     /// Its cost.
     pub cost: Option<f64>,
-    /// Its error by each measure, noise included: one below the floor is told as it is.
+    /// Its error by each measure, noise included: one below the floor is given as it is.
     pub errors: Vec<Option<f64>>,
     /// Deviations with their signs, where the measure is a single number.
     pub deviations: Vec<Option<f64>>,
     /// Work: element-steps and contact-iterations.
     pub work: [Option<f64>; 2],
-    /// True where a run with it does not stand.
-    pub fell: bool,
+    /// True where no run with it is to be trusted.
+    pub failed: bool,
     /// True where its run is the reference itself.
     pub reference: bool,
     /// ln(value / value of the reference), where the values have such an order.
@@ -43,7 +43,7 @@ pub struct VariedKey {
     pub floors: Vec<f64>,
 }
 
-/// A word on the errors along a knob by one measure.
+/// The errors along the values of a key by one measure.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrorTrend {
     /// They fall towards the reference; rises below the floor of noise do not count.
@@ -136,7 +136,7 @@ impl VariedKey {
         let alike = |a: &ValueEffect, b: &ValueEffect| {
             a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)))
         };
-        // Of a knob that never changes the work that is no reason.
+        // Where a key never changes the work, that is no reason.
         if alike(a, b) && self.positions.iter().any(|other| !alike(a, other)) {
             return ": both do the same work within 2 %";
         }
@@ -150,7 +150,7 @@ impl VariedKey {
         }
         let head = format!("{}:", short(&self.key));
         let line = |position: &ValueEffect| {
-            if position.fell {
+            if position.failed {
                 return format!("  {}: not completed without suspicion", position.value);
             }
             let cost = position.cost.map(|cost| format!("cost {cost:.3}"));
@@ -168,9 +168,9 @@ impl VariedKey {
 
     /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
-        let stand = self.positions.iter().filter(|position| !position.fell);
-        let stand: Vec<&ValueEffect> = stand.collect();
-        let (Some(far), Some(near)) = (stand.first(), stand.last()) else {
+        let trusted = self.positions.iter().filter(|position| !position.failed);
+        let trusted: Vec<&ValueEffect> = trusted.collect();
+        let (Some(far), Some(near)) = (trusted.first(), trusted.last()) else {
             return format!("{}: no run with it completed", short(&self.key));
         };
         let mut text = format!("{} {} -> {}", short(&self.key), near.value, far.value);
@@ -184,11 +184,11 @@ impl VariedKey {
                 text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
             }
         }
-        let fell: Vec<&str> = (self.positions.iter().filter(|position| position.fell))
+        let failed: Vec<&str> = (self.positions.iter().filter(|position| position.failed))
             .map(|position| position.value.as_str())
             .collect();
-        if !fell.is_empty() {
-            text += &format!("; not completed without suspicion at {}", fell.join(", "));
+        if !failed.is_empty() {
+            text += &format!("; not completed without suspicion at {}", failed.join(", "));
         }
         text
     }
@@ -210,16 +210,16 @@ pub fn percent(part: f64) -> String {
     format!("{percent:.1e}")
 }
 
-/// The knobs of a study in its order.
-pub fn knobs(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
+/// The keys of a study that are varied and no scene's, in its order.
+pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
     let keys = results.file.vary.iter().enumerate();
-    let knobs = keys.filter(|(_, vary)| !vary.scene);
-    knobs
-        .map(|(place, _)| knob(results, settings, place))
+    let varied = keys.filter(|(_, vary)| !vary.scene);
+    varied
+        .map(|(place, _)| varied_key(results, settings, place))
         .collect()
 }
 
-fn knob(results: &Results, settings: &[StudySetting], place: usize) -> VariedKey {
+fn varied_key(results: &Results, settings: &[StudySetting], place: usize) -> VariedKey {
     let vary = &results.file.vary[place];
     let count = results.file.measure.len();
     let mut values: Vec<String> = Vec::new();
@@ -243,30 +243,21 @@ fn knob(results: &Results, settings: &[StudySetting], place: usize) -> VariedKey
         let each = |of: &dyn Fn(&StudySetting) -> Option<f64>| {
             median(same.iter().filter_map(|setting| of(setting)).collect())
         };
-        let raw = |measure: usize, setting: &StudySetting| {
-            let errors = setting.rows.iter().map(|row| row.error(measure));
-            errors.collect::<Option<Vec<f64>>>().and_then(median)
-        };
-        let signed = |measure: usize, setting: &StudySetting| {
-            let of = &results.file.measure[measure];
-            let deviations = setting.rows.iter().map(|row| row.deviations[measure]);
-            let deviations = deviations.collect::<Option<Vec<f64>>>().and_then(median);
-            deviations.filter(|_| of.norm == Norm::At)
+        let raw = |k: usize| each(&|setting| setting.middle(|row| row.error(k)));
+        let signed = |k: usize| {
+            let single = results.file.measure[k].norm == Norm::At;
+            each(&|setting| setting.middle(|row| row.deviations[k])).filter(|_| single)
         };
         ValueEffect {
             value: value.clone(),
             cost: each(&|setting| setting.price()),
-            errors: (0..count)
-                .map(|k| each(&|setting| raw(k, setting)))
-                .collect(),
-            deviations: (0..count)
-                .map(|k| each(&|setting| signed(k, setting)))
-                .collect(),
+            errors: (0..count).map(raw).collect(),
+            deviations: (0..count).map(signed).collect(),
             work: ["element_steps", "contact_iterations"]
                 .map(|name| each(&|setting| setting.cost(name))),
             distance: order.as_ref().map(|order| order[value]),
             reference: same.iter().all(|setting| setting.is_reference(results)),
-            fell: !same.iter().any(|setting| setting.is_trusted()),
+            failed: !same.iter().any(|setting| setting.is_trusted()),
         }
     };
     let floor = |measure: usize| {
@@ -323,7 +314,7 @@ mod tests {
             errors: vec![Some(*error)],
             deviations: vec![None],
             work: [Some(1.0 + k as f64), None],
-            fell: false,
+            failed: false,
             reference: false,
             distance: Some((errors.len() - k) as f64),
         };

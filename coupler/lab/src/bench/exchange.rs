@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::participate::{ParticipateError, read_session};
@@ -10,6 +10,7 @@ use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Tr
 use serde::Serialize;
 use serde_json::Value;
 
+use super::time_turns;
 use coordinator::error::{Error, Refusal};
 use coordinator::participants::Life;
 use coordinator::participants::process::{SharedMemory, spawn};
@@ -139,16 +140,9 @@ impl Bench {
     /// Median and 99th percentile (us) of the round trips with this many doubles.
     fn time(&mut self, doubles: usize) -> Result<(f64, f64), Error> {
         let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
-        let mut times = Vec::with_capacity(TIMED);
-        for turn in 0..WARM_UP + TIMED {
-            let index = turn % self.links.len();
-            let start = Instant::now();
-            self.round_trip(index, &frame)?;
-            if turn >= WARM_UP {
-                times.push(1e6 * start.elapsed().as_secs_f64());
-            }
-        }
-        Ok(percentiles(times))
+        time_turns(WARM_UP, TIMED, |turn| {
+            self.round_trip(turn % self.links.len(), &frame)
+        })
     }
 
     fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {
@@ -167,12 +161,6 @@ impl Bench {
         }
         Ok(())
     }
-}
-
-/// Median and 99th percentile.
-pub fn percentiles(mut times: Vec<f64>) -> (f64, f64) {
-    times.sort_by(f64::total_cmp);
-    (times[times.len() / 2], times[times.len() * 99 / 100])
 }
 
 impl Drop for Bench {

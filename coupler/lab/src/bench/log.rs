@@ -6,6 +6,7 @@ use std::time::Instant;
 use protocol::{Frame, Header, Kind};
 use serde::Serialize;
 
+use crate::random::Random;
 use coordinator::error::{Error, Refusal};
 use coordinator::run::session::fresh_run_id;
 use exchange_log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
@@ -74,20 +75,12 @@ fn row(path: &Path, doubles: usize) -> Result<LogRow, Error> {
 
 /// Makes as many different messages as a chunk holds, so that none is packed as the copy of another.
 fn frames(doubles: usize) -> Vec<Frame> {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
-    // Marsaglia (2003), xorshift64.
-    let mut number = || {
-        bits ^= bits << 13;
-        bits ^= bits >> 7;
-        bits ^= bits << 17;
-        (bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    let mut random = Random::new(1);
+    let mut frame = |_| {
+        let payload = (0..doubles).map(|_| random.share() - 0.5).collect();
+        Frame::new(Header::of(Kind::Motion), payload)
     };
-    (0..(200_000 / doubles).max(20))
-        .map(|_| {
-            let payload = (0..doubles).map(|_| number()).collect();
-            Frame::new(Header::of(Kind::Motion), payload)
-        })
-        .collect()
+    (0..(200_000 / doubles).max(20)).map(&mut frame).collect()
 }
 
 fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, Error> {

@@ -1,11 +1,10 @@
 //! Time from a request of the coupler to the answer of any participant.
 
 use std::cell::OnceCell;
-use std::time::Instant;
 
 use serde::Serialize;
 
-use super::exchange::percentiles;
+use super::time_turns;
 use crate::conform::conforming;
 use crate::conform::launch::Launch;
 use crate::conform::tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
@@ -83,16 +82,11 @@ pub fn bench(
     let mut launch = Launch::new(&tested, 1)?;
     let load = vec![0.0; launch.size()];
     let window = launch.window(0);
-    let mut times = Vec::with_capacity(TIMED);
     let mut answered = 0;
-    for turn in 0..WARM_UP + TIMED {
-        let start = Instant::now();
+    let (p50_us, p99_us) = time_turns(WARM_UP, TIMED, |_| {
         answered = launch.ask(&window, &load)?.len();
-        if turn >= WARM_UP {
-            times.push(1e6 * start.elapsed().as_secs_f64());
-        }
-    }
-    let (p50_us, p99_us) = percentiles(times);
+        Ok(())
+    })?;
     let farewell = launch.finish()?.farewell;
     Ok(vec![ParticipantRow {
         doubles: load.len(),

@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::quiet::{quiet_run, whole};
 use coordinator::cost::prediction::Pace;
 use coordinator::error::{Error, Refusal};
-use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::{Options, fresh_run_id, run};
+use coordinator::participants::Registry;
+use coordinator::run::session::{fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
@@ -169,26 +170,11 @@ pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<PieceRow>, Error
 
 /// Processor time of all processes of a run (s).
 fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Result<f64, Error> {
-    let overrides: Vec<String> = piece
-        .base
-        .iter()
-        .chain(set)
-        .map(|s| s.to_string())
-        .collect();
-    let loaded = load(piece.scenario, &overrides)?;
+    let overrides = piece.base.iter().chain(set).map(|set| set.to_string());
+    let loaded = load(piece.scenario, &overrides.collect::<Vec<_>>())?;
     let scratch = Scratch::new("pieces", fresh_run_id());
-    let options = Options {
-        out: Some(scratch.path()),
-        threads: 1,
-        registry,
-        program: program.to_path_buf(),
-        watch: Watch::default(),
-        progress: false,
-        strict: false,
-        rehearsal: false,
-        budget: None,
-    };
-    run(&loaded, &options)?.error.map_or(Ok(()), Err)?;
+    let options = quiet_run(scratch.path(), registry, program);
+    whole(run(&loaded, &options))?;
     let cost = Finished::read(scratch.path())?.cost();
     Ok(cost.get("cpu_s").copied().unwrap_or(0.0))
 }

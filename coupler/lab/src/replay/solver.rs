@@ -7,12 +7,12 @@ use protocol::{Frame, Header, Kind, Window};
 use super::deviation::Ruler;
 use super::tape::{Turn, turns};
 use super::{Drift, Recording, Replayed};
+use crate::quiet::participant_index;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::{Communicator, Launcher, Watch, handshake};
 use coordinator::run::checkpoint::RestartPoint;
-use coordinator::scenario::Scenario;
 use exchange_log::Mismatch;
 use exchange_log::mismatch::Difference;
 
@@ -37,7 +37,7 @@ pub fn replay(
     how: &ReplayOptions,
 ) -> Result<Replayed, Error> {
     let scenario = &recording.loaded.scenario;
-    let index = index_of(scenario, name)?;
+    let index = participant_index(scenario, name)?;
     let alone = &scenario.participant[index..=index];
     let mut peers = launcher.start(alone, watch.clone())?;
     let communicator: &mut dyn Communicator = &mut peers;
@@ -84,18 +84,6 @@ pub fn replay(
         }
     }
     Ok(replayed)
-}
-
-fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
-    let mut participants = scenario.participant.iter();
-    let index = participants.position(|participant| participant.name == name);
-    index.ok_or_else(|| {
-        let names = scenario.participant.iter().map(|p| p.name.as_str());
-        Error::from(Refusal::NoParticipant {
-            name: name.into(),
-            known: names.collect::<Vec<_>>().join(", "),
-        })
-    })
 }
 
 /// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.

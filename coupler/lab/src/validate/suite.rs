@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::case::{Number, SuiteCase, read};
+use crate::quiet::{quiet_run, whole};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::{Registry, Watch};
@@ -160,18 +161,11 @@ fn attempt(
 fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Result<Ended, Error> {
     let loaded = load(&scene.display().to_string(), set)?;
     let options = Options {
-        out: Some(out),
         threads: runs.threads,
-        registry: runs.registry,
-        program: runs.program.clone(),
         watch: runs.watch.clone(),
-        progress: false,
-        strict: false,
-        rehearsal: false,
-        budget: None,
+        ..quiet_run(out, runs.registry, &runs.program)
     };
-    let mut ended = run(&loaded, &options)?;
-    ended.error.take().map_or(Ok(ended), Err)
+    whole(run(&loaded, &options))
 }
 
 /// The end of the run, as a row of its own.
@@ -182,45 +176,37 @@ fn ending(case: &SuiteCase, outcome: &Result<Left, Error>) -> CaseRow {
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
     let holds = code == case.exit_code && says_all;
-    CaseRow {
-        name: "exit code".into(),
-        ours: if message.is_empty() || holds {
-            code.into()
-        } else {
-            format!("{code}: {message}").into()
-        },
-        expected: case.exit_code.into(),
-        source: case.source.clone(),
-        holds,
-    }
+    let ours = if message.is_empty() || holds {
+        json!(code)
+    } else {
+        json!(format!("{code}: {message}"))
+    };
+    case_row(case, "exit code", ours, json!(case.exit_code), holds)
 }
 
 /// The warnings of a run that came to its end.
 fn warnings(case: &SuiteCase, found: &[Warning]) -> CaseRow {
-    let ours: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
+    let codes: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
     let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
-    let lines: Vec<String> = found.iter().map(Warning::line).collect();
-    CaseRow {
-        name: "warnings".into(),
-        holds: ours == expected,
-        ours: if ours == expected {
-            json!(ours)
-        } else {
-            json!(lines)
-        },
-        expected: json!(expected),
-        source: case.source.clone(),
-    }
+    let holds = codes == expected;
+    let lines = || found.iter().map(Warning::line).collect::<Vec<String>>();
+    let ours = if holds { json!(codes) } else { json!(lines()) };
+    case_row(case, "warnings", ours, json!(expected), holds)
 }
 
 fn judged(case: &SuiteCase, number: &Number, ours: Option<f64>, expected: Option<f64>) -> CaseRow {
     let both = ours.zip(expected);
+    let holds = both.is_some_and(|(ours, expected)| number.holds(ours, expected));
+    case_row(case, &number.path, ours.into(), expected.into(), holds)
+}
+
+fn case_row(case: &SuiteCase, name: &str, ours: Value, expected: Value, holds: bool) -> CaseRow {
     CaseRow {
-        name: number.path.clone(),
-        ours: ours.into(),
-        expected: expected.into(),
+        name: name.into(),
+        ours,
+        expected,
         source: case.source.clone(),
-        holds: both.is_some_and(|(ours, expected)| number.holds(ours, expected)),
+        holds,
     }
 }
 

@@ -1,11 +1,10 @@
 //! Growth of a disturbance in every cell of a grid of set-ups.
 
-use std::thread;
-
 use protocol::{BoundaryInertia, larger};
 
 use super::bar::UnitBar;
 use super::setup::{MOVING, Setup, largest, scheme, word};
+use crate::cores::on_all_cores;
 use coordinator::error::Error;
 use scheme::keys::{Dirichlet, Scheme, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
@@ -96,20 +95,9 @@ pub struct Cell {
 
 /// All cells, in the order of the axes: scheme, theta, mass ratio, substeps, CFL, stiffness ratio.
 pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
-    let cells = axes.lengths().iter().product();
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let share = usize::div_ceil(cells, workers).max(1);
-    thread::scope(|scope| {
-        let threads: Vec<_> = (0..cells)
-            .step_by(share)
-            .map(|first| first..cells.min(first + share))
-            .map(|part| scope.spawn(move || part.map(|index| axes.cell(index)).collect()))
-            .collect();
-        let parts = threads
-            .into_iter()
-            .map(|thread| thread.join().expect("the map does not panic"));
-        Ok(parts.collect::<Result<Vec<Vec<Cell>>, Error>>()?.concat())
-    })
+    let cells: usize = axes.lengths().iter().product();
+    let cells = on_all_cores(cells as u64, |index| axes.cell(index as usize));
+    cells.into_iter().collect()
 }
 
 /// The bar of a CFL number.

@@ -18,12 +18,16 @@ use protocol::Transport;
 use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
 use super::network_faults::{NetworkFault, NetworkFaults};
+use crate::quiet::{quiet_run, whole};
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
-use coordinator::run::checkpoint::find;
-use coordinator::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
+use coordinator::run::checkpoint::{RestartPoint, find};
+use coordinator::run::session::{Ended, fresh_run_id, go_on_among, run};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
+
+/// Name of a program that no simulated run starts.
+const PROGRAM: &str = "thirdbody";
 
 /// Waits of the coordinator end a little after their deadline, by the length of one look at its connections.
 const SLACK_S: f64 = 0.1;
@@ -58,8 +62,9 @@ impl Simulation {
         let loaded = scenes().map_err(|error| error.to_string())?;
         let references = loaded.into_iter().map(|loaded| {
             let out = Scratch::in_memory("undisturbed", fresh_run_id());
-            let ended = with_options(out.path(), |options| run(&loaded, options));
-            let end = hashes(&ended.map_err(|error| error.to_string())?)?;
+            let registry = registry();
+            let ended = run(&loaded, &quiet_run(out.path(), &registry, PROGRAM.as_ref()));
+            let end = hashes(ended)?;
             let mut reference = Reference {
                 loaded,
                 end,
@@ -67,8 +72,7 @@ impl Simulation {
             };
             let (ended, traces) = attempt(&reference.loaded, NetworkFaults::none(), wrap, None);
             reference.messages = traces.messages;
-            let simulated = hashes(&ended.map_err(|error| error.to_string())?)?;
-            if simulated != reference.end {
+            if hashes(ended)? != reference.end {
                 return Err("a simulated network in fair weather changes the bits".into());
             }
             Ok(reference)
@@ -104,12 +108,9 @@ impl Simulation {
         if let Some(broken) = &traces.broken {
             return Err(broken.clone());
         }
-        let error = match ended {
+        let error = match whole(ended) {
             Err(error) => error,
-            Ok(Ended {
-                error: Some(error), ..
-            }) => error,
-            Ok(ended) if hashes(&ended)? == reference.end => return Ok(ScheduleEnd::Completed),
+            Ok(ended) if end_of(&ended) == reference.end => return Ok(ScheduleEnd::Completed),
             Ok(_) => return Err("it completed with other hashes".into()),
         };
         named(&error, traces)?;
@@ -125,13 +126,9 @@ impl Simulation {
         };
         let out = Scratch::in_memory("resumed", fresh_run_id());
         let network = Network::new(NetworkFaults::none());
-        let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
-        let ended = with_options(out.path(), |options| {
-            go_on_among(loaded, options, Some(&restart), &launch)
-        });
+        let ended = run_behind(&network, loaded, self.wrap, out.path(), Some(&restart));
         network.end();
-        let ended = ended.map_err(|error| error.to_string())?;
-        if hashes(&ended)? != reference.end {
+        if hashes(ended)? != reference.end {
             return Err("it went on from a checkpoint to other hashes".into());
         }
         Ok(ScheduleEnd::Resumed)
@@ -172,11 +169,9 @@ fn attempt(
 ) -> (Result<Ended, Error>, Traces) {
     let network = Network::new(network_faults);
     let scratch = Scratch::in_memory("fair", fresh_run_id());
-    let launch = |launcher: &Launcher| start(launcher, &network, wrap);
+    let out = out.unwrap_or(scratch.path());
     let tried = catch_unwind(AssertUnwindSafe(|| {
-        with_options(out.unwrap_or(scratch.path()), |options| {
-            go_on_among(loaded, options, None, &launch)
-        })
+        run_behind(&network, loaded, wrap, out, None)
     }));
     let mut traces = network.end();
     let ended = tried.unwrap_or_else(|_| {
@@ -186,18 +181,18 @@ fn attempt(
     (ended, traces)
 }
 
-fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
-    go(&Options {
-        out: Some(out),
-        threads: 1,
-        registry: &registry(),
-        program: "thirdbody".into(),
-        watch: Watch::default(),
-        progress: false,
-        strict: false,
-        rehearsal: false,
-        budget: None,
-    })
+/// A run, or what follows on a checkpoint of one, whose participants are behind a network.
+fn run_behind(
+    network: &Network,
+    loaded: &Loaded,
+    wrap: Wrap,
+    out: &Path,
+    from: Option<&RestartPoint>,
+) -> Result<Ended, Error> {
+    let registry = registry();
+    let options = quiet_run(out, &registry, PROGRAM.as_ref());
+    let launch = |launcher: &Launcher| start(launcher, network, wrap);
+    go_on_among(loaded, &options, from, &launch)
 }
 
 /// Starts the participants behind the network.
@@ -220,10 +215,13 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
 }
 
 /// Exit code and hashes of a run that came to its end.
-fn hashes(ended: &Ended) -> Result<(i32, String), String> {
-    if let Some(error) = &ended.error {
-        return Err(error.to_string());
-    }
+fn end_of(ended: &Ended) -> (i32, String) {
     let hashes = ended.summary.value()["hashes"].to_string();
-    Ok((ended.summary.exit_code(), hashes))
+    (ended.summary.exit_code(), hashes)
+}
+
+/// The same of one that must have come to its end.
+fn hashes(ended: Result<Ended, Error>) -> Result<(i32, String), String> {
+    let ended = whole(ended).map_err(|error| error.to_string())?;
+    Ok(end_of(&ended))
 }
