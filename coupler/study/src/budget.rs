@@ -1,5 +1,6 @@
 //! Budgets: the setting of a stored study that keeps within an error or a time.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -132,20 +133,15 @@ impl<'a> SceneSettings<'a> {
     /// The budget is below the floor of noise, or below what the reference of the study is known for; or there is no such measure.
     pub fn within_error(&self, measure: Option<&str>, error: f64) -> Result<&Candidate<'a>, Error> {
         let refuse = |problem: String| Refusal::argument("--budget", problem);
-        let names = || self.study.measures.iter().map(|m| m.name.as_str());
-        let places: Vec<usize> = match measure {
-            None => (0..self.study.measures.len()).collect(),
-            Some(name) => {
-                let place = names().position(|known| known == name);
-                vec![place.ok_or_else(|| {
-                    refuse(format!(
-                        "the study `{}` measures {}, and not `{name}`",
-                        self.study.study,
-                        names().collect::<Vec<_>>().join(", ")
-                    ))
-                })?]
-            }
-        };
+        let measures = &self.study.measures;
+        let asked = |index: &usize| measure.is_none_or(|name| name == measures[*index].name);
+        let places: Vec<usize> = (0..measures.len()).filter(asked).collect();
+        if let (Some(name), []) = (measure, &places[..]) {
+            let known: Vec<&str> = measures.iter().map(|m| m.name.as_str()).collect();
+            let (study, known) = (&self.study.study, known.join(", "));
+            let problem = format!("the study `{study}` measures {known}, and not `{name}`");
+            return Err(refuse(problem).into());
+        }
         for place in &places {
             let floor = self.study.floor(*place);
             if error < floor {
@@ -158,11 +154,7 @@ impl<'a> SceneSettings<'a> {
                 return Err(refuse(problem).into());
             }
         }
-        let fits = |c: &&Candidate| {
-            places
-                .iter()
-                .all(|place| c.predictions[*place].bound <= error)
-        };
+        let fits = |c: &&Candidate| places.iter().all(|k| c.predictions[*k].bound <= error);
         let fitting = self.candidates.iter().filter(fits);
         let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
         Ok(cheapest.ok_or_else(|| {
@@ -173,28 +165,22 @@ impl<'a> SceneSettings<'a> {
     /// The settings by what they are known for, the most accurate first.
     pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
         let mut all: Vec<&Candidate> = self.candidates.iter().collect();
-        all.sort_by(|a, b| {
-            let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
-            key(a)
-                .partial_cmp(&key(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
+        all.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
         all
     }
 
     /// The choice, for summary.json.
     pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
-        let measures = self
-            .study
-            .measures
-            .iter()
-            .zip(&chosen.predictions)
-            .enumerate();
-        let measures = measures.map(|(place, (measure, prediction))| {
-            let value = json!({
-                "of": measure.of, "expected": prediction.expected, "bound": prediction.bound, "floor": self.study.floor_median(place),
+        let measures = self.study.measures.iter().zip(&chosen.predictions);
+        let errors = measures.enumerate().map(|(place, (measure, prediction))| {
+            let error = json!({
+                "of": measure.of,
+                "expected": prediction.expected,
+                "bound": prediction.bound,
+                "floor": self.study.floor_median(place),
             });
-            (measure.name.clone(), value)
+            (measure.name.clone(), error)
         });
         json!({
             "budget": budget,
@@ -202,7 +188,7 @@ impl<'a> SceneSettings<'a> {
             "setting": chosen.setting.words,
             "set": chosen.setting.set,
             "reference": self.study.reference,
-            "errors": Value::Object(measures.collect()),
+            "errors": Value::Object(errors.collect()),
             "cpu_over_reference": chosen.setting.cpu_rel,
             "study_wall_s": chosen.setting.wall_s,
             "foretold_wall_s": wall_s,

@@ -1,5 +1,6 @@
 //! The study file: what is varied, what it is held against, and what is measured.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -113,7 +114,7 @@ pub struct Vary {
     /// True for a key of the scene, as its seed or its load: the reference is run anew for each of its values.
     #[serde(default)]
     pub scene: bool,
-    /// A note for the reader, told beside the result.
+    /// A note for the reader, shown beside the result.
     #[serde(default)]
     pub note: String,
     /// The values one by one.
@@ -151,7 +152,7 @@ pub struct NamedValue {
 /// One value of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyValue {
-    /// The value, as results.csv tells it.
+    /// The value, as results.csv shows it.
     pub text: String,
     /// Its overrides.
     pub set: Vec<String>,
@@ -162,7 +163,7 @@ pub struct KeyValue {
 impl StudyFile {
     /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
     /// be that of a shipped one.
-    pub fn place(path: &Path) -> PathBuf {
+    pub fn locate(path: &Path) -> PathBuf {
         let named = Path::new("scenarios/studies").join(path);
         if path.is_dir() {
             path.join(STUDY)
@@ -178,13 +179,8 @@ impl StudyFile {
     /// # Errors
     /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
     pub fn read(path: &Path) -> Result<StudyFile, Error> {
-        let path = &StudyFile::place(path);
-        let name = path.to_str().filter(|_| !path.exists());
-        let shipped = name.and_then(scenes::study_folder);
-        let text = match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STUDY}"))) {
-            Some(text) => text.into(),
-            None => std::fs::read_to_string(path).map_err(|error| no_study(path, error))?,
-        };
+        let path = &StudyFile::locate(path);
+        let text = shipped_or_read(path, STUDY).map_err(|error| no_study(path, error))?;
         StudyFile::parse(&text).map_err(|problem| Refusal::file(path, problem).into())
     }
 
@@ -243,16 +239,25 @@ impl StudyFile {
     }
 }
 
+/// The text of a file of a study: of a shipped one by its name, where nothing of that name is here.
+pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static, str>> {
+    let name = path.to_str().filter(|_| !path.exists());
+    let shipped = name.and_then(scenes::study_folder);
+    match shipped.and_then(|folder| scenes::text(&format!("{folder}/{file}"))) {
+        Some(text) => Ok(text.into()),
+        None => std::fs::read_to_string(path).map(Cow::Owned),
+    }
+}
+
 /// The error of a study that cannot be read; a name that is not there may be mistyped.
 fn no_study(path: &Path, error: io::Error) -> Error {
     let missing = error.kind() == io::ErrorKind::NotFound;
     let meant = path.to_str().filter(|_| missing);
     match meant.and_then(|name| scenes::meant(name, true)) {
-        Some(near) => Refusal::file(
-            path,
-            format!("there is no such study; did you mean `{near}`?"),
-        )
-        .into(),
+        Some(near) => {
+            let problem = format!("there is no such study; did you mean `{near}`?");
+            Refusal::file(path, problem).into()
+        }
         None => Error::input(path.display())(error),
     }
 }
@@ -281,44 +286,39 @@ impl Vary {
     /// The values; the error says what is wrong with them.
     pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
         let choice = |value: &toml::Value| KeyValue {
-            text: told(value),
+            text: shown(value),
             set: vec![format!("{}={value}", self.key)],
             scenario: None,
+        };
+        let case = |case: &NamedValue| KeyValue {
+            text: shown(&case.value),
+            set: case.set.clone(),
+            scenario: case.scenario.clone(),
         };
         match (&self.values, &self.log, self.seeds, &self.case) {
             (Some(values), None, None, None) => Ok(values.iter().map(choice).collect()),
             (None, Some(log), None, None) => {
-                let numbers = log.numbers()?;
-                Ok(numbers.iter().map(|x| choice(&(*x).into())).collect())
+                let numbers = log.numbers()?.into_iter();
+                Ok(numbers.map(|x| choice(&x.into())).collect())
             }
             (None, None, Some(count), None) => {
-                let seeds = (1..=count as i64).map(|seed| choice(&seed.into()));
-                Ok(seeds.collect())
+                let seeds = 1..=count as i64;
+                Ok(seeds.map(|seed| choice(&seed.into())).collect())
             }
-            (None, None, None, Some(cases)) => {
-                let choices = cases.iter().map(|case| KeyValue {
-                    text: told(&case.value),
-                    set: case.set.clone(),
-                    scenario: case.scenario.clone(),
-                });
-                Ok(choices.collect())
-            }
+            (None, None, None, Some(cases)) => Ok(cases.iter().map(case).collect()),
             _ => Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
         }
     }
 }
 
-/// A value as a cell of a table tells it.
-pub fn told(value: &toml::Value) -> String {
+/// A value as a cell of a table shows it.
+pub fn shown(value: &toml::Value) -> String {
     match value {
         toml::Value::String(text) => text.clone(),
-        toml::Value::Float(number) => {
-            if *number == 0.0 || (1e-3..1e6).contains(&number.abs()) {
-                format!("{number}")
-            } else {
-                format!("{number:e}")
-            }
+        toml::Value::Float(number) if *number != 0.0 && !(1e-3..1e6).contains(&number.abs()) => {
+            format!("{number:e}")
         }
+        toml::Value::Float(number) => format!("{number}"),
         other => other.to_string(),
     }
 }

@@ -44,14 +44,12 @@ impl Forecast {
             return Ok(kept);
         }
         let scratch = Scratch::new("study", fresh_run_id());
-        let ended = run(
-            &task.loaded,
-            &Options {
-                out: Some(scratch.path()),
-                rehearsal: true,
-                ..options.clone()
-            },
-        )?;
+        let options = Options {
+            out: Some(scratch.path()),
+            rehearsal: true,
+            ..options.clone()
+        };
+        let ended = run(&task.loaded, &options)?;
         if let Some(error @ Error::Interrupted { .. }) = ended.error {
             return Err(error);
         }
@@ -61,13 +59,9 @@ impl Forecast {
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
         };
+        let text = serde_json::to_string_pretty(&forecast).unwrap_or_default();
         fs::create_dir_all(folder)
-            .and_then(|()| {
-                fs::write(
-                    &path,
-                    serde_json::to_string_pretty(&forecast).unwrap_or_default(),
-                )
-            })
+            .and_then(|()| fs::write(&path, text))
             .map_err(Error::output(path.display()))?;
         Ok(forecast)
     }

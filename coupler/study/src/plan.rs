@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::file::{KeyValue, Mode, StudyFile, Vary, told};
+use super::file::{KeyValue, Mode, StudyFile, Vary, shown};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
@@ -88,7 +88,7 @@ impl Plan {
     /// # Errors
     /// The study or the scenario of its reference is refused.
     pub fn read(path: &Path, small: bool, set: &[String]) -> Result<Plan, Error> {
-        let path = &StudyFile::place(path);
+        let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let reduced = if small {
@@ -188,7 +188,7 @@ impl Plan {
         };
         let loaded = load(&entry.scenario, &entry.set)?;
         let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
-        let own = |vary: &Vary| value_at(&table, &vary.key).map(told);
+        let own = |vary: &Vary| value_at(&table, &vary.key).map(shown);
         let value = |(vary, choice): (&Vary, &Option<KeyValue>)| match choice {
             Some(choice) => choice.text.clone(),
             None if vary.is_key() => own(vary).unwrap_or_default(),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::told;
+use super::file::{Vary, shipped_or_read, shown};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
@@ -91,30 +91,27 @@ impl StoredStudy {
             return Err(format!("task {} is not done", row.index));
         }
         let all = settings(results);
-        let reference = all
-            .first()
-            .filter(|first| first.chosen.is_empty() && first.is_trusted());
+        let mut first = all.iter().take(1);
+        let reference = first.find(|first| first.chosen.is_empty() && first.is_trusted());
         let reference = reference.ok_or("a reference did not complete")?;
         let first = &tasks[reference.rows[0].index];
-        let table: toml::Table = first.loaded.resolved.parse().unwrap_or_default();
-        let scenes: Vec<toml::Table> = reference
-            .rows
-            .iter()
-            .map(|row| tasks[row.index].loaded.resolved.parse().unwrap_or_default())
-            .collect();
-        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
-        let scene_keys: Option<Vec<SceneKey>> = keys
-            .map(|vary| {
-                let values = scenes
-                    .iter()
-                    .map(|scene| value_at(scene, &vary.key).cloned());
-                Some(SceneKey {
-                    key: vary.key.clone(),
-                    any: vary.any_value(),
-                    values: values.collect::<Option<_>>()?,
-                })
+        let table = |index: usize| -> toml::Table {
+            tasks[index].loaded.resolved.parse().unwrap_or_default()
+        };
+        let scenes = reference.rows.iter().map(|row| table(row.index));
+        let scenes: Vec<toml::Table> = scenes.collect();
+        let scene_key = |vary: &Vary| {
+            let values = scenes
+                .iter()
+                .map(|scene| value_at(scene, &vary.key).cloned());
+            Some(SceneKey {
+                key: vary.key.clone(),
+                any: vary.any_value(),
+                values: values.collect::<Option<_>>()?,
             })
-            .collect();
+        };
+        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
+        let scene_keys: Option<Vec<SceneKey>> = keys.map(scene_key).collect();
         let count = results.file.measure.len();
         let floors = |measure: usize| -> Option<Vec<f64>> {
             let rows = reference.rows.iter();
@@ -138,15 +135,14 @@ impl StoredStudy {
         };
         let stand = all.iter().filter(|setting| setting.is_trusted());
         let stand: Vec<StoredSetting> = stand.filter_map(stored).collect();
-        let sets = stand
-            .iter()
-            .flat_map(|setting| &setting.set)
-            .chain(first.fidelity.iter().flatten());
-        let mut tables = sets.filter(|set| {
+        let mut sets =
+            (stand.iter().flat_map(|setting| &setting.set)).chain(first.fidelity.iter().flatten());
+        let is_table = |value: &str| value.trim_start().starts_with('{');
+        let table_set = sets.find(|set| {
             set.split_once('=')
-                .is_some_and(|(_, value)| value.trim_start().starts_with('{'))
+                .is_some_and(|(_, value)| is_table(value))
         });
-        if let Some(set) = tables.next() {
+        if let Some(set) = table_set {
             return Err(format!(
                 "`{set}` replaces a whole table, and with it what belongs to the scene: give its keys one by one"
             ));
@@ -163,7 +159,8 @@ impl StoredStudy {
             floors,
             settings: stand,
         };
-        study.scenario = toml::to_string(&study.without_varied(table)).unwrap_or_default();
+        study.scenario =
+            toml::to_string(&study.without_varied(table(first.index))).unwrap_or_default();
         Ok(study)
     }
 
@@ -174,15 +171,8 @@ impl StoredStudy {
     pub fn read(path: &Path) -> Result<StoredStudy, Error> {
         let inside = path.join(STORED);
         let path = if path.is_dir() { &inside } else { path };
-        let name = path.to_str().filter(|_| !path.exists());
-        let shipped = name.and_then(scenes::study_folder);
-        match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STORED}"))) {
-            Some(text) => StoredStudy::parse(path, text),
-            None => {
-                let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
-                StoredStudy::parse(path, &text)
-            }
-        }
+        let text = shipped_or_read(path, STORED).map_err(Error::input(path.display()))?;
+        StoredStudy::parse(path, &text)
     }
 
     /// Reads the text of `study.json`, which came from this path.
@@ -219,10 +209,9 @@ impl StoredStudy {
 
     /// A scenario without the keys that a setting or a scene may change, and those that change no result.
     fn without_varied(&self, mut table: toml::Table) -> toml::Table {
-        let of_settings = self.settings.iter().flat_map(|setting| &setting.set);
-        let set = of_settings
-            .chain(&self.reference)
-            .filter_map(|set| Some(set.split_once('=')?.0.trim()));
+        let sets = self.settings.iter().flat_map(|setting| &setting.set);
+        let sets = sets.chain(&self.reference);
+        let set = sets.filter_map(|set| Some(set.split_once('=')?.0.trim()));
         let scene = self.scene_keys.iter().map(|key| key.key.as_str());
         for key in set.chain(scene).chain(NO_RESULT) {
             remove_at(&mut table, key);
@@ -239,18 +228,11 @@ impl StoredStudy {
         let known: toml::Table = self.scenario.parse().unwrap_or_default();
         let own = leaves(&self.without_varied(table.clone()));
         let known = leaves(&known);
-        let keys = own.keys().chain(known.keys());
-        if let Some(key) = keys
-            .into_iter()
-            .find(|key| own.get(*key) != known.get(*key))
-        {
-            let told =
-                |of: &BTreeMap<String, String>| of.get(key).cloned().unwrap_or("nothing".into());
-            return Err(format!(
-                "it has {key} = {}, and this scene {}",
-                told(&known),
-                told(&own)
-            ));
+        let mut keys = own.keys().chain(known.keys());
+        if let Some(key) = keys.find(|key| own.get(*key) != known.get(*key)) {
+            let [known, own] =
+                [&known, &own].map(|of| of.get(key).cloned().unwrap_or("nothing".into()));
+            return Err(format!("it has {key} = {known}, and this scene {own}"));
         }
         let mut place = Vec::new();
         for key in &self.scene_keys {
@@ -297,9 +279,8 @@ impl StoredStudy {
         let numbers: Vec<Vec<f64>> = varied
             .filter_map(|key| key.values.iter().map(number).collect::<Option<Vec<f64>>>())
             .collect();
-        let places =
-            (0..self.scenes()).map(|scene| numbers.iter().map(|of| of[scene].ln()).collect());
-        let places: Vec<Vec<f64>> = places.collect();
+        let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
+        let places: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
         let found = predict(&places, &setting.errors[measure], place)?;
         Some(ErrorPrediction {
             expected: found.expected,
@@ -320,19 +301,9 @@ impl StoredStudy {
 
 /// Overrides without those that a later one of the same key overrides.
 fn last_of_each(set: Vec<String>) -> Vec<String> {
-    let key = |text: &str| {
-        text.split('=')
-            .next()
-            .unwrap_or_default()
-            .trim()
-            .to_string()
-    };
-    let later = |place: usize| {
-        set[place + 1..]
-            .iter()
-            .any(|other| key(other) == key(&set[place]))
-    };
-    let kept = (0..set.len()).filter(|place| !later(*place));
+    let key = |place: usize| set[place].split('=').next().unwrap_or_default().trim();
+    let later = |place: &usize| (place + 1..set.len()).any(|other| key(other) == key(*place));
+    let kept = (0..set.len()).filter(|place| !later(place));
     kept.map(|place| set[place].clone()).collect()
 }
 
@@ -345,13 +316,8 @@ fn number(value: &toml::Value) -> Option<f64> {
 /// All values of a table by their keys, entries of lists by their names.
 fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
     fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
-        let below = |name: &str| {
-            if key.is_empty() {
-                name.to_string()
-            } else {
-                format!("{key}.{name}")
-            }
-        };
+        let dot = if key.is_empty() { "" } else { "." };
+        let below = |name: &str| format!("{key}{dot}{name}");
         match value {
             toml::Value::Table(inner) => {
                 for (name, value) in inner {
@@ -366,16 +332,13 @@ fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
                 }
             }
             value => {
-                found.insert(key, told(value));
+                found.insert(key, shown(value));
             }
         }
     }
     let mut found = BTreeMap::new();
-    walk(
-        String::new(),
-        &toml::Value::Table(table.clone()),
-        &mut found,
-    );
+    let whole = toml::Value::Table(table.clone());
+    walk(String::new(), &whole, &mut found);
     found
 }
 

@@ -9,8 +9,8 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
 use std::time::{Duration, SystemTime};
 
 use nix::errno::Errno;
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
 use coordinator::error::Error;
-use coordinator::run::session::{Options, run};
+use coordinator::run::session::{Ended, Options, run};
 use coordinator::rundir::write_whole;
 use exchange_log::timing::TIMING;
 
@@ -45,6 +45,23 @@ pub struct TaskOutcome {
     pub exit_code: i32,
     /// Why it ended early, with the code of the error; empty otherwise.
     pub message: String,
+}
+
+impl TaskOutcome {
+    fn of(ended: Result<Ended, Error>) -> TaskOutcome {
+        match ended {
+            Err(error) => TaskOutcome {
+                status: "refused".into(),
+                exit_code: error.exit_code(),
+                message: error.line(),
+            },
+            Ok(ended) => TaskOutcome {
+                status: ended.summary.status().into(),
+                exit_code: ended.summary.exit_code(),
+                message: ended.error.map_or(String::new(), |error| error.line()),
+            },
+        }
+    }
 }
 
 /// Stage of a task.
@@ -79,20 +96,24 @@ impl TaskFolder {
 
     /// Number of times it was begun.
     pub fn attempts(&self) -> usize {
-        let lines = fs::read_to_string(self.path.join("attempts"));
-        lines.map_or(0, |lines| lines.lines().count())
+        self.text("attempts").lines().count()
     }
 
     /// The job of Slurm that began it last, if that was one.
     pub fn last_job(&self) -> Option<String> {
-        let lines = fs::read_to_string(self.path.join("attempts")).ok()?;
+        let lines = self.text("attempts");
         let job = lines.lines().last()?.split_whitespace().nth(2)?;
         Some(job.to_string())
     }
 
     /// The latest heartbeat, another text each time; empty while there was none.
     pub fn heartbeat(&self) -> String {
-        fs::read_to_string(self.path.join("heartbeat")).unwrap_or_default()
+        self.text("heartbeat")
+    }
+
+    /// The text of one of its files; empty while there is none.
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path.join(name)).unwrap_or_default()
     }
 
     /// Its stage.
@@ -100,25 +121,26 @@ impl TaskFolder {
     /// # Errors
     /// Its files cannot be read.
     pub fn stage(&self) -> Result<TaskStage, Error> {
-        if let Some(outcome) = self.outcome() {
-            return Ok(TaskStage::Done(outcome));
+        if let Some(done) = self.done() {
+            return Ok(done);
         }
         if !self.path.join("lock").exists() {
             return Ok(TaskStage::Waiting);
         }
         let free = self.lock()?.is_some() && !self.lives_elsewhere();
         // It may have ended between the two looks.
-        Ok(match self.outcome() {
-            Some(outcome) => TaskStage::Done(outcome),
-            None if free => TaskStage::Waiting,
-            None => TaskStage::Running,
-        })
+        let otherwise = if free {
+            TaskStage::Waiting
+        } else {
+            TaskStage::Running
+        };
+        Ok(self.done().unwrap_or(otherwise))
     }
 
-    /// Its outcome. A damaged file is none: the task is done anew.
-    fn outcome(&self) -> Option<TaskOutcome> {
+    /// The stage that it is done, with its outcome. A damaged file is none: the task is done anew.
+    fn done(&self) -> Option<TaskStage> {
         let text = fs::read_to_string(self.path.join("task.json")).ok()?;
-        serde_json::from_str(&text).ok()
+        serde_json::from_str(&text).ok().map(TaskStage::Done)
     }
 
     /// Forgets what came of it, so that it is done anew.
@@ -141,10 +163,9 @@ impl TaskFolder {
         let probe = self.path.join(format!(".now-{}", std::process::id()));
         let now = fs::write(&probe, "").ok().and_then(|()| modified(&probe));
         let _ = fs::remove_file(&probe);
-        let age = beaten
+        beaten
             .zip(now)
-            .map(|(beaten, now)| now.duration_since(beaten).unwrap_or_default());
-        age.is_some_and(|age| age < SILENT)
+            .is_some_and(|(beaten, now)| now.duration_since(beaten).unwrap_or_default() < SILENT)
     }
 
     /// The lock; `None` while another process holds it.
@@ -172,35 +193,26 @@ impl TaskFolder {
         let Some(_lock) = self.lock()? else {
             return Ok(TaskStage::Running);
         };
-        if let Some(outcome) = self.outcome() {
-            return Ok(TaskStage::Done(outcome));
+        if let Some(done) = self.done() {
+            return Ok(done);
         }
         if self.lives_elsewhere() {
             return Ok(TaskStage::Running);
         }
         let attempt = self.begin()?;
-        let heart = Heart::start(self.path.join("heartbeat"));
         let out = self.path.join(format!("attempt-{attempt}"));
-        let ended = run(
-            &task.loaded,
-            &Options {
-                out: Some(&out),
-                ..options.clone()
-            },
-        );
-        drop(heart);
-        let outcome = match ended {
-            Err(error) => TaskOutcome {
-                status: "refused".into(),
-                exit_code: error.exit_code(),
-                message: error.line(),
-            },
-            Ok(ended) => TaskOutcome {
-                status: ended.summary.status().into(),
-                exit_code: ended.summary.exit_code(),
-                message: ended.error.map_or(String::new(), |error| error.line()),
-            },
+        let options = &Options {
+            out: Some(&out),
+            ..options.clone()
         };
+        let (stop, stopped) = channel();
+        let ended = thread::scope(|scope| {
+            scope.spawn(|| self.beat(stopped));
+            let ended = run(&task.loaded, options);
+            drop(stop);
+            ended
+        });
+        let outcome = TaskOutcome::of(ended);
         if self.blames_circumstances(&outcome, attempt, options) {
             let _ = fs::remove_dir_all(&out);
             return Ok(TaskStage::Waiting);
@@ -208,9 +220,7 @@ impl TaskFolder {
         // One that was told to stop is to be done anew, and one that was taken for dead is being done anew.
         if outcome.status == "interrupted" || self.attempts() != attempt {
             let _ = fs::remove_dir_all(&out);
-            return self
-                .outcome()
-                .map_or(Ok(TaskStage::Waiting), |o| Ok(TaskStage::Done(o)));
+            return Ok(self.done().unwrap_or(TaskStage::Waiting));
         }
         if !task.keep_logs {
             // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
@@ -221,6 +231,19 @@ impl TaskFolder {
         }
         self.finish(&out, &outcome)?;
         Ok(TaskStage::Done(outcome))
+    }
+
+    /// Writes heartbeats until the other end of the channel is dropped.
+    fn beat(&self, stopped: Receiver<()>) {
+        let path = self.path.join("heartbeat");
+        let prefix = format!("{} {}", own_host(), std::process::id());
+        for count in 0.. {
+            // A disk that takes no heartbeat takes no results either, which the run will say.
+            let _ = fs::write(&path, format!("{prefix} {count}\n"));
+            if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
+                break;
+            }
+        }
     }
 
     /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
@@ -234,7 +257,7 @@ impl TaskFolder {
         if !CIRCUMSTANCES.contains(&outcome.status.as_str()) {
             return false;
         }
-        std::thread::sleep(SIGNAL_COMES);
+        thread::sleep(SIGNAL_COMES);
         options.watch.interrupted().is_some() || attempt == 1
     }
 
@@ -279,11 +302,8 @@ fn modified(path: &Path) -> Option<SystemTime> {
 /// The job of Slurm that this process is part of, as `scancel` takes it.
 fn own_job() -> Option<String> {
     let variable = |name: &str| std::env::var(name).ok();
-    let (array, index) = (
-        variable("SLURM_ARRAY_JOB_ID")?,
-        variable("SLURM_ARRAY_TASK_ID")?,
-    );
-    Some(format!("{array}_{index}"))
+    let array = variable("SLURM_ARRAY_JOB_ID")?;
+    Some(format!("{array}_{}", variable("SLURM_ARRAY_TASK_ID")?))
 }
 
 fn own_host() -> String {
@@ -291,39 +311,4 @@ fn own_host() -> String {
     let name = name.and_then(|name| name.into_string().ok());
     name.filter(|name| !name.contains(char::is_whitespace))
         .unwrap_or("unknown".into())
-}
-
-/// Writes heartbeats until it is dropped.
-struct Heart {
-    stop: Option<Sender<()>>,
-    beating: Option<JoinHandle<()>>,
-}
-
-impl Heart {
-    fn start(path: PathBuf) -> Heart {
-        let (stop, stopped) = channel();
-        let prefix = format!("{} {}", own_host(), std::process::id());
-        let beat = move || {
-            for count in 0.. {
-                // A disk that takes no heartbeat takes no results either, which the run will say.
-                let _ = fs::write(&path, format!("{prefix} {count}\n"));
-                if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
-                    break;
-                }
-            }
-        };
-        Heart {
-            stop: Some(stop),
-            beating: Some(std::thread::spawn(beat)),
-        }
-    }
-}
-
-impl Drop for Heart {
-    fn drop(&mut self) {
-        self.stop.take();
-        if let Some(beating) = self.beating.take() {
-            let _ = beating.join();
-        }
-    }
 }
