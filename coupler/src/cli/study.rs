@@ -389,7 +389,7 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     let Some(task) = opened.plan.task(arguments.index)? else {
         let problem = format!(
             "the study has the tasks 0 to {}, got {}",
-            opened.plan.len() - 1,
+            opened.plan.task_count() - 1,
             arguments.index
         );
         return Err(Refusal::argument("--index", problem).into());

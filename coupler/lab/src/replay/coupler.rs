@@ -29,7 +29,10 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
-    let seen = Arc::new(Mutex::new(TapeProgress::default()));
+    let seen = Arc::new(Mutex::new(TapeProgress {
+        replayed: Replayed::of(COUPLER),
+        ended: false,
+    }));
     // A run that goes on from a checkpoint joins its interfaces once more.
     let joined = from.map_or(0, |_| recording.handshake());
     let past = recording.messages_before(from);
@@ -55,15 +58,12 @@ pub fn replay(
     let seen = seen.lock();
     let seen = seen.map_err(|_| Refusal::BrokenTape)?;
     let replayed = Replayed {
-        equal: seen.equal,
-        last_window: seen.last_window,
-        mismatch: seen.mismatch.clone(),
         wall_s,
-        ..Replayed::of(COUPLER)
+        ..seen.replayed.clone()
     };
     match result {
         // The lost peer is the tape: at its end, or where the coupler departed from it.
-        Err(Error::PeerLost { .. }) if seen.ended || seen.mismatch.is_some() => Ok(replayed),
+        Err(Error::PeerLost { .. }) if seen.ended || replayed.mismatch.is_some() => Ok(replayed),
         Err(error) => Err(error),
         Ok(()) => Ok(replayed),
     }

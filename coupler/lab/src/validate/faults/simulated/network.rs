@@ -48,6 +48,7 @@ pub struct Traces {
     pub broken: Option<String>,
 }
 
+#[derive(Default)]
 struct State {
     now: u64,
     heard: u64,
@@ -55,7 +56,7 @@ struct State {
     /// Deliveries put on their way, which numbers those of one time.
     posted: u64,
     deliveries: u64,
-    network_faults: NetworkFaults,
+    faults: NetworkFaults,
     /// Deliveries to come by time and number.
     coming: BTreeMap<(u64, u64), Delivery>,
     participants: Vec<Participant>,
@@ -95,17 +96,10 @@ enum Said {
 
 impl Network {
     /// A network without participants.
-    pub fn new(network_faults: NetworkFaults) -> Network {
+    pub fn new(faults: NetworkFaults) -> Network {
         let state = State {
-            now: 0,
-            heard: 0,
-            messages: 0,
-            posted: 0,
-            deliveries: 0,
-            network_faults,
-            coming: BTreeMap::new(),
-            participants: Vec::new(),
-            broken: None,
+            faults,
+            ..State::default()
         };
         Network {
             shared: Arc::new(Mutex::new(state)),
@@ -155,7 +149,7 @@ impl Network {
             state.crash(participant, "the run is over");
         }
         Traces {
-            faults: std::mem::take(&mut state.network_faults.faults),
+            faults: std::mem::take(&mut state.faults.faults),
             unheard_s: 1e-9 * (state.now - state.heard) as f64,
             messages: state.messages,
             broken: state.broken.take(),
@@ -166,7 +160,7 @@ impl Network {
 impl State {
     /// Puts a message on its way, with the fault that befalls it.
     fn post(&mut self, participant: usize, frame: &Frame, answer: bool) {
-        let fault = self.network_faults.fault(self.messages);
+        let fault = self.faults.fault(self.messages);
         self.messages += 1;
         let mut delivery = Delivery {
             participant,

@@ -30,7 +30,7 @@ impl NetworkFault {
 }
 
 /// The faults of one schedule.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct NetworkFaults {
     random: Random,
     /// The message that the only fault befalls; none for a schedule of many.
@@ -56,12 +56,7 @@ impl NetworkFaults {
 
     /// No faults at all.
     pub fn none() -> NetworkFaults {
-        NetworkFaults {
-            random: Random::new(0),
-            only: None,
-            often: 0.0,
-            faults: Vec::new(),
-        }
+        NetworkFaults::default()
     }
 
     /// The fault that befalls this message.
