@@ -13,7 +13,8 @@ use coordinator::rundir::RunDir;
 use exchange_log::mismatch::Difference;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
 use harness::scene::{bar, body, glue, head};
-use lab::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
+use lab::replay::replayed::Replayed;
+use lab::replay::{Recording, coupler as loop_replay, recording, solver};
 use protocol::{Frame, Kind};
 
 mod several;

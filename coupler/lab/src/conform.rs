@@ -1,12 +1,12 @@
 //! The rules of the wire, tried on one participant, one by one (`thirdbody conform`).
 //!
 //! The participant is launched as in a run of its scenario, with its configuration, sets and windows, but all requests come from
-//! here: windows under small loads that are the same in each life. One *plain* life is asked for each window once; the others are
+//! here: windows under small loads that are the same in each launch. One *plain* launch is asked for each window once; the others are
 //! asked twice, early, under another load first, for fields or for a checkpoint in between, and must answer with the bits of
 //! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
 //!
 //! - [`rule`]: the rules by name, and the outcome of each;
-//! - [`tested`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain life;
+//! - [`tested`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain launch;
 //! - [`joined`], [`all_parts`], [`continuum`], [`layer`], [`ending`]: the trials.
 
 pub mod all_parts;
@@ -41,7 +41,7 @@ const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
 const FORCE: &[Part] = &[Part::ForceDriven];
 const MOTION: &[Part] = &[Part::MotionDriven];
 
-/// In this order: lives that end before their time come last.
+/// In this order: launches that end before their time come last.
 const TESTS: [Test; 23] = [
     (Rule::SameBits, ALL, all_parts::same_bits),
     (Rule::Repeats, JOINED, all_parts::repeats),
@@ -68,7 +68,7 @@ const TESTS: [Test; 23] = [
     (Rule::Shutdown, ALL, ending::shutdown),
 ];
 
-/// Tries a participant of a scenario, or another program in its place. `seen` is told of each rule as it is tried.
+/// Tries a participant of a scenario, or another program instead of it. `seen` is given each row as it comes about.
 pub fn conform(
     loaded: &Loaded,
     name: &str,
@@ -133,7 +133,7 @@ fn refuse_unknown_rules(only: &[String]) -> Result<(), Error> {
     Err(Refusal::argument(format!("--only {word}"), problem).into())
 }
 
-/// The participant of this name, or another program in its place.
+/// The participant of this name, or another program instead of it.
 pub fn conforming(
     loaded: &Loaded,
     name: &str,

@@ -17,8 +17,9 @@ use coordinator::run::session::fresh_run_id;
 use coordinator::rundir::RunDir;
 use coordinator::scenario::TransportKind;
 use kit::scratch::Scratch;
+use lab::replay::replayed::Replayed;
 use lab::replay::solver::ReplayOptions;
-use lab::replay::{Recording, Replayed, coupler, drift, recording, solver};
+use lab::replay::{Recording, coupler, drift, recording, solver};
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;

@@ -80,17 +80,17 @@ pub struct SceneSettings<'a> {
     candidates: Vec<Candidate<'a>>,
 }
 
-/// The first stored study that covers a scene, of this place or of those that are known.
+/// The first stored study that covers a scene: the one of this path, or of those that are known.
 ///
 /// # Errors
 /// None does; says of each why not.
-pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
-    let own = place.map(|place| StoredStudy::read(place).map(|study| (place.to_path_buf(), study)));
+pub fn covering(path: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
+    let own = path.map(|path| StoredStudy::read(path).map(|study| (path.to_path_buf(), study)));
     let known = own.is_none().then(known).into_iter().flatten();
     let mut why = Vec::new();
     for study in own.into_iter().chain(known) {
         let (path, study) = study?;
-        match study.place(resolved) {
+        match study.locate(resolved) {
             Ok(at) => return Ok((study, at)),
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
@@ -103,7 +103,7 @@ pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Ve
 }
 
 impl<'a> SceneSettings<'a> {
-    /// The settings of a study for the scene at this place.
+    /// The settings of a study for the scene that lies there.
     ///
     /// # Errors
     /// The study has too few scenes for a bound.
@@ -135,17 +135,17 @@ impl<'a> SceneSettings<'a> {
         let refuse = |problem: String| Refusal::argument("--budget", problem);
         let measures = &self.study.measures;
         let asked = |index: &usize| measure.is_none_or(|name| name == measures[*index].name);
-        let places: Vec<usize> = (0..measures.len()).filter(asked).collect();
-        if let (Some(name), []) = (measure, &places[..]) {
+        let indices: Vec<usize> = (0..measures.len()).filter(asked).collect();
+        if let (Some(name), []) = (measure, &indices[..]) {
             let known: Vec<&str> = measures.iter().map(|m| m.name.as_str()).collect();
             let (study, known) = (&self.study.study, known.join(", "));
             let problem = format!("the study `{study}` measures {known}, and not `{name}`");
             return Err(refuse(problem).into());
         }
-        for place in &places {
-            let floor = self.study.floor(*place);
+        for index in &indices {
+            let floor = self.study.floor(*index);
             if error < floor {
-                let name = &self.study.measures[*place].name;
+                let name = &self.study.measures[*index].name;
                 let problem = format!(
                     "{} % is below the floor of noise: references that differ by 1e-12 of a radius lie {} % apart by `{name}`, and less is no error",
                     percent(error),
@@ -154,7 +154,7 @@ impl<'a> SceneSettings<'a> {
                 return Err(refuse(problem).into());
             }
         }
-        let fits = |c: &&Candidate| places.iter().all(|k| c.predictions[*k].bound <= error);
+        let fits = |c: &&Candidate| indices.iter().all(|k| c.predictions[*k].bound <= error);
         let fitting = self.candidates.iter().filter(fits);
         let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
         Ok(cheapest.ok_or_else(|| {
@@ -173,12 +173,12 @@ impl<'a> SceneSettings<'a> {
     /// The choice, for summary.json.
     pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
         let measures = self.study.measures.iter().zip(&chosen.predictions);
-        let errors = measures.enumerate().map(|(place, (measure, prediction))| {
+        let errors = measures.enumerate().map(|(index, (measure, prediction))| {
             let error = json!({
                 "of": measure.of,
                 "expected": prediction.expected,
                 "bound": prediction.bound,
-                "floor": self.study.floor_median(place),
+                "floor": self.study.floor_median(index),
             });
             (measure.name.clone(), error)
         });
@@ -299,16 +299,16 @@ mod tests {
     fn a_scene_that_differs_elsewhere_is_not_covered() {
         let study = study();
         assert_eq!(
-            study.place("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = 3\n"),
+            study.locate("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = 3\n"),
             Ok(vec![])
         );
         let other = study
-            .place("[run]\nseed = 77\n[x]\ny = 2\n")
+            .locate("[run]\nseed = 77\n[x]\ny = 2\n")
             .expect_err("y differs");
         assert_eq!(other, "it has x.y = 1, and this scene 2");
         assert!(
             study
-                .place("[x]\ny = 1\n")
+                .locate("[x]\ny = 1\n")
                 .expect_err("it has no seed")
                 .contains("run.seed")
         );

@@ -24,7 +24,7 @@ pub const COSTS: [&str; 6] = [
 /// A run of the study, done or not.
 #[derive(Clone, Debug)]
 pub struct StudyRow {
-    /// Its place.
+    /// Index of its task.
     pub index: usize,
     /// Its part.
     pub role: TaskRole,
@@ -193,8 +193,8 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>)
     let perturbed = rows
         .iter()
         .filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
-    let floors = (0..file.measure.len()).map(|place| {
-        let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(place)).collect();
+    let floors = (0..file.measure.len()).map(|k| {
+        let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(k)).collect();
         let errors = errors.filter(|errors| !errors.is_empty())?;
         Some(errors.into_iter().fold(0.0, f64::max))
     });
@@ -263,9 +263,9 @@ fn row(
     let Some(run) = run else {
         return Ok(row);
     };
-    for (place, measure) in measures.iter().enumerate() {
+    for (k, measure) in measures.iter().enumerate() {
         match measure.deviation(&run, reference) {
-            Ok(deviation) => row.deviations[place] = Some(deviation),
+            Ok(deviation) => row.deviations[k] = Some(deviation),
             Err(why) => add(&mut row.message, &format!("error_{}: {why}", measure.name)),
         }
     }
@@ -284,8 +284,11 @@ fn row(
 fn warnings(run: &Finished) -> String {
     let all = run.summary["warnings"].as_array().into_iter().flatten();
     let told = all.filter_map(|warning| {
-        let (code, place) = (warning["code"].as_str()?, warning["where"].as_str()?);
-        Some(format!("{code} at {place}: {}", warning["value"].as_f64()?))
+        let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);
+        Some(format!(
+            "{code} at {position}: {}",
+            warning["value"].as_f64()?
+        ))
     });
     told.collect::<Vec<String>>().join("; ")
 }

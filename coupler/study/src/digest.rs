@@ -22,8 +22,8 @@ struct MeasureFront {
 
 impl MeasureFront {
     /// These words at the knee, none elsewhere.
-    fn mark(&self, place: usize, words: &str) -> String {
-        let knee = self.knee == Some(place);
+    fn mark(&self, index: usize, words: &str) -> String {
+        let knee = self.knee == Some(index);
         if knee { words.into() } else { String::new() }
     }
 }
@@ -45,12 +45,12 @@ impl<'a> Digest<'a> {
         let measures = results.file.measure.iter().map(|m| m.name.clone());
         let measures: Vec<String> = measures.collect();
         let keys = varied_keys(results, &settings);
-        let fronts = measures.iter().enumerate().map(|(place, name)| {
+        let fronts = measures.iter().enumerate().map(|(index, name)| {
             let trade = |(number, setting): (usize, &StudySetting)| {
                 Some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: setting.error(place)?,
+                    error: setting.error(index)?,
                 })
             };
             // The reference has no error, whatever it is worth: it takes no part.
@@ -61,7 +61,7 @@ impl<'a> Digest<'a> {
                 (!setting.is_trusted()).then_some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: setting.middle(|row| row.distance(place))?,
+                    error: setting.middle(|row| row.distance(index))?,
                 })
             };
             let front = front(&trades);
@@ -71,7 +71,7 @@ impl<'a> Digest<'a> {
                 knee: knee(&front),
                 front,
                 trades,
-                floor: keys.first().map_or(0.0, |key| key.floors[place]),
+                floor: keys.first().map_or(0.0, |key| key.floors[index]),
             }
         });
         Digest {
@@ -88,14 +88,14 @@ impl<'a> Digest<'a> {
         let head = ["measure", "setting", "cost", "error", "floor", "knee"].map(String::from);
         let mut lines = line(&head);
         for of in &self.fronts {
-            for (place, trade) in of.front.iter().enumerate() {
+            for (index, trade) in of.front.iter().enumerate() {
                 lines += &line(&[
                     of.measure.clone(),
                     self.settings[trade.setting].words(self.results),
                     format!("{:e}", trade.cost),
                     format!("{:e}", trade.error),
                     format!("{:e}", of.floor),
-                    of.mark(place, "knee"),
+                    of.mark(index, "knee"),
                 ]);
             }
         }
@@ -135,9 +135,9 @@ impl<'a> Digest<'a> {
                 of.measure
             );
             let _ = writeln!(text, "  {:>10}  {:>10}  setting", "cost", "error %");
-            for (place, trade) in of.front.iter().enumerate() {
+            for (index, trade) in of.front.iter().enumerate() {
                 let words = self.settings[trade.setting].words(self.results);
-                let mark = of.mark(place, "  <- knee");
+                let mark = of.mark(index, "  <- knee");
                 let error = percent(trade.error);
                 let _ = writeln!(text, "  {:>10.4}  {error:>10}  {words}{mark}", trade.cost);
             }

@@ -200,11 +200,11 @@ impl StudyFile {
         if self.vary.is_empty() || self.measure.is_empty() {
             return Err("at least one [[vary]] and one [[measure]] are needed".into());
         }
-        for (place, vary) in self.vary.iter().enumerate() {
+        for (index, vary) in self.vary.iter().enumerate() {
             let choices = vary.choices();
-            let choices = choices.map_err(|why| format!("vary.{place} (`{}`): {why}", vary.key))?;
+            let choices = choices.map_err(|why| format!("vary.{index} (`{}`): {why}", vary.key))?;
             if choices.is_empty() {
-                return Err(format!("vary.{place} (`{}`): has no values", vary.key));
+                return Err(format!("vary.{index} (`{}`): has no values", vary.key));
             }
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
@@ -262,7 +262,7 @@ fn no_study(path: &Path, error: io::Error) -> Error {
     }
 }
 
-/// Refuses a name that stands twice.
+/// Refuses a name that is given twice.
 fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();

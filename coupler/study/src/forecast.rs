@@ -12,7 +12,7 @@ use coordinator::run::session::{Options, fresh_run_id, run};
 use coordinator::rundir::BUILD;
 use kit::scratch::Scratch;
 
-/// Factors on what is foretold: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
+/// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
 /// machine. A task that runs into its limit is given twice as much.
 const WALL_FACTOR: f64 = 4.0;
 const MEMORY_FACTOR: u64 = 2;
@@ -20,7 +20,7 @@ const MEMORY_FACTOR: u64 = 2;
 const WALL_LEAST_S: f64 = 600.0;
 const MEMORY_LEAST: u64 = 512 << 20;
 
-/// Cost of the reference, or of the first task, as its first second foretold it: `cost.json` in the study's folder.
+/// Cost of the reference, or of the first task, as its first second predicted it: `cost.json` in the study's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Forecast {
     /// Build that was looked at.
@@ -35,7 +35,7 @@ impl Forecast {
     /// The one that the folder keeps, if it is this build's; else that of this task, which the folder then keeps.
     ///
     /// # Errors
-    /// The folder cannot be written, or a signal came. A task whose run ends early foretells nothing: then the least is asked for.
+    /// The folder cannot be written, or a signal came. A task whose run ends early predicts nothing: then the least is asked for.
     pub fn of(task: &Task, folder: &Path, options: &Options) -> Result<Forecast, Error> {
         let path = folder.join("cost.json");
         let kept = fs::read_to_string(&path).ok();

@@ -152,7 +152,7 @@ fn traction(runs: [&Finished; 2], name: &str, bin: Option<f64>) -> Result<Distan
 
 /// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one
 /// participant has it: a run of one solver has no names before its signals.
-fn column<'a>(table: &'a Table, place: &str, name: &str) -> Result<Curve<'a>, String> {
+fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, String> {
     let missing = || format!("no column `{name}`");
     let end = format!(".{name}");
     let get = |name: &str| table.get(name);
@@ -165,7 +165,7 @@ fn column<'a>(table: &'a Table, place: &str, name: &str) -> Result<Curve<'a>, St
     };
     let of_participant = || ending().map(|(_, numbers)| numbers.as_slice());
     Ok(Curve {
-        x: get(place).ok_or_else(missing)?,
+        x: get(along).ok_or_else(missing)?,
         y: get(name).or_else(of_participant).ok_or_else(missing)?,
     })
 }

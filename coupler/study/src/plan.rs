@@ -92,7 +92,10 @@ impl Plan {
         let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let small = small.then(|| file.small.clone()).unwrap_or_default();
+        let small = Some(&file.small)
+            .filter(|_| small)
+            .cloned()
+            .unwrap_or_default();
         let common = [&file.study.set[..], &small.set, set].concat();
         let axes = axes(&file, &small).map_err(|why| Refusal::file(path, why))?;
         let scenario = found(&beside, &file.study.scenario);
@@ -288,7 +291,7 @@ fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
             let last = axis.len() - 1;
             let steps = limit.saturating_sub(1).max(1);
             let kept = (0..limit.max(1)).map(|k| (k * last + steps / 2) / steps);
-            kept.map(|place| axis[place].clone()).collect()
+            kept.map(|k| axis[k].clone()).collect()
         }
         _ => axis,
     }
@@ -301,11 +304,11 @@ fn combined(
     takes: impl Fn(usize) -> bool,
 ) -> Vec<Vec<Option<KeyValue>>> {
     let mut points = vec![start.to_vec()];
-    for (place, axis) in axes.iter().enumerate().filter(|(place, _)| takes(*place)) {
+    for (k, axis) in axes.iter().enumerate().filter(|(k, _)| takes(*k)) {
         let longer = points.iter().flat_map(|point| {
             axis.iter().map(move |choice| {
                 let mut point = point.clone();
-                point[place] = Some(choice.clone());
+                point[k] = Some(choice.clone());
                 point
             })
         });
@@ -316,7 +319,7 @@ fn combined(
 
 /// The combinations of scene keys.
 fn scenes(vary: &[Vary], axes: &[Vec<KeyValue>]) -> Vec<Vec<Option<KeyValue>>> {
-    combined(axes, &vec![None; axes.len()], |place| vary[place].scene)
+    combined(axes, &vec![None; axes.len()], |k| vary[k].scene)
 }
 
 /// The points of a scene.
@@ -327,10 +330,10 @@ fn points(
     mode: Mode,
 ) -> Vec<Vec<Option<KeyValue>>> {
     match mode {
-        Mode::Grid => combined(axes, scene, |place| !vary[place].scene),
+        Mode::Grid => combined(axes, scene, |k| !vary[k].scene),
         Mode::OneAtATime => {
-            let varied = (0..axes.len()).filter(|place| !vary[*place].scene);
-            let points = varied.flat_map(|varied| combined(axes, scene, |place| place == varied));
+            let varied = (0..axes.len()).filter(|k| !vary[*k].scene);
+            let points = varied.flat_map(|varied| combined(axes, scene, |k| k == varied));
             points.collect()
         }
     }

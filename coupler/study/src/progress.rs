@@ -49,7 +49,7 @@ impl<'a> StudyProgress<'a> {
         TaskFolder::new(&self.folder, &task.id)
     }
 
-    /// The runs that are not done; tells how many are.
+    /// The runs that are not done; says how many are.
     ///
     /// # Errors
     /// A folder cannot be read.
@@ -75,7 +75,7 @@ impl<'a> StudyProgress<'a> {
         self.count.at(self.done.len());
     }
 
-    /// The stage of a run; tells of one that ended, once.
+    /// The stage of a run; one that ended is announced, once.
     ///
     /// # Errors
     /// Its folder cannot be read.
@@ -129,7 +129,7 @@ impl<'a> StudyProgress<'a> {
         false
     }
 
-    /// Tells of a run that is given up.
+    /// Announces a run that is given up.
     pub fn lost(&mut self, task: &Task, why: &str) {
         if self.given_up.insert(task.id.clone()) {
             tell(&format!("task {} is given up: {why}", task.index));

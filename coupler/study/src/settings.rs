@@ -9,7 +9,7 @@ use super::plan::TaskRole;
 /// A setting and what came of it, scene by scene.
 #[derive(Clone, Debug)]
 pub struct StudySetting<'a> {
-    /// Its values, by the place of the key; those that are not varied are not named.
+    /// Its values, by the index of the key; those that are not varied are not named.
     pub chosen: Vec<(usize, String)>,
     /// Its rows, one a scene.
     pub rows: Vec<&'a StudyRow>,
@@ -36,8 +36,8 @@ impl StudySetting<'_> {
         if self.chosen.is_empty() {
             return "reference".into();
         }
-        let word = |(place, value): &(usize, String)| {
-            format!("{} = {value}", short(&results.file.vary[*place].key))
+        let word = |(index, value): &(usize, String)| {
+            format!("{} = {value}", short(&results.file.vary[*index].key))
         };
         let words = self.chosen.iter().map(word);
         words.collect::<Vec<String>>().join(", ")
@@ -91,22 +91,22 @@ pub fn short(key: &str) -> &str {
 /// The settings of a study: the reference, where it is a run of it, then the points in their order.
 pub fn settings(results: &Results) -> Vec<StudySetting<'_>> {
     let mut all: Vec<StudySetting> = Vec::new();
-    let mut places: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
+    let mut known: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
     let rows = results.rows.iter();
     for row in rows.filter(|row| !matches!(row.role, TaskRole::Perturbed(_))) {
         let varied = (results.file.vary.iter().enumerate())
-            .filter(|(place, vary)| row.varied[*place] && !vary.scene);
-        let chosen = varied.map(|(place, _)| (place, row.values[place].clone()));
+            .filter(|(index, vary)| row.varied[*index] && !vary.scene);
+        let chosen = varied.map(|(index, _)| (index, row.values[index].clone()));
         let chosen: Vec<(usize, String)> = chosen.collect();
         let next = all.len();
-        let place = *places.entry(chosen.clone()).or_insert(next);
-        if place == next {
+        let index = *known.entry(chosen.clone()).or_insert(next);
+        if index == next {
             all.push(StudySetting {
                 chosen,
                 rows: Vec::new(),
             });
         }
-        all[place].rows.push(row);
+        all[index].rows.push(row);
     }
     all
 }

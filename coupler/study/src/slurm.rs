@@ -1,6 +1,6 @@
 //! The engine for a cluster: one job array of Slurm, whose tasks share nothing but the folder.
 //!
-//! Slurm is asked what it has queued; who works and who has died is told by the tasks' own files, since a node that was lost stays
+//! Slurm is asked what it has queued; who works and who has died stands in the tasks' own files, since a node that was lost stays
 //! RUNNING in Slurm's view for minutes. What is neither queued nor alive is submitted again.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -334,7 +334,7 @@ fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, 
     Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
 }
 
-/// The queue as `squeue --array --format=%i|%T|%j` tells it. The last part of a name is the offset of the array's indices.
+/// The queue as `squeue --array --format=%i|%T|%j` prints it. The last part of a name is the offset of the array's indices.
 fn parse_queue(text: &str) -> BTreeMap<usize, Queued> {
     let entry = |line: &str| {
         let mut cells = line.trim().split('|');

@@ -219,11 +219,11 @@ impl StoredStudy {
         table
     }
 
-    /// The place of a scenario among the scenes of the study: the logarithms of its numbers.
+    /// Where a scenario lies among the scenes of the study: the logarithms of its numbers.
     ///
     /// # Errors
     /// The study does not cover it; says in which key it differs.
-    pub fn place(&self, resolved: &str) -> Result<Vec<f64>, String> {
+    pub fn locate(&self, resolved: &str) -> Result<Vec<f64>, String> {
         let table: toml::Table = resolved.parse().unwrap_or_default();
         let known: toml::Table = self.scenario.parse().unwrap_or_default();
         let own = leaves(&self.without_varied(table.clone()));
@@ -234,7 +234,7 @@ impl StoredStudy {
                 [&known, &own].map(|of| of.get(key).cloned().unwrap_or("nothing".into()));
             return Err(format!("it has {key} = {known}, and this scene {own}"));
         }
-        let mut place = Vec::new();
+        let mut position = Vec::new();
         for key in &self.scene_keys {
             let own = value_at(&table, &key.key);
             let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
@@ -252,21 +252,21 @@ impl StoredStudy {
                             key.key
                         ));
                     }
-                    place.push(own.ln());
+                    position.push(own.ln());
                 }
                 _ if key.values.contains(own) => {}
                 _ => return Err(format!("it does not know {} = {own}", key.key)),
             }
         }
-        Ok(place)
+        Ok(position)
     }
 
-    /// The prediction of an error by a measure (its place) with a setting, at a place; the reference is the floor of noise.
+    /// The prediction of an error by a measure (its index) with a setting, for a scene that lies there; the reference is the floor of noise.
     pub fn predict(
         &self,
         setting: &StoredSetting,
         measure: usize,
-        place: &[f64],
+        position: &[f64],
     ) -> Option<ErrorPrediction> {
         let floor = self.floor(measure);
         if setting.set == self.reference {
@@ -280,8 +280,8 @@ impl StoredStudy {
             .filter_map(|key| key.values.iter().map(number).collect::<Option<Vec<f64>>>())
             .collect();
         let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
-        let places: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
-        let found = predict(&places, &setting.errors[measure], place)?;
+        let positions: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
+        let found = predict(&positions, &setting.errors[measure], position)?;
         Some(ErrorPrediction {
             expected: found.expected,
             bound: found.bound.max(floor),
@@ -301,10 +301,11 @@ impl StoredStudy {
 
 /// Overrides without those that a later one of the same key overrides.
 fn last_of_each(set: Vec<String>) -> Vec<String> {
-    let key = |place: usize| set[place].split('=').next().unwrap_or_default().trim();
-    let later = |place: &usize| (place + 1..set.len()).any(|other| key(other) == key(*place));
-    let kept = (0..set.len()).filter(|place| !later(place));
-    kept.map(|place| set[place].clone()).collect()
+    let key = |position: usize| set[position].split('=').next().unwrap_or_default().trim();
+    let later =
+        |position: &usize| (position + 1..set.len()).any(|other| key(other) == key(*position));
+    let kept = (0..set.len()).filter(|position| !later(position));
+    kept.map(|position| set[position].clone()).collect()
 }
 
 /// A positive number.

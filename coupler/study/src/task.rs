@@ -217,7 +217,7 @@ impl TaskFolder {
             let _ = fs::remove_dir_all(&out);
             return Ok(TaskStage::Waiting);
         }
-        // One that was told to stop is to be done anew, and one that was taken for dead is being done anew.
+        // One that was interrupted is to be done anew, and one that was taken for dead is being done anew.
         if outcome.status == "interrupted" || self.attempts() != attempt {
             let _ = fs::remove_dir_all(&out);
             return Ok(self.done().unwrap_or(TaskStage::Waiting));

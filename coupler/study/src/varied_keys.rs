@@ -71,7 +71,7 @@ impl VariedKey {
     pub fn trend(&self, measure: usize) -> ErrorTrend {
         let floor = self.floors[measure];
         let errors: Vec<(usize, f64, f64)> = (self.positions.iter().enumerate())
-            .filter_map(|(place, p)| Some((place, p.errors[measure]?, p.distance?)))
+            .filter_map(|(index, p)| Some((index, p.errors[measure]?, p.distance?)))
             .collect();
         if !self.is_ordered() || errors.len() < 2 {
             return ErrorTrend::None;
@@ -96,8 +96,8 @@ impl VariedKey {
 
     /// The trend in words.
     pub fn trend_words(&self, measure: usize) -> String {
-        let at = |place: usize| {
-            let position = &self.positions[place];
+        let at = |index: usize| {
+            let position = &self.positions[index];
             let error = position.errors[measure].map_or("-".into(), percent);
             format!("{} ({error} %)", position.value)
         };
@@ -118,13 +118,13 @@ impl VariedKey {
             return Vec::new();
         }
         let line =
-            |(place, name): (usize, &String)| format!("error_{name} {}", self.trend_words(place));
+            |(index, name): (usize, &String)| format!("error_{name} {}", self.trend_words(index));
         measures.iter().enumerate().map(line).collect()
     }
 
     /// The reason for a rise between two positions, as far as numbers tell it.
     fn why(&self, measure: usize, a: usize, b: usize) -> &'static str {
-        let [a, b] = [a, b].map(|place| &self.positions[place]);
+        let [a, b] = [a, b].map(|index| &self.positions[index]);
         let signs = a.deviations[measure].zip(b.deviations[measure]);
         if signs.is_some_and(|(a, b)| a * b < 0.0) {
             return ": the deviation changes its sign in between";
@@ -179,8 +179,8 @@ impl VariedKey {
             let word = if ratio >= 1.0 { "cheaper" } else { "dearer" };
             text += &format!(": {:.1}x {word}", ratio.max(1.0 / ratio));
         }
-        for (place, name) in measures.iter().enumerate() {
-            if let Some((near, far)) = near.errors[place].zip(far.errors[place]) {
+        for (index, name) in measures.iter().enumerate() {
+            if let Some((near, far)) = near.errors[index].zip(far.errors[index]) {
                 text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
             }
         }
@@ -215,17 +215,17 @@ pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKe
     let keys = results.file.vary.iter().enumerate();
     let varied = keys.filter(|(_, vary)| !vary.scene);
     varied
-        .map(|(place, _)| varied_key(results, settings, place))
+        .map(|(index, _)| varied_key(results, settings, index))
         .collect()
 }
 
-fn varied_key(results: &Results, settings: &[StudySetting], place: usize) -> VariedKey {
-    let vary = &results.file.vary[place];
+fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> VariedKey {
+    let vary = &results.file.vary[index];
     let count = results.file.measure.len();
     let mut values: Vec<String> = Vec::new();
     let mut with: BTreeMap<String, Vec<&StudySetting>> = BTreeMap::new();
     for setting in settings {
-        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == place) else {
+        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == index) else {
             continue;
         };
         if !values.contains(value) {
@@ -233,7 +233,7 @@ fn varied_key(results: &Results, settings: &[StudySetting], place: usize) -> Var
         }
         with.entry(value.clone()).or_default().push(setting);
     }
-    let order = order(results, &with, &values, place);
+    let order = order(results, &with, &values, index);
     if let Some(order) = &order {
         let far = |value: &String| -order[value].abs();
         values.sort_by(|a, b| far(a).total_cmp(&far(b)));
@@ -286,10 +286,10 @@ fn order(
     results: &Results,
     with: &BTreeMap<String, Vec<&StudySetting>>,
     values: &[String],
-    place: usize,
+    index: usize,
 ) -> Option<BTreeMap<String, f64>> {
     let reference = results.reference(0)?;
-    let own = number(&reference.values[place]);
+    let own = number(&reference.values[index]);
     let same = || {
         let mut of = with.iter();
         let found = of.find(|(_, settings)| {

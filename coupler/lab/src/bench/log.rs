@@ -14,7 +14,7 @@ use kit::scratch::Scratch;
 
 /// Doubles written for each row, 64 MB.
 const DOUBLES: usize = 8_000_000;
-/// Messages of a window, as of one continuum and one wall.
+/// Messages of a window, as of one continuum and one layer.
 const PER_WINDOW: usize = 10;
 /// Windows between two flushes, as in a run.
 const FLUSH_EVERY: u64 = 100;

@@ -95,7 +95,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Mappin
     })
 }
 
-/// Places of points with uneven gaps, from end to end (m).
+/// Positions of points with uneven gaps, from end to end (m).
 fn uneven(count: usize) -> Vec<f64> {
     let part = |i: usize| (i as f64 + 0.3 + 0.4 * ((i * 7 % 5) as f64 / 5.0)) / count as f64;
     (0..count).map(|i| LENGTH_M * (part(i) - 0.5)).collect()

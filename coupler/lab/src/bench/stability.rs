@@ -4,7 +4,7 @@
 //! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
 //! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run window by window as
 //! well, and has to give the same forces.
-//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the wall, the
+//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the boundary, the
 //! point on it weighs 1 % of the mass behind it.
 //!
 //! - [`bar`]: the continuum;
@@ -61,7 +61,7 @@ pub struct Findings {
 
 /// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
 pub fn bench(folder: &Path) -> Result<Findings, Error> {
-    // Before the minutes of work: a folder that cannot be written is told at once.
+    // Before the minutes of work: a folder that cannot be written is an error at once.
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let axes = Axes::full();
     let cells = map::map(&axes)?;

@@ -14,7 +14,7 @@ const WORK: f64 = 1e-6;
 const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
 
-/// Two lives, the second with two threads.
+/// Two launches, the second with two threads.
 pub fn same_bits(trial: &RuleTrial) -> Finding {
     let other = trial.live(2, &mut ask_once)?;
     trial.compare_life(&other)
@@ -166,7 +166,7 @@ pub fn snapshot(trial: &RuleTrial) -> Finding {
     trial.compare_life(&other)
 }
 
-/// A checkpoint in the middle of a life, which another life takes up.
+/// A checkpoint in the middle of a launch, from which another launch goes on.
 pub fn checkpoint(trial: &RuleTrial) -> Finding {
     let offers = trial.tested.description.capabilities.resume;
     offered(offers, "it writes no checkpoints (no `resume`)")?;

@@ -1,4 +1,4 @@
-//! Rules for a participant that is told forces and answers motion.
+//! Rules for a participant that is given forces and answers motion.
 
 use nalgebra::DVector;
 use protocol::{Kind, Window, larger};

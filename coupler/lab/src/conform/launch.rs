@@ -28,7 +28,7 @@ pub struct Launch<'a> {
     pub surface: Surface,
     /// Number of those that are exchanged.
     exchanged: usize,
-    /// Displacement (m) of points whose motion it is told.
+    /// Displacement (m) of the points of a motion-driven participant.
     displacement: Vec<f64>,
     launched: Instant,
 }
@@ -198,7 +198,7 @@ impl<'a> Launch<'a> {
         self.request((Kind::Checkpoint, Kind::State), Vec::new())
     }
 
-    /// Makes a state of another life the committed one, its points being where those were.
+    /// Makes a state of another launch the committed one, with the displacement of its points.
     pub fn restore(&mut self, state: &Frame, displacement: &[f64]) -> Result<(), Error> {
         self.displacement = displacement.to_vec();
         let kinds = (Kind::Restore, Kind::Restored);
@@ -215,7 +215,7 @@ impl<'a> Launch<'a> {
         self.set_boundary(self.tested.clock.window_s(), boundary)
     }
 
-    /// Displacement (m) of points whose motion it is told.
+    /// Displacement (m) of the points of a motion-driven participant.
     pub fn displacement(&self) -> Vec<f64> {
         self.displacement.clone()
     }

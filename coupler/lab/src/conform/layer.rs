@@ -1,4 +1,4 @@
-//! Rules for a participant that is told the motion of its points and answers forces.
+//! Rules for a participant that is given the motion of its points and answers forces.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::larger;

@@ -1,4 +1,4 @@
-//! Loads of the trials: small, known, and the same in every life.
+//! Loads of the trials: small, known, and the same in every launch.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::random::Random;
 /// Motion of a window under a load, over the distance between the points: small enough for every law to be linear in it.
 const MOTION: f64 = 1e-6;
 
-/// Motion of a window that a boundary is told, over the size of its points: enough to close the contacts of a layer at rest.
+/// Motion of a boundary in a window, over the size of its points: enough to close the contacts of a layer at rest.
 const APPROACH: f64 = 1e-4;
 
 /// Loads on all exchanged components: forces (N), or velocities of a boundary (m/s).

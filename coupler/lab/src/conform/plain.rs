@@ -1,4 +1,4 @@
-//! The plain life that all others are compared with, and the comparison.
+//! The plain launch that all others are compared with, and the comparison.
 
 use nalgebra::DMatrix;
 use protocol::{Role, Surface, Window};
@@ -23,13 +23,13 @@ pub struct RuleTrial<'a> {
     pub surface: Surface,
     /// Its loads.
     pub loads: TrialLoads,
-    /// Its answer to a change of motion, if it is told one.
+    /// Its answer to a change of motion, if it is motion-driven.
     pub stiffness: Option<LayerStiffness>,
     /// Its plain launch.
     pub plain: LaunchRecord,
 }
 
-/// Answers and reports of a life, window by window.
+/// Answers and reports of a launch, window by window.
 pub struct LaunchRecord {
     /// Answers to the windows that were accepted.
     pub answers: Vec<Vec<f64>>,
@@ -46,12 +46,12 @@ impl LaunchRecord {
     }
 }
 
-/// A trial of something between the windows of a life: it returns the answer that is accepted, and its window.
+/// A trial of something between the windows of a launch: it returns the answer that is accepted, and its window.
 pub type AskWindow<'t> =
     dyn FnMut(&mut Launch, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
 
 impl<'a> RuleTrial<'a> {
-    /// Finds loads that fit the participant, and lives its plain launch.
+    /// Finds loads that fit the participant, and records its plain launch.
     pub fn new(tested: &'a TestedParticipant<'a>) -> Result<RuleTrial<'a>, Error> {
         let (surface, loads) = loads(tested)?;
         let stiffness = match tested.part {
@@ -74,7 +74,7 @@ impl<'a> RuleTrial<'a> {
         })
     }
 
-    /// A life in which windows are asked for in this way.
+    /// A launch in which windows are asked for in this way.
     pub fn live(&self, threads: usize, ask: &mut AskWindow) -> Result<LaunchRecord, Error> {
         record(Launch::new(self.tested, threads)?, &self.loads, 0, ask)
     }
@@ -102,7 +102,7 @@ impl<'a> RuleTrial<'a> {
         Ok(format!("{} windows, the same bits", answers.len()))
     }
 
-    /// The same of a life from window `first` to its end, and of its state there.
+    /// The same of a launch from window `first` to its end, and of its state there.
     pub fn compare_to_end(&self, first: u64, other: &LaunchRecord, otherwise: &str) -> Finding {
         let same = self.compare(first, &other.answers, &other.reports)?;
         if self.plain.state_hash() != other.state_hash() {
@@ -146,7 +146,7 @@ pub fn ask_once(
     Ok((*window, launch.ask(window, load)?))
 }
 
-/// Lives from window `first` to the end.
+/// Records a launch from window `first` to its end.
 pub fn record(
     mut launch: Launch,
     loads: &TrialLoads,
@@ -175,7 +175,7 @@ pub struct LayerStiffness {
     pub motion: Vec<f64>,
 }
 
-/// A boundary that yields to the layer by a part of what it is told to do; `None` where no force was seen.
+/// A boundary that yields to the layer by a part of the motion that it is given; `None` where no force was seen.
 fn yielding(
     window_s: f64,
     LayerStiffness { force, motion }: &LayerStiffness,
@@ -189,7 +189,7 @@ fn yielding(
     (impedance > 0.0).then(|| DMatrix::from_fn(force.len(), force.len(), yields))
 }
 
-/// Presses it for a life, then in the next window by one motion and by a faster one.
+/// Presses it for all windows, then in the next one by one motion and by a faster one.
 fn stiffness(tested: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStiffness, Error> {
     let one = loads.of_window(WINDOWS, 0);
     let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();

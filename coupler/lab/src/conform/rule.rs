@@ -14,7 +14,7 @@ pub enum Rule {
     Greeting,
     /// Its surfaces can be: finite places, masses that are not negative, lengths above zero.
     Surface,
-    /// It joins the other side of its interfaces: surfaces of one shape that face each other, in one place.
+    /// It joins the other side of its interfaces: surfaces of one shape that face each other at one position.
     Joins,
     /// Each answer has the kind and length that are due, comes in its turn and repeats the header of its request.
     Frames,
@@ -22,7 +22,7 @@ pub enum Rule {
     Finite,
     /// It neither ends nor falls silent before its farewell.
     Lives,
-    /// Two lives answer with the same bits, whatever their number of threads.
+    /// Two launches answer with the same bits, whatever their number of threads.
     SameBits,
     /// A window that is asked for again is answered with the same bits.
     Repeats,
@@ -54,13 +54,13 @@ pub enum Rule {
     Balance,
     /// Fields are written without changing the state.
     Snapshot,
-    /// A new life that takes up a checkpoint goes on with the same bits.
+    /// A new launch that goes on from a checkpoint answers with the same bits.
     Checkpoint,
     /// It advances without an interface.
     Alone,
-    /// The farewell counts the steps, and its hash tells states apart.
+    /// The farewell counts the steps, and its hash differs where states differ.
     Farewell,
-    /// Times are of the life that was seen from outside.
+    /// Times fit the time between launch and end, as seen from outside.
     Times,
     /// A request that cannot be followed is answered with a `Fault`, after which it ends.
     Faults,

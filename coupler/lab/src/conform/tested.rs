@@ -73,7 +73,7 @@ impl<'a> ScenarioLauncher<'a> {
         threads: usize,
     ) -> Result<(Peers, Vec<Greeted>), Error> {
         let run_id = fresh_run_id();
-        let place = self.scratch.path().join(self.launched.get().to_string());
+        let folder = self.scratch.path().join(self.launched.get().to_string());
         self.launched.set(self.launched.get() + 1);
         let launcher = Launcher {
             loaded: self.loaded,
@@ -81,7 +81,7 @@ impl<'a> ScenarioLauncher<'a> {
             program: self.options.program.clone(),
             run_id,
             threads,
-            rundir: &RunDir::create(Some(&place), &self.scenario().run.name, run_id)?,
+            rundir: &RunDir::create(Some(&folder), &self.scenario().run.name, run_id)?,
         };
         let mut peers = launcher.start(participants, self.options.watch.clone())?;
         let greeted = greet(&mut peers, self.loaded, run_id)?;
@@ -92,9 +92,9 @@ impl<'a> ScenarioLauncher<'a> {
 /// The part that the participant takes in a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// It is told forces and answers motion.
+    /// It is given forces and answers motion.
     ForceDriven,
-    /// It is told the motion of its points and answers forces.
+    /// It is given the motion of its points and answers forces.
     MotionDriven,
     /// It runs alone.
     Alone,
@@ -126,7 +126,7 @@ pub struct TestedParticipant<'a> {
     pub sets: Vec<String>,
     /// Its windows.
     pub clock: Clock,
-    /// Compliance (1/kg) of the boundary in its lives, once it is known what yields to it; rigid before.
+    /// Compliance (1/kg) of the boundary in its launches, once the layer's stiffness is known; rigid before.
     pub boundary: OnceCell<DMatrix<f64>>,
 }
 

@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use super::Recording;
+use super::replayed::Replayed;
 use super::tape::{TapeLink, TapeProgress, turns};
-use super::{Recording, Replayed};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
 use coordinator::participants::handshake;
@@ -53,7 +54,7 @@ pub fn replay(
     let result = windows(&mut peers, scenario, &greeted, from, &mut count);
     drop(count);
     let wall_s = start.elapsed().as_secs_f64();
-    // A tape tells what is left of it when it goes.
+    // A tape notes what is left of it when it is dropped.
     drop(peers);
     let seen = seen.lock();
     let seen = seen.map_err(|_| Refusal::BrokenTape)?;

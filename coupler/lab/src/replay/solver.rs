@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use protocol::{Frame, Header, Kind, Window};
 
+use super::Recording;
 use super::deviation::Ruler;
+use super::replayed::{Drift, Replayed};
 use super::tape::{Turn, turns};
-use super::{Drift, Recording, Replayed};
 use crate::quiet::participant_index;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
@@ -86,11 +87,11 @@ pub fn replay(
     Ok(replayed)
 }
 
-/// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.
+/// The requests that a solver needs again before its state is restored: what is coupled, and the last compliant boundary.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
-    let mut walls = past.iter();
-    let last = walls.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
+    let mut boundaries = past.iter();
+    let last = boundaries.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
     let told = past.into_iter().enumerate().filter(|(index, turn)| {
         matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == last
     });

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use protocol::{Frame, Link, LinkError};
 
-use super::Replayed;
+use super::replayed::Replayed;
 use exchange_log::{COUPLER, Exchange, Mismatch};
 
 /// A request and its answer.

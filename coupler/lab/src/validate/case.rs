@@ -52,7 +52,7 @@ pub struct SuiteCase {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
+    /// Where the number is found: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
     /// the sum of two columns.
     pub path: String,
     /// Value that it must have; that of the case's reference if absent.

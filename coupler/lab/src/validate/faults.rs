@@ -21,6 +21,10 @@
 //! | a closed terminal | [`surroundings::terminal`], 1 s |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
 //! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
+//!
+//! - [`trial`]: one run of the program, and all that it started; [`row`]: the trials of a fault, counted;
+//! - [`kills`], [`stops`], [`surroundings`], [`damage`]: the faults; `resumes`: runs that go on afterwards;
+//! - [`simulated`]: runs in simulated time.
 
 pub mod damage;
 pub mod kills;
@@ -147,7 +151,7 @@ fn run_row(
     Ok(row.judged())
 }
 
-/// Runs one trial, and tells what was left of it.
+/// Runs one trial, and counts what was left of it.
 fn run_trial(
     undisturbed: &UndisturbedRun,
     fault: Fault,

@@ -140,7 +140,7 @@ impl Left {
     }
 }
 
-/// A run in a place of its own; the outer error ends the suite.
+/// A run in a folder of its own; the outer error ends the suite.
 fn attempt(
     scene: &Path,
     set: &[String],

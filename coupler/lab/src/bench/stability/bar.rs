@@ -36,7 +36,13 @@ impl UnitBar {
             1 => 1.0 / mass(i),
             _ => 0.0,
         });
-        let place = DVector::from_fn(end + 1, |i, _| f64::from(u8::from(i == end)));
-        Response::new(self.step_s, substeps, &k, &(&place / END_MASS_KG), &place)
+        let end_node = DVector::from_fn(end + 1, |i, _| f64::from(u8::from(i == end)));
+        Response::new(
+            self.step_s,
+            substeps,
+            &k,
+            &(&end_node / END_MASS_KG),
+            &end_node,
+        )
     }
 }

@@ -12,7 +12,7 @@ use scheme::predict::prediction::{NEUTRAL, explain};
 pub struct Limit {
     /// The scheme.
     pub scheme: Scheme,
-    /// The bisected quantity: `mass_ratio`, mass on the wall over that of the bar, or `cfl`, step over its limit.
+    /// The bisected quantity: `mass_ratio`, mass behind the boundary over that of the bar, or `cfl`, step over its limit.
     pub axis: &'static str,
     /// Steps in a window.
     pub substeps: u32,
@@ -76,7 +76,7 @@ fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Setup {
     }
 }
 
-/// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
+/// Heavy masses make schemes grow in which the boundary follows, light ones those in which the continuum does.
 fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     let at_low_end = scheme.dirichlet() == Dirichlet::Wall;
     let response = bar(cfl).response(substeps);
@@ -132,7 +132,7 @@ fn is_stable(setup: &Setup) -> bool {
     (late / early).powf(1.0 / quarter as f64) < GROWTH
 }
 
-/// The last place, in logarithms, where a property that holds at the low end still holds.
+/// The largest value, in logarithms, at which a property that holds at the low end still holds.
 fn bisect(low: f64, high: f64, holds: impl Fn(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (low.ln(), high.ln());
     for _ in 0..HALVINGS {

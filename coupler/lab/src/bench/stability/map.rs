@@ -24,9 +24,9 @@ pub const ELEMENTS: usize = 10;
 pub struct Axes {
     /// Schemes, those with roles in both of them.
     pub schemes: Vec<Scheme>,
-    /// Theta of the masses on the wall.
+    /// Theta of the masses behind the boundary.
     pub thetas: Vec<f64>,
-    /// Mass on the wall over that of the bar.
+    /// Mass behind the boundary over that of the bar.
     pub mass_ratios: Vec<f64>,
     /// Steps in a window.
     pub substeps: Vec<u32>,
@@ -85,7 +85,7 @@ impl Axes {
 pub struct Cell {
     /// The set-up.
     pub setup: Setup,
-    /// Mass on the wall over that of the bar.
+    /// Mass behind the boundary over that of the bar.
     pub mass_ratio: f64,
     /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
     pub growth: f64,
@@ -122,13 +122,13 @@ impl Axes {
 
     /// The cell of this index; the last axis runs fastest.
     fn cell(&self, mut index: usize) -> Result<Cell, Error> {
-        let mut place = self.lengths();
-        for axis in place.iter_mut().rev() {
+        let mut indices = self.lengths();
+        for axis in indices.iter_mut().rev() {
             let length = *axis;
             *axis = index % length;
             index /= length;
         }
-        let [scheme, theta, mass, substeps, cfl, stiffness] = place;
+        let [scheme, theta, mass, substeps, cfl, stiffness] = indices;
         let stiffness_ratio = self.stiffness_ratios[stiffness];
         let mass_ratio = self.mass_ratios[mass];
         let setup = Setup {

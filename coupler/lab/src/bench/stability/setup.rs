@@ -20,13 +20,13 @@ pub struct Setup {
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
     pub scheme: Scheme,
-    /// The masses on the wall.
+    /// The masses behind the boundary.
     pub boundary_inertia: BoundaryInertia,
 }
 
 /// Constant relaxation of the fixed-point schemes.
 pub const RELAXATION: f64 = 0.5;
-/// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
+/// Mass of the point itself over the mass behind it, which it announces where it is driven by forces.
 const POINT: f64 = 0.01;
 
 /// Masses that arrive with 1 m/s.

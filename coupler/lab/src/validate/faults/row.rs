@@ -88,8 +88,8 @@ pub struct FaultRow {
     windows_lost: Vec<u64>,
 }
 
-/// Wrong trials that a row tells of.
-const TOLD: usize = 5;
+/// Wrong trials that a row lists.
+const LISTED: usize = 5;
 
 impl FaultRow {
     /// A row without trials; a fault has to be found within `bound_s`, where there is something to find.
@@ -114,7 +114,7 @@ impl FaultRow {
     /// Counts a trial that did not end right.
     pub fn failed(&mut self, why: String) {
         self.trials += 1;
-        if self.wrong.len() < TOLD {
+        if self.wrong.len() < LISTED {
             self.wrong.push(why);
         }
     }

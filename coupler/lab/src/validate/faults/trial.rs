@@ -205,7 +205,7 @@ impl FaultTrial<'_> {
         }
     }
 
-    /// Runs a verb to its end and tells its exit code; its words go to files.
+    /// Runs a verb to its end and returns its exit code; its words go to files.
     pub fn verb(&mut self, words: &[&str]) -> Result<Option<i32>, Wrong> {
         let mut command = Command::new(&self.undisturbed.program);
         command.args(words).current_dir(self.folder.path());
@@ -293,7 +293,7 @@ impl FaultTrial<'_> {
         Ok(found.map(|(pid, _)| pid))
     }
 
-    /// Participants that live now: all processes that were told a session in this folder.
+    /// Participants that live now: all processes whose session file is in this folder.
     pub fn participants(&self) -> Vec<(Pid, String)> {
         let folder = self.folder.path();
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -400,7 +400,7 @@ pub fn send(pid: Pid, signal: Signal) {
     let _ = kill(pid, signal);
 }
 
-/// The session file that a living process was told.
+/// The session file that a living process was launched with.
 fn session_of(number: i32) -> Option<PathBuf> {
     let bytes = fs::read(format!("/proc/{number}/environ")).ok()?;
     let mut variables = bytes.split(|byte| *byte == 0);

@@ -106,7 +106,7 @@ impl Network {
         }
     }
 
-    /// Starts a participant; returns the coordinator's end of its connection, and where its own end will be told.
+    /// Starts a participant; returns the coordinator's end of its connection, and where the reason of its end will stand.
     pub fn join(
         &self,
         session: Session,
@@ -117,7 +117,7 @@ impl Network {
         let (says, said) = channel();
         let thread = thread::spawn(move || {
             let mut far: Box<dyn Link> = wrap(Box::new(FarEnd { hears, says }));
-            // Its reason is told to the coordinator as a fault, or is that of the network.
+            // The coordinator hears its reason as a fault, or it is that of the network.
             let _ = serve(&session, far.as_mut(), build);
         });
         let end = Arc::new(OnceLock::new());
@@ -142,7 +142,7 @@ impl Network {
         (wrap(Box::new(near)), end)
     }
 
-    /// Ends all participants and tells what came of the schedule.
+    /// Ends all participants; returns what came of the schedule.
     pub fn end(&self) -> Traces {
         let mut state = self.shared.lock().expect("nothing panics with it");
         for participant in 0..state.participants.len() {
@@ -320,7 +320,7 @@ fn flip(frame: &mut Frame, bit: u64) {
         4 => header.iteration ^= one(32) as u32,
         5 => header.window ^= one(64),
         6 => header.step ^= one(64),
-        // A body would take as many steps as it is told: the upper bits would only cost time.
+        // A body would take as many steps as the number says: the upper bits would only cost time.
         7 => header.substeps ^= one(12) as u32,
         8 => header.count ^= one(32) as u32,
         9 => header.t0_s = flipped(header.t0_s),

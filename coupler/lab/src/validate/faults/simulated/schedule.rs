@@ -3,7 +3,7 @@
 //! Right is
 //! - a run that completes with the hashes of exchange and state of the undisturbed one, which went over in-process channels;
 //! - a named end: a lost participant, a broken conversation or a missed deadline (exit codes 4 and 5; 2 where the flipped bit is
-//!   in the protocol's version) whose message names a participant, told when at most a deadline has passed since the coordinator
+//!   in the protocol's version) whose message names a participant, and comes when at most a deadline has passed since the coordinator
 //!   heard something. Where there is a checkpoint, the run then goes on from it, without faults, to the hashes of the
 //!   undisturbed one;
 //! - and nothing but the first where the faults only took time, less than a deadline in all.
