@@ -30,11 +30,11 @@ use coordinator::scenario::load::Loaded;
 use joined::joins;
 use launch::Launch;
 use plain::RuleTrial;
-use rule::{ConformRow, Finding, Rule, RuleVerdict, Stop};
+use rule::{ConformRow, Rule, RuleFinding, RuleVerdict, Stop};
 use tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
 /// A rule, the parts that it concerns, and how it is tried.
-type Test = (Rule, &'static [Part], fn(&RuleTrial) -> Finding);
+type Test = (Rule, &'static [Part], fn(&RuleTrial) -> RuleFinding);
 
 const ALL: &[Part] = &[Part::Alone, Part::ForceDriven, Part::MotionDriven];
 const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
@@ -165,7 +165,7 @@ impl Table<'_> {
     }
 
     /// Enters what came of a trial.
-    fn enter(&mut self, rule: Rule, finding: Finding) -> Result<(), Error> {
+    fn enter(&mut self, rule: Rule, finding: RuleFinding) -> Result<(), Error> {
         match finding {
             Ok(why) => self.add(rule, RuleVerdict::Holds, why),
             Err(Stop::Verdict(verdict, why)) => self.add(rule, verdict, why),

@@ -3,7 +3,7 @@
 use protocol::{Role, Window};
 
 use super::plain::{RuleTrial, WINDOWS, ask_once, difference, record};
-use super::rule::{Finding, Stop, broken, exceeds, not_tested, offered, within};
+use super::rule::{RuleFinding, Stop, broken, exceeds, not_tested, offered, within};
 use super::tested::{Part, TestedParticipant};
 
 /// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
@@ -15,13 +15,13 @@ const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
 
 /// Two launches, the second with two threads.
-pub fn same_bits(trial: &RuleTrial) -> Finding {
+pub fn same_bits(trial: &RuleTrial) -> RuleFinding {
     let other = trial.live(2, &mut ask_once)?;
     trial.compare_life(&other)
 }
 
 /// Every window is asked for three times.
-pub fn repeats(trial: &RuleTrial) -> Finding {
+pub fn repeats(trial: &RuleTrial) -> RuleFinding {
     repeats_offered(trial)?;
     let mut first = Vec::new();
     let last = trial.live(1, &mut |launch, window, load| {
@@ -42,7 +42,7 @@ pub fn repeats(trial: &RuleTrial) -> Finding {
 }
 
 /// Every window is asked for under another load first, and half as long.
-pub fn rollback(trial: &RuleTrial) -> Finding {
+pub fn rollback(trial: &RuleTrial) -> RuleFinding {
     repeats_offered(trial)?;
     let other = trial.live(1, &mut |launch, window, load| {
         launch.ask(window, &trial.loads.of_window(window.index, 1))?;
@@ -77,7 +77,7 @@ fn repeats_offered(trial: &RuleTrial) -> Result<(), Stop> {
 }
 
 /// Lengths of reports, and numbers in them.
-pub fn report(trial: &RuleTrial) -> Finding {
+pub fn report(trial: &RuleTrial) -> RuleFinding {
     let own = &trial.tested.description;
     let terms = own.ledger.iter().map(|term| &term.name);
     let names: Vec<&String> = own.signals.iter().chain(terms).collect();
@@ -99,7 +99,7 @@ pub fn report(trial: &RuleTrial) -> Finding {
 }
 
 /// The work that it books against the work that was exchanged.
-pub fn work(trial: &RuleTrial) -> Finding {
+pub fn work(trial: &RuleTrial) -> RuleFinding {
     let booked = |role: &Role| {
         trial
             .tested
@@ -130,7 +130,7 @@ pub fn work(trial: &RuleTrial) -> Finding {
 }
 
 /// The balance of the ledger over a load that comes and goes slowly.
-pub fn balance(trial: &RuleTrial) -> Finding {
+pub fn balance(trial: &RuleTrial) -> RuleFinding {
     let part = trial.tested.part;
     let offers = !trial.tested.description.ledger.is_empty();
     offered(offers, "it keeps no ledger")?;
@@ -156,7 +156,7 @@ pub fn balance(trial: &RuleTrial) -> Finding {
 }
 
 /// Fields are written in the middle of a launch.
-pub fn snapshot(trial: &RuleTrial) -> Finding {
+pub fn snapshot(trial: &RuleTrial) -> RuleFinding {
     let other = trial.live(1, &mut |launch, window, load| {
         if window.index == WINDOWS / 2 {
             launch.snapshot("conform")?;
@@ -167,7 +167,7 @@ pub fn snapshot(trial: &RuleTrial) -> Finding {
 }
 
 /// A checkpoint in the middle of a launch, from which another launch goes on.
-pub fn checkpoint(trial: &RuleTrial) -> Finding {
+pub fn checkpoint(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.resume;
     offered(offers, "it writes no checkpoints (no `resume`)")?;
     let half = WINDOWS / 2;
@@ -192,7 +192,7 @@ pub fn checkpoint(trial: &RuleTrial) -> Finding {
 }
 
 /// Windows without an interface.
-pub fn alone(trial: &RuleTrial) -> Finding {
+pub fn alone(trial: &RuleTrial) -> RuleFinding {
     let own = &trial.tested.description;
     offered(own.capabilities.alone, "it cannot run alone")?;
     if own.step_s.is_none() {

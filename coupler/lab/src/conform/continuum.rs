@@ -5,7 +5,7 @@ use protocol::{Kind, Window, larger};
 
 use super::launch::Launch;
 use super::plain::{RuleTrial, WINDOWS, apart, dot, greatest, minus};
-use super::rule::{Finding, broken, exceeds, not_tested, offered, within};
+use super::rule::{RuleFinding, broken, exceeds, not_tested, offered, within};
 use coordinator::error::Error;
 use coordinator::participants::admission::fault_of_columns;
 
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-7;
 const LINEAR: f64 = 1e-4;
 
 /// An advance that comes early, is used, and is discarded.
-pub fn early(trial: &RuleTrial) -> Finding {
+pub fn early(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.rollback;
     offered(offers, "it cannot repeat a window, and is not asked early")?;
     let mut launch = trial.begin()?;
@@ -65,7 +65,7 @@ fn pair(trial: &RuleTrial) -> Result<Pair, Error> {
 }
 
 /// The second of two windows, against the whole motion of both.
-pub fn increments(trial: &RuleTrial) -> Finding {
+pub fn increments(trial: &RuleTrial) -> RuleFinding {
     let pair = pair(trial)?;
     let sum = minus(&pair.both, &pair.first);
     // A body that does not move on has increments of zero, and its totals are those of the first window.
@@ -82,7 +82,7 @@ pub fn increments(trial: &RuleTrial) -> Finding {
 }
 
 /// Two windows against one that is as long as both.
-pub fn substeps(trial: &RuleTrial) -> Finding {
+pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.step_s.is_some();
     offered(offers, "it has no step of its own: a window is one")?;
     let pair = pair(trial)?;
@@ -108,7 +108,7 @@ fn response(trial: &RuleTrial, window: &Window, load: &[f64]) -> Result<Vec<f64>
 }
 
 /// Work of small forces on the motion that they make.
-pub fn passive(trial: &RuleTrial) -> Finding {
+pub fn passive(trial: &RuleTrial) -> RuleFinding {
     let clock = &trial.tested.clock;
     let window = clock.window(0, 0, clock.substeps);
     for draw in 0..LOADS {
@@ -125,7 +125,7 @@ pub fn passive(trial: &RuleTrial) -> Finding {
 }
 
 /// Columns against the answers to forces, for whole and half windows.
-pub fn columns(trial: &RuleTrial) -> Finding {
+pub fn columns(trial: &RuleTrial) -> RuleFinding {
     offered(
         trial.tested.description.capabilities.columns,
         "it has no columns",
@@ -154,7 +154,7 @@ pub fn columns(trial: &RuleTrial) -> Finding {
 }
 
 /// Velocities that go up in a straight line and stay.
-pub fn velocity(trial: &RuleTrial) -> Finding {
+pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.prescribed_velocity;
     offered(offers, "it follows no velocity (no `follow`)")?;
     let mut launch = trial.begin()?;
@@ -195,7 +195,7 @@ pub fn velocity(trial: &RuleTrial) -> Finding {
 }
 
 /// Every other point exchanged, against all of them with no load on the rest.
-pub fn select(trial: &RuleTrial) -> Finding {
+pub fn select(trial: &RuleTrial) -> RuleFinding {
     let chosen = |point: usize| point.is_multiple_of(2);
     let points = trial.surface.len();
     if points < 2 {

@@ -6,7 +6,7 @@ use protocol::Frame;
 
 use super::launch::{Launch, LaunchEnd};
 use super::plain::{RuleTrial, WINDOWS};
-use super::rule::{Finding, broken, exceeds, not_tested};
+use super::rule::{RuleFinding, broken, exceeds, not_tested};
 use super::tested::Part;
 use coordinator::error::{Error, Refusal};
 
@@ -20,7 +20,7 @@ const NOTICE: Duration = Duration::from_secs(3);
 const CLOCKS_S: f64 = 0.05;
 
 /// Steps and state hash of the farewell.
-pub fn farewell(trial: &RuleTrial) -> Finding {
+pub fn farewell(trial: &RuleTrial) -> RuleFinding {
     let tested = trial.tested;
     let outcome = &trial.plain.end.farewell.outcome;
     let due = match (tested.part, tested.description.step_s) {
@@ -57,7 +57,7 @@ pub fn farewell(trial: &RuleTrial) -> Finding {
 }
 
 /// Times of the farewell against the launch.
-pub fn times(trial: &RuleTrial) -> Finding {
+pub fn times(trial: &RuleTrial) -> RuleFinding {
     let LaunchEnd { farewell, lived } = &trial.plain.end;
     let times = [
         ("cpu_s", farewell.cpu_s),
@@ -81,7 +81,7 @@ pub fn times(trial: &RuleTrial) -> Finding {
 type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Launch) -> Result<(), Error>);
 
 /// Requests that cannot be followed.
-pub fn faults(trial: &RuleTrial) -> Finding {
+pub fn faults(trial: &RuleTrial) -> RuleFinding {
     let load = trial.loads.of_window(0, 0);
     let short = &load[..load.len().saturating_sub(1)];
     let poisoned: Vec<f64> = load.iter().map(|_| f64::NAN).collect();
@@ -121,7 +121,7 @@ pub fn faults(trial: &RuleTrial) -> Finding {
 }
 
 /// Ends: asked to, after a farewell, and when the coordinator has gone.
-pub fn shutdown(trial: &RuleTrial) -> Finding {
+pub fn shutdown(trial: &RuleTrial) -> RuleFinding {
     let mut launch = trial.begin()?;
     let Some(process) = launch.process() else {
         return not_tested("it is no process of its own");

@@ -1,6 +1,6 @@
 //! The participant beside the other sides of its interfaces.
 
-use super::rule::{Finding, broken, not_tested};
+use super::rule::{RuleFinding, broken, not_tested};
 use super::tested::{Part, TestedParticipant};
 use coordinator::error::Error;
 use coordinator::participants::remote::Remote;
@@ -8,7 +8,7 @@ use coordinator::plausible;
 use scheme::join::join;
 
 /// Launches all participants of the scenario and joins their sets.
-pub fn joins(tested: &TestedParticipant) -> Finding {
+pub fn joins(tested: &TestedParticipant) -> RuleFinding {
     if tested.part == Part::Alone {
         return not_tested("it has no interface");
     }

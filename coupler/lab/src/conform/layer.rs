@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use protocol::larger;
 
 use super::plain::{LayerStiffness, RuleTrial, WINDOWS, apart, dot, greatest};
-use super::rule::{Finding, broken, not_tested, within};
+use super::rule::{RuleFinding, broken, not_tested, within};
 
 /// Largest departure from v = a + W p, over the largest velocity.
 const BOUNDARY: f64 = 1e-6;
@@ -13,7 +13,7 @@ const BOUNDARY: f64 = 1e-6;
 const TOLERANCES: f64 = 10.0;
 
 /// A faster motion into the layer against the change of the force.
-pub fn passive(trial: &RuleTrial) -> Finding {
+pub fn passive(trial: &RuleTrial) -> RuleFinding {
     let Some(LayerStiffness { force, motion }) = &trial.stiffness else {
         return not_tested("it is told no motion");
     };
@@ -32,7 +32,7 @@ pub fn passive(trial: &RuleTrial) -> Finding {
 }
 
 /// v = a on a rigid boundary, v = a + W p on one that yields.
-pub fn boundary(trial: &RuleTrial) -> Finding {
+pub fn boundary(trial: &RuleTrial) -> RuleFinding {
     let mut launch = trial.begin()?;
     let (window_s, n) = (trial.tested.clock.window_s(), launch.size());
     launch.set_boundary(window_s, &DMatrix::zeros(n, n))?;
@@ -61,7 +61,7 @@ pub fn boundary(trial: &RuleTrial) -> Finding {
 }
 
 /// Compares the convergence that it claims with its residuals.
-pub fn convergence(trial: &RuleTrial) -> Finding {
+pub fn convergence(trial: &RuleTrial) -> RuleFinding {
     let own = trial.tested.description.tolerance.as_ref();
     let mut worst: f64 = 0.0;
     for (index, answer) in trial.plain.answers.iter().enumerate() {

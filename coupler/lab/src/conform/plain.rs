@@ -5,7 +5,7 @@ use protocol::{Role, Surface, Window};
 
 use super::launch::{Launch, LaunchEnd};
 use super::load::{TrialLoads, into};
-use super::rule::{Finding, broken};
+use super::rule::{RuleFinding, broken};
 use super::tested::{Part, TestedParticipant};
 use coordinator::error::Error;
 
@@ -85,7 +85,7 @@ impl<'a> RuleTrial<'a> {
     }
 
     /// Compares answers and reports from window `first` on with those of the plain launch.
-    pub fn compare(&self, first: u64, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Finding {
+    pub fn compare(&self, first: u64, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> RuleFinding {
         let first = first as usize;
         let pairs = [
             ("answer", &self.plain.answers, answers),
@@ -103,7 +103,7 @@ impl<'a> RuleTrial<'a> {
     }
 
     /// The same of a launch from window `first` to its end, and of its state there.
-    pub fn compare_to_end(&self, first: u64, other: &LaunchRecord, otherwise: &str) -> Finding {
+    pub fn compare_to_end(&self, first: u64, other: &LaunchRecord, otherwise: &str) -> RuleFinding {
         let same = self.compare(first, &other.answers, &other.reports)?;
         if self.plain.state_hash() != other.state_hash() {
             return broken(otherwise);
@@ -112,7 +112,7 @@ impl<'a> RuleTrial<'a> {
     }
 
     /// The same of a whole launch.
-    pub fn compare_life(&self, other: &LaunchRecord) -> Finding {
+    pub fn compare_life(&self, other: &LaunchRecord) -> RuleFinding {
         let otherwise = "the answers are the same, the state hashes at the end are not";
         self.compare_to_end(0, other, otherwise)
     }

@@ -101,7 +101,7 @@ pub struct ConformRow {
 }
 
 /// Outcome of a trial: the values that were compared, where the rule holds.
-pub type Finding = Result<String, Stop>;
+pub type RuleFinding = Result<String, Stop>;
 
 /// Why a trial ends without saying that its rule holds.
 #[derive(Debug)]
@@ -135,7 +135,7 @@ pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
 }
 
 /// Holds if the value is at most the bound.
-pub fn within(what: &str, value: f64, bound: f64) -> Finding {
+pub fn within(what: &str, value: f64, bound: f64) -> RuleFinding {
     let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
     if exceeds(value, bound) {
         broken(said)

@@ -2,7 +2,7 @@
 
 use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
-use super::setup::{Setup, largest, scheme, word};
+use super::setup::{StabilitySetup, largest, scheme, word};
 use coordinator::error::Error;
 use scheme::keys::{Dirichlet, Scheme, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
@@ -67,8 +67,8 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     Ok(limits)
 }
 
-fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Setup {
-    Setup {
+fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
+    StabilitySetup {
         bar: bar(cfl),
         substeps,
         scheme,
@@ -119,7 +119,7 @@ fn level(scheme: &Scheme) -> f64 {
 }
 
 /// True if a real run grows by less than the limit a window, from its third quarter to its last.
-fn is_stable(setup: &Setup) -> bool {
+fn is_stable(setup: &StabilitySetup) -> bool {
     let fixed_point = level(&setup.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
     let run = setup.run(&setup.response(), windows, GAP_M);

@@ -3,7 +3,7 @@
 use protocol::{BoundaryInertia, larger};
 
 use super::bar::UnitBar;
-use super::setup::{MOVING, Setup, largest, scheme, word};
+use super::setup::{MOVING, StabilitySetup, largest, scheme, word};
 use crate::cores::on_all_cores;
 use coordinator::error::Error;
 use scheme::keys::{Dirichlet, Scheme, SchemeWord};
@@ -84,7 +84,7 @@ impl Axes {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// The set-up.
-    pub setup: Setup,
+    pub setup: StabilitySetup,
     /// Mass behind the boundary over that of the bar.
     pub mass_ratio: f64,
     /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
@@ -131,7 +131,7 @@ impl Axes {
         let [scheme, theta, mass, substeps, cfl, stiffness] = indices;
         let stiffness_ratio = self.stiffness_ratios[stiffness];
         let mass_ratio = self.mass_ratios[mass];
-        let setup = Setup {
+        let setup = StabilitySetup {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
             scheme: self.schemes[scheme],
@@ -160,7 +160,7 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
 }
 
 /// The knowledge of the coupler after the handshake: the bar by four numbers.
-pub(super) fn inputs(setup: &Setup, response: &Response) -> StabilityInputs {
+pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityInputs {
     StabilityInputs {
         step_s: setup.bar.step_s,
         substeps: setup.substeps,

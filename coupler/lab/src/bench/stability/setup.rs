@@ -13,7 +13,7 @@ use scheme::predict::sprung_mass::Masses;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setup {
+pub struct StabilitySetup {
     /// The continuum.
     pub bar: UnitBar,
     /// Steps in a window.
@@ -50,7 +50,7 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
 
 /// The windows that were run.
 #[derive(Debug, Default)]
-pub struct SetupRun {
+pub struct StabilityRun {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
     /// State of both sides after the first window.
@@ -59,7 +59,7 @@ pub struct SetupRun {
     pub error: Option<SchemeError>,
 }
 
-impl Setup {
+impl StabilitySetup {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
         match self.scheme.dirichlet() {
@@ -89,11 +89,11 @@ impl Setup {
     }
 
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
-    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> SetupRun {
+    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> StabilityRun {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
         let mut pair = LinearPair::new(model, MOVING);
-        let mut run = SetupRun::default();
+        let mut run = StabilityRun::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);
             match coupling.window(&mut pair, window, |_| None) {
