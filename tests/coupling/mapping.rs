@@ -6,7 +6,7 @@
 //! are; a mapping that reproduces linear fields keeps the moment. Rounding of sums of 10 000 terms is below 1e-12. Ripple
 //! of a uniform pressure, by independent prototypes on 121 nodes: mortar 0.05, linear 0.30, nearest 0.76.
 
-use lab::bench::mapping::{Row, row};
+use lab::bench::mapping::{MappingRow, row};
 use scheme::keys::MappingKind;
 use scheme::mapping::{Mapping, MappingError};
 
@@ -35,7 +35,7 @@ fn forces_moments_and_power_are_kept_from_ten_to_ten_thousand_nodes() {
     }
 }
 
-fn keeps(row: &Row) {
+fn keeps(row: &MappingRow) {
     assert!(row.force_rel <= 1e-12, "{row:?}");
     assert!(row.power_rel <= 1e-12, "{row:?}");
     if row.mapping != MappingKind::Nearest {

@@ -11,9 +11,9 @@ use coordinator::error::Error;
 use harness::runs::{Left, run_in_process, thirdbody};
 use harness::scene::{bar, glue, head, participant};
 use harness::window_matrix::{Joint, Operator, TransmissionCondition as Condition};
-use lab::bench::stability::bar::Bar;
+use lab::bench::stability::bar::UnitBar;
 use lab::bench::stability::map::{Axes, Cell, departure, map};
-use lab::bench::stability::trial::scheme;
+use lab::bench::stability::setup::scheme;
 use lab::bench::stability::{findings, limits};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
@@ -28,7 +28,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     assert_eq!(found.cells, 864);
     assert_eq!(found.unstable_default, 0);
     assert_eq!(found.missed, 0);
-    assert_eq!(found.cried_wolf, 0);
+    assert_eq!(found.false_alarms, 0);
     assert!(found.sampled >= 20);
     assert!(found.departure <= 1e-6, "{:e}", found.departure);
     for word in [
@@ -38,7 +38,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     ] {
         let grows = |cell: &&_| -> bool {
             let cell: &lab::bench::stability::map::Cell = cell;
-            cell.trial.scheme == scheme(word, Dirichlet::MotionDriven) && cell.growth > 2.0
+            cell.setup.scheme == scheme(word, Dirichlet::MotionDriven) && cell.growth > 2.0
         };
         assert!(cells.iter().filter(grows).count() > 10, "{word:?}");
     }
@@ -57,7 +57,7 @@ fn the_schemes_grow_as_their_window_matrices_do() {
 }
 
 fn growth_by_matrix(cell: &Cell) -> f64 {
-    let trial = &cell.trial;
+    let trial = &cell.setup;
     let response = trial.bar.response(trial.substeps);
     let model = trial.model(&response);
     let (window_s, wall) = (model.window_s, model.whole());
@@ -165,18 +165,18 @@ pub(crate) fn masses_in_motion() -> Joint {
         continuum: DVector::zeros(20),
         masses: Masses {
             glued_velocity: 1.0,
-            position: 0.0,
+            place: 0.0,
             velocity: 1.0,
         },
         lambda: 0.0,
         motion: 0.0,
-        position: 0.0,
+        place: 0.0,
     }
 }
 
 /// Largest difference of an interface force from that of the matrix, over the largest so far.
 fn apart(left: &Left, condition: Condition, theta: f64, substeps: u32) -> f64 {
-    let bar = Bar {
+    let bar = UnitBar {
         elements: 10,
         step_s: 0.7,
     };
@@ -280,6 +280,6 @@ fn stiff_and_heavy_cells_follow_the_matrix_too() {
     axes.stiffness_ratios = vec![100.0];
     for cell in map(&axes).expect("the models are linear") {
         let distance = departure(&cell, 12).expect("the coupler runs");
-        assert!(distance <= 1e-6, "{:?}: {distance:e}", cell.trial.scheme);
+        assert!(distance <= 1e-6, "{:?}: {distance:e}", cell.setup.scheme);
     }
 }

@@ -16,7 +16,7 @@
 //! Sources: dual Schur on displacement and velocity coupling after Gravouil and Combescure 2001; added mass and relaxation,
 //! |1 - omega (1 + C S)|: Causin, Gerbeau and Nobile 2005; IQN-ILS: Degroote, Bathe and Vierendeels 2009.
 
-use lab::bench::stability::bar::Bar;
+use lab::bench::stability::bar::UnitBar;
 use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
 use scheme::coupling::Coupling;
@@ -152,7 +152,7 @@ struct Ran {
 }
 
 fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError> {
-    let bar = Bar {
+    let bar = UnitBar {
         elements: 1,
         step_s: case.step_s,
     };
@@ -349,7 +349,7 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
         for relaxation in [0.05, 0.3, 1.0] {
             let factor = 1.0 - relaxation * (1.0 + added_mass(case));
             let scheme = constant(relaxation, Dirichlet::MotionDriven);
-            let bar = Bar {
+            let bar = UnitBar {
                 elements: 1,
                 step_s: case.step_s,
             };
@@ -409,7 +409,7 @@ fn a_staggered_scheme_grows_by_the_factor_on_paper() {
                 SchemeWord::StaggeredSerial
             };
             let scheme = scheme(word, |_| ());
-            let bar = Bar {
+            let bar = UnitBar {
                 elements: 1,
                 step_s: case.step_s,
             };

@@ -13,7 +13,7 @@
 use coordinator::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::window_matrix::{Operator, TransmissionCondition};
-use lab::bench::stability::bar::Bar;
+use lab::bench::stability::bar::UnitBar;
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
 use scheme::predict::sprung_mass::{Masses, SprungMass};
@@ -73,7 +73,7 @@ fn the_energy_of_the_split_bar_falls_but_for_less_than_four_per_cent_in_a_window
 }
 
 /// K x of the bench's bar: unit springs, held at its far end.
-fn pulls(bar: &Bar, x: impl Fn(usize) -> f64) -> Vec<f64> {
+fn pulls(bar: &UnitBar, x: impl Fn(usize) -> f64) -> Vec<f64> {
     let n = bar.elements;
     let pull = |i: usize| {
         let left = if i > 0 { x(i - 1) } else { 0.0 };
@@ -86,7 +86,7 @@ fn pulls(bar: &Bar, x: impl Fn(usize) -> f64) -> Vec<f64> {
 }
 
 /// Of the bar whose end has this acceleration: a.(M - h^2/4 K).a / 2 + v.K v / 2, and h^2/8 a.K a.
-fn differentiated(bar: &Bar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
+fn differentiated(bar: &UnitBar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
     let n = bar.elements;
     let inner = pulls(bar, |i| state[i]);
     let a = |i: usize| if i + 1 < n { -inner[i] } else { a_end };
@@ -102,7 +102,7 @@ fn differentiated(bar: &Bar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
 /// Largest rise of the differentiated energy of both sides in a window, over its largest value, less what the corrected
 /// part jumps by where the line of velocities bends. Masses in motion meet a bar at rest.
 fn rises(cfl: f64, substeps: u32, boundary_inertia: BoundaryInertia) -> f64 {
-    let bar = Bar {
+    let bar = UnitBar {
         elements: 10,
         step_s: cfl,
     };

@@ -9,8 +9,8 @@ use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use lab::conform::conform;
-use lab::conform::rule::{Row, Verdict};
-use lab::conform::subject::Options;
+use lab::conform::rule::{ConformRow, RuleVerdict};
+use lab::conform::tested::ConformOptions;
 
 use crate::scene::fails;
 
@@ -25,18 +25,18 @@ fn bar_and_body() -> String {
     .concat()
 }
 
-fn rows(participant: &str, harm: &str) -> Vec<Row> {
+fn rows(participant: &str, harm: &str) -> Vec<ConformRow> {
     rows_of(&bar_and_body(), [participant, harm], &[])
 }
 
-fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
+fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<ConformRow> {
     let source = ScenarioSource {
         name: "conform/scenario.toml".into(),
         text: harmed(text, harm),
         overrides: vec!["run.transport=channel".into()],
     };
     let loaded = parse(source).expect("it is valid");
-    let options = Options {
+    let options = ConformOptions {
         registry: &harness::registry(),
         program: std::path::PathBuf::from("not-started"),
         watch: Watch::default(),
@@ -45,9 +45,9 @@ fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
     conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tried")
 }
 
-fn broken(rows: &[Row]) -> Vec<&str> {
-    let broken = rows.iter().filter(|row| row.verdict == Verdict::Broken);
-    broken.map(|row| row.rule).collect()
+fn broken(rows: &[ConformRow]) -> Vec<String> {
+    let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
+    broken.map(|row| row.rule.to_string()).collect()
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn sound_participants_break_no_rule() {
         let rows = rows(participant, "nothing");
         let broken = broken(&rows);
         assert!(broken.is_empty(), "{participant}: {rows:#?}");
-        let held = rows.iter().filter(|row| row.verdict == Verdict::Holds);
+        let held = rows.iter().filter(|row| row.verdict == RuleVerdict::Holds);
         assert!(held.count() >= 15, "{participant}: {rows:#?}");
     }
 }
@@ -103,7 +103,10 @@ fn a_harm_is_rejected_by_the_name_of_its_rule() {
         let rows = rows(participant, harm);
         let broken = broken(&rows);
         println!("{participant} {harm}: {broken:?}");
-        assert!(broken.contains(&rule), "{participant} {harm}: {rows:#?}");
+        assert!(
+            broken.contains(&rule.to_string()),
+            "{participant} {harm}: {rows:#?}"
+        );
     }
 }
 

@@ -16,7 +16,8 @@ fn asked(variable: &str, default: u64) -> u64 {
 
 fn counts(wrap: fn(Box<dyn Link>) -> Box<dyn Link>, count: u64) -> Counts {
     let seed = asked("THIRDBODY_SEED", 0);
-    run_schedules(seed, count, wrap, &Watch::default()).expect("fair weather is fair")
+    run_schedules(seed, count, wrap, &Watch::default())
+        .expect("a network without faults changes nothing")
 }
 
 #[test]

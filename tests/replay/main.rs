@@ -13,7 +13,8 @@ use coordinator::rundir::RunDir;
 use exchange_log::mismatch::Difference;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
 use harness::scene::{bar, body, glue, head};
-use lab::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
+use lab::replay::replayed::Replayed;
+use lab::replay::{Recording, coupler as loop_replay, recording, solver};
 use protocol::{Frame, Kind};
 
 mod several;
@@ -61,7 +62,13 @@ fn replay(recording: &Recording, who: &str) -> Replayed {
     let watch = Watch::default();
     let replayed = match who {
         "coupler" => loop_replay::replay(recording, &launcher, &watch, None),
-        name => solver::replay(recording, &launcher, name, &watch, &solver::How::default()),
+        name => solver::replay(
+            recording,
+            &launcher,
+            name,
+            &watch,
+            &solver::ReplayOptions::default(),
+        ),
     };
     replayed.expect("the participants start")
 }

@@ -2,7 +2,7 @@
 
 use coordinator::run::check::check;
 use coordinator::scenario::load::load;
-use study::budget::Choice;
+use study::budget::SceneSettings;
 use study::plan::{Plan, runs};
 use study::stored::StoredStudy;
 
@@ -47,8 +47,8 @@ fn the_stored_study_has_settings_for_loads_and_seeds_that_it_has_not_seen() {
         let scenario = shipped("quick-bonded").display().to_string();
         load(&scenario, &sets).expect("it is valid").resolved
     };
-    let at = study.place(&scene(5000.0)).expect("it is covered");
-    let choice = Choice::new(&study, &at).expect("there are scenes enough");
+    let at = study.locate(&scene(5000.0)).expect("it is covered");
+    let choice = SceneSettings::new(&study, &at).expect("there are scenes enough");
     let costs = [0.05, 0.01].map(|error| {
         let chosen = choice
             .within_error(None, error)
@@ -67,7 +67,7 @@ fn the_stored_study_has_settings_for_loads_and_seeds_that_it_has_not_seen() {
         "it is below the floor of noise"
     );
     let outside = study
-        .place(&scene(9000.0))
+        .locate(&scene(9000.0))
         .expect_err("the study ends at 8 000 N");
     assert!(outside.contains("load_n from 4000 to 8000"), "{outside}");
 }

@@ -1,4 +1,9 @@
 //! Measurements of what the machine gives.
+//!
+//! - [`exchange`], [`participant`]: time of a request and its answer, over shared memory and of any participant;
+//! - [`log`](mod@log): throughput of the exchange log; [`mapping`]: errors and cost of each mapping;
+//! - [`pieces`]: the cost of what a scene may have;
+//! - [`stability`]: where the schemes grow.
 
 pub mod exchange;
 pub mod log;
@@ -6,3 +11,25 @@ pub mod mapping;
 pub mod participant;
 pub mod pieces;
 pub mod stability;
+
+use std::time::Instant;
+
+use coordinator::error::Error;
+
+/// Median and 99th percentile (us) of the times of turns, after some that are not counted.
+fn time_turns(
+    warm_up: usize,
+    timed: usize,
+    mut turn: impl FnMut(usize) -> Result<(), Error>,
+) -> Result<(f64, f64), Error> {
+    let mut times = Vec::with_capacity(timed);
+    for index in 0..warm_up + timed {
+        let start = Instant::now();
+        turn(index)?;
+        if index >= warm_up {
+            times.push(1e6 * start.elapsed().as_secs_f64());
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    Ok((times[timed / 2], times[timed * 99 / 100]))
+}

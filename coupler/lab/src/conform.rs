@@ -1,50 +1,51 @@
 //! The rules of the wire, tried on one participant, one by one (`thirdbody conform`).
 //!
 //! The participant is launched as in a run of its scenario, with its configuration, sets and windows, but all requests come from
-//! here: windows under small loads that are the same in each life. One *plain* life is asked for each window once; the others are
+//! here: windows under small loads that are the same in each launch. One *plain* launch is asked for each window once; the others are
 //! asked twice, early, under another load first, for fields or for a checkpoint in between, and must answer with the bits of
 //! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
 //!
 //! - [`rule`]: the rules by name, and the outcome of each;
-//! - [`subject`]: the participant with its part; [`life`]: one launch of it; [`load`]: its loads; [`trial`]: the plain life;
-//! - [`joined`], [`everybody`], [`continuum`], [`layer`], [`ending`]: the trials.
+//! - [`tested`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain launch;
+//! - [`joined`], [`all_parts`], [`continuum`], [`layer`], [`ending`]: the trials.
 
+pub mod all_parts;
 pub mod continuum;
 pub mod ending;
-pub mod everybody;
 pub mod joined;
+pub mod launch;
 pub mod layer;
-pub mod life;
 pub mod load;
+pub mod plain;
 pub mod rule;
-pub mod subject;
-pub mod trial;
+pub mod tested;
 
 use kit::keys::proposal;
 use protocol::Cause;
 
+use crate::quiet::participant_index;
 use coordinator::error::{Code, Error, Refusal};
 use coordinator::scenario::Participant;
 use coordinator::scenario::load::Loaded;
 use joined::joins;
-use life::Life;
-use rule::{Found, Row, Rule, Verdict};
-use subject::{Options, Part, Stage, Subject};
-use trial::Trial;
+use launch::Launch;
+use plain::RuleTrial;
+use rule::{ConformRow, Rule, RuleFinding, RuleVerdict, Stop};
+use tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
 /// A rule, the parts that it concerns, and how it is tried.
-type Test = (Rule, &'static [Part], fn(&Trial) -> Result<Found, Error>);
+type Test = (Rule, &'static [Part], fn(&RuleTrial) -> RuleFinding);
 
 const ALL: &[Part] = &[Part::Alone, Part::ForceDriven, Part::MotionDriven];
 const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
 const FORCE: &[Part] = &[Part::ForceDriven];
 const MOTION: &[Part] = &[Part::MotionDriven];
 
-/// In this order: lives that end before their time come last.
+/// In this order: launches that end before their time come last.
 const TESTS: [Test; 23] = [
-    (Rule::SameBits, ALL, everybody::same_bits),
-    (Rule::Repeats, JOINED, everybody::repeats),
-    (Rule::Rollback, JOINED, everybody::rollback),
+    (Rule::SameBits, ALL, all_parts::same_bits),
+    (Rule::Repeats, JOINED, all_parts::repeats),
+    (Rule::Rollback, JOINED, all_parts::rollback),
     (Rule::Early, FORCE, continuum::early),
     (Rule::Increments, FORCE, continuum::increments),
     (Rule::Substeps, FORCE, continuum::substeps),
@@ -55,67 +56,65 @@ const TESTS: [Test; 23] = [
     (Rule::Velocity, FORCE, continuum::velocity),
     (Rule::Boundary, MOTION, layer::boundary),
     (Rule::Convergence, MOTION, layer::convergence),
-    (Rule::Report, ALL, everybody::report),
-    (Rule::Work, JOINED, everybody::work),
-    (Rule::Balance, ALL, everybody::balance),
-    (Rule::Snapshot, ALL, everybody::snapshot),
-    (Rule::Checkpoint, ALL, everybody::checkpoint),
-    (Rule::Alone, JOINED, everybody::alone),
+    (Rule::Report, ALL, all_parts::report),
+    (Rule::Work, JOINED, all_parts::work),
+    (Rule::Balance, ALL, all_parts::balance),
+    (Rule::Snapshot, ALL, all_parts::snapshot),
+    (Rule::Checkpoint, ALL, all_parts::checkpoint),
+    (Rule::Alone, JOINED, all_parts::alone),
     (Rule::Farewell, ALL, ending::farewell),
     (Rule::Times, ALL, ending::times),
     (Rule::Faults, ALL, ending::faults),
     (Rule::Shutdown, ALL, ending::shutdown),
 ];
 
-/// Tries a participant of a scenario, or another program in its place. `seen` is told of each rule as it is tried.
+/// Tries a participant of a scenario, or another program instead of it. `seen` is given each row as it comes about.
 pub fn conform(
     loaded: &Loaded,
     name: &str,
     command: Option<&[String]>,
-    options: &Options,
-    mut seen: impl FnMut(&Row),
-) -> Result<Vec<Row>, Error> {
+    options: &ConformOptions,
+    mut seen: impl FnMut(&ConformRow),
+) -> Result<Vec<ConformRow>, Error> {
     let participant = conforming(loaded, name, command)?;
     refuse_unknown_rules(&options.only)?;
-    let wanted =
-        |rule: Rule| options.only.is_empty() || options.only.iter().any(|word| word == rule.word());
+    let wanted = |rule: Rule| {
+        options.only.is_empty() || options.only.iter().any(|word| *word == rule.to_string())
+    };
     let mut table = Table {
         rows: Vec::new(),
         seen: &mut seen,
     };
-    let stage = Stage::new(loaded, options);
-    let greeted = table.tried(Rule::Greeting, stage.launch(&participant, 1))?;
+    let launcher = ScenarioLauncher::new(loaded, options);
+    let greeted = table.tried(Rule::Greeting, launcher.launch(&participant, 1))?;
     let Some((peers, greeted)) = greeted else {
         return Ok(table.rows);
     };
     drop(peers);
-    let subject = Subject::new(&stage, &participant, greeted.description)?;
-    let software = format!("{} ({})", subject.told.software, subject.told.kind);
-    table.add(Rule::Greeting, rule::holds(software));
-    let Some(life) = table.tried(Rule::Surface, Life::new(&subject, 1))? else {
+    let tested = TestedParticipant::new(&launcher, &participant, greeted.description)?;
+    let description = &tested.description;
+    let software = format!("{} ({})", description.software, description.kind);
+    table.add(Rule::Greeting, RuleVerdict::Holds, software);
+    let Some(launch) = table.tried(Rule::Surface, Launch::new(&tested, 1))? else {
         return Ok(table.rows);
     };
-    let points = life.surface.len();
-    drop(life);
-    table.add(Rule::Surface, rule::holds(format!("{points} points")));
-    if wanted(Rule::Joins)
-        && let Some(found) = table.tried(Rule::Joins, joins(&subject))?
-    {
-        table.add(Rule::Joins, found);
+    let points = format!("{} points", launch.surface.len());
+    drop(launch);
+    table.add(Rule::Surface, RuleVerdict::Holds, points);
+    if wanted(Rule::Joins) {
+        table.enter(Rule::Joins, joins(&tested))?;
     }
-    let Some(trial) = table.tried(Rule::Frames, Trial::new(&subject))? else {
+    let Some(trial) = table.tried(Rule::Frames, RuleTrial::new(&tested))? else {
         return Ok(table.rows);
     };
-    let concern = TESTS.into_iter();
-    let concern = concern.filter(|(_, parts, _)| parts.contains(&subject.part));
-    for (rule, _, test) in concern.filter(|(rule, ..)| wanted(*rule)) {
-        if let Some(found) = table.tried(rule, test(&trial))? {
-            table.add(rule, found);
+    for (rule, parts, test) in TESTS {
+        if parts.contains(&tested.part) && wanted(rule) {
+            table.enter(rule, test(&trial))?;
         }
     }
     for rule in [Rule::Frames, Rule::Finite, Rule::Lives] {
-        if table.rows.iter().all(|row| row.rule != rule.word()) {
-            table.add(rule, rule::holds("in all lives"));
+        if table.rows.iter().all(|row| row.rule != rule) {
+            table.add(rule, RuleVerdict::Holds, "in all lives".into());
         }
     }
     Ok(table.rows)
@@ -123,31 +122,25 @@ pub fn conform(
 
 /// Refuses names that no rule has.
 fn refuse_unknown_rules(only: &[String]) -> Result<(), Error> {
-    let mut known: Vec<&str> = TESTS.iter().map(|(rule, ..)| rule.word()).collect();
-    known.push(Rule::Joins.word());
+    let rules = TESTS.iter().map(|(rule, ..)| *rule).chain([Rule::Joins]);
+    let mut known: Vec<String> = rules.map(|rule| rule.to_string()).collect();
     known.dedup();
-    let Some(word) = only.iter().find(|word| !known.contains(&word.as_str())) else {
+    let Some(word) = only.iter().find(|word| !known.contains(word)) else {
         return Ok(());
     };
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
     let problem = format!("no such rule; {}", proposal(word, "rules", &known));
     Err(Refusal::argument(format!("--only {word}"), problem).into())
 }
 
-/// The participant of this name, or another program in its place.
+/// The participant of this name, or another program instead of it.
 pub fn conforming(
     loaded: &Loaded,
     name: &str,
     command: Option<&[String]>,
 ) -> Result<Participant, Error> {
-    let participants = &loaded.scenario.participant;
-    let found = participants.iter().find(|one| one.name == name);
-    let mut participant = found.cloned().ok_or_else(|| {
-        let known: Vec<&str> = participants.iter().map(|p| p.name.as_str()).collect();
-        Refusal::NoParticipant {
-            name: name.into(),
-            known: known.join(", "),
-        }
-    })?;
+    let index = participant_index(&loaded.scenario, name)?;
+    let mut participant = loaded.scenario.participant[index].clone();
     if let Some(command) = command {
         participant.command = Some(command.to_vec());
     }
@@ -155,33 +148,42 @@ pub fn conforming(
 }
 
 /// True if no rule is broken.
-pub fn all_hold(rows: &[Row]) -> bool {
-    rows.iter().all(|row| row.verdict != Verdict::Broken)
+pub fn all_hold(rows: &[ConformRow]) -> bool {
+    rows.iter().all(|row| row.verdict != RuleVerdict::Broken)
 }
 
 struct Table<'s> {
-    rows: Vec<Row>,
-    seen: &'s mut dyn FnMut(&Row),
+    rows: Vec<ConformRow>,
+    seen: &'s mut dyn FnMut(&ConformRow),
 }
 
 impl Table<'_> {
-    fn add(&mut self, rule: Rule, (verdict, why): Found) {
-        let row = Row {
-            rule: rule.word(),
-            verdict,
-            why,
-        };
+    fn add(&mut self, rule: Rule, verdict: RuleVerdict, why: String) {
+        let row = ConformRow { rule, verdict, why };
         (self.seen)(&row);
         self.rows.push(row);
     }
 
-    /// The value of a trial that came to its end. An error that is the participant's is entered under the rule that it breaks; one
-    /// that is not is returned.
+    /// Enters what came of a trial.
+    fn enter(&mut self, rule: Rule, finding: RuleFinding) -> Result<(), Error> {
+        match finding {
+            Ok(why) => self.add(rule, RuleVerdict::Holds, why),
+            Err(Stop::Verdict(verdict, why)) => self.add(rule, verdict, why),
+            Err(Stop::Failed(error)) => self.failed(rule, error)?,
+        }
+        Ok(())
+    }
+
+    /// The value of something that came to its end; an error is entered.
     fn tried<T>(&mut self, rule: Rule, result: Result<T, Error>) -> Result<Option<T>, Error> {
-        let error = match result {
-            Ok(value) => return Ok(Some(value)),
-            Err(error) => error,
-        };
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error) => self.failed(rule, error).map(|()| None),
+        }
+    }
+
+    /// Enters an error that is the participant's under the rule that it breaks; returns one that is not.
+    fn failed(&mut self, rule: Rule, error: Error) -> Result<(), Error> {
         let breaks = match &error {
             Error::Interrupted { .. } | Error::Input { .. } | Error::Scenario(_) => {
                 return Err(error);
@@ -195,13 +197,13 @@ impl Table<'_> {
             _ => rule,
         };
         if breaks != rule {
-            let why = format!("it breaks the rule `{}`", breaks.word());
-            self.add(rule, rule::not_tested(why));
+            let why = format!("it breaks the rule `{breaks}`");
+            self.add(rule, RuleVerdict::NotTested, why);
         }
-        let known = |row: &&Row| row.rule == breaks.word() && row.verdict == Verdict::Broken;
-        if self.rows.iter().find(known).is_none() {
-            self.add(breaks, rule::broken(error.to_string()));
+        let known = |row: &ConformRow| row.rule == breaks && row.verdict == RuleVerdict::Broken;
+        if !self.rows.iter().any(known) {
+            self.add(breaks, RuleVerdict::Broken, error.to_string());
         }
-        Ok(None)
+        Ok(())
     }
 }

@@ -4,10 +4,12 @@
 //! - [`conform`]: the rules of the wire, tried on one participant;
 //! - [`validate`]: scenes against what must come out of them, and faults that a run has to survive;
 //! - [`mod@bench`]: what the machine gives;
-//! - [`random`]: numbers for trials.
+//! - [`random`]: numbers for trials; [`cores`]: trials side by side; [`quiet`]: runs of trials.
 
 pub mod bench;
 pub mod conform;
+pub mod cores;
+pub mod quiet;
 pub mod random;
 pub mod replay;
 pub mod validate;

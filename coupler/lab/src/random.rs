@@ -1,7 +1,7 @@
 //! Random numbers of trials: the same seed gives the same instants, faults, schedules and loads on every machine.
 
 /// A generator, SplitMix64 (Steele, Lea and Flood 2014, figure 5).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Random {
     state: u64,
 }

@@ -3,24 +3,24 @@
 //! Requests are asked again and every answer is compared bit for bit with the logged one, repeats and halved windows
 //! included; the coupler is run against tapes of both participants, and every request of its is compared.
 //!
+//! - [`replayed`]: what came of a replay;
 //! - [`tape`]: the logged conversation with one participant, also as a link;
-//! - [`judge`]: the size of a mismatch; [`mod@drift`]: its growth;
+//! - [`deviation`]: the size of a mismatch; [`mod@drift`]: its growth;
 //! - [`solver`], [`coupler`]: the two kinds of replay.
 
 use std::path::Path;
-
-use protocol::{Frame, Header, Kind};
 
 use coordinator::error::Error;
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::scenario::load::{Loaded, folder_of_manifest, parse};
 use coordinator::scenario::source::ScenarioSource;
-use exchange_log::{Entry, Exchange, LogError, Mismatch, recover};
+use exchange_log::{Entry, Exchange, LogError, recover};
 use tape::turns;
 
 pub mod coupler;
+pub mod deviation;
 pub mod drift;
-pub mod judge;
+pub mod replayed;
 pub mod solver;
 pub mod tape;
 
@@ -60,63 +60,6 @@ impl Recording {
         let last = (blocks as usize).checked_sub(1);
         last.and_then(|last| self.ends.get(last))
             .map_or(0, |end| *end)
-    }
-}
-
-/// The distance of an answer from its logged twin, see [`judge::Ruler`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drift {
-    /// Window.
-    pub window: u64,
-    /// [`protocol::Kind`] as its number.
-    pub kind: u32,
-    /// Largest deviation, relative.
-    pub rel: f64,
-}
-
-/// Outcome of replaying one participant or the coupler.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Replayed {
-    /// Name of the participant, or the coupler's.
-    pub who: String,
-    /// Messages that were compared and equal.
-    pub equal: u64,
-    /// The last window with an equal message.
-    pub last_window: u64,
-    /// The first that was not.
-    pub mismatch: Option<Mismatch>,
-    /// Wall-clock time (s) from the first message to the last, without the start of solvers and the reading of the log.
-    pub wall_s: f64,
-    /// The part of it that the solver was at work (s), as it says itself; none for the coupler, nor after a departure.
-    pub solve_wall_s: Option<f64>,
-    /// Every answer, where the replay went on after the first departure.
-    pub drift: Vec<Drift>,
-    /// [`protocol::Outcome::state_hash`] of a solver that was asked everything.
-    pub state_hash: Option<String>,
-}
-
-impl Replayed {
-    /// Nothing yet.
-    pub fn of(who: &str) -> Replayed {
-        Replayed {
-            who: who.to_string(),
-            ..Replayed::default()
-        }
-    }
-
-    /// Compares the state that a solver ended in with the one that the run says it ended in. An answer that had departed
-    /// before comes first.
-    pub fn judge_state(&mut self, logged: &str) {
-        let differs = |ours: &&String| *ours != logged;
-        if let Some(ours) = self.state_hash.as_ref().filter(differs) {
-            let header = Header {
-                window: self.last_window,
-                ..Header::of(Kind::Finished)
-            };
-            let [logged, ours] = [logged, ours].map(|hash| format!("the final state {hash}"));
-            let found = Mismatch::at(&self.who, &Frame::new(header, Vec::new()), &logged, &ours);
-            self.mismatch.get_or_insert(found);
-        }
     }
 }
 

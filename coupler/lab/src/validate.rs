@@ -21,4 +21,4 @@ pub mod case;
 pub mod faults;
 pub mod suite;
 
-pub use suite::{Row, run_suite};
+pub use suite::{CaseRow, run_suite};

@@ -10,7 +10,7 @@ use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::scenario::load::load;
 use lab::bench::{exchange, log, mapping, participant, pieces, stability};
-use lab::conform::subject::Options;
+use lab::conform::tested::ConformOptions;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]
@@ -100,7 +100,7 @@ fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Er
         (_, _, Some(_)) => (participant::scenario_of_a_command()?, participant::NAME),
         _ => return show(exchange::bench(&own_program()?)?, json),
     };
-    let options = Options {
+    let options = ConformOptions {
         registry,
         program: own_program()?,
         watch: listen()?,

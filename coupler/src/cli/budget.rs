@@ -11,7 +11,7 @@ use coordinator::run::session::{RunBudget, fresh_run_id, run};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
-use study::budget::{Budget, Candidate, Choice, covering};
+use study::budget::{Budget, Candidate, SceneSettings, covering};
 
 /// Arguments that choose the fidelity of a run.
 #[derive(Debug, clap::Args)]
@@ -47,7 +47,7 @@ impl BudgetArguments {
                 study.study, study.build
             ));
         }
-        let choice = Choice::new(&study, &at)?;
+        let choice = SceneSettings::new(&study, &at)?;
         let (chosen, wall_s, limit) = match &budget {
             Budget::Error { measure, error } => {
                 (choice.within_error(measure.as_deref(), *error)?, None, None)
@@ -75,7 +75,7 @@ impl BudgetArguments {
 /// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they
 /// are on this machine. One that fits is not the last to be tried where this machine is faster than that of the study.
 fn within_wall<'a, 'b>(
-    choice: &'b Choice<'a>,
+    choice: &'b SceneSettings<'a>,
     limit_s: f64,
     foretell: impl Fn(&Candidate) -> Result<f64, Error>,
 ) -> Result<(&'b Candidate<'a>, f64), Error> {
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn a_time_is_kept_by_the_most_accurate_setting_on_machines_of_any_pace() {
         let study = study();
-        let choice = Choice::new(&study, &[]).expect("five scenes will do");
+        let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
         let chosen = |pace: f64, limit_s: f64| {
             let found = within_wall(&choice, limit_s, |c| Ok(pace * c.setting.wall_s));
             found.map(|(c, wall_s)| (c.setting.wall_s, wall_s))

@@ -11,7 +11,7 @@ use coordinator::error::Refusal;
 use runs::compare::{Compared, Comparison, Pair, difference, ratio};
 use runs::finished::Finished;
 use study::file::StudyFile;
-use study::measure::Held;
+use study::measure::ReferenceNumbers;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
@@ -47,7 +47,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         Some(study) => StudyFile::read(study)?.measure,
         None => Vec::new(),
     };
-    let held = Held::Run(&reference);
+    let held = ReferenceNumbers::Run(&reference);
     let measured = measures
         .iter()
         .map(|m| (m.name.clone(), m.deviation(&run, held)));

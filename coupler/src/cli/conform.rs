@@ -7,8 +7,8 @@ use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use coordinator::scenario::load::load;
-use lab::conform::rule::{Row, Verdict};
-use lab::conform::subject::Options;
+use lab::conform::rule::{ConformRow, RuleVerdict};
+use lab::conform::tested::ConformOptions;
 use lab::conform::{all_hold, conform as try_rules};
 
 /// Arguments of `conform`.
@@ -40,7 +40,7 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     if arguments.command.is_empty() {
         check(&loaded, registry, 1)?;
     }
-    let options = Options {
+    let options = ConformOptions {
         registry,
         program: own_program()?,
         watch: listen()?,
@@ -48,7 +48,7 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     };
     let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
     // A row that cannot be printed now cannot be printed at the end either, where that is an error.
-    let seen = |row: &Row| {
+    let seen = |row: &ConformRow| {
         let text = line(row);
         if arguments.json {
             tell(&text);
@@ -57,8 +57,8 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
         }
     };
     let rows = try_rules(&loaded, &arguments.participant, command, &options, seen)?;
-    let broken = rows.iter().filter(|row| row.verdict == Verdict::Broken);
-    let broken: Vec<&str> = broken.map(|row| row.rule).collect();
+    let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
+    let broken: Vec<String> = broken.map(|row| row.rule.to_string()).collect();
     print_either(
         arguments.json,
         || serde_json::json!({ "results": rows }).to_string(),
@@ -67,17 +67,17 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     Ok(if all_hold(&rows) { 0 } else { CHECK_FAILED })
 }
 
-fn line(row: &Row) -> String {
+fn line(row: &ConformRow) -> String {
     let verdict = match row.verdict {
-        Verdict::Holds => "holds",
-        Verdict::Broken => "BROKEN",
-        Verdict::NotOffered => "not offered",
-        Verdict::NotTested => "not tested",
+        RuleVerdict::Holds => "holds",
+        RuleVerdict::Broken => "BROKEN",
+        RuleVerdict::NotOffered => "not offered",
+        RuleVerdict::NotTested => "not tested",
     };
     format!("{:<12} {verdict:<12} {}", row.rule, row.why)
 }
 
-fn conclusion(participant: &str, broken: &[&str]) -> String {
+fn conclusion(participant: &str, broken: &[String]) -> String {
     match broken {
         [] => format!("`{participant}` breaks no rule that was tried"),
         _ => format!("`{participant}` breaks: {}", broken.join(", ")),

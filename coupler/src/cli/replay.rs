@@ -17,8 +17,9 @@ use coordinator::run::session::fresh_run_id;
 use coordinator::rundir::RunDir;
 use coordinator::scenario::TransportKind;
 use kit::scratch::Scratch;
-use lab::replay::solver::How;
-use lab::replay::{Recording, Replayed, coupler, drift, recording, solver};
+use lab::replay::replayed::Replayed;
+use lab::replay::solver::ReplayOptions;
+use lab::replay::{Recording, coupler, drift, recording, solver};
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -71,7 +72,7 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     }
     let chosen = chosen(&recording, arguments)?;
     prepare(&mut recording, arguments.allow_commands)?;
-    let how = How {
+    let how = ReplayOptions {
         from: origin.as_ref(),
         tolerance_rel: arguments.tolerance,
         open_loop: !arguments.set.is_empty(),
@@ -116,14 +117,19 @@ fn compared_nothing(replayed: &Replayed) -> bool {
 
 /// Compares the final states with those of summary.json, if the log reaches to the end of the run and every bit counts; a
 /// solver that was asked nothing has none.
-fn judge_states(recording: &Recording, results: &mut [Replayed], summary: &Value, how: &How) {
+fn judge_states(
+    recording: &Recording,
+    results: &mut [Replayed],
+    summary: &Value,
+    how: &ReplayOptions,
+) {
     if recording.damage.is_some() || how.open_loop || how.tolerance_rel.is_some() {
         return;
     }
     for replayed in results.iter_mut().filter(|one| !compared_nothing(one)) {
         let state = &summary["participants"][&replayed.who]["state_hash"];
         if let Some(logged) = state.as_str() {
-            replayed.judge_state(logged);
+            replayed.compare_state(logged);
         }
     }
 }
@@ -156,7 +162,7 @@ fn all(
     registry: &Registry,
     threads: usize,
     chosen: &[String],
-    how: &How,
+    how: &ReplayOptions,
 ) -> Result<Vec<Replayed>, Error> {
     let run_id = fresh_run_id();
     // Logs and fields of the replayed participants, which nobody keeps.
@@ -223,7 +229,7 @@ fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<Stri
     Ok(arguments.node.clone().map_or(names, |name| vec![name]))
 }
 
-fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
+fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> String {
     let mut lines = Vec::new();
     let early = |damage| format!("the log ends early, its valid part is replayed: {damage}");
     lines.extend(recording.damage.as_ref().map(early));
@@ -260,7 +266,12 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     lines.join("\n")
 }
 
-fn json(summary: &Value, recording: &Recording, results: &[Replayed], how: &How) -> Value {
+fn json(
+    summary: &Value,
+    recording: &Recording,
+    results: &[Replayed],
+    how: &ReplayOptions,
+) -> Value {
     let rows = results.iter().map(|replayed| {
         let mut row = json!({
             "who": replayed.who,

@@ -18,11 +18,11 @@ use study::digest::Digest;
 use study::forecast::Forecast;
 use study::plan::{Plan, Task, runs};
 use study::pool;
-use study::pool::Exec;
+use study::pool::TaskCommand;
 use study::progress::StudyProgress;
-use study::slurm::{Slurm, array_name};
+use study::slurm::{Slurm, SlurmArrays, array_name};
 use study::stored::StoredStudy;
-use study::task::{SILENT, Stage, TaskFolder};
+use study::task::{SILENT, TaskFolder, TaskStage};
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
@@ -47,7 +47,7 @@ enum StudyVerb {
     /// Write results.csv, front.csv and the pictures of what is done, also while others run.
     Collect(PlaceArguments),
     /// Do one task.
-    Exec(ExecTaskArguments),
+    TaskCommand(ExecTaskArguments),
 }
 
 /// The study and its folder.
@@ -125,7 +125,12 @@ impl PlaceArguments {
     }
 
     /// The process that does a task of it, of those that this list has.
-    fn exec(&self, opened: &Opened, planned: &Path, registry: &Registry) -> Result<Exec, Error> {
+    fn exec(
+        &self,
+        opened: &Opened,
+        planned: &Path,
+        registry: &Registry,
+    ) -> Result<TaskCommand, Error> {
         let mut arguments = vec!["study".into(), "exec".into(), self.file.clone().into()];
         if self.small {
             arguments.push("--small".into());
@@ -137,7 +142,7 @@ impl PlaceArguments {
         arguments.extend(["--planned".into(), planned.into(), "--cache".into()]);
         arguments.push(registry.cache.clone().map_or("none".into(), PathBuf::into));
         arguments.push("--index".into());
-        Ok(Exec {
+        Ok(TaskCommand {
             program: own_program()?,
             arguments,
         })
@@ -157,7 +162,7 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
             let opened = place.open()?;
             collect(&opened, &opened.plan.tasks()?)
         }
-        StudyVerb::Exec(arguments) => exec(arguments, registry),
+        StudyVerb::TaskCommand(arguments) => exec(arguments, registry),
     }
 }
 
@@ -236,7 +241,9 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
             let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened, registry)?)?;
             let slurm = Slurm {
                 exec,
-                name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
+                arrays: SlurmArrays {
+                    name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
+                },
                 folder: opened.folder.clone(),
                 throttle: engine.jobs,
                 ask: forecast.ask(threads_of(&opened)),
@@ -254,7 +261,7 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
 fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
     for task in runs(tasks) {
         let folder = TaskFolder::new(&opened.folder, &task.id);
-        if let Stage::Done(outcome) = folder.stage()?
+        if let TaskStage::Done(outcome) = folder.stage()?
             && !["completed", "suspect"].contains(&outcome.status.as_str())
         {
             folder.forget()?;
@@ -289,19 +296,19 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
         print("")?;
     }
     let code = status(opened, tasks)?;
-    let fell = (0..results.scenes())
-        .any(|scene| results.reference(scene).is_some_and(|row| !row.stands()));
+    let fell = (0..results.scenes()).any(|scene| {
+        results
+            .reference(scene)
+            .is_some_and(|row| !row.is_trusted())
+    });
     Ok(if fell { CHECK_FAILED } else { code })
 }
 
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
 fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
     let runs = runs(tasks);
-    let slurm = Slurm::looking(array_name(
-        &opened.plan.file.study.name,
-        &opened.folder,
-        tasks,
-    ));
+    let name = array_name(&opened.plan.file.study.name, &opened.folder, tasks);
+    let slurm = SlurmArrays { name };
     let queue = if opened.folder.join("slurm").exists() {
         slurm.queue(&runs).unwrap_or_default()
     } else {
@@ -316,16 +323,16 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
         let job = queued.map(|queued| format!(", {} in Slurm is {}", queued.job, queued.state));
         let attempts = folder.attempts();
         match &stage {
-            Stage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
-            Stage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
-            Stage::Done(outcome) => {
+            TaskStage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
+            TaskStage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
+            TaskStage::Done(outcome) => {
                 failed += 1;
                 lines.push(format!(
                     "task {} {}: {}",
                     task.index, outcome.status, outcome.message
                 ));
             }
-            Stage::Running => {
+            TaskStage::Running => {
                 running += 1;
                 let beat = folder.heartbeat();
                 lines.push(format!(
@@ -335,7 +342,7 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
                     job.unwrap_or_default()
                 ));
             }
-            Stage::Waiting => {
+            TaskStage::Waiting => {
                 waiting += 1;
                 let last = folder.last_job().filter(|_| queued.is_none());
                 let ended = last.map(|job| format!(", {job} ended as {}", slurm.ended(&job)));
@@ -382,7 +389,7 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     let Some(task) = opened.plan.task(arguments.index)? else {
         let problem = format!(
             "the study has the tasks 0 to {}, got {}",
-            opened.plan.len() - 1,
+            opened.plan.task_count() - 1,
             arguments.index
         );
         return Err(Refusal::argument("--index", problem).into());
@@ -400,15 +407,15 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     }
     let folder = TaskFolder::new(&opened.folder, &task.id);
     match folder.execute(&task, &quiet(&opened, registry)?)? {
-        Stage::Done(outcome) => {
+        TaskStage::Done(outcome) => {
             print(&format!("{} {}", outcome.status, outcome.message))?;
             Ok(outcome.exit_code)
         }
-        Stage::Running => {
+        TaskStage::Running => {
             print("another process does this task")?;
             Ok(0)
         }
-        Stage::Waiting => {
+        TaskStage::Waiting => {
             print("stopped; the task is to be done anew")?;
             Ok(CHECK_FAILED)
         }

@@ -14,7 +14,7 @@ use kit::scratch::Scratch;
 use lab::validate::faults::row::FaultRow;
 use lab::validate::faults::{Campaign, run_campaign};
 use lab::validate::run_suite;
-use lab::validate::suite::{Row, Runs};
+use lab::validate::suite::{CaseRow, SuiteOptions};
 use scenes::{FILES, kept};
 
 /// Arguments of `validate`.
@@ -70,7 +70,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         kept::write(FILES, unpacked.path())?;
         scenes = unpacked.path().join(folder);
     }
-    let runs = Runs {
+    let runs = SuiteOptions {
         registry,
         program: own_program()?,
         threads: 1,
@@ -142,7 +142,7 @@ fn fault_table(rows: &[FaultRow]) -> String {
     lines.join("\n")
 }
 
-fn table(rows: &[Row]) -> String {
+fn table(rows: &[CaseRow]) -> String {
     let mut lines = vec![format!(
         "{:<5} {:>14} {:>14}  name (source)",
         "holds", "ours", "expected"

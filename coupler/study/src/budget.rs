@@ -1,12 +1,13 @@
 //! Budgets: the setting of a stored study that keeps within an error or a time.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::knobs::percent;
-use super::statistics::Prediction;
+use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
+use super::varied_keys::percent;
 use coordinator::error::{Error, Refusal};
 
 /// A bound of the cost of a run, or of its error.
@@ -62,7 +63,7 @@ pub struct Candidate<'a> {
     /// The setting.
     pub setting: &'a StoredSetting,
     /// Its error by each measure.
-    pub predictions: Vec<Prediction>,
+    pub predictions: Vec<ErrorPrediction>,
 }
 
 impl Candidate<'_> {
@@ -74,22 +75,22 @@ impl Candidate<'_> {
 
 /// The settings of a study for a scene.
 #[derive(Clone, Debug)]
-pub struct Choice<'a> {
+pub struct SceneSettings<'a> {
     study: &'a StoredStudy,
     candidates: Vec<Candidate<'a>>,
 }
 
-/// The first stored study that covers a scene, of this place or of those that are known.
+/// The first stored study that covers a scene: the one of this path, or of those that are known.
 ///
 /// # Errors
 /// None does; says of each why not.
-pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
-    let own = place.map(|place| StoredStudy::read(place).map(|study| (place.to_path_buf(), study)));
+pub fn covering(path: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
+    let own = path.map(|path| StoredStudy::read(path).map(|study| (path.to_path_buf(), study)));
     let known = own.is_none().then(known).into_iter().flatten();
     let mut why = Vec::new();
     for study in own.into_iter().chain(known) {
         let (path, study) = study?;
-        match study.place(resolved) {
+        match study.locate(resolved) {
             Ok(at) => return Ok((study, at)),
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
@@ -101,12 +102,12 @@ pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Ve
     Err(Refusal::argument("--budget", problem).into())
 }
 
-impl<'a> Choice<'a> {
-    /// The settings of a study for the scene at this place.
+impl<'a> SceneSettings<'a> {
+    /// The settings of a study for the scene that lies there.
     ///
     /// # Errors
     /// The study has too few scenes for a bound.
-    pub fn new(study: &'a StoredStudy, at: &[f64]) -> Result<Choice<'a>, Error> {
+    pub fn new(study: &'a StoredStudy, at: &[f64]) -> Result<SceneSettings<'a>, Error> {
         let candidate = |setting: &'a StoredSetting| {
             let measures = 0..study.measures.len();
             let predictions = measures.map(|measure| study.predict(setting, measure, at));
@@ -123,7 +124,7 @@ impl<'a> Choice<'a> {
             );
             return Err(Refusal::argument("--budget", problem).into());
         }
-        Ok(Choice { study, candidates })
+        Ok(SceneSettings { study, candidates })
     }
 
     /// The cheapest setting whose errors stay below the budget.
@@ -132,24 +133,19 @@ impl<'a> Choice<'a> {
     /// The budget is below the floor of noise, or below what the reference of the study is known for; or there is no such measure.
     pub fn within_error(&self, measure: Option<&str>, error: f64) -> Result<&Candidate<'a>, Error> {
         let refuse = |problem: String| Refusal::argument("--budget", problem);
-        let names = || self.study.measures.iter().map(|m| m.name.as_str());
-        let places: Vec<usize> = match measure {
-            None => (0..self.study.measures.len()).collect(),
-            Some(name) => {
-                let place = names().position(|known| known == name);
-                vec![place.ok_or_else(|| {
-                    refuse(format!(
-                        "the study `{}` measures {}, and not `{name}`",
-                        self.study.study,
-                        names().collect::<Vec<_>>().join(", ")
-                    ))
-                })?]
-            }
-        };
-        for place in &places {
-            let floor = self.study.floor(*place);
+        let measures = &self.study.measures;
+        let asked = |index: &usize| measure.is_none_or(|name| name == measures[*index].name);
+        let indices: Vec<usize> = (0..measures.len()).filter(asked).collect();
+        if let (Some(name), []) = (measure, &indices[..]) {
+            let known: Vec<&str> = measures.iter().map(|m| m.name.as_str()).collect();
+            let (study, known) = (&self.study.study, known.join(", "));
+            let problem = format!("the study `{study}` measures {known}, and not `{name}`");
+            return Err(refuse(problem).into());
+        }
+        for index in &indices {
+            let floor = self.study.floor(*index);
             if error < floor {
-                let name = &self.study.measures[*place].name;
+                let name = &self.study.measures[*index].name;
                 let problem = format!(
                     "{} % is below the floor of noise: references that differ by 1e-12 of a radius lie {} % apart by `{name}`, and less is no error",
                     percent(error),
@@ -158,11 +154,7 @@ impl<'a> Choice<'a> {
                 return Err(refuse(problem).into());
             }
         }
-        let fits = |c: &&Candidate| {
-            places
-                .iter()
-                .all(|place| c.predictions[*place].bound <= error)
-        };
+        let fits = |c: &&Candidate| indices.iter().all(|k| c.predictions[*k].bound <= error);
         let fitting = self.candidates.iter().filter(fits);
         let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
         Ok(cheapest.ok_or_else(|| {
@@ -173,28 +165,22 @@ impl<'a> Choice<'a> {
     /// The settings by what they are known for, the most accurate first.
     pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
         let mut all: Vec<&Candidate> = self.candidates.iter().collect();
-        all.sort_by(|a, b| {
-            let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
-            key(a)
-                .partial_cmp(&key(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
+        all.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
         all
     }
 
     /// The choice, for summary.json.
     pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
-        let measures = self
-            .study
-            .measures
-            .iter()
-            .zip(&chosen.predictions)
-            .enumerate();
-        let measures = measures.map(|(place, (measure, prediction))| {
-            let value = json!({
-                "of": measure.of, "expected": prediction.expected, "bound": prediction.bound, "floor": self.study.floor_median(place),
+        let measures = self.study.measures.iter().zip(&chosen.predictions);
+        let errors = measures.enumerate().map(|(index, (measure, prediction))| {
+            let error = json!({
+                "of": measure.of,
+                "expected": prediction.expected,
+                "bound": prediction.bound,
+                "floor": self.study.floor_median(index),
             });
-            (measure.name.clone(), value)
+            (measure.name.clone(), error)
         });
         json!({
             "budget": budget,
@@ -202,7 +188,7 @@ impl<'a> Choice<'a> {
             "setting": chosen.setting.words,
             "set": chosen.setting.set,
             "reference": self.study.reference,
-            "errors": Value::Object(measures.collect()),
+            "errors": Value::Object(errors.collect()),
             "cpu_over_reference": chosen.setting.cpu_rel,
             "study_wall_s": chosen.setting.wall_s,
             "foretold_wall_s": wall_s,
@@ -280,7 +266,7 @@ mod tests {
     #[test]
     fn the_cheapest_setting_within_the_error_is_taken() {
         let study = study();
-        let choice = Choice::new(&study, &[]).expect("five scenes will do");
+        let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
         let words = |error: f64| {
             let chosen = choice.within_error(None, error);
             chosen
@@ -313,16 +299,16 @@ mod tests {
     fn a_scene_that_differs_elsewhere_is_not_covered() {
         let study = study();
         assert_eq!(
-            study.place("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = 3\n"),
+            study.locate("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = 3\n"),
             Ok(vec![])
         );
         let other = study
-            .place("[run]\nseed = 77\n[x]\ny = 2\n")
+            .locate("[run]\nseed = 77\n[x]\ny = 2\n")
             .expect_err("y differs");
         assert_eq!(other, "it has x.y = 1, and this scene 2");
         assert!(
             study
-                .place("[x]\ny = 1\n")
+                .locate("[x]\ny = 1\n")
                 .expect_err("it has no seed")
                 .contains("run.seed")
         );

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::file::StudyFile;
-use super::measure::{Held, Measure};
-use super::plan::{Plan, Role, Task};
-use super::task::{Stage, TaskFolder};
+use super::measure::ReferenceNumbers;
+use super::plan::{Plan, Task, TaskRole};
+use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
 use runs::finished::Finished;
 
@@ -23,11 +23,11 @@ pub const COSTS: [&str; 6] = [
 
 /// A run of the study, done or not.
 #[derive(Clone, Debug)]
-pub struct Row {
-    /// Its place.
+pub struct StudyRow {
+    /// Index of its task.
     pub index: usize,
     /// Its part.
-    pub role: Role,
+    pub role: TaskRole,
     /// Number of its combination of scene keys.
     pub scene: usize,
     /// Hash of scenario and build.
@@ -42,9 +42,7 @@ pub struct Row {
     pub values: Vec<String>,
     /// True for the keys that are varied in it.
     pub varied: Vec<bool>,
-    /// Distance from the reference of its scene by each measure.
-    pub errors: Vec<Option<f64>>,
-    /// The same with the signs that deviations of single numbers have.
+    /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
     pub deviations: Vec<Option<f64>>,
     /// Largest distance of a perturbed reference of its scene by each measure.
     pub floors: Vec<Option<f64>>,
@@ -58,15 +56,20 @@ pub struct Row {
     pub message: String,
 }
 
-impl Row {
+impl StudyRow {
     /// True for a run whose result is to be trusted.
-    pub fn stands(&self) -> bool {
+    pub fn is_trusted(&self) -> bool {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
-    /// Its error by a measure, where it stands.
+    /// Its distance from the reference by a measure, to be trusted or not.
+    pub fn distance(&self, measure: usize) -> Option<f64> {
+        self.deviations[measure].map(f64::abs)
+    }
+
+    /// Its error by a measure, where it is to be trusted.
     pub fn error(&self, measure: usize) -> Option<f64> {
-        self.errors[measure].filter(|_| self.stands())
+        self.distance(measure).filter(|_| self.is_trusted())
     }
 
     /// The largest distance by a measure that is noise.
@@ -81,7 +84,7 @@ pub struct Results {
     /// The study.
     pub file: StudyFile,
     /// A row for each task.
-    pub rows: Vec<Row>,
+    pub rows: Vec<StudyRow>,
 }
 
 impl Results {
@@ -91,40 +94,25 @@ impl Results {
     /// A file of a task, or the reference, cannot be read.
     pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
         let file = &plan.file;
-        let given = match &file.reference.run {
-            Some(run) => Some(Finished::read(&plan.beside.join(run))?),
-            None => None,
-        };
+        let given = file.reference.run.as_ref();
+        let given = given.map(|run| Finished::read(&plan.beside.join(run)));
+        let given = given.transpose()?;
         let mut rows = Vec::new();
-        let mut start = 0;
-        while start < tasks.len() {
-            let scene = tasks[start].scene;
-            let end = start
-                + tasks[start..]
-                    .iter()
-                    .take_while(|task| task.scene == scene)
-                    .count();
-            let own = tasks[start..end]
-                .iter()
-                .find(|task| task.role == Role::Reference);
-            let own = own
-                .map(|task| finished(folder, task))
-                .transpose()?
-                .flatten();
+        for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
+            let own = tasks.iter().find(|task| task.role == TaskRole::Reference);
+            let own = own.map_or(Ok(None), |task| finished(folder, task))?;
             // What a run is warned of so much that it is suspect is nothing to hold others against.
             let own = own.filter(|run| run.status() == "completed");
-            let held = match (&file.reference.value, own.as_ref().or(given.as_ref())) {
-                (Some(values), _) => Held::Values(values),
-                (None, Some(run)) => Held::Run(run),
-                (None, None) => Held::Nothing,
+            let reference = own.as_ref().or(given.as_ref());
+            let numbers = match (&file.reference.value, reference) {
+                (Some(values), _) => ReferenceNumbers::Values(values),
+                (None, Some(run)) => ReferenceNumbers::Run(run),
+                (None, None) => ReferenceNumbers::Nothing,
             };
-            let mut of_scene = Vec::new();
-            for task in &tasks[start..end] {
-                of_scene.push(row(task, &file.measure, held, folder)?);
-            }
-            relate(&mut of_scene, file, own.as_ref().or(given.as_ref()));
+            let of_scene = tasks.iter().map(|task| row(task, file, numbers, folder));
+            let mut of_scene = of_scene.collect::<Result<Vec<_>, Error>>()?;
+            relate(&mut of_scene, file, reference);
             rows.extend(of_scene);
-            start = end;
         }
         Ok(Results {
             file: file.clone(),
@@ -134,52 +122,58 @@ impl Results {
 
     /// results.csv.
     pub fn csv(&self) -> String {
-        let measures = &self.file.measure;
-        let mut head: Vec<String> = ["index", "id", "status", "exit_code", "attempts"]
-            .map(String::from)
-            .to_vec();
-        head.extend(self.file.vary.iter().map(|vary| vary.key.clone()));
-        head.extend(measures.iter().map(|m| format!("error_{}", m.name)));
-        head.extend(measures.iter().map(|m| format!("floor_{}", m.name)));
-        head.extend(COSTS.map(String::from));
-        head.extend(
-            [
-                "hash_exchange",
-                "hash_state",
-                "message",
-                "role",
-                "wall_rel",
-                "cpu_rel",
-            ]
-            .map(String::from),
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| self.cells(row).into_iter().unzip());
+        let rows: Vec<(Vec<String>, Vec<String>)> = rows.collect();
+        let head = rows.first().map(|(names, _)| line(names));
+        let lines = rows.iter().map(|(_, cells)| line(cells));
+        head.into_iter().chain(lines).collect()
+    }
+
+    /// Names of the columns, and what a row has in them.
+    fn cells(&self, row: &StudyRow) -> Vec<(String, String)> {
+        let number = |number: Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
+        let relative = |name: &str| number(row.cost_rel.get(name).copied());
+        let measures = || self.file.measure.iter().enumerate();
+        let errors = measures().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
+        let floors = measures().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
+        let named = |(name, cell): (&str, String)| (name.to_string(), cell);
+        let first = [
+            ("index", row.index.to_string()),
+            ("id", row.id.clone()),
+            ("status", row.status.clone()),
+            (
+                "exit_code",
+                row.exit_code.map_or(String::new(), |code| code.to_string()),
+            ),
+            ("attempts", row.attempts.to_string()),
+        ];
+        let keys = self.file.vary.iter().map(|vary| vary.key.clone());
+        let costs = COSTS.map(|name| {
+            (
+                name,
+                row.cost.get(name).map_or(String::new(), f64::to_string),
+            )
+        });
+        let last = [
+            ("hash_exchange", row.hashes[0].clone()),
+            ("hash_state", row.hashes[1].clone()),
+            ("message", row.message.clone()),
+            ("role", row.role.word()),
+            ("wall_rel", relative("wall_s")),
+            ("cpu_rel", relative("cpu_s")),
+        ];
+        let mut cells: Vec<(String, String)> = first.map(named).into();
+        cells.extend(keys.zip(row.values.iter().cloned()));
+        cells.extend(
+            errors
+                .chain(floors)
+                .map(|(name, value)| (name, number(value))),
         );
-        let mut lines = vec![line(&head)];
-        for row in &self.rows {
-            let number = |number: &Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
-            let cost = |name: &str| row.cost.get(name).map_or(String::new(), f64::to_string);
-            let relative = |name: &str| number(&row.cost_rel.get(name).copied());
-            let code = row.exit_code.map_or(String::new(), |code| code.to_string());
-            let attempts = row.attempts.to_string();
-            let mut cells = vec![
-                row.index.to_string(),
-                row.id.clone(),
-                row.status.clone(),
-                code,
-                attempts,
-            ];
-            cells.extend(row.values.iter().cloned());
-            cells.extend(row.errors.iter().chain(&row.floors).map(number));
-            cells.extend(COSTS.map(cost));
-            cells.extend(row.hashes.iter().cloned());
-            cells.extend([
-                row.message.clone(),
-                row.role.word(),
-                relative("wall_s"),
-                relative("cpu_s"),
-            ]);
-            lines.push(line(&cells));
-        }
-        lines.concat()
+        cells.extend(costs.into_iter().chain(last).map(named));
+        cells
     }
 
     /// Number of scenes.
@@ -188,26 +182,25 @@ impl Results {
     }
 
     /// The reference of a scene, where it is a run of this study.
-    pub fn reference(&self, scene: usize) -> Option<&Row> {
+    pub fn reference(&self, scene: usize) -> Option<&StudyRow> {
         let mut rows = self.rows.iter();
-        rows.find(|row| row.scene == scene && row.role == Role::Reference)
+        rows.find(|row| row.scene == scene && row.role == TaskRole::Reference)
     }
 }
 
 /// Enters floors and relative costs into the rows of a scene.
-fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
+fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>) {
     let perturbed = rows
         .iter()
-        .filter(|row| matches!(row.role, Role::Perturbed(_)));
-    let floors = (0..file.measure.len()).map(|place| {
-        let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(place)).collect();
+        .filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
+    let floors = (0..file.measure.len()).map(|k| {
+        let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(k)).collect();
         let errors = errors.filter(|errors| !errors.is_empty())?;
         Some(errors.into_iter().fold(0.0, f64::max))
     });
     let floors: Vec<Option<f64>> = floors.collect();
-    let unknown = perturbed
-        .clone()
-        .any(|row| row.exit_code.is_some() && !row.stands());
+    let failed = |row: &StudyRow| row.exit_code.is_some() && !row.is_trusted();
+    let unknown = perturbed.clone().any(failed);
     let whole = reference.map(Finished::cost).unwrap_or_default();
     for row in rows {
         row.floors.clone_from(&floors);
@@ -229,22 +222,28 @@ fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
 fn finished(folder: &Path, task: &Task) -> Result<Option<Finished>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
-        Stage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
+        TaskStage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
             Finished::read(&of.run()).map(Some)
         }
         _ => Ok(None),
     }
 }
 
-fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<Row, Error> {
+fn row(
+    task: &Task,
+    file: &StudyFile,
+    reference: ReferenceNumbers,
+    folder: &Path,
+) -> Result<StudyRow, Error> {
+    let measures = &file.measure;
     let of = TaskFolder::new(folder, &task.id);
     let run = finished(folder, task)?;
     let (status, exit_code, message) = match of.stage()? {
-        Stage::Waiting => ("waiting".to_string(), None, String::new()),
-        Stage::Running => ("running".to_string(), None, String::new()),
-        Stage::Done(done) => (done.status, Some(done.exit_code), done.message),
+        TaskStage::Waiting => ("waiting".to_string(), None, String::new()),
+        TaskStage::Running => ("running".to_string(), None, String::new()),
+        TaskStage::Done(done) => (done.status, Some(done.exit_code), done.message),
     };
-    let mut row = Row {
+    let mut row = StudyRow {
         index: task.index,
         role: task.role,
         scene: task.scene,
@@ -254,7 +253,6 @@ fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<R
         attempts: of.attempts(),
         values: task.values.clone(),
         varied: task.varied.clone(),
-        errors: vec![None; measures.len()],
         deviations: vec![None; measures.len()],
         floors: vec![None; measures.len()],
         cost: BTreeMap::new(),
@@ -265,12 +263,9 @@ fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<R
     let Some(run) = run else {
         return Ok(row);
     };
-    for (place, measure) in measures.iter().enumerate() {
-        match measure.deviation(&run, held) {
-            Ok(deviation) => {
-                row.errors[place] = Some(deviation.abs());
-                row.deviations[place] = Some(deviation);
-            }
+    for (k, measure) in measures.iter().enumerate() {
+        match measure.deviation(&run, reference) {
+            Ok(deviation) => row.deviations[k] = Some(deviation),
             Err(why) => add(&mut row.message, &format!("error_{}: {why}", measure.name)),
         }
     }
@@ -289,8 +284,11 @@ fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<R
 fn warnings(run: &Finished) -> String {
     let all = run.summary["warnings"].as_array().into_iter().flatten();
     let told = all.filter_map(|warning| {
-        let (code, place) = (warning["code"].as_str()?, warning["where"].as_str()?);
-        Some(format!("{code} at {place}: {}", warning["value"].as_f64()?))
+        let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);
+        Some(format!(
+            "{code} at {position}: {}",
+            warning["value"].as_f64()?
+        ))
     });
     told.collect::<Vec<String>>().join("; ")
 }

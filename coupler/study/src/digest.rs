@@ -1,12 +1,12 @@
-//! The digest of a study: fronts, knees, a sentence for each knob, what fell, and what is not known.
+//! The digest of a study: fronts, knees, a sentence for each key, what failed, and what is not known.
 
 use std::fmt::Write as _;
 
 use super::collect::{Results, line};
 use super::front::{Trade, front, knee};
-use super::knobs::{Knob, knobs, percent};
 use super::picture::{self, FrontPanel};
-use super::settings::{Setting, settings};
+use super::settings::{StudySetting, settings};
+use super::varied_keys::{VariedKey, percent, varied_keys};
 use coordinator::error::{Error, Refusal};
 
 /// A measure's settings, front and knee.
@@ -20,13 +20,21 @@ struct MeasureFront {
     floor: f64,
 }
 
+impl MeasureFront {
+    /// These words at the knee, none elsewhere.
+    fn mark(&self, index: usize, words: &str) -> String {
+        let knee = self.knee == Some(index);
+        if knee { words.into() } else { String::new() }
+    }
+}
+
 /// A study in words and pictures.
 #[derive(Clone, Debug)]
 pub struct Digest<'a> {
     results: &'a Results,
-    settings: Vec<Setting<'a>>,
+    settings: Vec<StudySetting<'a>>,
     fronts: Vec<MeasureFront>,
-    knobs: Vec<Knob>,
+    keys: Vec<VariedKey>,
     measures: Vec<String>,
 }
 
@@ -34,32 +42,26 @@ impl<'a> Digest<'a> {
     /// Of these rows.
     pub fn new(results: &'a Results) -> Digest<'a> {
         let settings = settings(results);
-        let measures: Vec<String> = results
-            .file
-            .measure
-            .iter()
-            .map(|m| m.name.clone())
-            .collect();
-        let knobs = knobs(results, &settings);
-        let fronts = measures.iter().enumerate().map(|(place, name)| {
-            let trade = |(number, setting): (usize, &Setting)| {
+        let measures = results.file.measure.iter().map(|m| m.name.clone());
+        let measures: Vec<String> = measures.collect();
+        let keys = varied_keys(results, &settings);
+        let fronts = measures.iter().enumerate().map(|(index, name)| {
+            let trade = |(number, setting): (usize, &StudySetting)| {
                 Some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: setting.error(place)?,
+                    error: setting.error(index)?,
                 })
             };
             // The reference has no error, whatever it is worth: it takes no part.
             let others = settings.iter().enumerate();
             let others = others.filter(|(_, setting)| !setting.is_reference(results));
             let trades: Vec<Trade> = others.filter_map(trade).collect();
-            let fallen = |(number, setting): (usize, &Setting)| {
-                let errors: Option<Vec<f64>> =
-                    setting.rows.iter().map(|row| row.errors[place]).collect();
-                (!setting.stands()).then_some(Trade {
+            let fallen = |(number, setting): (usize, &StudySetting)| {
+                (!setting.is_trusted()).then_some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: runs::curve::median(errors?)?,
+                    error: setting.middle(|row| row.distance(index))?,
                 })
             };
             let front = front(&trades);
@@ -69,14 +71,14 @@ impl<'a> Digest<'a> {
                 knee: knee(&front),
                 front,
                 trades,
-                floor: knobs.first().map_or(0.0, |knob| knob.floors[place]),
+                floor: keys.first().map_or(0.0, |key| key.floors[index]),
             }
         });
         Digest {
             results,
             fronts: fronts.collect(),
             settings,
-            knobs,
+            keys,
             measures,
         }
     }
@@ -86,18 +88,14 @@ impl<'a> Digest<'a> {
         let head = ["measure", "setting", "cost", "error", "floor", "knee"].map(String::from);
         let mut lines = line(&head);
         for of in &self.fronts {
-            for (place, trade) in of.front.iter().enumerate() {
+            for (index, trade) in of.front.iter().enumerate() {
                 lines += &line(&[
                     of.measure.clone(),
                     self.settings[trade.setting].words(self.results),
                     format!("{:e}", trade.cost),
                     format!("{:e}", trade.error),
                     format!("{:e}", of.floor),
-                    if of.knee == Some(place) {
-                        "knee".into()
-                    } else {
-                        String::new()
-                    },
+                    of.mark(index, "knee"),
                 ]);
             }
         }
@@ -118,15 +116,11 @@ impl<'a> Digest<'a> {
             floor: of.floor,
         });
         let panels: Vec<FrontPanel> = panels.collect();
+        let fronts = picture::fronts(&panels, &self.settings, self.results);
+        let keys = picture::knobs(&self.keys, &self.measures);
         Ok([
-            (
-                "front.svg",
-                picture::fronts(&panels, &self.settings, self.results).map_err(Refusal::Picture)?,
-            ),
-            (
-                "knobs.svg",
-                picture::knobs(&self.knobs, &self.measures).map_err(Refusal::Picture)?,
-            ),
+            ("front.svg", fronts.map_err(Refusal::Picture)?),
+            ("knobs.svg", keys.map_err(Refusal::Picture)?),
         ])
     }
 
@@ -141,13 +135,9 @@ impl<'a> Digest<'a> {
                 of.measure
             );
             let _ = writeln!(text, "  {:>10}  {:>10}  setting", "cost", "error %");
-            for (place, trade) in of.front.iter().enumerate() {
+            for (index, trade) in of.front.iter().enumerate() {
                 let words = self.settings[trade.setting].words(self.results);
-                let mark = if of.knee == Some(place) {
-                    "  <- knee"
-                } else {
-                    ""
-                };
+                let mark = of.mark(index, "  <- knee");
                 let error = percent(trade.error);
                 let _ = writeln!(text, "  {:>10.4}  {error:>10}  {words}{mark}", trade.cost);
             }
@@ -161,15 +151,15 @@ impl<'a> Digest<'a> {
             }
         );
         let _ = writeln!(text, "\nknobs");
-        for knob in &self.knobs {
-            for line in knob.lines(&self.measures) {
+        for key in &self.keys {
+            for line in key.lines(&self.measures) {
                 let _ = writeln!(text, "  {line}");
             }
-            for line in knob.trends(&self.measures) {
+            for line in key.trends(&self.measures) {
                 let _ = writeln!(text, "    {line}");
             }
-            if !knob.note.is_empty() {
-                let _ = writeln!(text, "    note: {}", knob.note);
+            if !key.note.is_empty() {
+                let _ = writeln!(text, "    note: {}", key.note);
             }
         }
         let told: Vec<String> = self.fallen().collect();
@@ -182,20 +172,11 @@ impl<'a> Digest<'a> {
 
     /// Runs that are done and do not stand, or miss something.
     fn fallen(&self) -> impl Iterator<Item = String> + '_ {
-        let rows = self
-            .results
-            .rows
-            .iter()
-            .filter(|row| row.exit_code.is_some());
-        let told = rows.filter(|row| !row.stands() || !row.message.is_empty());
+        let done = (self.results.rows.iter()).filter(|row| row.exit_code.is_some());
+        let told = done.filter(|row| !row.is_trusted() || !row.message.is_empty());
         told.map(|row| {
-            format!(
-                "task {} ({}): {}: {}",
-                row.index,
-                row.role.word(),
-                row.status,
-                row.message
-            )
+            let (role, status) = (row.role.word(), &row.status);
+            format!("task {} ({role}): {status}: {}", row.index, row.message)
         })
     }
 }

@@ -1,5 +1,6 @@
 //! The study file: what is varied, what it is held against, and what is measured.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use scenes::STUDY;
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// The scenario and how it is run.
-    pub study: Subject,
+    pub study: StudyKeys,
     /// The study that `--small` makes of it.
     #[serde(default)]
     pub small: Small,
@@ -31,7 +32,7 @@ pub struct StudyFile {
 /// The scene and the manner of the sweep.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Subject {
+pub struct StudyKeys {
     /// Name of the study, and of its folder.
     pub name: String,
     /// A scenario beside the study file, or as `run` finds it.
@@ -113,7 +114,7 @@ pub struct Vary {
     /// True for a key of the scene, as its seed or its load: the reference is run anew for each of its values.
     #[serde(default)]
     pub scene: bool,
-    /// A note for the reader, told beside the result.
+    /// A note for the reader, shown beside the result.
     #[serde(default)]
     pub note: String,
     /// The values one by one.
@@ -123,7 +124,7 @@ pub struct Vary {
     /// Seeds 1, 2, ... so many.
     seeds: Option<u64>,
     /// Values that stand for overrides, or for another scenario.
-    case: Option<Vec<Case>>,
+    case: Option<Vec<NamedValue>>,
 }
 
 /// Numbers in a constant ratio.
@@ -138,7 +139,7 @@ pub struct LogRange {
 /// A value that stands for several overrides.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Case {
+pub struct NamedValue {
     /// The value, a number where there is an order.
     value: toml::Value,
     /// Its overrides.
@@ -150,8 +151,8 @@ pub struct Case {
 
 /// One value of a key.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// The value, as results.csv tells it.
+pub struct KeyValue {
+    /// The value, as results.csv shows it.
     pub text: String,
     /// Its overrides.
     pub set: Vec<String>,
@@ -162,7 +163,7 @@ pub struct Choice {
 impl StudyFile {
     /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
     /// be that of a shipped one.
-    pub fn place(path: &Path) -> PathBuf {
+    pub fn locate(path: &Path) -> PathBuf {
         let named = Path::new("scenarios/studies").join(path);
         if path.is_dir() {
             path.join(STUDY)
@@ -178,13 +179,8 @@ impl StudyFile {
     /// # Errors
     /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
     pub fn read(path: &Path) -> Result<StudyFile, Error> {
-        let path = &StudyFile::place(path);
-        let name = path.to_str().filter(|_| !path.exists());
-        let shipped = name.and_then(scenes::study_folder);
-        let text = match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STUDY}"))) {
-            Some(text) => text.into(),
-            None => std::fs::read_to_string(path).map_err(|error| no_study(path, error))?,
-        };
+        let path = &StudyFile::locate(path);
+        let text = shipped_or_read(path, STUDY).map_err(|error| no_study(path, error))?;
         StudyFile::parse(&text).map_err(|problem| Refusal::file(path, problem).into())
     }
 
@@ -204,11 +200,11 @@ impl StudyFile {
         if self.vary.is_empty() || self.measure.is_empty() {
             return Err("at least one [[vary]] and one [[measure]] are needed".into());
         }
-        for (place, vary) in self.vary.iter().enumerate() {
+        for (index, vary) in self.vary.iter().enumerate() {
             let choices = vary.choices();
-            let choices = choices.map_err(|why| format!("vary.{place} (`{}`): {why}", vary.key))?;
+            let choices = choices.map_err(|why| format!("vary.{index} (`{}`): {why}", vary.key))?;
             if choices.is_empty() {
-                return Err(format!("vary.{place} (`{}`): has no values", vary.key));
+                return Err(format!("vary.{index} (`{}`): has no values", vary.key));
             }
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
@@ -243,21 +239,30 @@ impl StudyFile {
     }
 }
 
+/// The text of a file of a study: of a shipped one by its name, where nothing of that name is here.
+pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static, str>> {
+    let name = path.to_str().filter(|_| !path.exists());
+    let shipped = name.and_then(scenes::study_folder);
+    match shipped.and_then(|folder| scenes::text(&format!("{folder}/{file}"))) {
+        Some(text) => Ok(text.into()),
+        None => std::fs::read_to_string(path).map(Cow::Owned),
+    }
+}
+
 /// The error of a study that cannot be read; a name that is not there may be mistyped.
 fn no_study(path: &Path, error: io::Error) -> Error {
     let missing = error.kind() == io::ErrorKind::NotFound;
     let meant = path.to_str().filter(|_| missing);
     match meant.and_then(|name| scenes::meant(name, true)) {
-        Some(near) => Refusal::file(
-            path,
-            format!("there is no such study; did you mean `{near}`?"),
-        )
-        .into(),
+        Some(near) => {
+            let problem = format!("there is no such study; did you mean `{near}`?");
+            Refusal::file(path, problem).into()
+        }
         None => Error::input(path.display())(error),
     }
 }
 
-/// Refuses a name that stands twice.
+/// Refuses a name that is given twice.
 fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
@@ -279,46 +284,41 @@ impl Vary {
     }
 
     /// The values; the error says what is wrong with them.
-    pub fn choices(&self) -> Result<Vec<Choice>, String> {
-        let choice = |value: &toml::Value| Choice {
-            text: told(value),
+    pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
+        let choice = |value: &toml::Value| KeyValue {
+            text: shown(value),
             set: vec![format!("{}={value}", self.key)],
             scenario: None,
+        };
+        let case = |case: &NamedValue| KeyValue {
+            text: shown(&case.value),
+            set: case.set.clone(),
+            scenario: case.scenario.clone(),
         };
         match (&self.values, &self.log, self.seeds, &self.case) {
             (Some(values), None, None, None) => Ok(values.iter().map(choice).collect()),
             (None, Some(log), None, None) => {
-                let numbers = log.numbers()?;
-                Ok(numbers.iter().map(|x| choice(&(*x).into())).collect())
+                let numbers = log.numbers()?.into_iter();
+                Ok(numbers.map(|x| choice(&x.into())).collect())
             }
             (None, None, Some(count), None) => {
-                let seeds = (1..=count as i64).map(|seed| choice(&seed.into()));
-                Ok(seeds.collect())
+                let seeds = 1..=count as i64;
+                Ok(seeds.map(|seed| choice(&seed.into())).collect())
             }
-            (None, None, None, Some(cases)) => {
-                let choices = cases.iter().map(|case| Choice {
-                    text: told(&case.value),
-                    set: case.set.clone(),
-                    scenario: case.scenario.clone(),
-                });
-                Ok(choices.collect())
-            }
+            (None, None, None, Some(cases)) => Ok(cases.iter().map(case).collect()),
             _ => Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
         }
     }
 }
 
-/// A value as a cell of a table tells it.
-pub fn told(value: &toml::Value) -> String {
+/// A value as a cell of a table shows it.
+pub fn shown(value: &toml::Value) -> String {
     match value {
         toml::Value::String(text) => text.clone(),
-        toml::Value::Float(number) => {
-            if *number == 0.0 || (1e-3..1e6).contains(&number.abs()) {
-                format!("{number}")
-            } else {
-                format!("{number:e}")
-            }
+        toml::Value::Float(number) if *number != 0.0 && !(1e-3..1e6).contains(&number.abs()) => {
+            format!("{number:e}")
         }
+        toml::Value::Float(number) => format!("{number}"),
         other => other.to_string(),
     }
 }
@@ -362,7 +362,7 @@ norm = "at"
 at_s = 1e-3
 "#;
 
-    fn choices(vary: &str) -> Vec<Choice> {
+    fn choices(vary: &str) -> Vec<KeyValue> {
         let vary: Vary = toml::from_str(vary).expect("it is one");
         vary.choices().expect("it has values")
     }

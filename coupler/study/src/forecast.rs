@@ -6,13 +6,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
-use super::slurm::Ask;
+use super::slurm::SlurmRequest;
 use coordinator::error::Error;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::rundir::BUILD;
 use kit::scratch::Scratch;
 
-/// Factors on what is foretold: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
+/// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
 /// machine. A task that runs into its limit is given twice as much.
 const WALL_FACTOR: f64 = 4.0;
 const MEMORY_FACTOR: u64 = 2;
@@ -20,7 +20,7 @@ const MEMORY_FACTOR: u64 = 2;
 const WALL_LEAST_S: f64 = 600.0;
 const MEMORY_LEAST: u64 = 512 << 20;
 
-/// Cost of the reference, or of the first task, as its first second foretold it: `cost.json` in the study's folder.
+/// Cost of the reference, or of the first task, as its first second predicted it: `cost.json` in the study's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Forecast {
     /// Build that was looked at.
@@ -35,7 +35,7 @@ impl Forecast {
     /// The one that the folder keeps, if it is this build's; else that of this task, which the folder then keeps.
     ///
     /// # Errors
-    /// The folder cannot be written, or a signal came. A task whose run ends early foretells nothing: then the least is asked for.
+    /// The folder cannot be written, or a signal came. A task whose run ends early predicts nothing: then the least is asked for.
     pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
         let path = folder.join("cost.json");
         let kept = fs::read_to_string(&path).ok();
@@ -44,14 +44,12 @@ impl Forecast {
             return Ok(kept);
         }
         let scratch = Scratch::new("study", fresh_run_id());
-        let ended = run(
-            &task.loaded,
-            &RunOptions {
-                out: Some(scratch.path()),
-                dry_run: true,
-                ..options.clone()
-            },
-        )?;
+        let options = RunOptions {
+            out: Some(scratch.path()),
+            dry_run: true,
+            ..options.clone()
+        };
+        let ended = run(&task.loaded, &options)?;
         if let Some(error @ Error::Interrupted { .. }) = ended.error {
             return Err(error);
         }
@@ -61,20 +59,16 @@ impl Forecast {
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
         };
+        let text = serde_json::to_string_pretty(&forecast).unwrap_or_default();
         fs::create_dir_all(folder)
-            .and_then(|()| {
-                fs::write(
-                    &path,
-                    serde_json::to_string_pretty(&forecast).unwrap_or_default(),
-                )
-            })
+            .and_then(|()| fs::write(&path, text))
             .map_err(Error::output(path.display()))?;
         Ok(forecast)
     }
 
     /// Resources asked of Slurm for a task.
-    pub fn ask(&self, threads: u16) -> Ask {
-        Ask {
+    pub fn ask(&self, threads: u16) -> SlurmRequest {
+        SlurmRequest {
             wall_s: (WALL_FACTOR * self.wall_s).max(WALL_LEAST_S),
             memory_bytes: (MEMORY_FACTOR * self.memory_bytes).max(MEMORY_LEAST),
             cores: threads.max(1),

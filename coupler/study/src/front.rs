@@ -31,7 +31,7 @@ pub fn front(trades: &[Trade]) -> Vec<Trade> {
 /// Error below which logarithms say nothing.
 const NOTHING: f64 = 1e-15;
 
-/// The knee: the place of the front that is farthest from the chord between its ends, on the side of less cost and less error, both as
+/// The knee: the index of the trade that is farthest from the chord between its ends, on the side of less cost and less error, both as
 /// logarithms. `None` where the front has fewer than three or nowhere bends that way.
 pub fn knee(front: &[Trade]) -> Option<usize> {
     let at = |trade: &Trade| [trade.cost.ln(), trade.error.max(NOTHING).ln()];

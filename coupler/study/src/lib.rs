@@ -1,9 +1,9 @@
 //! Studies and comparisons of runs: distances of signals, tractions and results, and costs.
 //!
 //! - [`measure`]: the distance of two runs in a number;
-//! - [`mod@file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`patience`] with who does it;
+//! - [`mod@file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`heartbeats`] of who does it;
 //! - [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
-//! - [`collect`]: rows; [`settings`], [`front`], [`knobs`]: what they say; [`picture`], [`digest`]: in pictures and words;
+//! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`]: what they say; [`picture`], [`digest`]: in pictures and words;
 //! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
 //!   [`budget`]: the setting that it has for one.
 
@@ -13,9 +13,8 @@ pub mod digest;
 pub mod file;
 pub mod forecast;
 pub mod front;
-pub mod knobs;
+pub mod heartbeats;
 pub mod measure;
-pub mod patience;
 pub mod picture;
 pub mod plan;
 pub mod pool;
@@ -25,3 +24,4 @@ pub mod slurm;
 pub mod statistics;
 pub mod stored;
 pub mod task;
+pub mod varied_keys;

@@ -41,7 +41,7 @@ pub enum Norm {
 
 /// Numbers that a run is held against.
 #[derive(Clone, Copy, Debug)]
-pub enum Held<'a> {
+pub enum ReferenceNumbers<'a> {
     /// Those of another run.
     Run(&'a Finished),
     /// Exact ones, by the measure's name.
@@ -109,15 +109,15 @@ impl Measure {
 
     /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
     /// the deviation.
-    pub fn deviation(&self, run: &Finished, held: Held) -> Result<f64, String> {
+    pub fn deviation(&self, run: &Finished, held: ReferenceNumbers) -> Result<f64, String> {
         let (table, name) = self.table().ok_or("`of` names no table")?;
         let reference = match held {
-            Held::Nothing => return Err("the reference has not completed".into()),
-            Held::Values(values) => {
+            ReferenceNumbers::Nothing => return Err("the reference has not completed".into()),
+            ReferenceNumbers::Values(values) => {
                 let exact = *values.get(&self.name).ok_or("no exact value")?;
                 return relative(result(run, name)?, exact);
             }
-            Held::Run(reference) => reference,
+            ReferenceNumbers::Run(reference) => reference,
         };
         let found = match table {
             "results" => return relative(result(run, name)?, result(reference, name)?),
@@ -152,7 +152,7 @@ fn traction(runs: [&Finished; 2], name: &str, bin: Option<f64>) -> Result<Distan
 
 /// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one
 /// participant has it: a run of one solver has no names before its signals.
-fn column<'a>(table: &'a Table, place: &str, name: &str) -> Result<Curve<'a>, String> {
+fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, String> {
     let missing = || format!("no column `{name}`");
     let end = format!(".{name}");
     let get = |name: &str| table.get(name);
@@ -165,7 +165,7 @@ fn column<'a>(table: &'a Table, place: &str, name: &str) -> Result<Curve<'a>, St
     };
     let of_participant = || ending().map(|(_, numbers)| numbers.as_slice());
     Ok(Curve {
-        x: get(place).ok_or_else(missing)?,
+        x: get(along).ok_or_else(missing)?,
         y: get(name).or_else(of_participant).ok_or_else(missing)?,
     })
 }
@@ -230,7 +230,7 @@ mod tests {
     fn errors_are_those_of_their_norms() {
         let run = finished("t_s,y\n0,1\n1,2\n", 1.5);
         let reference = finished("t_s,y\n0,2\n1,2\n", 1.0);
-        let of = |measure: &Measure| measure.deviation(&run, Held::Run(&reference));
+        let of = |measure: &Measure| measure.deviation(&run, ReferenceNumbers::Run(&reference));
         let l2 = of(&measure("signals.y", "l2", "")).expect("it has one");
         assert!((l2 - (1f64 / 12.0).sqrt()).abs() < 1e-15);
         assert_eq!(of(&measure("signals.y", "max", "")), Ok(0.5));
@@ -240,9 +240,10 @@ mod tests {
         let missing = of(&measure("signals.z", "l2", ""));
         assert_eq!(missing, Err("no column `z`".into()));
         let exact = BTreeMap::from([("m".to_string(), 3.0)]);
-        let closed = measure("results.depth_m", "at", "").deviation(&run, Held::Values(&exact));
+        let closed =
+            measure("results.depth_m", "at", "").deviation(&run, ReferenceNumbers::Values(&exact));
         assert_eq!(closed, Ok(-0.5));
-        let none = measure("results.depth_m", "at", "").deviation(&run, Held::Nothing);
+        let none = measure("results.depth_m", "at", "").deviation(&run, ReferenceNumbers::Nothing);
         assert!(none.is_err());
     }
 }

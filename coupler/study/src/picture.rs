@@ -8,8 +8,8 @@ use plotters::prelude::*;
 
 use super::collect::Results;
 use super::front::Trade;
-use super::knobs::{Knob, percent};
-use super::settings::Setting;
+use super::settings::StudySetting;
+use super::varied_keys::{VariedKey, percent};
 use draw::page::{picture, svg};
 
 /// Size of a panel (pixels), and height of a line of words below it.
@@ -56,7 +56,7 @@ pub struct FrontPanel<'a> {
 /// The picture cannot be drawn.
 pub fn fronts(
     panels: &[FrontPanel],
-    settings: &[Setting],
+    settings: &[StudySetting],
     results: &Results,
 ) -> Result<String, String> {
     let relative = results.reference(0).is_some();
@@ -148,7 +148,7 @@ fn draw_front(area: &Area, panel: &FrontPanel, cost: &str) -> Result<(), String>
 ///
 /// # Errors
 /// The picture cannot be drawn.
-pub fn knobs(knobs: &[Knob], measures: &[String]) -> Result<String, String> {
+pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> Result<String, String> {
     let rows = knobs.len().div_ceil(2);
     let lines = measures.len() as u32 + 1;
     let size = (2 * PANEL.0, rows as u32 * (PANEL.1 + (lines + 1) * LINE));
@@ -169,7 +169,7 @@ pub fn knobs(knobs: &[Knob], measures: &[String]) -> Result<String, String> {
     })
 }
 
-fn draw_knob(area: &Area, knob: &Knob) -> Result<(), String> {
+fn draw_knob(area: &Area, knob: &VariedKey) -> Result<(), String> {
     let (upper, _) = area.split_vertically(PANEL.1);
     let place = |k: usize| match knob.positions[k].value.parse::<f64>() {
         Ok(number) if knob.numeric => number,

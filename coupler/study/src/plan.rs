@@ -1,10 +1,11 @@
 //! The plan of a study: its tasks, each a scenario of its own.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::file::{Choice, Mode, StudyFile, Vary, told};
+use super::file::{KeyValue, Mode, Small, StudyFile, Vary, shown};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
@@ -14,7 +15,7 @@ use coordinator::scenario::overrides::value_at;
 /// Part of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum TaskRole {
     /// The others are held against it.
     Reference,
     /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
@@ -23,13 +24,13 @@ pub enum Role {
     Point,
 }
 
-impl Role {
+impl TaskRole {
     /// In a word.
     pub fn word(self) -> String {
         match self {
-            Role::Reference => "reference".into(),
-            Role::Perturbed(seed) => format!("perturbed-{seed}"),
-            Role::Point => "point".into(),
+            TaskRole::Reference => "reference".into(),
+            TaskRole::Perturbed(seed) => format!("perturbed-{seed}"),
+            TaskRole::Point => "point".into(),
         }
     }
 }
@@ -37,11 +38,11 @@ impl Role {
 /// A run of the study, before its scenario is read.
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
-    role: Role,
+    role: TaskRole,
     /// Number of its combination of scene keys.
     scene: usize,
     /// The chosen value of each key, in the order of the study.
-    choices: Vec<Option<Choice>>,
+    choices: Vec<Option<KeyValue>>,
     scenario: String,
     set: Vec<String>,
     /// The part of `set` that is no scene's and not all runs'; `None` with a scenario of its own.
@@ -54,7 +55,7 @@ pub struct Task {
     /// Row of results.csv.
     pub index: usize,
     /// Its part.
-    pub role: Role,
+    pub role: TaskRole,
     /// Number of its combination of scene keys.
     pub scene: usize,
     /// Value of each key, in the order of the study, those that are not varied here as the scenario has them; empty for a name of cases
@@ -88,42 +89,26 @@ impl Plan {
     /// # Errors
     /// The study or the scenario of its reference is refused.
     pub fn read(path: &Path, small: bool, set: &[String]) -> Result<Plan, Error> {
-        let path = &StudyFile::place(path);
+        let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let reduced = if small {
-            file.small.clone()
-        } else {
-            Default::default()
-        };
-        let common = [&file.study.set[..], &reduced.set, set].concat();
-        let mut axes = Vec::new();
-        for vary in &file.vary {
-            let choices = vary.choices();
-            let choices = choices.map_err(|why| Refusal::file(path, why))?;
-            axes.push(match (vary.scene, reduced.scenes) {
-                (true, Some(most)) => choices.into_iter().take(most.max(1)).collect(),
-                (true, None) => choices,
-                (false, _) => thinned(choices, reduced.limit),
-            });
-        }
+        let small = Some(&file.small)
+            .filter(|_| small)
+            .cloned()
+            .unwrap_or_default();
+        let common = [&file.study.set[..], &small.set, set].concat();
+        let axes = axes(&file, &small).map_err(|why| Refusal::file(path, why))?;
         let scenario = found(&beside, &file.study.scenario);
-        let mut entries = Vec::new();
-        let reference = file.reference.set.clone();
-        let perturbations = match (&reference, file.reference.perturbed()) {
-            (Some(set), count) if count > 0 => {
-                let loaded = load(&scenario, &[&common[..], set].concat())?;
-                let names = perturbed_participants(&loaded.scenario);
-                if names.is_empty() {
-                    let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0, and no floor of noise is told";
-                    return Err(Refusal::file(path, why).into());
-                }
-                (1..=count).map(|seed| perturbation(&names, seed)).collect()
+        let perturbations = match &file.reference.set {
+            Some(set) => {
+                let loaded = || load(&scenario, &[&common[..], set].concat());
+                perturbations(file.reference.perturbed(), loaded, path)?
             }
-            _ => Vec::new(),
+            None => Vec::new(),
         };
+        let mut entries = Vec::new();
         for (scene, of_scene) in scenes(&file.vary, &axes).into_iter().enumerate() {
-            let entry = |role: Role, own: &[String], choices: &[Option<Choice>]| {
+            let entry = |role: TaskRole, own: &[String], choices: &[Option<KeyValue>]| {
                 let mut chosen = choices.iter().flatten();
                 let other = chosen.find_map(|choice| choice.scenario.as_deref());
                 let sets = |scene: bool| -> Vec<String> {
@@ -146,20 +131,23 @@ impl Plan {
                     fidelity: other.is_none().then_some(fidelity),
                 }
             };
-            if let Some(set) = &reference {
-                entries.push(entry(Role::Reference, set, &of_scene));
+            if let Some(set) = &file.reference.set {
+                entries.push(entry(TaskRole::Reference, set, &of_scene));
                 for (seed, perturbed) in (1..).zip(&perturbations) {
                     let set = [&set[..], perturbed].concat();
-                    entries.push(entry(Role::Perturbed(seed), &set, &of_scene));
+                    entries.push(entry(TaskRole::Perturbed(seed), &set, &of_scene));
                 }
             }
-            let base = match file.study.mode {
-                Mode::Grid => Vec::new(),
-                Mode::OneAtATime => reference.clone().unwrap_or_default(),
+            let base = match (file.study.mode, &file.reference.set) {
+                (Mode::OneAtATime, Some(set)) => set,
+                _ => &Vec::new(),
             };
-            for choices in points(&file.vary, &axes, &of_scene, file.study.mode) {
-                entries.push(entry(Role::Point, &base, &choices));
-            }
+            let points = points(&file.vary, &axes, &of_scene, file.study.mode);
+            entries.extend(
+                points
+                    .iter()
+                    .map(|point| entry(TaskRole::Point, base, point)),
+            );
         }
         Ok(Plan {
             file,
@@ -169,13 +157,8 @@ impl Plan {
     }
 
     /// Number of its tasks.
-    pub fn len(&self) -> usize {
+    pub fn task_count(&self) -> usize {
         self.entries.len()
-    }
-
-    /// True for a study without tasks, which no file can ask for.
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
     }
 
     /// A task; `None` where there are not as many.
@@ -188,24 +171,18 @@ impl Plan {
         };
         let loaded = load(&entry.scenario, &entry.set)?;
         let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
-        let own = |vary: &Vary| value_at(&table, &vary.key).map(told);
-        let value = |(vary, choice): (&Vary, &Option<Choice>)| match choice {
-            Some(choice) => choice.text.clone(),
-            None if vary.is_key() => own(vary).unwrap_or_default(),
-            None => String::new(),
+        let value = |(vary, choice): (&Vary, &Option<KeyValue>)| {
+            let own = value_at(&table, &vary.key).filter(|_| vary.is_key());
+            let chosen = choice.as_ref().map(|choice| choice.text.clone());
+            chosen.or(own.map(shown)).unwrap_or_default()
         };
+        let values = self.file.vary.iter().zip(&entry.choices).map(value);
         let hash = blake3::hash(format!("{} {BUILD} {}", loaded.hash, files(&table)).as_bytes());
         Ok(Some(Task {
             index,
             role: entry.role,
             scene: entry.scene,
-            values: self
-                .file
-                .vary
-                .iter()
-                .zip(&entry.choices)
-                .map(value)
-                .collect(),
+            values: values.collect(),
             varied: entry.choices.iter().map(Option::is_some).collect(),
             fidelity: entry.fidelity.clone(),
             keep_logs: self.file.study.keep_logs,
@@ -220,27 +197,24 @@ impl Plan {
     /// # Errors
     /// A scenario is refused.
     pub fn tasks(&self) -> Result<Vec<Task>, Error> {
-        let tasks: Result<Vec<Option<Task>>, Error> =
-            (0..self.len()).map(|index| self.task(index)).collect();
-        Ok(tasks?.into_iter().flatten().collect())
+        let all = 0..self.task_count();
+        all.filter_map(|index| self.task(index).transpose())
+            .collect()
     }
 }
 
 /// The first task of each run: what is to be done.
 pub fn runs(tasks: &[Task]) -> Vec<&Task> {
-    let mut seen = std::collections::BTreeSet::new();
+    let mut seen = BTreeSet::new();
     tasks.iter().filter(|task| seen.insert(&task.id)).collect()
 }
 
 /// A scenario beside the study or up to two folders above, as shipped studies lie below the scenes; or as `run` finds it.
 fn found(beside: &Path, scenario: &str) -> String {
-    let above = beside
-        .ancestors()
-        .take(3)
-        .map(|folder| folder.join(scenario));
-    let mut own = above.filter(|path| path.is_file() || path.join("scenario.toml").is_file());
-    own.next()
-        .map_or(scenario.to_string(), |path| path.display().to_string())
+    let above = beside.ancestors().take(3);
+    let mut above = above.map(|folder| folder.join(scenario));
+    let own = above.find(|path| path.is_file() || path.join("scenario.toml").is_file());
+    own.map_or(scenario.to_string(), |path| path.display().to_string())
 }
 
 /// Contents of the files that solvers' keys name, which the scenario's hash knows by their names alone.
@@ -277,9 +251,37 @@ fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
     all.next().unwrap_or_default()
 }
 
-fn perturbation(names: &[&str], seed: u64) -> Vec<String> {
-    let key = |name: &&str| format!("participant.{name}.config.perturb_seed={seed}");
-    names.iter().map(key).collect()
+/// Overrides of each perturbed reference.
+fn perturbations(
+    count: u64,
+    loaded: impl Fn() -> Result<Loaded, Error>,
+    path: &Path,
+) -> Result<Vec<Vec<String>>, Error> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let loaded = loaded()?;
+    let names = perturbed_participants(&loaded.scenario);
+    if names.is_empty() {
+        let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0, and no floor of noise is told";
+        return Err(Refusal::file(path, why).into());
+    }
+    let key = |name: &&str, seed: u64| format!("participant.{name}.config.perturb_seed={seed}");
+    let of_seed = |seed| names.iter().map(|name| key(name, seed)).collect();
+    Ok((1..=count).map(of_seed).collect())
+}
+
+/// The values of each key, as many as are asked for.
+fn axes(file: &StudyFile, small: &Small) -> Result<Vec<Vec<KeyValue>>, String> {
+    let axis = |vary: &Vary| {
+        let values = vary.choices()?;
+        Ok(match (vary.scene, small.scenes) {
+            (true, Some(most)) => values.into_iter().take(most.max(1)).collect(),
+            (true, None) => values,
+            (false, _) => thinned(values, small.limit),
+        })
+    };
+    file.vary.iter().map(axis).collect()
 }
 
 /// At most so many values: the first, the last, and some between.
@@ -289,7 +291,7 @@ fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
             let last = axis.len() - 1;
             let steps = limit.saturating_sub(1).max(1);
             let kept = (0..limit.max(1)).map(|k| (k * last + steps / 2) / steps);
-            kept.map(|place| axis[place].clone()).collect()
+            kept.map(|k| axis[k].clone()).collect()
         }
         _ => axis,
     }
@@ -297,16 +299,16 @@ fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
 
 /// All combinations of the keys that this takes, the last changing first; the others stay as they are in `start`.
 fn combined(
-    axes: &[Vec<Choice>],
-    start: &[Option<Choice>],
+    axes: &[Vec<KeyValue>],
+    start: &[Option<KeyValue>],
     takes: impl Fn(usize) -> bool,
-) -> Vec<Vec<Option<Choice>>> {
+) -> Vec<Vec<Option<KeyValue>>> {
     let mut points = vec![start.to_vec()];
-    for (place, axis) in axes.iter().enumerate().filter(|(place, _)| takes(*place)) {
+    for (k, axis) in axes.iter().enumerate().filter(|(k, _)| takes(*k)) {
         let longer = points.iter().flat_map(|point| {
             axis.iter().map(move |choice| {
                 let mut point = point.clone();
-                point[place] = Some(choice.clone());
+                point[k] = Some(choice.clone());
                 point
             })
         });
@@ -316,24 +318,23 @@ fn combined(
 }
 
 /// The combinations of scene keys.
-fn scenes(vary: &[Vary], axes: &[Vec<Choice>]) -> Vec<Vec<Option<Choice>>> {
-    combined(axes, &vec![None; axes.len()], |place| vary[place].scene)
+fn scenes(vary: &[Vary], axes: &[Vec<KeyValue>]) -> Vec<Vec<Option<KeyValue>>> {
+    combined(axes, &vec![None; axes.len()], |k| vary[k].scene)
 }
 
 /// The points of a scene.
 fn points(
     vary: &[Vary],
-    axes: &[Vec<Choice>],
-    scene: &[Option<Choice>],
+    axes: &[Vec<KeyValue>],
+    scene: &[Option<KeyValue>],
     mode: Mode,
-) -> Vec<Vec<Option<Choice>>> {
+) -> Vec<Vec<Option<KeyValue>>> {
     match mode {
-        Mode::Grid => combined(axes, scene, |place| !vary[place].scene),
+        Mode::Grid => combined(axes, scene, |k| !vary[k].scene),
         Mode::OneAtATime => {
-            let knobs = (0..axes.len()).filter(|place| !vary[*place].scene);
-            knobs
-                .flat_map(|knob| combined(axes, scene, |place| place == knob))
-                .collect()
+            let varied = (0..axes.len()).filter(|k| !vary[*k].scene);
+            let points = varied.flat_map(|varied| combined(axes, scene, |k| k == varied));
+            points.collect()
         }
     }
 }
@@ -348,7 +349,7 @@ mod tests {
     fn told_points(mode: Mode) -> Vec<String> {
         let keys = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n[[vary]]\nkey = \"a\"\nvalues = [1, 2]\n[[vary]]\nkey = \"b\"\nvalues = [\"x\", \"y\"]\n";
         let file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
-        let axes: Vec<Vec<Choice>> = file
+        let axes: Vec<Vec<KeyValue>> = file
             .vary
             .iter()
             .map(|vary| vary.choices().expect("values"))

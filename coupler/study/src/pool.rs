@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-use super::patience::Patience;
+use super::heartbeats::HeartbeatWatch;
 use super::plan::Task;
 use super::progress::StudyProgress;
-use super::task::{SILENT, Stage};
+use super::task::{SILENT, TaskStage};
 use coordinator::error::Error;
 
 /// Time between two looks at the processes.
@@ -22,14 +22,14 @@ const LOOK_ELSEWHERE: Duration = Duration::from_secs(1);
 
 /// The command that does one task of a study: `study exec` but for the index.
 #[derive(Clone, Debug)]
-pub struct Exec {
+pub struct TaskCommand {
     /// This program.
     pub program: PathBuf,
     /// Its arguments; the index follows them.
     pub arguments: Vec<OsString>,
 }
 
-impl Exec {
+impl TaskCommand {
     /// Starts the process of a task, which ends when this one does.
     fn start(&self, task: &Task) -> Result<Child, Error> {
         Command::new(&self.program)
@@ -51,24 +51,24 @@ impl Exec {
 /// A process cannot be started, or a folder cannot be read. A run that fails is a row.
 pub fn run(
     progress: &mut StudyProgress,
-    exec: &Exec,
+    exec: &TaskCommand,
     jobs: usize,
     stopped: impl Fn() -> bool,
 ) -> Result<(), Error> {
     let mut waiting: VecDeque<&Task> = progress.left()?.into();
     let mut running: Vec<(&Task, Child)> = Vec::new();
     let mut elsewhere: Vec<&Task> = Vec::new();
-    let mut patience = Patience::new(SILENT);
+    let mut heartbeats = HeartbeatWatch::new(SILENT);
     let (mut looked, mut told_to_stop) = (Instant::now(), false);
     while !running.is_empty() || !(stopped() || (waiting.is_empty() && elsewhere.is_empty())) {
         while running.len() < jobs.max(1) && !stopped() {
             let Some(task) = waiting.pop_front() else {
                 break;
             };
-            match progress.folder(task).stage()? {
-                Stage::Done(_) => progress.ended(task)?,
-                Stage::Running => elsewhere.push(task),
-                Stage::Waiting => running.push((task, exec.start(task)?)),
+            match progress.stage(task)? {
+                TaskStage::Done(_) => {}
+                TaskStage::Running => elsewhere.push(task),
+                TaskStage::Waiting => running.push((task, exec.start(task)?)),
             }
         }
         std::thread::sleep(LOOK);
@@ -77,41 +77,36 @@ pub fn run(
         if look {
             looked = Instant::now();
         }
-        let mut still = Vec::new();
-        for (task, mut child) in running {
+        for (task, mut child) in std::mem::take(&mut running) {
             let ended = child.try_wait().map_err(Error::input("a task's process"))?;
             if ended.is_none() {
                 // One that has stopped, and not ended, would be waited for without end.
-                if look && patience.is_over(&task.id, progress.folder(task).heartbeat()) {
+                if look && heartbeats.is_over(&task.id, progress.folder(task).heartbeat()) {
                     let _ = child.kill();
-                    patience.forget(&task.id);
+                    heartbeats.forget(&task.id);
                 }
-                still.push((task, child));
+                running.push((task, child));
                 continue;
             }
-            match progress.folder(task).stage()? {
-                Stage::Running => elsewhere.push(task),
-                Stage::Waiting if stopped() => {}
-                Stage::Waiting if progress.gives_up(task)? => {}
-                Stage::Waiting => waiting.push_back(task),
-                Stage::Done(_) => progress.ended(task)?,
+            match progress.stage(task)? {
+                TaskStage::Done(_) => {}
+                TaskStage::Running => elsewhere.push(task),
+                TaskStage::Waiting if stopped() || progress.gives_up(task) => {}
+                TaskStage::Waiting => waiting.push_back(task),
             }
         }
-        running = still;
         if look {
-            let mut still = Vec::new();
-            for task in elsewhere {
-                let silent = patience.is_over(&task.id, progress.folder(task).heartbeat());
-                match progress.folder(task).stage()? {
-                    Stage::Done(_) => progress.ended(task)?,
-                    Stage::Waiting => waiting.push_back(task),
-                    Stage::Running if silent => {
-                        progress.lost(task, "a process holds it and does nothing")
+            for task in std::mem::take(&mut elsewhere) {
+                let silent = heartbeats.is_over(&task.id, progress.folder(task).heartbeat());
+                match progress.stage(task)? {
+                    TaskStage::Done(_) => {}
+                    TaskStage::Waiting => waiting.push_back(task),
+                    TaskStage::Running if silent => {
+                        progress.lost(task, "a process holds it and does nothing");
                     }
-                    Stage::Running => still.push(task),
+                    TaskStage::Running => elsewhere.push(task),
                 }
             }
-            elsewhere = still;
         }
         if stopped() && !told_to_stop {
             told_to_stop = true;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::plan::{Task, runs};
-use super::task::{Stage, TaskFolder};
+use super::task::{TaskFolder, TaskOutcome, TaskStage};
 use coordinator::error::Error;
 use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
 use coordinator::output::{Count, tell, tell_progress};
@@ -49,7 +49,7 @@ impl<'a> StudyProgress<'a> {
         TaskFolder::new(&self.folder, &task.id)
     }
 
-    /// The runs that are not done; tells how many are.
+    /// The runs that are not done; says how many are.
     ///
     /// # Errors
     /// A folder cannot be read.
@@ -57,18 +57,15 @@ impl<'a> StudyProgress<'a> {
         let mut left = Vec::new();
         for task in runs(self.tasks) {
             match self.folder(task).stage()? {
-                Stage::Done(_) => {
+                TaskStage::Done(_) => {
                     self.done.insert(task.id.clone());
                 }
                 _ => left.push(task),
             }
         }
-        if !self.done.is_empty() {
-            tell_progress(&format!(
-                "{} of {} runs are done",
-                self.done.len(),
-                self.total
-            ));
+        let (done, total) = (self.done.len(), self.total);
+        if done > 0 {
+            tell_progress(&format!("{done} of {total} runs are done"));
         }
         Ok(left)
     }
@@ -78,62 +75,61 @@ impl<'a> StudyProgress<'a> {
         self.count.at(self.done.len());
     }
 
-    /// Tells of a run that ended, once.
+    /// The stage of a run; one that ended is announced, once.
     ///
     /// # Errors
     /// Its folder cannot be read.
-    pub fn ended(&mut self, task: &Task) -> Result<(), Error> {
-        let Stage::Done(outcome) = self.folder(task).stage()? else {
-            return Ok(());
-        };
-        if !self.done.insert(task.id.clone()) {
-            return Ok(());
+    pub fn stage(&mut self, task: &Task) -> Result<TaskStage, Error> {
+        let stage = self.folder(task).stage()?;
+        if let TaskStage::Done(outcome) = &stage
+            && self.done.insert(task.id.clone())
+        {
+            self.ended(task.index, outcome);
         }
+        Ok(stage)
+    }
+
+    fn ended(&mut self, index: usize, outcome: &TaskOutcome) {
         self.here += 1;
         let each = self.begun.elapsed().as_secs_f64() / self.here as f64;
         let left = each * (self.total - self.done.len()) as f64;
-        let why = outcome.message;
-        let colon = if why.is_empty() { "" } else { ": " };
-        let (done, total, status) = (self.done.len(), self.total, outcome.status);
-        let index = task.index;
+        let TaskOutcome {
+            status, message, ..
+        } = outcome;
+        let colon = if message.is_empty() { "" } else { ": " };
+        let (done, total) = (self.done.len(), self.total);
         let object = json!({
             "done": done,
             "runs": total,
             "task": index,
             "status": status,
-            "message": why,
+            "message": message,
             "left_wall_s": left,
         });
-        let words =
-            || format!("{done} of {total}: task {index} {status}{colon}{why}; {left:.0} s left");
+        let words = || {
+            format!("{done} of {total}: task {index} {status}{colon}{message}; {left:.0} s left")
+        };
         if stderr_mode() != StderrMode::Quiet {
             tell_of("task", object, words);
         }
-        Ok(())
     }
 
     /// True where a run whose process ended without an outcome is not begun again.
-    ///
-    /// # Errors
-    /// Its folder cannot be read.
-    pub fn gives_up(&mut self, task: &Task) -> Result<bool, Error> {
+    pub fn gives_up(&mut self, task: &Task) -> bool {
         let attempts = self.folder(task).attempts();
-        if attempts < MOST_ATTEMPTS {
-            tell(&format!(
-                "task {} ended without an outcome, and is begun again (attempt {})",
-                task.index,
-                attempts + 1
-            ));
-            return Ok(false);
+        if attempts >= MOST_ATTEMPTS {
+            let why = format!("it ended {attempts} times without an outcome");
+            self.lost(task, &why);
+            return true;
         }
-        self.lost(
-            task,
-            &format!("it ended {attempts} times without an outcome"),
-        );
-        Ok(true)
+        let (index, next) = (task.index, attempts + 1);
+        tell(&format!(
+            "task {index} ended without an outcome, and is begun again (attempt {next})"
+        ));
+        false
     }
 
-    /// Tells of a run that is given up.
+    /// Announces a run that is given up.
     pub fn lost(&mut self, task: &Task, why: &str) {
         if self.given_up.insert(task.id.clone()) {
             tell(&format!("task {} is given up: {why}", task.index));

@@ -3,28 +3,28 @@
 use runs::curve::median;
 use std::collections::BTreeMap;
 
-use super::collect::{Results, Row};
-use super::plan::Role;
+use super::collect::{Results, StudyRow};
+use super::plan::TaskRole;
 
 /// A setting and what came of it, scene by scene.
 #[derive(Clone, Debug)]
-pub struct Setting<'a> {
-    /// Its values, by the place of the key; those that are not varied are not named.
+pub struct StudySetting<'a> {
+    /// Its values, by the index of the key; those that are not varied are not named.
     pub chosen: Vec<(usize, String)>,
     /// Its rows, one a scene.
-    pub rows: Vec<&'a Row>,
+    pub rows: Vec<&'a StudyRow>,
 }
 
-impl Setting<'_> {
+impl StudySetting<'_> {
     /// True where the results of all scenes are to be trusted.
-    pub fn stands(&self) -> bool {
-        self.rows.iter().all(|row| row.stands())
+    pub fn is_trusted(&self) -> bool {
+        self.rows.iter().all(|row| row.is_trusted())
     }
 
     /// True where its runs are the references themselves, or the same as they bit for bit.
     pub fn is_reference(&self, results: &Results) -> bool {
-        let same = |row: &&Row| {
-            let bits = |of: &Row| !row.hashes[1].is_empty() && of.hashes == row.hashes;
+        let same = |row: &&StudyRow| {
+            let bits = |of: &StudyRow| !row.hashes[1].is_empty() && of.hashes == row.hashes;
             let reference = results.reference(row.scene);
             reference.is_some_and(|of| of.id == row.id || bits(of))
         };
@@ -36,8 +36,8 @@ impl Setting<'_> {
         if self.chosen.is_empty() {
             return "reference".into();
         }
-        let word = |(place, value): &(usize, String)| {
-            format!("{} = {value}", short(&results.file.vary[*place].key))
+        let word = |(index, value): &(usize, String)| {
+            format!("{} = {value}", short(&results.file.vary[*index].key))
         };
         let words = self.chosen.iter().map(word);
         words.collect::<Vec<String>>().join(", ")
@@ -45,8 +45,14 @@ impl Setting<'_> {
 
     /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
     pub fn errors(&self, measure: usize) -> Option<Vec<f64>> {
-        let error = |row: &&Row| Some(row.error(measure)?.max(row.floor(measure)));
+        let error = |row: &&StudyRow| Some(row.error(measure)?.max(row.floor(measure)));
         self.rows.iter().map(error).collect()
+    }
+
+    /// The middle of a number over its scenes; `None` where one is missing.
+    pub fn middle(&self, of: impl Fn(&StudyRow) -> Option<f64>) -> Option<f64> {
+        let numbers = self.rows.iter().map(|row| of(row));
+        numbers.collect::<Option<Vec<f64>>>().and_then(median)
     }
 
     /// The middle of the errors by a measure.
@@ -56,14 +62,12 @@ impl Setting<'_> {
 
     /// The middle of a cost over that of the reference.
     pub fn cost_rel(&self, name: &str) -> Option<f64> {
-        let costs = self.rows.iter().map(|row| row.cost_rel.get(name).copied());
-        costs.collect::<Option<Vec<f64>>>().and_then(median)
+        self.middle(|row| row.cost_rel.get(name).copied())
     }
 
     /// The middle of a cost.
     pub fn cost(&self, name: &str) -> Option<f64> {
-        let costs = self.rows.iter().map(|row| row.cost.get(name).copied());
-        costs.collect::<Option<Vec<f64>>>().and_then(median)
+        self.middle(|row| row.cost.get(name).copied())
     }
 
     /// Its price: processor time over that of the reference, or in seconds where the reference is no run of the study.
@@ -85,25 +89,24 @@ pub fn short(key: &str) -> &str {
 }
 
 /// The settings of a study: the reference, where it is a run of it, then the points in their order.
-pub fn settings(results: &Results) -> Vec<Setting<'_>> {
-    let mut all: Vec<Setting> = Vec::new();
-    let mut places: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
+pub fn settings(results: &Results) -> Vec<StudySetting<'_>> {
+    let mut all: Vec<StudySetting> = Vec::new();
+    let mut known: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
     let rows = results.rows.iter();
-    for row in rows.filter(|row| !matches!(row.role, Role::Perturbed(_))) {
-        let knobs = results.file.vary.iter().enumerate();
-        let chosen = knobs.filter(|(place, vary)| row.varied[*place] && !vary.scene);
-        let chosen: Vec<(usize, String)> = chosen
-            .map(|(place, _)| (place, row.values[place].clone()))
-            .collect();
+    for row in rows.filter(|row| !matches!(row.role, TaskRole::Perturbed(_))) {
+        let varied = (results.file.vary.iter().enumerate())
+            .filter(|(index, vary)| row.varied[*index] && !vary.scene);
+        let chosen = varied.map(|(index, _)| (index, row.values[index].clone()));
+        let chosen: Vec<(usize, String)> = chosen.collect();
         let next = all.len();
-        let place = *places.entry(chosen.clone()).or_insert(next);
-        if place == next {
-            all.push(Setting {
+        let index = *known.entry(chosen.clone()).or_insert(next);
+        if index == next {
+            all.push(StudySetting {
                 chosen,
                 rows: Vec::new(),
             });
         }
-        all[place].rows.push(row);
+        all[index].rows.push(row);
     }
     all
 }

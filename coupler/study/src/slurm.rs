@@ -1,20 +1,20 @@
 //! The engine for a cluster: one job array of Slurm, whose tasks share nothing but the folder.
 //!
-//! Slurm is asked what it has queued; who works and who has died is told by the tasks' own files, since a node that was lost stays
+//! Slurm is asked what it has queued; who works and who has died stands in the tasks' own files, since a node that was lost stays
 //! RUNNING in Slurm's view for minutes. What is neither queued nor alive is submitted again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::patience::Patience;
+use super::heartbeats::HeartbeatWatch;
 use super::plan::Task;
-use super::pool::Exec;
+use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
-use super::task::Stage;
+use super::task::TaskStage;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell;
 
@@ -28,7 +28,7 @@ const SHOWN: Duration = Duration::from_secs(6);
 
 /// Resources asked for a task.
 #[derive(Clone, Copy, Debug)]
-pub struct Ask {
+pub struct SlurmRequest {
     /// Wall-clock time (s).
     pub wall_s: f64,
     /// Memory (bytes).
@@ -37,19 +37,26 @@ pub struct Ask {
     pub cores: u16,
 }
 
-/// The arrays of one study.
+/// The arrays of one study in Slurm's queue.
+#[derive(Clone, Debug)]
+pub struct SlurmArrays {
+    /// Name that they begin with.
+    pub name: String,
+}
+
+/// The engine of one study.
 #[derive(Clone, Debug)]
 pub struct Slurm {
     /// The command of a task.
-    pub exec: Exec,
+    pub exec: TaskCommand,
     /// The folder of the study.
     pub folder: PathBuf,
-    /// Name that its arrays begin with.
-    pub name: String,
+    /// Its arrays in Slurm's queue.
+    pub arrays: SlurmArrays,
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
     /// Resources asked for a task.
-    pub ask: Ask,
+    pub ask: SlurmRequest,
     /// Further arguments of `sbatch`.
     pub extra: Vec<String>,
     /// Longest silence of a task that Slurm has running.
@@ -77,26 +84,6 @@ struct Submitted {
 }
 
 impl Slurm {
-    /// One that only looks at arrays of this name.
-    pub fn looking(name: String) -> Slurm {
-        Slurm {
-            exec: Exec {
-                program: PathBuf::new(),
-                arguments: Vec::new(),
-            },
-            folder: PathBuf::new(),
-            name,
-            throttle: None,
-            ask: Ask {
-                wall_s: 0.0,
-                memory_bytes: 0,
-                cores: 1,
-            },
-            extra: Vec::new(),
-            silent: Duration::ZERO,
-        }
-    }
-
     /// Submits all runs that are not done, and sees to it that they are; `stopped` leaves the rest to Slurm.
     ///
     /// # Errors
@@ -108,17 +95,14 @@ impl Slurm {
     ) -> Result<(), Error> {
         let mut left = progress.left()?;
         let mut submitted: BTreeMap<usize, Submitted> = BTreeMap::new();
-        let mut patience = Patience::new(self.silent);
+        let mut heartbeats = HeartbeatWatch::new(self.silent);
         let (mut answered, mut looked) = (Instant::now(), None::<Instant>);
         loop {
-            let mut still = Vec::new();
-            for task in left {
-                match progress.folder(task).stage()? {
-                    Stage::Done(_) => progress.ended(task)?,
-                    _ => still.push(task),
+            for task in std::mem::take(&mut left) {
+                if !matches!(progress.stage(task)?, TaskStage::Done(_)) {
+                    left.push(task);
                 }
             }
-            left = still;
             if left.is_empty() {
                 return Ok(());
             }
@@ -126,19 +110,19 @@ impl Slurm {
                 tell(&format!(
                     "{} runs are left to Slurm; the same command goes on with them, `scancel --name={}` ends them",
                     left.len(),
-                    self.names(&left).join(",")
+                    self.arrays.names(&left).join(",")
                 ));
                 return Ok(());
             }
             if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
                 let first = looked.replace(Instant::now()).is_none();
-                match self.queue(&left) {
+                match self.arrays.queue(&left) {
                     // One that never answered is not there.
                     Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
                     Err(_) => {}
                     Ok(queue) => {
                         answered = Instant::now();
-                        self.mend(progress, &mut left, &queue, &mut submitted, &mut patience)?;
+                        self.mend(progress, &mut left, &queue, &mut submitted, &mut heartbeats)?;
                     }
                 }
             }
@@ -154,9 +138,9 @@ impl Slurm {
         left: &mut Vec<&Task>,
         queue: &BTreeMap<usize, Queued>,
         submitted: &mut BTreeMap<usize, Submitted>,
-        patience: &mut Patience,
+        heartbeats: &mut HeartbeatWatch,
     ) -> Result<(), Error> {
-        let mut again: Vec<&Task> = Vec::new();
+        let mut again: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let mut given_up = Vec::new();
         for task in left.iter() {
             let known = submitted.entry(task.index).or_default();
@@ -164,27 +148,27 @@ impl Slurm {
             if let Some(queued) = queue.get(&task.index) {
                 known.job = Some(queued.job.clone());
                 if queued.state == "PENDING" {
-                    patience.forget(&task.id);
+                    heartbeats.forget(&task.id);
                     continue;
                 }
-                if !patience.is_over(&task.id, folder.heartbeat()) {
+                if !heartbeats.is_over(&task.id, folder.heartbeat()) {
                     continue;
                 }
-                let _ = self.slurm("scancel", &["--signal=KILL", &queued.job]);
-                let _ = self.slurm("scancel", &[&queued.job]);
+                let _ = slurm("scancel", &["--signal=KILL", &queued.job]);
+                let _ = slurm("scancel", &[&queued.job]);
                 tell(&format!(
                     "task {}: {} is {} and shows no sign of life",
                     task.index, queued.job, queued.state
                 ));
             } else {
                 let fresh = known.last.is_some_and(|last| last.elapsed() < SHOWN);
-                let works = folder.stage()? != Stage::Waiting
-                    && !patience.is_over(&task.id, folder.heartbeat());
+                let works = folder.stage()? != TaskStage::Waiting
+                    && !heartbeats.is_over(&task.id, folder.heartbeat());
                 if fresh || works {
                     continue;
                 }
             }
-            patience.forget(&task.id);
+            heartbeats.forget(&task.id);
             let times = known.times.max(folder.attempts());
             if times >= MOST_ATTEMPTS {
                 progress.lost(task, &format!("it was begun {times} times and did not end"));
@@ -192,12 +176,9 @@ impl Slurm {
                 continue;
             }
             if let Some(job) = known.job.take() {
-                let state = self.ended(&job);
-                known.factor *= if ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str()) {
-                    2
-                } else {
-                    1
-                };
+                let state = self.arrays.ended(&job);
+                let too_little = ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str());
+                known.factor *= if too_little { 2 } else { 1 };
                 tell(&format!(
                     "task {}: {job} ended as {state}, and is submitted again",
                     task.index
@@ -206,27 +187,18 @@ impl Slurm {
             known.factor = known.factor.max(1);
             known.times += 1;
             known.last = Some(Instant::now());
-            again.push(task);
+            again.entry(known.factor).or_default().push(task.index);
         }
         left.retain(|task| !given_up.contains(&task.index));
-        let factors: std::collections::BTreeSet<u32> = again
+        again
             .iter()
-            .map(|task| submitted[&task.index].factor)
-            .collect();
-        for factor in factors {
-            let same = again
-                .iter()
-                .filter(|task| submitted[&task.index].factor == factor);
-            let indices: Vec<usize> = same.map(|task| task.index).collect();
-            self.submit(&indices, factor)?;
-        }
-        Ok(())
+            .try_for_each(|(factor, indices)| self.submit(indices, *factor))
     }
 
     /// Submits tasks, as one array as far as Slurm allows indices.
     fn submit(&self, indices: &[usize], factor: u32) -> Result<(), Error> {
         let start = Instant::now();
-        let most = self.indices_most();
+        let most = indices_most();
         let mut rest = indices;
         while let Some(first) = rest.first() {
             let offset = first / most * most;
@@ -246,14 +218,13 @@ impl Slurm {
     fn submit_array(&self, local: &[usize], offset: usize, factor: u32) -> Result<String, Error> {
         let logs = self.folder.join("slurm");
         std::fs::create_dir_all(&logs).map_err(Error::output(logs.display()))?;
-        let throttle = self
-            .throttle
-            .map_or(String::new(), |most| format!("%{most}"));
+        let throttle = self.throttle.map(|most| format!("%{most}"));
+        let throttle = throttle.unwrap_or_default();
         let minutes = (self.ask.wall_s * f64::from(factor) / 60.0).ceil().max(1.0);
         let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
         let mut arguments = vec![
             "--parsable".to_string(),
-            format!("--job-name={}-{offset}", self.name),
+            format!("--job-name={}-{offset}", self.arrays.name),
             format!("--array={}{throttle}", ranges(local)),
             format!("--cpus-per-task={}", self.ask.cores),
             format!("--mem={megabytes}M"),
@@ -263,7 +234,7 @@ impl Slurm {
         arguments.extend(self.extra.iter().cloned());
         let script = self.script(offset);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let answer = self.with_input("sbatch", &arguments, &script)?;
+        let answer = with_input("sbatch", &arguments, &script)?;
         // JOB or JOB;CLUSTER.
         let job = answer.trim().split(';').next().unwrap_or_default();
         Ok(job.to_string())
@@ -279,23 +250,14 @@ impl Slurm {
             words.join(" ")
         )
     }
+}
 
-    /// Number of indices that an array may have.
-    fn indices_most(&self) -> usize {
-        let config = self
-            .slurm("scontrol", &["show", "config"])
-            .unwrap_or_default();
-        let line = config.lines().find(|line| line.starts_with("MaxArraySize"));
-        let number = line.and_then(|line| line.split('=').nth(1)?.trim().parse().ok());
-        // Slurm's own default.
-        number.unwrap_or(1001).max(1)
-    }
-
+impl SlurmArrays {
     /// Names that arrays of these tasks can have.
     fn names(&self, tasks: &[&Task]) -> Vec<String> {
-        let most = self.indices_most();
+        let most = indices_most();
         let offsets = tasks.iter().map(|task| task.index / most * most);
-        let offsets: std::collections::BTreeSet<usize> = offsets.collect();
+        let offsets: BTreeSet<usize> = offsets.collect();
         offsets
             .iter()
             .map(|offset| format!("{}-{offset}", self.name))
@@ -309,12 +271,12 @@ impl Slurm {
     pub fn queue(&self, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
         let names = format!("--name={}", self.names(tasks).join(","));
         let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
-        Ok(parse_queue(&self.slurm("squeue", &arguments)?))
+        Ok(parse_queue(&slurm("squeue", &arguments)?))
     }
 
     /// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounts where it keeps some.
     pub fn ended(&self, job: &str) -> String {
-        let shown = self.slurm("scontrol", &["--oneliner", "show", "job", job]);
+        let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
         let shown = shown.unwrap_or_default();
         let state = shown
             .split_whitespace()
@@ -329,40 +291,50 @@ impl Slurm {
             "--jobs",
             job,
         ];
-        let accounts = self.slurm("sacct", &accounts).unwrap_or_default();
+        let accounts = slurm("sacct", &accounts).unwrap_or_default();
         let state = accounts.split_whitespace().next();
         state.unwrap_or("no longer known to Slurm").to_string()
     }
-
-    fn slurm(&self, program: &str, arguments: &[&str]) -> Result<String, Error> {
-        self.with_input(program, arguments, "")
-    }
-
-    /// Runs one of Slurm's programs; its words are the reason where it fails.
-    fn with_input(&self, program: &str, arguments: &[&str], input: &str) -> Result<String, Error> {
-        let mut child = Command::new(program)
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .map_err(Error::input(format!("`{program}` of Slurm")))?;
-        if let Some(mut stdin) = child.stdin.take() {
-            // Whoever does not read it says so by its exit.
-            let _ = stdin.write_all(input.as_bytes());
-        }
-        let output = child.wait_with_output();
-        let output = output.map_err(Error::input(format!("`{program}` of Slurm")))?;
-        if output.status.success() {
-            return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
-        }
-        let words = String::from_utf8_lossy(&output.stderr);
-        let command = format!("{program} {}", arguments.join(" "));
-        Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
-    }
 }
 
-/// The queue as `squeue --array --format=%i|%T|%j` tells it. The last part of a name is the offset of the array's indices.
+/// Number of indices that an array may have.
+fn indices_most() -> usize {
+    let config = slurm("scontrol", &["show", "config"]).unwrap_or_default();
+    let line = config.lines().find(|line| line.starts_with("MaxArraySize"));
+    let number = line.and_then(|line| line.split('=').nth(1)?.trim().parse().ok());
+    // Slurm's own default.
+    number.unwrap_or(1001).max(1)
+}
+
+/// Runs one of Slurm's programs.
+fn slurm(program: &str, arguments: &[&str]) -> Result<String, Error> {
+    with_input(program, arguments, "")
+}
+
+/// Runs one of Slurm's programs; its words are the reason where it fails.
+fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, Error> {
+    let mut child = Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(Error::input(format!("`{program}` of Slurm")))?;
+    if let Some(mut stdin) = child.stdin.take() {
+        // Whoever does not read it says so by its exit.
+        let _ = stdin.write_all(input.as_bytes());
+    }
+    let output = child.wait_with_output();
+    let output = output.map_err(Error::input(format!("`{program}` of Slurm")))?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let words = String::from_utf8_lossy(&output.stderr);
+    let command = format!("{program} {}", arguments.join(" "));
+    Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
+}
+
+/// The queue as `squeue --array --format=%i|%T|%j` prints it. The last part of a name is the offset of the array's indices.
 fn parse_queue(text: &str) -> BTreeMap<usize, Queued> {
     let entry = |line: &str| {
         let mut cells = line.trim().split('|');

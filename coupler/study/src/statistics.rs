@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A prediction of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
+pub struct ErrorPrediction {
     /// The middle of what is to be expected.
     pub expected: f64,
     /// Value that 39 of 40 scenes stay below.
@@ -21,16 +21,20 @@ const STUDENT: [f64; 30] = [
 /// Least degrees of freedom: with fewer a bound is many times the error.
 const LEAST_FREEDOM: usize = 3;
 
-/// Predicts the error at `at` (p numbers of a scene, logarithms of its loads for instance) from those of n scenes at `places`
+/// Predicts the error at `at` (p numbers of a scene, logarithms of its loads for instance) from those of n scenes at `positions`
 /// (n x p): ln e = b0 + b.x + scatter by least squares, and the one-sided prediction interval of a further scene,
 /// ln e < b0 + b.x + t_(0.975, n - p - 1) s sqrt(1 + h), h = x^T (X^T X)^-1 x (Montgomery, Peck and Vining, Introduction to
 /// Linear Regression Analysis, 2012, equation 3.54). Numbers that are the same in all scenes explain nothing and are left out.
 ///
 /// Returns `None` with fewer than p + 4 scenes, and where an error is not positive.
-pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Prediction> {
-    let varied = |k: &usize| places.iter().any(|place| place[*k] != places[0][*k]);
+pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<ErrorPrediction> {
+    let varied = |k: &usize| {
+        positions
+            .iter()
+            .any(|position| position[*k] != positions[0][*k])
+    };
     let varied: Vec<usize> = (0..at.len()).filter(varied).collect();
-    let (n, p) = (places.len(), 1 + varied.len());
+    let (n, p) = (positions.len(), 1 + varied.len());
     let freedom = n
         .checked_sub(p)
         .filter(|freedom| *freedom >= LEAST_FREEDOM)?;
@@ -41,7 +45,10 @@ pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Predic
         let numbers = varied.iter().map(|k| of[*k]);
         std::iter::once(1.0).chain(numbers).collect()
     };
-    let rows: Vec<f64> = places.iter().flat_map(|place| row(place)).collect();
+    let rows: Vec<f64> = positions
+        .iter()
+        .flat_map(|position| row(position))
+        .collect();
     let x = DMatrix::from_row_slice(n, p, &rows);
     let y = DVector::from_iterator(n, errors.iter().map(|error| error.ln()));
     let inverse = (x.transpose() * &x).try_inverse()?;
@@ -54,7 +61,7 @@ pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Predic
         .get(freedom - 1)
         .copied()
         .unwrap_or(STUDENT[STUDENT.len() - 1]);
-    Some(Prediction {
+    Some(ErrorPrediction {
         expected: middle.exp(),
         bound: (middle + t * scatter * (1.0 + h).sqrt()).exp(),
     })
@@ -79,9 +86,9 @@ mod tests {
     #[test]
     fn a_law_of_the_load_is_followed() {
         let loads = [1.0, 1.0, 2.0, 2.0, 4.0, 4.0f64];
-        let places: Vec<Vec<f64>> = loads.iter().map(|load| vec![load.ln(), 7.0]).collect();
+        let positions: Vec<Vec<f64>> = loads.iter().map(|load| vec![load.ln(), 7.0]).collect();
         let errors: Vec<f64> = loads.iter().map(|load| 0.01 * load).collect();
-        let found = predict(&places, &errors, &[3f64.ln(), 7.0]).expect("six will do");
+        let found = predict(&positions, &errors, &[3f64.ln(), 7.0]).expect("six will do");
         assert!((found.expected - 0.03).abs() < 1e-12, "{found:?}");
         assert!((found.bound - 0.03).abs() < 1e-9, "{found:?}");
     }

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::told;
+use super::file::{Vary, shipped_or_read, shown};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
-use super::settings::{Setting, settings};
-use super::statistics::{Prediction, predict};
+use super::settings::{StudySetting, settings};
+use super::statistics::{ErrorPrediction, predict};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::overrides::{remove_at, value_at};
@@ -91,30 +91,27 @@ impl StoredStudy {
             return Err(format!("task {} is not done", row.index));
         }
         let all = settings(results);
-        let reference = all
-            .first()
-            .filter(|first| first.chosen.is_empty() && first.stands());
+        let mut first = all.iter().take(1);
+        let reference = first.find(|first| first.chosen.is_empty() && first.is_trusted());
         let reference = reference.ok_or("a reference did not complete")?;
         let first = &tasks[reference.rows[0].index];
-        let table: toml::Table = first.loaded.resolved.parse().unwrap_or_default();
-        let scenes: Vec<toml::Table> = reference
-            .rows
-            .iter()
-            .map(|row| tasks[row.index].loaded.resolved.parse().unwrap_or_default())
-            .collect();
-        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
-        let scene_keys: Option<Vec<SceneKey>> = keys
-            .map(|vary| {
-                let values = scenes
-                    .iter()
-                    .map(|scene| value_at(scene, &vary.key).cloned());
-                Some(SceneKey {
-                    key: vary.key.clone(),
-                    any: vary.any_value(),
-                    values: values.collect::<Option<_>>()?,
-                })
+        let table = |index: usize| -> toml::Table {
+            tasks[index].loaded.resolved.parse().unwrap_or_default()
+        };
+        let scenes = reference.rows.iter().map(|row| table(row.index));
+        let scenes: Vec<toml::Table> = scenes.collect();
+        let scene_key = |vary: &Vary| {
+            let values = scenes
+                .iter()
+                .map(|scene| value_at(scene, &vary.key).cloned());
+            Some(SceneKey {
+                key: vary.key.clone(),
+                any: vary.any_value(),
+                values: values.collect::<Option<_>>()?,
             })
-            .collect();
+        };
+        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
+        let scene_keys: Option<Vec<SceneKey>> = keys.map(scene_key).collect();
         let count = results.file.measure.len();
         let floors = |measure: usize| -> Option<Vec<f64>> {
             let rows = reference.rows.iter();
@@ -124,7 +121,7 @@ impl StoredStudy {
         let floors = floors.ok_or(
             "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
         )?;
-        let stored = |setting: &Setting| {
+        let stored = |setting: &StudySetting| {
             let task = &tasks[setting.rows[0].index];
             let own = task.fidelity.clone()?;
             let errors = (0..count).map(|measure| setting.errors(measure));
@@ -136,17 +133,16 @@ impl StoredStudy {
                 wall_s: setting.cost("wall_s")?,
             })
         };
-        let stand = all.iter().filter(|setting| setting.stands());
+        let stand = all.iter().filter(|setting| setting.is_trusted());
         let stand: Vec<StoredSetting> = stand.filter_map(stored).collect();
-        let sets = stand
-            .iter()
-            .flat_map(|setting| &setting.set)
-            .chain(first.fidelity.iter().flatten());
-        let mut tables = sets.filter(|set| {
+        let mut sets =
+            (stand.iter().flat_map(|setting| &setting.set)).chain(first.fidelity.iter().flatten());
+        let is_table = |value: &str| value.trim_start().starts_with('{');
+        let table_set = sets.find(|set| {
             set.split_once('=')
-                .is_some_and(|(_, value)| value.trim_start().starts_with('{'))
+                .is_some_and(|(_, value)| is_table(value))
         });
-        if let Some(set) = tables.next() {
+        if let Some(set) = table_set {
             return Err(format!(
                 "`{set}` replaces a whole table, and with it what belongs to the scene: give its keys one by one"
             ));
@@ -163,7 +159,8 @@ impl StoredStudy {
             floors,
             settings: stand,
         };
-        study.scenario = toml::to_string(&study.without_varied(table)).unwrap_or_default();
+        study.scenario =
+            toml::to_string(&study.without_varied(table(first.index))).unwrap_or_default();
         Ok(study)
     }
 
@@ -174,15 +171,8 @@ impl StoredStudy {
     pub fn read(path: &Path) -> Result<StoredStudy, Error> {
         let inside = path.join(STORED);
         let path = if path.is_dir() { &inside } else { path };
-        let name = path.to_str().filter(|_| !path.exists());
-        let shipped = name.and_then(scenes::study_folder);
-        match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STORED}"))) {
-            Some(text) => StoredStudy::parse(path, text),
-            None => {
-                let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
-                StoredStudy::parse(path, &text)
-            }
-        }
+        let text = shipped_or_read(path, STORED).map_err(Error::input(path.display()))?;
+        StoredStudy::parse(path, &text)
     }
 
     /// Reads the text of `study.json`, which came from this path.
@@ -219,10 +209,9 @@ impl StoredStudy {
 
     /// A scenario without the keys that a setting or a scene may change, and those that change no result.
     fn without_varied(&self, mut table: toml::Table) -> toml::Table {
-        let of_settings = self.settings.iter().flat_map(|setting| &setting.set);
-        let set = of_settings
-            .chain(&self.reference)
-            .filter_map(|set| Some(set.split_once('=')?.0.trim()));
+        let sets = self.settings.iter().flat_map(|setting| &setting.set);
+        let sets = sets.chain(&self.reference);
+        let set = sets.filter_map(|set| Some(set.split_once('=')?.0.trim()));
         let scene = self.scene_keys.iter().map(|key| key.key.as_str());
         for key in set.chain(scene).chain(NO_RESULT) {
             remove_at(&mut table, key);
@@ -230,29 +219,22 @@ impl StoredStudy {
         table
     }
 
-    /// The place of a scenario among the scenes of the study: the logarithms of its numbers.
+    /// Where a scenario lies among the scenes of the study: the logarithms of its numbers.
     ///
     /// # Errors
     /// The study does not cover it; says in which key it differs.
-    pub fn place(&self, resolved: &str) -> Result<Vec<f64>, String> {
+    pub fn locate(&self, resolved: &str) -> Result<Vec<f64>, String> {
         let table: toml::Table = resolved.parse().unwrap_or_default();
         let known: toml::Table = self.scenario.parse().unwrap_or_default();
         let own = leaves(&self.without_varied(table.clone()));
         let known = leaves(&known);
-        let keys = own.keys().chain(known.keys());
-        if let Some(key) = keys
-            .into_iter()
-            .find(|key| own.get(*key) != known.get(*key))
-        {
-            let told =
-                |of: &BTreeMap<String, String>| of.get(key).cloned().unwrap_or("nothing".into());
-            return Err(format!(
-                "it has {key} = {}, and this scene {}",
-                told(&known),
-                told(&own)
-            ));
+        let mut keys = own.keys().chain(known.keys());
+        if let Some(key) = keys.find(|key| own.get(*key) != known.get(*key)) {
+            let [known, own] =
+                [&known, &own].map(|of| of.get(key).cloned().unwrap_or("nothing".into()));
+            return Err(format!("it has {key} = {known}, and this scene {own}"));
         }
-        let mut place = Vec::new();
+        let mut position = Vec::new();
         for key in &self.scene_keys {
             let own = value_at(&table, &key.key);
             let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
@@ -270,25 +252,25 @@ impl StoredStudy {
                             key.key
                         ));
                     }
-                    place.push(own.ln());
+                    position.push(own.ln());
                 }
                 _ if key.values.contains(own) => {}
                 _ => return Err(format!("it does not know {} = {own}", key.key)),
             }
         }
-        Ok(place)
+        Ok(position)
     }
 
-    /// The prediction of an error by a measure (its place) with a setting, at a place; the reference is the floor of noise.
+    /// The prediction of an error by a measure (its index) with a setting, for a scene that lies there; the reference is the floor of noise.
     pub fn predict(
         &self,
         setting: &StoredSetting,
         measure: usize,
-        place: &[f64],
-    ) -> Option<Prediction> {
+        position: &[f64],
+    ) -> Option<ErrorPrediction> {
         let floor = self.floor(measure);
         if setting.set == self.reference {
-            return Some(Prediction {
+            return Some(ErrorPrediction {
                 expected: 0.0,
                 bound: floor,
             });
@@ -297,11 +279,10 @@ impl StoredStudy {
         let numbers: Vec<Vec<f64>> = varied
             .filter_map(|key| key.values.iter().map(number).collect::<Option<Vec<f64>>>())
             .collect();
-        let places =
-            (0..self.scenes()).map(|scene| numbers.iter().map(|of| of[scene].ln()).collect());
-        let places: Vec<Vec<f64>> = places.collect();
-        let found = predict(&places, &setting.errors[measure], place)?;
-        Some(Prediction {
+        let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
+        let positions: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
+        let found = predict(&positions, &setting.errors[measure], position)?;
+        Some(ErrorPrediction {
             expected: found.expected,
             bound: found.bound.max(floor),
         })
@@ -320,20 +301,11 @@ impl StoredStudy {
 
 /// Overrides without those that a later one of the same key overrides.
 fn last_of_each(set: Vec<String>) -> Vec<String> {
-    let key = |text: &str| {
-        text.split('=')
-            .next()
-            .unwrap_or_default()
-            .trim()
-            .to_string()
-    };
-    let later = |place: usize| {
-        set[place + 1..]
-            .iter()
-            .any(|other| key(other) == key(&set[place]))
-    };
-    let kept = (0..set.len()).filter(|place| !later(*place));
-    kept.map(|place| set[place].clone()).collect()
+    let key = |position: usize| set[position].split('=').next().unwrap_or_default().trim();
+    let later =
+        |position: &usize| (position + 1..set.len()).any(|other| key(other) == key(*position));
+    let kept = (0..set.len()).filter(|position| !later(position));
+    kept.map(|position| set[position].clone()).collect()
 }
 
 /// A positive number.
@@ -345,13 +317,8 @@ fn number(value: &toml::Value) -> Option<f64> {
 /// All values of a table by their keys, entries of lists by their names.
 fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
     fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
-        let below = |name: &str| {
-            if key.is_empty() {
-                name.to_string()
-            } else {
-                format!("{key}.{name}")
-            }
-        };
+        let dot = if key.is_empty() { "" } else { "." };
+        let below = |name: &str| format!("{key}{dot}{name}");
         match value {
             toml::Value::Table(inner) => {
                 for (name, value) in inner {
@@ -366,16 +333,13 @@ fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
                 }
             }
             value => {
-                found.insert(key, told(value));
+                found.insert(key, shown(value));
             }
         }
     }
     let mut found = BTreeMap::new();
-    walk(
-        String::new(),
-        &toml::Value::Table(table.clone()),
-        &mut found,
-    );
+    let whole = toml::Value::Table(table.clone());
+    walk(String::new(), &whole, &mut found);
     found
 }
 

@@ -9,8 +9,8 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
 use std::time::{Duration, SystemTime};
 
 use nix::errno::Errno;
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
 use coordinator::error::Error;
-use coordinator::run::session::{RunOptions, run};
+use coordinator::run::session::{Ended, RunOptions, run};
 use coordinator::rundir::write_whole;
 use exchange_log::timing::TIMING;
 
@@ -38,7 +38,7 @@ const SIGNAL_COMES: Duration = Duration::from_secs(1);
 
 /// Outcome of a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct TaskOutcome {
     /// Status of the run; `refused` where nothing was started.
     pub status: String,
     /// Its exit code.
@@ -47,15 +47,32 @@ pub struct Outcome {
     pub message: String,
 }
 
+impl TaskOutcome {
+    fn of(ended: Result<Ended, Error>) -> TaskOutcome {
+        match ended {
+            Err(error) => TaskOutcome {
+                status: "refused".into(),
+                exit_code: error.exit_code(),
+                message: error.line(),
+            },
+            Ok(ended) => TaskOutcome {
+                status: ended.summary.status().into(),
+                exit_code: ended.summary.exit_code(),
+                message: ended.error.map_or(String::new(), |error| error.line()),
+            },
+        }
+    }
+}
+
 /// Stage of a task.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stage {
+pub enum TaskStage {
     /// Nobody does it.
     Waiting,
     /// A process does it.
     Running,
     /// It is done.
-    Done(Outcome),
+    Done(TaskOutcome),
 }
 
 /// The folder of a task.
@@ -79,46 +96,51 @@ impl TaskFolder {
 
     /// Number of times it was begun.
     pub fn attempts(&self) -> usize {
-        let lines = fs::read_to_string(self.path.join("attempts"));
-        lines.map_or(0, |lines| lines.lines().count())
+        self.text("attempts").lines().count()
     }
 
     /// The job of Slurm that began it last, if that was one.
     pub fn last_job(&self) -> Option<String> {
-        let lines = fs::read_to_string(self.path.join("attempts")).ok()?;
+        let lines = self.text("attempts");
         let job = lines.lines().last()?.split_whitespace().nth(2)?;
         Some(job.to_string())
     }
 
     /// The latest heartbeat, another text each time; empty while there was none.
     pub fn heartbeat(&self) -> String {
-        fs::read_to_string(self.path.join("heartbeat")).unwrap_or_default()
+        self.text("heartbeat")
+    }
+
+    /// The text of one of its files; empty while there is none.
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path.join(name)).unwrap_or_default()
     }
 
     /// Its stage.
     ///
     /// # Errors
     /// Its files cannot be read.
-    pub fn stage(&self) -> Result<Stage, Error> {
-        if let Some(outcome) = self.outcome() {
-            return Ok(Stage::Done(outcome));
+    pub fn stage(&self) -> Result<TaskStage, Error> {
+        if let Some(done) = self.done() {
+            return Ok(done);
         }
         if !self.path.join("lock").exists() {
-            return Ok(Stage::Waiting);
+            return Ok(TaskStage::Waiting);
         }
         let free = self.lock()?.is_some() && !self.lives_elsewhere();
         // It may have ended between the two looks.
-        Ok(match self.outcome() {
-            Some(outcome) => Stage::Done(outcome),
-            None if free => Stage::Waiting,
-            None => Stage::Running,
-        })
+        let otherwise = if free {
+            TaskStage::Waiting
+        } else {
+            TaskStage::Running
+        };
+        Ok(self.done().unwrap_or(otherwise))
     }
 
-    /// Its outcome. A damaged file is none: the task is done anew.
-    fn outcome(&self) -> Option<Outcome> {
+    /// The stage that it is done, with its outcome. A damaged file is none: the task is done anew.
+    fn done(&self) -> Option<TaskStage> {
         let text = fs::read_to_string(self.path.join("task.json")).ok()?;
-        serde_json::from_str(&text).ok()
+        serde_json::from_str(&text).ok().map(TaskStage::Done)
     }
 
     /// Forgets what came of it, so that it is done anew.
@@ -141,10 +163,9 @@ impl TaskFolder {
         let probe = self.path.join(format!(".now-{}", std::process::id()));
         let now = fs::write(&probe, "").ok().and_then(|()| modified(&probe));
         let _ = fs::remove_file(&probe);
-        let age = beaten
+        beaten
             .zip(now)
-            .map(|(beaten, now)| now.duration_since(beaten).unwrap_or_default());
-        age.is_some_and(|age| age < SILENT)
+            .is_some_and(|(beaten, now)| now.duration_since(beaten).unwrap_or_default() < SILENT)
     }
 
     /// The lock; `None` while another process holds it.
@@ -167,50 +188,39 @@ impl TaskFolder {
     ///
     /// # Errors
     /// Its folder cannot be written. A run that fails is an outcome.
-    pub fn execute(&self, task: &Task, options: &RunOptions) -> Result<Stage, Error> {
+    pub fn execute(&self, task: &Task, options: &RunOptions) -> Result<TaskStage, Error> {
         fs::create_dir_all(&self.path).map_err(Error::output(self.path.display()))?;
         let Some(_lock) = self.lock()? else {
-            return Ok(Stage::Running);
+            return Ok(TaskStage::Running);
         };
-        if let Some(outcome) = self.outcome() {
-            return Ok(Stage::Done(outcome));
+        if let Some(done) = self.done() {
+            return Ok(done);
         }
         if self.lives_elsewhere() {
-            return Ok(Stage::Running);
+            return Ok(TaskStage::Running);
         }
         let attempt = self.begin()?;
-        let heart = Heart::start(self.path.join("heartbeat"));
         let out = self.path.join(format!("attempt-{attempt}"));
-        let ended = run(
-            &task.loaded,
-            &RunOptions {
-                out: Some(&out),
-                ..options.clone()
-            },
-        );
-        drop(heart);
-        let outcome = match ended {
-            Err(error) => Outcome {
-                status: "refused".into(),
-                exit_code: error.exit_code(),
-                message: error.line(),
-            },
-            Ok(ended) => Outcome {
-                status: ended.summary.status().into(),
-                exit_code: ended.summary.exit_code(),
-                message: ended.error.map_or(String::new(), |error| error.line()),
-            },
+        let options = &RunOptions {
+            out: Some(&out),
+            ..options.clone()
         };
+        let (stop, stopped) = channel();
+        let ended = thread::scope(|scope| {
+            scope.spawn(|| self.beat(stopped));
+            let ended = run(&task.loaded, options);
+            drop(stop);
+            ended
+        });
+        let outcome = TaskOutcome::of(ended);
         if self.blames_circumstances(&outcome, attempt, options) {
             let _ = fs::remove_dir_all(&out);
-            return Ok(Stage::Waiting);
+            return Ok(TaskStage::Waiting);
         }
-        // One that was told to stop is to be done anew, and one that was taken for dead is being done anew.
+        // One that was interrupted is to be done anew, and one that was taken for dead is being done anew.
         if outcome.status == "interrupted" || self.attempts() != attempt {
             let _ = fs::remove_dir_all(&out);
-            return self
-                .outcome()
-                .map_or(Ok(Stage::Waiting), |o| Ok(Stage::Done(o)));
+            return Ok(self.done().unwrap_or(TaskStage::Waiting));
         }
         if !task.keep_logs {
             // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
@@ -220,21 +230,34 @@ impl TaskFolder {
             let _ = fs::remove_dir_all(out.join("checkpoints"));
         }
         self.finish(&out, &outcome)?;
-        Ok(Stage::Done(outcome))
+        Ok(TaskStage::Done(outcome))
+    }
+
+    /// Writes heartbeats until the other end of the channel is dropped.
+    fn beat(&self, stopped: Receiver<()>) {
+        let path = self.path.join("heartbeat");
+        let prefix = format!("{} {}", own_host(), std::process::id());
+        for count in 0.. {
+            // A disk that takes no heartbeat takes no results either, which the run will say.
+            let _ = fs::write(&path, format!("{prefix} {count}\n"));
+            if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
+                break;
+            }
+        }
     }
 
     /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
     /// ends its participants too, some before the coordinator.
     fn blames_circumstances(
         &self,
-        outcome: &Outcome,
+        outcome: &TaskOutcome,
         attempt: usize,
         options: &RunOptions,
     ) -> bool {
         if !CIRCUMSTANCES.contains(&outcome.status.as_str()) {
             return false;
         }
-        std::thread::sleep(SIGNAL_COMES);
+        thread::sleep(SIGNAL_COMES);
         options.watch.interrupted().is_some() || attempt == 1
     }
 
@@ -259,7 +282,7 @@ impl TaskFolder {
     }
 
     /// Gives the run directory its name, if a run directory came about, and writes down what came of it.
-    fn finish(&self, out: &Path, outcome: &Outcome) -> Result<(), Error> {
+    fn finish(&self, out: &Path, outcome: &TaskOutcome) -> Result<(), Error> {
         let run = self.run();
         if run.exists() {
             fs::remove_dir_all(&run).map_err(Error::output(run.display()))?;
@@ -279,11 +302,8 @@ fn modified(path: &Path) -> Option<SystemTime> {
 /// The job of Slurm that this process is part of, as `scancel` takes it.
 fn own_job() -> Option<String> {
     let variable = |name: &str| std::env::var(name).ok();
-    let (array, index) = (
-        variable("SLURM_ARRAY_JOB_ID")?,
-        variable("SLURM_ARRAY_TASK_ID")?,
-    );
-    Some(format!("{array}_{index}"))
+    let array = variable("SLURM_ARRAY_JOB_ID")?;
+    Some(format!("{array}_{}", variable("SLURM_ARRAY_TASK_ID")?))
 }
 
 fn own_host() -> String {
@@ -291,39 +311,4 @@ fn own_host() -> String {
     let name = name.and_then(|name| name.into_string().ok());
     name.filter(|name| !name.contains(char::is_whitespace))
         .unwrap_or("unknown".into())
-}
-
-/// Writes heartbeats until it is dropped.
-struct Heart {
-    stop: Option<Sender<()>>,
-    beating: Option<JoinHandle<()>>,
-}
-
-impl Heart {
-    fn start(path: PathBuf) -> Heart {
-        let (stop, stopped) = channel();
-        let prefix = format!("{} {}", own_host(), std::process::id());
-        let beat = move || {
-            for count in 0.. {
-                // A disk that takes no heartbeat takes no results either, which the run will say.
-                let _ = fs::write(&path, format!("{prefix} {count}\n"));
-                if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
-                    break;
-                }
-            }
-        };
-        Heart {
-            stop: Some(stop),
-            beating: Some(std::thread::spawn(beat)),
-        }
-    }
-}
-
-impl Drop for Heart {
-    fn drop(&mut self) {
-        self.stop.take();
-        if let Some(beating) = self.beating.take() {
-            let _ = beating.join();
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::participate::{ParticipateError, read_session};
@@ -10,6 +10,7 @@ use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Tr
 use serde::Serialize;
 use serde_json::Value;
 
+use super::time_turns;
 use coordinator::error::{Error, Refusal};
 use coordinator::participants::OtherEnd;
 use coordinator::participants::process::{SharedMemory, spawn};
@@ -23,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// One row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ExchangeRow {
     /// Doubles in the request, and as many in the answer.
     pub doubles: usize,
     /// Way in which both ends wait: `poll` or `event`.
@@ -38,14 +39,14 @@ pub struct Row {
 
 /// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes. `program` is this one,
 /// whose hidden verb `bench echo` is the other end.
-pub fn bench(program: &Path) -> Result<Vec<Row>, Error> {
+pub fn bench(program: &Path) -> Result<Vec<ExchangeRow>, Error> {
     let mut rows = Vec::new();
     for processes in [2, 3] {
         for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
             let mut bench = Bench::start(program, processes - 1, mode, wait)?;
             for doubles in [100, 1_000, 10_000] {
                 let (p50_us, p99_us) = bench.time(doubles)?;
-                rows.push(Row {
+                rows.push(ExchangeRow {
                     doubles,
                     mode,
                     processes,
@@ -139,16 +140,9 @@ impl Bench {
     /// Median and 99th percentile (us) of the round trips with this many doubles.
     fn time(&mut self, doubles: usize) -> Result<(f64, f64), Error> {
         let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
-        let mut times = Vec::with_capacity(TIMED);
-        for turn in 0..WARM_UP + TIMED {
-            let index = turn % self.links.len();
-            let start = Instant::now();
-            self.round_trip(index, &frame)?;
-            if turn >= WARM_UP {
-                times.push(1e6 * start.elapsed().as_secs_f64());
-            }
-        }
-        Ok(percentiles(times))
+        time_turns(WARM_UP, TIMED, |turn| {
+            self.round_trip(turn % self.links.len(), &frame)
+        })
     }
 
     fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {
@@ -167,12 +161,6 @@ impl Bench {
         }
         Ok(())
     }
-}
-
-/// Median and 99th percentile.
-pub fn percentiles(mut times: Vec<f64>) -> (f64, f64) {
-    times.sort_by(f64::total_cmp);
-    (times[times.len() / 2], times[times.len() * 99 / 100])
 }
 
 impl Drop for Bench {

@@ -6,6 +6,7 @@ use std::time::Instant;
 use protocol::{Frame, Header, Kind};
 use serde::Serialize;
 
+use crate::random::Random;
 use coordinator::error::{Error, Refusal};
 use coordinator::run::session::fresh_run_id;
 use exchange_log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
@@ -13,14 +14,14 @@ use kit::scratch::Scratch;
 
 /// Doubles written for each row, 64 MB.
 const DOUBLES: usize = 8_000_000;
-/// Messages of a window, as of one continuum and one wall.
+/// Messages of a window, as of one continuum and one layer.
 const PER_WINDOW: usize = 10;
 /// Windows between two flushes, as in a run.
 const FLUSH_EVERY: u64 = 100;
 
 /// One row of the table. MB are 10^6 bytes of payload.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct LogRow {
     /// Doubles in a message; their mantissas are random, so that nothing packs.
     pub doubles: usize,
     /// Messages.
@@ -38,7 +39,7 @@ pub struct Row {
 }
 
 /// Messages of 100, 1 000 and 10 000 doubles, in the system's temporary folder.
-pub fn bench() -> Result<Vec<Row>, Error> {
+pub fn bench() -> Result<Vec<LogRow>, Error> {
     let scratch = Scratch::new("bench-log", fresh_run_id());
     let folder = scratch.path();
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
@@ -47,7 +48,7 @@ pub fn bench() -> Result<Vec<Row>, Error> {
     sizes.map(|doubles| row(&path, doubles)).collect()
 }
 
-fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
+fn row(path: &Path, doubles: usize) -> Result<LogRow, Error> {
     let frames = frames(doubles);
     let start = Instant::now();
     let stats = write(path, &frames, DOUBLES / doubles)?;
@@ -61,7 +62,7 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
     }
     let messages = stats.messages as f64;
     let payload_bytes = 8.0 * messages * doubles as f64;
-    Ok(Row {
+    Ok(LogRow {
         doubles,
         messages: stats.messages,
         write_mb_per_s: 1e-6 * payload_bytes / write_s,
@@ -74,20 +75,12 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
 
 /// Makes as many different messages as a chunk holds, so that none is packed as the copy of another.
 fn frames(doubles: usize) -> Vec<Frame> {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
-    // Marsaglia (2003), xorshift64.
-    let mut number = || {
-        bits ^= bits << 13;
-        bits ^= bits >> 7;
-        bits ^= bits << 17;
-        (bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    let mut random = Random::new(1);
+    let mut frame = |_| {
+        let payload = (0..doubles).map(|_| random.share() - 0.5).collect();
+        Frame::new(Header::of(Kind::Motion), payload)
     };
-    (0..(200_000 / doubles).max(20))
-        .map(|_| {
-            let payload = (0..doubles).map(|_| number()).collect();
-            Frame::new(Header::of(Kind::Motion), payload)
-        })
-        .collect()
+    (0..(200_000 / doubles).max(20)).map(&mut frame).collect()
 }
 
 fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, Error> {

@@ -11,7 +11,7 @@ use scheme::mapping::Mapping;
 
 /// One kind of mapping on one line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct MappingRow {
     /// `mortar`, `linear` or `nearest`.
     pub mapping: MappingKind,
     /// `flat`, or `curved` like a crown.
@@ -42,7 +42,7 @@ const CROWN_M: f64 = 0.3;
 const LONG_ENOUGH_S: f64 = 0.02;
 
 /// All kinds on flat and curved lines of 10 to 10 000 nodes.
-pub fn bench() -> Result<Vec<Row>, Error> {
+pub fn bench() -> Result<Vec<MappingRow>, Error> {
     use MappingKind::{Linear, Mortar, Nearest};
     let mut rows = Vec::new();
     for line in ["flat", "curved"] {
@@ -56,7 +56,7 @@ pub fn bench() -> Result<Vec<Row>, Error> {
 }
 
 /// One row of the table.
-pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Row, Error> {
+pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<MappingRow, Error> {
     let height = |x: f64| match line {
         "flat" => 0.0,
         _ => (CROWN_M * CROWN_M - x * x).sqrt() - CROWN_M,
@@ -75,7 +75,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Row, E
     let moved = mapping.motion(&motion);
     let pressed = mapping.force(&components(points.len(), |i| segment(&places, i)));
     let inner = inside(&nodes, &places);
-    Ok(Row {
+    Ok(MappingRow {
         mapping: kind,
         line,
         nodes: count,
@@ -95,7 +95,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Row, E
     })
 }
 
-/// Places of points with uneven gaps, from end to end (m).
+/// Positions of points with uneven gaps, from end to end (m).
 fn uneven(count: usize) -> Vec<f64> {
     let part = |i: usize| (i as f64 + 0.3 + 0.4 * ((i * 7 % 5) as f64 / 5.0)) / count as f64;
     (0..count).map(|i| LENGTH_M * (part(i) - 0.5)).collect()

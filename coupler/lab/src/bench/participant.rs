@@ -1,14 +1,13 @@
 //! Time from a request of the coupler to the answer of any participant.
 
 use std::cell::OnceCell;
-use std::time::Instant;
 
 use serde::Serialize;
 
-use super::exchange::percentiles;
+use super::time_turns;
 use crate::conform::conforming;
-use crate::conform::life::Life;
-use crate::conform::subject::{Options, Part, Stage, Subject};
+use crate::conform::launch::Launch;
+use crate::conform::tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::{Loaded, parse};
 use coordinator::scenario::source::ScenarioSource;
@@ -24,7 +23,7 @@ pub const NAME: &str = "node";
 
 /// One row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ParticipantRow {
     /// Doubles in the request.
     pub doubles: usize,
     /// Doubles in the answer.
@@ -53,53 +52,43 @@ pub fn bench(
     loaded: &Loaded,
     name: &str,
     command: Option<&[String]>,
-    options: &Options,
-) -> Result<Vec<Row>, Error> {
+    options: &ConformOptions,
+) -> Result<Vec<ParticipantRow>, Error> {
     let participant = conforming(loaded, name, command)?;
-    let stage = Stage::new(loaded, options);
-    let (peers, greeted) = stage.launch(&participant, 1)?;
+    let launcher = ScenarioLauncher::new(loaded, options);
+    let (peers, greeted) = launcher.launch(&participant, 1)?;
     drop(peers);
-    let told = greeted.description;
-    let subject = if loaded.scenario.interface.is_empty() {
-        let offers = told.capabilities;
-        Subject {
-            stage: &stage,
+    let description = greeted.description;
+    let tested = if loaded.scenario.interface.is_empty() {
+        TestedParticipant {
+            launcher: &launcher,
             participant: &participant,
-            part: if offers.advance {
-                Part::ForceDriven
-            } else {
-                Part::MotionDriven
-            },
-            sets: told.sets.first().cloned().into_iter().collect(),
+            part: Part::joined(&description),
+            sets: description.sets.first().cloned().into_iter().collect(),
             clock: Clock {
-                step_s: told.step_s.unwrap_or(1e-6),
+                step_s: description.step_s.unwrap_or(1e-6),
                 substeps: 1,
             },
-            told,
+            description,
             boundary: OnceCell::new(),
         }
     } else {
-        Subject::new(&stage, &participant, told)?
+        TestedParticipant::new(&launcher, &participant, description)?
     };
-    if subject.part == Part::Alone || !subject.told.capabilities.rollback {
+    if tested.part == Part::Alone || !tested.description.capabilities.rollback {
         let problem = "takes part in no interface, or cannot be asked for a window twice: there is no exchange to time";
         return Err(Refusal::participant(name, problem).into());
     }
-    let mut life = Life::new(&subject, 1)?;
-    let load = vec![0.0; life.size()];
-    let window = life.window(0);
-    let mut times = Vec::with_capacity(TIMED);
+    let mut launch = Launch::new(&tested, 1)?;
+    let load = vec![0.0; launch.size()];
+    let window = launch.window(0);
     let mut answered = 0;
-    for turn in 0..WARM_UP + TIMED {
-        let start = Instant::now();
-        answered = life.ask(&window, &load)?.len();
-        if turn >= WARM_UP {
-            times.push(1e6 * start.elapsed().as_secs_f64());
-        }
-    }
-    let (p50_us, p99_us) = percentiles(times);
-    let farewell = life.finish()?.farewell;
-    Ok(vec![Row {
+    let (p50_us, p99_us) = time_turns(WARM_UP, TIMED, |_| {
+        answered = launch.ask(&window, &load)?.len();
+        Ok(())
+    })?;
+    let farewell = launch.finish()?.farewell;
+    Ok(vec![ParticipantRow {
         doubles: load.len(),
         answered,
         p50_us,

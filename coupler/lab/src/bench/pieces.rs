@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::quiet::{quiet_run, whole};
 use coordinator::cost::prediction::Pace;
 use coordinator::error::{Error, Refusal};
-use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::{RunOptions, fresh_run_id, run};
+use coordinator::participants::Registry;
+use coordinator::run::session::{fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
@@ -113,7 +114,7 @@ const PIECES: [Piece; 7] = [
 
 /// A row of the table: processor time of all processes, medians of five runs in turns.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct PieceRow {
     /// The piece.
     pub piece: String,
     /// Its scene.
@@ -132,7 +133,7 @@ pub struct Row {
 ///
 /// # Errors
 /// A run does not end as it should.
-pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<Row>, Error> {
+pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<PieceRow>, Error> {
     let mut rows = Vec::new();
     for piece in &PIECES {
         let kinds = [
@@ -152,7 +153,7 @@ pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<Row>, Error> {
         let [without, again, idle, used] = times.map(median);
         let without = without.filter(|s| *s > 0.0);
         let without = without.ok_or_else(|| Refusal::Benchmark("a run cost nothing".into()))?;
-        rows.push(Row {
+        rows.push(PieceRow {
             piece: piece.name.into(),
             scene: piece.scenario.into(),
             without_s: without,
@@ -169,33 +170,18 @@ pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<Row>, Error> {
 
 /// Processor time of all processes of a run (s).
 fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Result<f64, Error> {
-    let overrides: Vec<String> = piece
-        .base
-        .iter()
-        .chain(set)
-        .map(|s| s.to_string())
-        .collect();
-    let loaded = load(piece.scenario, &overrides)?;
+    let overrides = piece.base.iter().chain(set).map(|set| set.to_string());
+    let loaded = load(piece.scenario, &overrides.collect::<Vec<_>>())?;
     let scratch = Scratch::new("pieces", fresh_run_id());
-    let options = RunOptions {
-        out: Some(scratch.path()),
-        threads: 1,
-        registry,
-        program: program.to_path_buf(),
-        watch: Watch::default(),
-        progress: false,
-        strict: false,
-        dry_run: false,
-        budget: None,
-    };
-    run(&loaded, &options)?.error.map_or(Ok(()), Err)?;
+    let options = quiet_run(scratch.path(), registry, program);
+    whole(run(&loaded, &options))?;
     let cost = Finished::read(scratch.path())?.cost();
     Ok(cost.get("cpu_s").copied().unwrap_or(0.0))
 }
 
 /// The foretelling of the cost, which every run does until its first second is over: time of its looks at the windows of such a run,
 /// over the processor time of the run (s).
-fn prediction(run_s: f64) -> Row {
+fn prediction(run_s: f64) -> PieceRow {
     const WINDOWS: u32 = 100_000;
     let mut pace = Pace::new(Vec::new());
     let start = Instant::now();
@@ -207,7 +193,7 @@ fn prediction(run_s: f64) -> Row {
     let each_s = start.elapsed().as_secs_f64() / f64::from(WINDOWS);
     // 0.6 ms in windows of 0.612 us.
     let part = 980.0 * each_s / run_s;
-    Row {
+    PieceRow {
         piece: "prediction".into(),
         scene: "quick".into(),
         without_s: run_s,

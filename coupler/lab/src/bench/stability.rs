@@ -4,11 +4,11 @@
 //! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
 //! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run window by window as
 //! well, and has to give the same forces.
-//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the wall, the
+//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the boundary, the
 //! point on it weighs 1 % of the mass behind it.
 //!
 //! - [`bar`]: the continuum;
-//! - [`trial`]: schemes on it and the masses;
+//! - [`setup`]: schemes on it and the masses;
 //! - [`map`](mod@map): growth in every cell;
 //! - [`limits`](mod@limits): where growth begins, foreseen and found;
 //! - [`picture`]: the map drawn.
@@ -26,7 +26,7 @@ pub mod bar;
 pub mod limits;
 pub mod map;
 pub mod picture;
-pub mod trial;
+pub mod setup;
 
 /// Every so many cells one is run through the real coupler.
 const SAMPLE: usize = 97;
@@ -48,7 +48,7 @@ pub struct Findings {
     /// Cells that were predicted to be stable and grow.
     pub missed: usize,
     /// Cells that were predicted to grow and do not.
-    pub cried_wolf: usize,
+    pub false_alarms: usize,
     /// Cells that were run through the real coupler.
     pub sampled: usize,
     /// Largest departure of a force from the window matrix, over the largest force.
@@ -61,7 +61,7 @@ pub struct Findings {
 
 /// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
 pub fn bench(folder: &Path) -> Result<Findings, Error> {
-    // Before the minutes of work: a folder that cannot be written is told at once.
+    // Before the minutes of work: a folder that cannot be written is an error at once.
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let axes = Axes::full();
     let cells = map::map(&axes)?;
@@ -85,10 +85,10 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
     let offered = |cell: &Cell| {
         let monolithic = matches!(
-            cell.trial.scheme,
+            cell.setup.scheme,
             Scheme::DualSchur { .. } | Scheme::Velocity { .. }
         );
-        monolithic && cell.trial.boundary_inertia.theta == 1.0
+        monolithic && cell.setup.boundary_inertia.theta == 1.0
     };
     let count = |which: &dyn Fn(&Cell) -> bool| cells.iter().filter(|cell| which(cell)).count();
     let sample: Vec<&Cell> = cells.iter().step_by(every).collect();
@@ -107,7 +107,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
         unstable: count(&grows),
         unstable_default: count(&|cell| offered(cell) && grows(cell)),
         missed: count(&|cell| cell.predicted_stable && grows(cell)),
-        cried_wolf: count(&|cell| !cell.predicted_stable && !grows(cell)),
+        false_alarms: count(&|cell| !cell.predicted_stable && !grows(cell)),
         sampled: sample.len(),
         departure,
         ..Findings::default()
@@ -139,7 +139,7 @@ impl Findings {
             self.unstable,
             self.unstable_default,
             self.missed,
-            self.cried_wolf,
+            self.false_alarms,
             self.sampled,
             self.departure,
             self.limits,

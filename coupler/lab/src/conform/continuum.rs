@@ -1,11 +1,11 @@
-//! Rules for a participant that is told forces and answers motion.
+//! Rules for a participant that is given forces and answers motion.
 
 use nalgebra::DVector;
 use protocol::{Kind, Window, larger};
 
-use super::life::Life;
-use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
-use super::trial::{Trial, WINDOWS, apart, dot, greatest, minus};
+use super::launch::Launch;
+use super::plain::{RuleTrial, WINDOWS, apart, dot, greatest, minus};
+use super::rule::{RuleFinding, broken, exceeds, not_tested, offered, within};
 use coordinator::error::Error;
 use coordinator::participants::admission::fault_of_columns;
 
@@ -16,30 +16,27 @@ const ROUNDING: f64 = 1e-7;
 const LINEAR: f64 = 1e-4;
 
 /// An advance that comes early, is used, and is discarded.
-pub fn early(trial: &Trial) -> Result<Found, Error> {
-    if !trial.subject.told.capabilities.rollback {
-        return Ok(not_offered(
-            "it cannot repeat a window, and is not asked early",
-        ));
-    }
-    let mut life = trial.begin()?;
+pub fn early(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.capabilities.rollback;
+    offered(offers, "it cannot repeat a window, and is not asked early")?;
+    let mut launch = trial.begin()?;
     let (mut answers, mut reports) = (Vec::new(), Vec::new());
     for index in 0..WINDOWS {
-        let window = life.window(index);
-        let answer = life.ask(&window, &trial.loads.of_window(index, 0))?;
-        life.accept_without_reading(&window, &answer)?;
+        let window = launch.window(index);
+        let answer = launch.ask(&window, &trial.loads.of_window(index, 0))?;
+        launch.accept_without_reading(&window, &answer)?;
         // Used, then in vain because another force comes, then because something else comes.
         let draw = u64::from(index % 3 == 1);
-        let next = life.window(index + 1);
-        life.ask_early(&next, &trial.loads.of_window(index + 1, draw))?;
-        reports.push(life.report()?);
+        let next = launch.window(index + 1);
+        launch.ask_early(&next, &trial.loads.of_window(index + 1, draw))?;
+        reports.push(launch.report()?);
         if index % 3 == 2 {
-            life.snapshot("conform")?;
+            launch.snapshot("conform")?;
         }
         answers.push(answer);
     }
-    life.finish()?;
-    Ok(trial.compare(0, &answers, &reports))
+    launch.finish()?;
+    trial.compare(0, &answers, &reports)
 }
 
 /// Loads that must move it along.
@@ -52,13 +49,12 @@ struct Pair {
     both: Vec<f64>,
 }
 
-fn pair(trial: &Trial) -> Result<Pair, Error> {
+fn pair(trial: &RuleTrial) -> Result<Pair, Error> {
     let load = trial.loads.of_window(0, 0);
-    let mut life = trial.begin()?;
-    let first = life.ask(&life.window(0), &load)?;
-    life.accept(&life.window(0), &first)?;
-    let second = life.ask(&life.window(1), &load)?;
-    let clock = &trial.subject.clock;
+    let mut launch = trial.begin()?;
+    let (first, _) = launch.go(&launch.window(0), &load)?;
+    let second = launch.ask(&launch.window(1), &load)?;
+    let clock = &trial.tested.clock;
     let long = clock.window(0, 0, 2 * clock.substeps);
     let both = trial.begin()?.ask(&long, &load)?;
     Ok(Pair {
@@ -69,85 +65,80 @@ fn pair(trial: &Trial) -> Result<Pair, Error> {
 }
 
 /// The second of two windows, against the whole motion of both.
-pub fn increments(trial: &Trial) -> Result<Found, Error> {
+pub fn increments(trial: &RuleTrial) -> RuleFinding {
     let pair = pair(trial)?;
     let sum = minus(&pair.both, &pair.first);
     // A body that does not move on has increments of zero, and its totals are those of the first window.
     let off = greatest(&minus(&pair.second, &sum)) / greatest(&pair.both);
     let total = apart(&pair.second, &pair.both);
     if total < off {
-        return Ok(broken(format!(
+        return broken(format!(
             "the second of two windows is answered with the motion of both, as far as {total:.1e}: these are displacements since the start"
-        )));
+        ));
     }
-    Ok(holds(format!(
+    Ok(format!(
         "the second of two windows goes on from the first, as far as {off:.1e}"
-    )))
+    ))
 }
 
 /// Two windows against one that is as long as both.
-pub fn substeps(trial: &Trial) -> Result<Found, Error> {
-    if trial.subject.told.step_s.is_none() {
-        return Ok(not_offered("it has no step of its own: a window is one"));
-    }
+pub fn substeps(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.step_s.is_some();
+    offered(offers, "it has no step of its own: a window is one")?;
     let pair = pair(trial)?;
-    let sum: Vec<f64> = pair
-        .first
-        .iter()
-        .zip(&pair.second)
-        .map(|(a, b)| a + b)
-        .collect();
+    let windows = pair.first.iter().zip(&pair.second);
+    let sum: Vec<f64> = windows.map(|(a, b)| a + b).collect();
     let what = format!(
         "windows of {0} + {0} and of {1} substeps differ by",
-        trial.subject.clock.substeps,
-        2 * trial.subject.clock.substeps
+        trial.tested.clock.substeps,
+        2 * trial.tested.clock.substeps
     );
-    Ok(within(&what, apart(&sum, &pair.both), ROUNDING))
+    within(&what, apart(&sum, &pair.both), ROUNDING)
 }
 
 /// The motion under a load, less that without one.
-fn response(trial: &Trial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
-    let mut life = trial.begin()?;
-    let loaded = life.ask(window, load)?;
-    if !trial.subject.told.capabilities.rollback {
-        life = trial.begin()?;
+fn response(trial: &RuleTrial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
+    let mut launch = trial.begin()?;
+    let loaded = launch.ask(window, load)?;
+    if !trial.tested.description.capabilities.rollback {
+        launch = trial.begin()?;
     }
-    let unloaded = life.ask(window, &trial.loads.none())?;
+    let unloaded = launch.ask(window, &trial.loads.none())?;
     Ok(minus(&loaded, &unloaded))
 }
 
 /// Work of small forces on the motion that they make.
-pub fn passive(trial: &Trial) -> Result<Found, Error> {
-    let clock = &trial.subject.clock;
+pub fn passive(trial: &RuleTrial) -> RuleFinding {
+    let clock = &trial.tested.clock;
     let window = clock.window(0, 0, clock.substeps);
     for draw in 0..LOADS {
         let load = trial.loads.of_window(0, draw);
         let moved = response(trial, &window, &load)?;
         let share = dot(&load, &moved) / dot(&load, &load).sqrt() / dot(&moved, &moved).sqrt();
         if exceeds(-share, 0.0) || share == 0.0 {
-            return Ok(broken(format!(
+            return broken(format!(
                 "a load moves it against its direction: the cosine between force and motion is {share:.3}"
-            )));
+            ));
         }
     }
-    Ok(holds(format!("{LOADS} loads, each moves it along")))
+    Ok(format!("{LOADS} loads, each moves it along"))
 }
 
 /// Columns against the answers to forces, for whole and half windows.
-pub fn columns(trial: &Trial) -> Result<Found, Error> {
-    if !trial.subject.told.capabilities.columns {
-        return Ok(not_offered("it has no columns"));
-    }
-    let clock = &trial.subject.clock;
+pub fn columns(trial: &RuleTrial) -> RuleFinding {
+    offered(
+        trial.tested.description.capabilities.columns,
+        "it has no columns",
+    )?;
+    let clock = &trial.tested.clock;
     let half = clock.substeps / 2;
     let mut worst = 0.0;
     for substeps in [clock.substeps, half].into_iter().filter(|n| *n > 0) {
         let window = clock.window(0, 0, substeps);
-        let matrix = trial
-            .begin()?
-            .matrix((Kind::Columns, Kind::Compliance), &window)?;
+        let kinds = (Kind::Columns, Kind::Compliance);
+        let matrix = trial.begin()?.matrix(kinds, &window)?;
         if let Some(why) = fault_of_columns(&matrix) {
-            return Ok(broken(why));
+            return broken(why);
         }
         let load = trial.loads.of_window(0, 0);
         let expected = &matrix * DVector::from_column_slice(&load);
@@ -155,25 +146,24 @@ pub fn columns(trial: &Trial) -> Result<Found, Error> {
         let off = apart(expected.as_slice(), &moved);
         worst = larger(worst, off);
     }
-    Ok(within(
+    within(
         "columns times a load differ from the answer to it by",
         worst,
         LINEAR,
-    ))
+    )
 }
 
 /// Velocities that go up in a straight line and stay.
-pub fn velocity(trial: &Trial) -> Result<Found, Error> {
-    if !trial.subject.told.capabilities.prescribed_velocity {
-        return Ok(not_offered("it follows no velocity (no `follow`)"));
-    }
-    let mut life = trial.begin()?;
-    let (first, second) = (life.window(0), life.window(1));
+pub fn velocity(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.capabilities.prescribed_velocity;
+    offered(offers, "it follows no velocity (no `follow`)")?;
+    let mut launch = trial.begin()?;
+    let (first, second) = (launch.window(0), launch.window(1));
     let length = first.t1_s - first.t0_s;
     let kinds = (Kind::ImpedanceColumns, Kind::Impedance);
-    let impedance = life.matrix(kinds, &first)?;
+    let impedance = launch.matrix(kinds, &first)?;
     if let Some(why) = fault_of_columns(&impedance) {
-        return Ok(broken(why));
+        return broken(why);
     }
     let force = trial.loads.of_window(0, 0);
     let moved = response(trial, &first, &force)?;
@@ -183,59 +173,41 @@ pub fn velocity(trial: &Trial) -> Result<Found, Error> {
             _ => 2.0 * moved[i] / length,
         })
         .collect();
-    let unloaded = life.follow(&first, &trial.loads.none())?;
-    let answer = life.follow(&first, &wanted)?;
-    let again = life.follow(&first, &wanted)?;
+    let unloaded = launch.follow(&first, &trial.loads.none())?;
+    let answer = launch.follow(&first, &wanted)?;
+    let again = launch.follow(&first, &wanted)?;
     if answer != again {
-        return Ok(broken(
-            "a velocity that is asked for again is answered otherwise",
-        ));
+        return broken("a velocity that is asked for again is answered otherwise");
     }
     let due = |share: f64| -> Vec<f64> { wanted.iter().map(|v| share * length * v).collect() };
     let off = apart(&answer.increment, &due(0.5));
-    if exceeds(off, ROUNDING) {
-        return Ok(within(
-            "increments on the way up differ from H v / 2 by",
-            off,
-            ROUNDING,
-        ));
-    }
+    let what = "increments on the way up differ from H v / 2 by";
+    within(what, off, ROUNDING)?;
     let expected = &impedance * DVector::from_column_slice(&wanted);
     let forces = minus(&answer.force, &unloaded.force);
     let off = apart(&forces, expected.as_slice());
-    if exceeds(off, LINEAR) {
-        return Ok(within(
-            "forces differ from the impedance times v by",
-            off,
-            LINEAR,
-        ));
-    }
-    life.accept(&first, &answer.increment)?;
-    let on = life.follow(&second, &wanted)?;
-    let found = within(
-        "increments at a velocity that stays differ from H v by",
-        apart(&on.increment, &due(1.0)),
-        ROUNDING,
-    );
-    if found.0 == Verdict::Broken {
-        return Ok(found);
-    }
-    Ok(holds("three windows along given velocities"))
+    within("forces differ from the impedance times v by", off, LINEAR)?;
+    launch.accept(&first, &answer.increment)?;
+    let on = launch.follow(&second, &wanted)?;
+    let what = "increments at a velocity that stays differ from H v by";
+    within(what, apart(&on.increment, &due(1.0)), ROUNDING)?;
+    Ok("three windows along given velocities".into())
 }
 
 /// Every other point exchanged, against all of them with no load on the rest.
-pub fn select(trial: &Trial) -> Result<Found, Error> {
+pub fn select(trial: &RuleTrial) -> RuleFinding {
     let chosen = |point: usize| point.is_multiple_of(2);
     let points = trial.surface.len();
     if points < 2 {
-        return Ok(not_tested("it has one point"));
+        return not_tested("it has one point");
     }
     let pick = |vector: &[f64]| -> Vec<f64> {
         let components = vector.iter().enumerate();
         let components = components.filter(|(i, _)| chosen(i / 2));
         components.map(|(_, value)| *value).collect()
     };
-    let (mut all, mut some) = (trial.begin()?, Life::exchanging(trial.subject, 1, chosen)?);
+    let mut all = trial.begin()?;
+    let mut some = Launch::exchanging(trial.tested, 1, chosen)?;
     let mut worst = 0.0;
     for index in 0..2 {
         let window = all.window(index);
@@ -244,14 +216,13 @@ pub fn select(trial: &Trial) -> Result<Found, Error> {
         for (i, force) in own.iter().enumerate() {
             load[4 * (i / 2) + i % 2] = *force;
         }
-        let (whole, part) = (all.ask(&window, &load)?, some.ask(&window, &own)?);
+        let (whole, _) = all.go(&window, &load)?;
+        let (part, _) = some.go(&window, &own)?;
         worst = larger(worst, apart(&part, &pick(&whole)));
-        all.accept(&window, &whole)?;
-        some.accept(&window, &part)?;
     }
     let what = format!(
         "{} of {points} points answer otherwise by",
         points.div_ceil(2)
     );
-    Ok(within(&what, worst, ROUNDING))
+    within(&what, worst, ROUNDING)
 }

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use protocol::Frame;
 
-use super::life::Life;
-use super::rule::{Found, broken, exceeds, holds, not_tested};
-use super::subject::Part;
-use super::trial::{Trial, WINDOWS};
+use super::launch::{Launch, LaunchEnd};
+use super::plain::{RuleTrial, WINDOWS};
+use super::rule::{RuleFinding, broken, exceeds, not_tested};
+use super::tested::Part;
 use coordinator::error::{Error, Refusal};
 
 /// Time in which a participant ends.
@@ -20,137 +20,128 @@ const NOTICE: Duration = Duration::from_secs(3);
 const CLOCKS_S: f64 = 0.05;
 
 /// Steps and state hash of the farewell.
-pub fn farewell(trial: &Trial) -> Result<Found, Error> {
-    let subject = trial.subject;
-    let outcome = &trial.plain.death.farewell.outcome;
-    let due = match (subject.part, subject.told.step_s) {
+pub fn farewell(trial: &RuleTrial) -> RuleFinding {
+    let tested = trial.tested;
+    let outcome = &trial.plain.end.farewell.outcome;
+    let due = match (tested.part, tested.description.step_s) {
         (Part::MotionDriven, _) | (_, None) => WINDOWS,
-        _ => WINDOWS * u64::from(subject.clock.substeps),
+        _ => WINDOWS * u64::from(tested.clock.substeps),
     };
     if outcome.steps < due {
-        return Ok(broken(format!(
+        return broken(format!(
             "it counts {} steps, {due} were committed",
             outcome.steps
-        )));
-    }
-    let hash = &outcome.state_hash;
-    if hash.is_empty() && !subject.told.capabilities.resume {
-        return Ok(holds("it has no hash of its state, and no checkpoints"));
-    }
-    if hash.len() != 64 || !hash.chars().all(|c| c.is_ascii_hexdigit()) {
-        return Ok(broken(format!(
-            "its state hash `{}` is not of 64 hexadecimal digits",
-            hash.escape_debug()
-        )));
-    }
-    let other = trial.live(1, &mut |life, window, _| {
-        let load = trial.loads.of_window(window.index, 1);
-        Ok((*window, life.ask(window, &load)?))
-    })?;
-    let differs = trial.plain.answers != other.answers;
-    if differs && other.death.farewell.outcome.state_hash == *hash {
-        return Ok(broken(
-            "another load led to other answers and to the same state hash: it must be over every number that can change a later bit",
         ));
     }
-    Ok(holds(format!("{} steps", outcome.steps)))
+    let hash = &outcome.state_hash;
+    if hash.is_empty() && !tested.description.capabilities.resume {
+        return Ok("it has no hash of its state, and no checkpoints".into());
+    }
+    if hash.len() != 64 || !hash.chars().all(|c| c.is_ascii_hexdigit()) {
+        return broken(format!(
+            "its state hash `{}` is not of 64 hexadecimal digits",
+            hash.escape_debug()
+        ));
+    }
+    let other = trial.live(1, &mut |launch, window, _| {
+        let load = trial.loads.of_window(window.index, 1);
+        Ok((*window, launch.ask(window, &load)?))
+    })?;
+    let differs = trial.plain.answers != other.answers;
+    if differs && other.state_hash() == hash {
+        return broken(
+            "another load led to other answers and to the same state hash: it must be over every number that can change a later bit",
+        );
+    }
+    Ok(format!("{} steps", outcome.steps))
 }
 
-/// Times of the farewell against the life.
-pub fn times(trial: &Trial) -> Result<Found, Error> {
-    let death = &trial.plain.death;
-    let told = &death.farewell;
+/// Times of the farewell against the launch.
+pub fn times(trial: &RuleTrial) -> RuleFinding {
+    let LaunchEnd { farewell, lived } = &trial.plain.end;
     let times = [
-        ("cpu_s", told.cpu_s),
-        ("solve_wall_s", told.solve_wall_s),
-        ("setup_wall_s", told.setup_wall_s),
-        ("wait_s", told.wait_s),
+        ("cpu_s", farewell.cpu_s),
+        ("solve_wall_s", farewell.solve_wall_s),
+        ("setup_wall_s", farewell.setup_wall_s),
+        ("wait_s", farewell.wait_s),
     ];
     if let Some((name, value)) = times.iter().find(|(_, value)| exceeds(-value, 0.0)) {
-        return Ok(broken(format!("its {name} is {value}")));
+        return broken(format!("its {name} is {value}"));
     }
     let walls: f64 = times[1..].iter().map(|(_, value)| value).sum();
-    let lived = death.lived.as_secs_f64();
+    let lived = lived.as_secs_f64();
     let said = format!("solve, set-up and wait take {walls:.3} s of {lived:.3} s");
-    Ok(if walls <= lived + CLOCKS_S {
-        holds(said)
-    } else {
-        broken(said)
-    })
+    if walls > lived + CLOCKS_S {
+        return broken(said);
+    }
+    Ok(said)
 }
 
 /// A request that cannot be followed: its name, and how it is made.
-type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Life) -> Result<(), Error>);
+type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Launch) -> Result<(), Error>);
 
 /// Requests that cannot be followed.
-pub fn faults(trial: &Trial) -> Result<Found, Error> {
+pub fn faults(trial: &RuleTrial) -> RuleFinding {
     let load = trial.loads.of_window(0, 0);
     let short = &load[..load.len().saturating_sub(1)];
     let poisoned: Vec<f64> = load.iter().map(|_| f64::NAN).collect();
-    let ask = |life: &mut Life, load: &[f64]| life.ask(&life.window(0), load).map(|_| ());
-    let unknown_set = |life: &mut Life| life.couple("no such set").map(|_| ());
-    let short_load = |life: &mut Life| ask(life, short);
-    let no_numbers = |life: &mut Life| ask(life, &poisoned);
-    let damaged = |life: &mut Life| {
-        let state = life.checkpoint()?;
+    let ask = |launch: &mut Launch, load: &[f64]| launch.ask(&launch.window(0), load).map(|_| ());
+    let unknown_set = |launch: &mut Launch| launch.couple("no such set").map(|_| ());
+    let short_load = |launch: &mut Launch| ask(launch, short);
+    let no_numbers = |launch: &mut Launch| ask(launch, &poisoned);
+    let damaged = |launch: &mut Launch| {
+        let state = launch.checkpoint()?;
         let bytes = state.bytes().map_err(Refusal::from)?;
-        let place = life.place();
-        life.restore(
-            &Frame::with_bytes(state.header, &bytes[..bytes.len() / 2]),
-            &place,
-        )
+        let half = Frame::with_bytes(state.header, &bytes[..bytes.len() / 2]);
+        launch.restore(&half, &launch.displacement())
     };
     let mut all: Vec<Nonsense> = vec![("a set that it does not have", &unknown_set)];
-    if trial.subject.part != Part::Alone {
+    if trial.tested.part != Part::Alone {
         all.push(("a load that is a component short", &short_load));
         all.push(("a load of NaN", &no_numbers));
     }
-    if trial.subject.told.capabilities.resume {
+    if trial.tested.description.capabilities.resume {
         all.push(("half of a checkpoint", &damaged));
     }
     for (what, request) in &all {
-        let mut life = trial.begin()?;
-        let answered = request(&mut life);
-        let Some(_) = life.fault() else {
-            return Ok(broken(match answered {
+        let mut launch = trial.begin()?;
+        let answered = request(&mut launch);
+        let Some(_) = launch.fault() else {
+            return broken(match answered {
                 Ok(()) => format!("{what} was answered as if nothing were"),
                 Err(error) => format!("{what} was not answered with a `Fault`: {error}"),
-            }));
+            });
         };
-        if life.process().is_some_and(|it| !it.ends_within(GRACE)) {
-            return Ok(broken(format!(
-                "after {what} and its `Fault` it did not end"
-            )));
+        if launch.outlives(GRACE) {
+            return broken(format!("after {what} and its `Fault` it did not end"));
         }
     }
     let names: Vec<&str> = all.iter().map(|(what, _)| *what).collect();
-    Ok(holds(names.join(", ")))
+    Ok(names.join(", "))
 }
 
 /// Ends: asked to, after a farewell, and when the coordinator has gone.
-pub fn shutdown(trial: &Trial) -> Result<Found, Error> {
-    let mut life = trial.begin()?;
-    let Some(process) = life.process() else {
-        return Ok(not_tested("it is no process of its own"));
+pub fn shutdown(trial: &RuleTrial) -> RuleFinding {
+    let mut launch = trial.begin()?;
+    let Some(process) = launch.process() else {
+        return not_tested("it is no process of its own");
     };
     process.ask_to_end();
     if !process.ends_within(GRACE) {
-        return Ok(broken("it lives on a second after SIGTERM"));
+        return broken("it lives on a second after SIGTERM");
     }
-    let mut life = trial.begin()?;
-    life.finish()?;
-    if life.process().is_some_and(|it| !it.ends_within(GRACE)) {
-        return Ok(broken("it lives on a second after its farewell"));
+    let mut launch = trial.begin()?;
+    launch.finish()?;
+    if launch.outlives(GRACE) {
+        return broken("it lives on a second after its farewell");
     }
-    let mut life = trial.begin()?;
-    life.hang_up();
-    if life.process().is_some_and(|it| !it.ends_within(NOTICE)) {
-        return Ok(broken(format!(
+    let mut launch = trial.begin()?;
+    launch.hang_up();
+    if launch.outlives(NOTICE) {
+        return broken(format!(
             "it lives on {} s after the coordinator has closed the connection",
             NOTICE.as_secs()
-        )));
+        ));
     }
-    Ok(holds(
-        "after SIGTERM, after its farewell, and when the coordinator has gone",
-    ))
+    Ok("after SIGTERM, after its farewell, and when the coordinator has gone".into())
 }

@@ -1,11 +1,10 @@
-//! Rules for a participant that is told the motion of its points and answers forces.
+//! Rules for a participant that is given the motion of its points and answers forces.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::larger;
 
-use super::rule::{Found, broken, exceeds, holds, not_tested, within};
-use super::trial::{Stiffness, Trial, WINDOWS, apart, dot, greatest};
-use coordinator::error::Error;
+use super::plain::{LayerStiffness, RuleTrial, WINDOWS, apart, dot, greatest};
+use super::rule::{RuleFinding, broken, not_tested, within};
 
 /// Largest departure from v = a + W p, over the largest velocity.
 const BOUNDARY: f64 = 1e-6;
@@ -14,43 +13,38 @@ const BOUNDARY: f64 = 1e-6;
 const TOLERANCES: f64 = 10.0;
 
 /// A faster motion into the layer against the change of the force.
-pub fn passive(trial: &Trial) -> Result<Found, Error> {
-    let Some(Stiffness { force, motion }) = &trial.stiffness else {
-        return Ok(not_tested("it is told no motion"));
+pub fn passive(trial: &RuleTrial) -> RuleFinding {
+    let Some(LayerStiffness { force, motion }) = &trial.stiffness else {
+        return not_tested("it is told no motion");
     };
     if greatest(force) == 0.0 {
-        return Ok(not_tested("no force answered a motion of its points"));
+        return not_tested("no force answered a motion of its points");
     }
     let cosine = dot(force, motion) / dot(force, force).sqrt() / dot(motion, motion).sqrt();
     if cosine < 0.0 {
-        return Ok(holds(format!(
+        return Ok(format!(
             "a faster motion is resisted: the cosine between force and motion is {cosine:.3}"
-        )));
+        ));
     }
-    Ok(broken(format!(
+    broken(format!(
         "a faster motion is helped: the cosine between the change of its force and that of the motion is {cosine:.3}; it must answer its force on the boundary, which opposes the motion"
-    )))
+    ))
 }
 
 /// v = a on a rigid boundary, v = a + W p on one that yields.
-pub fn boundary(trial: &Trial) -> Result<Found, Error> {
-    let mut life = trial.begin()?;
-    let (window_s, n) = (trial.subject.clock.window_s(), life.size());
-    life.set_boundary(window_s, &DMatrix::zeros(n, n))?;
+pub fn boundary(trial: &RuleTrial) -> RuleFinding {
+    let mut launch = trial.begin()?;
+    let (window_s, n) = (trial.tested.clock.window_s(), launch.size());
+    launch.set_boundary(window_s, &DMatrix::zeros(n, n))?;
     for index in 0..WINDOWS {
-        let (window, free) = (life.window(index), trial.loads.of_window(index, 0));
-        let answer = life.ask(&window, &free)?;
-        let off = apart(&answer[n..2 * n], &free);
-        if exceeds(off, BOUNDARY) {
-            let what = format!("window {index}: on a rigid boundary, v differs from a by");
-            return Ok(within(&what, off, BOUNDARY));
-        }
-        life.accept(&window, &answer)?;
+        let (window, free) = (launch.window(index), trial.loads.of_window(index, 0));
+        let answer = launch.ask(&window, &free)?;
+        let what = format!("window {index}: on a rigid boundary, v differs from a by");
+        within(&what, apart(&answer[n..2 * n], &free), BOUNDARY)?;
+        launch.accept(&window, &answer)?;
     }
-    let Some(compliance) = trial.subject.boundary.get() else {
-        return Ok(holds(
-            "v = a on a rigid boundary; one that yields was not tried",
-        ));
+    let Some(compliance) = trial.tested.boundary.get() else {
+        return Ok("v = a on a rigid boundary; one that yields was not tried".into());
     };
     let (mut worst, mut yielded) = (0.0, 0.0);
     for (index, answer) in trial.plain.answers.iter().enumerate() {
@@ -60,38 +54,38 @@ pub fn boundary(trial: &Trial) -> Result<Found, Error> {
         worst = larger(worst, apart(&answer[n..2 * n], due.as_slice()));
         yielded = larger(yielded, apart(due.as_slice(), &free));
     }
-    let own = trial.subject.told.tolerance.as_ref();
+    let own = trial.tested.description.tolerance.as_ref();
     let bound = own.map_or(BOUNDARY, |own| (TOLERANCES * own.value).max(BOUNDARY));
     let what = format!("on a boundary that yields by {yielded:.0e}, v differs from a + W p by");
-    Ok(within(&what, worst, bound))
+    within(&what, worst, bound)
 }
 
 /// Compares the convergence that it claims with its residuals.
-pub fn convergence(trial: &Trial) -> Result<Found, Error> {
-    let own = trial.subject.told.tolerance.as_ref();
+pub fn convergence(trial: &RuleTrial) -> RuleFinding {
+    let own = trial.tested.description.tolerance.as_ref();
     let mut worst: f64 = 0.0;
     for (index, answer) in trial.plain.answers.iter().enumerate() {
         let [iterations, residual, converged] = answer[answer.len() - 3..] else {
             continue;
         };
-        let window = format!("window {index}");
+        let refuse = |why: String| broken(format!("window {index}: {why}"));
         if !(iterations >= 0.0 && residual >= 0.0 && [0.0, 1.0].contains(&converged)) {
-            return Ok(broken(format!(
-                "{window}: iterations {iterations}, residual {residual}, converged {converged}"
-            )));
+            return refuse(format!(
+                "iterations {iterations}, residual {residual}, converged {converged}"
+            ));
         }
         if converged == 0.0 {
-            return Ok(broken(format!(
-                "{window}: it says that it did not converge (residual {residual:.2e}) under a small motion"
-            )));
+            return refuse(format!(
+                "it says that it did not converge (residual {residual:.2e}) under a small motion"
+            ));
         }
         if let Some(own) = own.filter(|own| residual > own.value) {
-            return Ok(broken(format!(
-                "{window}: it says that it converged, with a residual of {residual:.2e} above its {} of {:.2e}",
+            return refuse(format!(
+                "it says that it converged, with a residual of {residual:.2e} above its {} of {:.2e}",
                 own.key, own.value
-            )));
+            ));
         }
         worst = worst.max(residual);
     }
-    Ok(holds(format!("largest residual {worst:.2e}")))
+    Ok(format!("largest residual {worst:.2e}"))
 }

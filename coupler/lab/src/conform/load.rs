@@ -1,19 +1,19 @@
-//! Loads of the trials: small, known, and the same in every life.
+//! Loads of the trials: small, known, and the same in every launch.
 
 use std::f64::consts::PI;
 
-use super::subject::{Part, Subject};
+use super::tested::{Part, TestedParticipant};
 use crate::random::Random;
 
 /// Motion of a window under a load, over the distance between the points: small enough for every law to be linear in it.
 const MOTION: f64 = 1e-6;
 
-/// Motion of a window that a boundary is told, over the size of its points: enough to close the contacts of a layer at rest.
+/// Motion of a boundary in a window, over the size of its points: enough to close the contacts of a layer at rest.
 const APPROACH: f64 = 1e-4;
 
 /// Loads on all exchanged components: forces (N), or velocities of a boundary (m/s).
 #[derive(Clone, Debug)]
-pub struct Loads {
+pub struct TrialLoads {
     scale: f64,
     /// Mean of the loads, and what chance adds.
     mean: [f64; 2],
@@ -21,11 +21,11 @@ pub struct Loads {
     points: usize,
 }
 
-impl Loads {
+impl TrialLoads {
     /// Forces under which points this far apart (m) move by a millionth of that in a window, `softest_m_per_n` being the motion of
     /// the softest of them.
-    pub fn forces(points: usize, spacing_m: f64, softest_m_per_n: f64) -> Loads {
-        Loads {
+    pub fn forces(points: usize, spacing_m: f64, softest_m_per_n: f64) -> TrialLoads {
+        TrialLoads {
             scale: MOTION * spacing_m / softest_m_per_n,
             mean: [0.0; 2],
             chance: 1.0,
@@ -34,8 +34,8 @@ impl Loads {
     }
 
     /// Velocities that press points of this size (m) into a layer, in this direction.
-    pub fn velocities(points: usize, size_m: f64, into: [f64; 2], window_s: f64) -> Loads {
-        Loads {
+    pub fn velocities(points: usize, size_m: f64, into: [f64; 2], window_s: f64) -> TrialLoads {
+        TrialLoads {
             scale: APPROACH * size_m / window_s,
             mean: into,
             chance: 0.1,
@@ -73,7 +73,7 @@ impl Loads {
 }
 
 /// The direction into the layer, which faces this way: against the outward normal of its first set.
-pub fn into(subject: &Subject) -> Option<[f64; 2]> {
-    let outward = subject.told.outward.get(subject.sets.first()?)?;
+pub fn into(tested: &TestedParticipant) -> Option<[f64; 2]> {
+    let outward = tested.description.outward.get(tested.sets.first()?)?;
     Some(outward.map(|component| -component))
 }

@@ -1,15 +1,20 @@
 //! Rules by name, and the outcome of each.
 
+use std::fmt;
+
 use serde::Serialize;
 
+use coordinator::error::Error;
+
 /// A rule that a participant must keep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Rule {
     /// It welcomes the coordinator, and what it says of itself can be.
     Greeting,
     /// Its surfaces can be: finite places, masses that are not negative, lengths above zero.
     Surface,
-    /// It joins the other side of its interfaces: surfaces of one shape that face each other, in one place.
+    /// It joins the other side of its interfaces: surfaces of one shape that face each other at one position.
     Joins,
     /// Each answer has the kind and length that are due, comes in its turn and repeats the header of its request.
     Frames,
@@ -17,7 +22,7 @@ pub enum Rule {
     Finite,
     /// It neither ends nor falls silent before its farewell.
     Lives,
-    /// Two lives answer with the same bits, whatever their number of threads.
+    /// Two launches answer with the same bits, whatever their number of threads.
     SameBits,
     /// A window that is asked for again is answered with the same bits.
     Repeats,
@@ -49,13 +54,13 @@ pub enum Rule {
     Balance,
     /// Fields are written without changing the state.
     Snapshot,
-    /// A new life that takes up a checkpoint goes on with the same bits.
+    /// A new launch that goes on from a checkpoint answers with the same bits.
     Checkpoint,
     /// It advances without an interface.
     Alone,
-    /// The farewell counts the steps, and its hash tells states apart.
+    /// The farewell counts the steps, and its hash differs where states differ.
     Farewell,
-    /// Times are of the life that was seen from outside.
+    /// Times fit the time between launch and end, as seen from outside.
     Times,
     /// A request that cannot be followed is answered with a `Fault`, after which it ends.
     Faults,
@@ -63,46 +68,17 @@ pub enum Rule {
     Shutdown,
 }
 
-impl Rule {
-    /// Its name.
-    pub fn word(self) -> &'static str {
-        match self {
-            Rule::Greeting => "greeting",
-            Rule::Surface => "surface",
-            Rule::Joins => "joins",
-            Rule::Frames => "frames",
-            Rule::Finite => "finite",
-            Rule::Lives => "lives",
-            Rule::SameBits => "same-bits",
-            Rule::Repeats => "repeats",
-            Rule::Rollback => "rollback",
-            Rule::Early => "early",
-            Rule::Increments => "increments",
-            Rule::Substeps => "substeps",
-            Rule::Passive => "passive",
-            Rule::Select => "select",
-            Rule::Columns => "columns",
-            Rule::Velocity => "velocity",
-            Rule::Boundary => "boundary",
-            Rule::Convergence => "convergence",
-            Rule::Report => "report",
-            Rule::Work => "work",
-            Rule::Balance => "balance",
-            Rule::Snapshot => "snapshot",
-            Rule::Checkpoint => "checkpoint",
-            Rule::Alone => "alone",
-            Rule::Farewell => "farewell",
-            Rule::Times => "times",
-            Rule::Faults => "faults",
-            Rule::Shutdown => "shutdown",
-        }
+impl fmt::Display for Rule {
+    /// Its name, the one that serde writes.
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(formatter)
     }
 }
 
 /// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum RuleVerdict {
     /// It was tried and holds.
     Holds,
     /// It was tried and does not hold.
@@ -115,45 +91,56 @@ pub enum Verdict {
 
 /// A row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    /// Name of the rule.
-    pub rule: &'static str,
+pub struct ConformRow {
+    /// The rule.
+    pub rule: Rule,
     /// Outcome.
-    pub verdict: Verdict,
+    pub verdict: RuleVerdict,
     /// The values that were compared, or the reason.
     pub why: String,
 }
 
-/// Outcome of a trial, and the reason.
-pub type Found = (Verdict, String);
+/// Outcome of a trial: the values that were compared, where the rule holds.
+pub type RuleFinding = Result<String, Stop>;
 
-/// The rule holds.
-pub fn holds(why: impl Into<String>) -> Found {
-    (Verdict::Holds, why.into())
+/// Why a trial ends without saying that its rule holds.
+#[derive(Debug)]
+pub enum Stop {
+    /// The rule does not hold, or was not tried.
+    Verdict(RuleVerdict, String),
+    /// The participant, or the trial itself, failed.
+    Failed(Error),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Stop {
+        Stop::Failed(error)
+    }
 }
 
 /// The rule is broken.
-pub fn broken(why: impl Into<String>) -> Found {
-    (Verdict::Broken, why.into())
-}
-
-/// The participant does not offer what the rule is about.
-pub fn not_offered(why: impl Into<String>) -> Found {
-    (Verdict::NotOffered, why.into())
+pub fn broken<T>(why: impl Into<String>) -> Result<T, Stop> {
+    Err(Stop::Verdict(RuleVerdict::Broken, why.into()))
 }
 
 /// The rule could not be tried.
-pub fn not_tested(why: impl Into<String>) -> Found {
-    (Verdict::NotTested, why.into())
+pub fn not_tested<T>(why: impl Into<String>) -> Result<T, Stop> {
+    Err(Stop::Verdict(RuleVerdict::NotTested, why.into()))
+}
+
+/// Ends the trial where the participant does not offer what the rule is about.
+pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
+    let stop = || Stop::Verdict(RuleVerdict::NotOffered, otherwise.into());
+    offers.then_some(()).ok_or_else(stop)
 }
 
 /// Holds if the value is at most the bound.
-pub fn within(what: &str, value: f64, bound: f64) -> Found {
+pub fn within(what: &str, value: f64, bound: f64) -> RuleFinding {
     let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
     if exceeds(value, bound) {
         broken(said)
     } else {
-        holds(said)
+        Ok(said)
     }
 }
 

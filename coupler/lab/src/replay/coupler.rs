@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use super::tape::{Seen, TapeLink, turns};
-use super::{Recording, Replayed};
+use super::Recording;
+use super::replayed::Replayed;
+use super::tape::{TapeLink, TapeProgress, turns};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
 use coordinator::participants::handshake;
@@ -29,7 +30,10 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
-    let seen = Arc::new(Mutex::new(Seen::default()));
+    let seen = Arc::new(Mutex::new(TapeProgress {
+        replayed: Replayed::of(COUPLER),
+        ended: false,
+    }));
     // A run that goes on from a checkpoint joins its interfaces once more.
     let joined = from.map_or(0, |_| recording.handshake());
     let past = recording.messages_before(from);
@@ -50,20 +54,17 @@ pub fn replay(
     let result = windows(&mut peers, scenario, &greeted, from, &mut count);
     drop(count);
     let wall_s = start.elapsed().as_secs_f64();
-    // A tape tells what is left of it when it goes.
+    // A tape notes what is left of it when it is dropped.
     drop(peers);
     let seen = seen.lock();
     let seen = seen.map_err(|_| Refusal::BrokenTape)?;
     let replayed = Replayed {
-        equal: seen.equal,
-        last_window: seen.last_window,
-        mismatch: seen.mismatch.clone(),
         wall_s,
-        ..Replayed::of(COUPLER)
+        ..seen.replayed.clone()
     };
     match result {
         // The lost peer is the tape: at its end, or where the coupler departed from it.
-        Err(Error::PeerLost { .. }) if seen.ended || seen.mismatch.is_some() => Ok(replayed),
+        Err(Error::PeerLost { .. }) if seen.ended || replayed.mismatch.is_some() => Ok(replayed),
         Err(error) => Err(error),
         Ok(()) => Ok(replayed),
     }

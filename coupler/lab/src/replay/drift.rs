@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use protocol::{Kind, larger};
 
-use super::Drift;
+use super::replayed::Drift;
 use draw::plot::{Curve, Labels, plot};
 
 /// Kinds of answers that are drawn.

@@ -5,21 +5,22 @@ use std::time::Instant;
 use protocol::serve::window_of;
 use protocol::{Frame, Kind, Window};
 
-use super::judge::Ruler;
+use super::Recording;
+use super::deviation::Ruler;
+use super::replayed::{Drift, Replayed};
 use super::tape::{Turn, turns};
-use super::{Drift, Recording, Replayed};
+use crate::quiet::participant_index;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::{Communicator, Launcher, Watch, handshake};
 use coordinator::run::checkpoint::RestartPoint;
-use coordinator::scenario::Scenario;
 use exchange_log::Mismatch;
 use exchange_log::mismatch::Difference;
 
 /// Conditions of a solver's replay.
 #[derive(Clone, Copy, Default)]
-pub struct How<'a> {
+pub struct ReplayOptions<'a> {
     /// Begin after this checkpoint instead of at the start.
     pub from: Option<&'a RestartPoint>,
     /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
@@ -35,10 +36,10 @@ pub fn replay(
     launcher: &Launcher,
     name: &str,
     watch: &Watch,
-    how: &How,
+    how: &ReplayOptions,
 ) -> Result<Replayed, Error> {
     let scenario = &recording.loaded.scenario;
-    let index = index_of(scenario, name)?;
+    let index = participant_index(scenario, name)?;
     let alone = &scenario.participant[index..=index];
     let mut peers = launcher.start(alone, watch.clone())?;
     let communicator: &mut dyn Communicator = &mut peers;
@@ -87,23 +88,11 @@ pub fn replay(
     Ok(replayed)
 }
 
-fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
-    let mut participants = scenario.participant.iter();
-    let index = participants.position(|participant| participant.name == name);
-    index.ok_or_else(|| {
-        let names = scenario.participant.iter().map(|p| p.name.as_str());
-        Error::from(Refusal::NoParticipant {
-            name: name.into(),
-            known: names.collect::<Vec<_>>().join(", "),
-        })
-    })
-}
-
-/// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.
+/// The requests that a solver needs again before its state is restored: what is coupled, and the last compliant boundary.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
-    let mut walls = past.iter();
-    let last = walls.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
+    let mut boundaries = past.iter();
+    let last = boundaries.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
     let told = past.into_iter().enumerate().filter(|(index, turn)| {
         matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == last
     });
@@ -113,7 +102,7 @@ fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
 struct Comparison<'a> {
     replayed: Replayed,
     ruler: Ruler,
-    how: &'a How<'a>,
+    how: &'a ReplayOptions<'a>,
 }
 
 impl Comparison<'_> {

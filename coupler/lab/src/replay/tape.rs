@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use protocol::{Frame, Link, LinkError};
 
+use super::replayed::Replayed;
 use exchange_log::{COUPLER, Exchange, Mismatch};
 
 /// A request and its answer.
@@ -35,15 +36,11 @@ pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
     turns
 }
 
-/// Requests that the tapes of a replay have seen so far; shared with whoever judges it.
-#[derive(Debug, Default)]
-pub struct Seen {
-    /// Requests that were equal to the logged ones.
-    pub equal: u64,
-    /// Window of the last of them.
-    pub last_window: u64,
-    /// The first request that was not.
-    pub mismatch: Option<Mismatch>,
+/// The progress of all tapes of a replay, shared with whoever judges it.
+#[derive(Debug)]
+pub struct TapeProgress {
+    /// What came of the replay so far.
+    pub replayed: Replayed,
     /// True once a tape ran out.
     pub ended: bool,
 }
@@ -57,12 +54,12 @@ pub struct TapeLink {
     pending: Option<Frame>,
     /// Requests that were answered.
     turn: u64,
-    seen: Arc<Mutex<Seen>>,
+    seen: Arc<Mutex<TapeProgress>>,
 }
 
 impl TapeLink {
     /// A tape of these turns; so many of them are of a window that did not end.
-    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<Seen>>) -> TapeLink {
+    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<TapeProgress>>) -> TapeLink {
         TapeLink {
             turns: turns.into(),
             open,
@@ -83,11 +80,12 @@ impl TapeLink {
             return Err(LinkError::Closed);
         };
         if let Some(mismatch) = Mismatch::between(COUPLER, &logged, request) {
-            seen.mismatch.get_or_insert(mismatch);
+            seen.replayed.mismatch.get_or_insert(mismatch);
             return Err(LinkError::Closed);
         }
-        seen.equal += 1;
-        seen.last_window = seen.last_window.max(logged.header.window);
+        let replayed = &mut seen.replayed;
+        replayed.equal += 1;
+        replayed.last_window = replayed.last_window.max(logged.header.window);
         Ok(answer)
     }
 }
@@ -103,7 +101,7 @@ impl Drop for TapeLink {
             && self.turns.len() > may_be_left
         {
             let left = Mismatch::at(COUPLER, &next.request, "this request", "its end");
-            seen.mismatch.get_or_insert(left);
+            seen.replayed.mismatch.get_or_insert(left);
         }
     }
 }

@@ -14,13 +14,13 @@ pub struct Expected {
     /// Folder of the scenario, relative to this file; by default the file's own. Scenes that are run elsewhere need no copy.
     pub scene: Option<PathBuf>,
     /// Runs of the scene, each with its expectations.
-    pub case: Vec<Case>,
+    pub case: Vec<SuiteCase>,
 }
 
 /// One run.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Case {
+pub struct SuiteCase {
     /// Name that says what it shows.
     pub name: String,
     /// Author, year, equation, or the table that the numbers are from.
@@ -52,7 +52,7 @@ pub struct Case {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
+    /// Where the number is found: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
     /// the sum of two columns.
     pub path: String,
     /// Value that it must have; that of the case's reference if absent.

@@ -16,28 +16,31 @@
 //! | the coordinator stopped for 3 s | [`stops::coordinator_for`] |
 //! | the coordinator stopped for ever | [`stops::coordinator_for_ever`], `idle_s` + 1 s |
 //! | jitter | [`stops::jitter`] |
-//! | a full disk | [`places::disk`] |
-//! | full shared memory | [`places::shared_memory`], 1 s |
-//! | a closed terminal | [`places::terminal`], 1 s |
+//! | a full disk | [`surroundings::disk`] |
+//! | full shared memory | [`surroundings::shared_memory`], 1 s |
+//! | a closed terminal | [`surroundings::terminal`], 1 s |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
 //! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
+//!
+//! - [`trial`]: one run of the program, and all that it started; [`row`]: the trials of a fault, counted;
+//! - [`kills`], [`stops`], [`surroundings`], [`damage`]: the faults; `resumes`: runs that go on afterwards;
+//! - [`simulated`]: runs in simulated time.
 
 pub mod damage;
 pub mod kills;
-pub mod places;
 mod resumes;
 pub mod row;
 pub mod simulated;
 pub mod stops;
+pub mod surroundings;
 pub mod trial;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 
+use crate::cores::on_all_cores;
 use crate::random::Random;
-use row::{FaultRow, Tried, Wrong};
-use trial::{ANSWER_S, Phase, Stage, Trial};
+use row::{FaultResult, FaultRow, Wrong};
+use trial::{ANSWER_S, FaultTrial, UndisturbedRun};
 
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
@@ -64,65 +67,60 @@ pub struct Campaign {
 /// Name of the row of simulated runs.
 const SIMULATED: &str = "simulated network";
 
-/// A fault: one trial of it, of this number.
-type Fault<'a> = &'a (dyn Fn(&mut Trial, &mut Random, u64) -> Tried + Sync);
+/// One trial of a fault.
+type Fault = fn(&mut FaultTrial) -> FaultResult;
+
+/// Bound of the time (s) until a fault is found that leaves nothing to wait for, and of one that a deadline finds.
+const AT_ONCE: Option<f64> = Some(1.0);
+const BY_DEADLINE: Option<f64> = Some(ANSWER_S + 1.0);
+
+/// Names, bounds of the time until the fault is found, where there is something to find, and how they are tried.
+const FAULTS: [(&str, Option<f64>, Fault); 14] = [
+    ("rail killed", AT_ONCE, |t| kills::participant(t, "rail")),
+    ("third-body killed", AT_ONCE, |t| {
+        kills::participant(t, "third-body")
+    }),
+    ("coordinator killed", AT_ONCE, kills::coordinator),
+    ("everything killed", AT_ONCE, kills::everything),
+    ("participant stopped for 1 s", None, |t| {
+        stops::participant_for(t, 1.0)
+    }),
+    (
+        "participant stopped for ever",
+        BY_DEADLINE,
+        stops::participant_for_ever,
+    ),
+    ("coordinator stopped for 3 s", None, |t| {
+        stops::coordinator_for(t, 3.0)
+    }),
+    (
+        "coordinator stopped for ever",
+        BY_DEADLINE,
+        stops::coordinator_for_ever,
+    ),
+    ("jitter", None, stops::jitter),
+    ("full disk", None, surroundings::disk),
+    ("full shared memory", AT_ONCE, surroundings::shared_memory),
+    ("closed terminal", AT_ONCE, surroundings::terminal),
+    ("damaged log", None, damage::log),
+    ("damaged checkpoint", None, damage::checkpoint),
+];
 
 /// Runs all rows.
 pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
-    let stage =
-        Stage::new(campaign.program.clone(), &campaign.watch).map_err(|wrong| match wrong {
-            Wrong::Campaign(error) => error,
-            Wrong::Outcome(why) => Refusal::Benchmark(why).into(),
-        })?;
-    let phase = |index: u64| Phase::ALL[(index % 4) as usize];
-    let name = |index: u64| ["rail", "third-body"][(index / 4 % 2) as usize];
-    let (soon, named) = (Some(1.0), Some(ANSWER_S + 1.0));
-    let faults: [(&str, Option<f64>, Fault); 14] = [
-        ("rail killed", soon, &|t, r, i| {
-            kills::participant(t, r, phase(i), "rail")
-        }),
-        ("third-body killed", soon, &|t, r, i| {
-            kills::participant(t, r, phase(i), "third-body")
-        }),
-        ("coordinator killed", soon, &|t, r, i| {
-            kills::coordinator(t, r, phase(i))
-        }),
-        ("everything killed", soon, &|t, r, i| {
-            kills::everything(t, r, phase(i))
-        }),
-        ("participant stopped for 1 s", None, &|t, r, i| {
-            stops::participant_for(t, r, phase(i), name(i), 1.0)
-        }),
-        ("participant stopped for ever", named, &|t, r, i| {
-            stops::participant_for_ever(t, r, phase(i), name(i))
-        }),
-        ("coordinator stopped for 3 s", None, &|t, r, i| {
-            stops::coordinator_for(t, r, phase(i), 3.0)
-        }),
-        ("coordinator stopped for ever", named, &|t, r, i| {
-            stops::coordinator_for_ever(t, r, phase(i))
-        }),
-        ("jitter", None, &|t, r, _| stops::jitter(t, r)),
-        ("full disk", None, &|t, r, _| places::disk(t, r)),
-        ("full shared memory", soon, &|t, r, _| {
-            places::shared_memory(t, r)
-        }),
-        ("closed terminal", soon, &|t, r, i| {
-            places::terminal(t, r, phase(i), i % 2 == 0)
-        }),
-        ("damaged log", None, &|t, r, i| damage::log(t, r, i)),
-        ("damaged checkpoint", None, &|t, r, i| {
-            damage::checkpoint(t, r, i)
-        }),
-    ];
+    let undisturbed = UndisturbedRun::new(campaign.program.clone(), &campaign.watch);
+    let undisturbed = undisturbed.map_err(|wrong| match wrong {
+        Wrong::Campaign(error) => error,
+        Wrong::Outcome(why) => Refusal::Benchmark(why).into(),
+    })?;
     let chosen = |name: &str| name.contains(&campaign.only);
-    let faults = (0u64..).zip(faults);
-    let rows = faults.filter(|(_, (name, ..))| chosen(name));
-    let rows = rows.map(|(place, (name, bound_s, fault))| {
-        let row = FaultRow::new(name, campaign.seed, bound_s);
-        run_row(campaign, &stage, row, place, fault)
-    });
-    let mut rows = rows.collect::<Result<Vec<_>, Error>>()?;
+    let mut rows = Vec::new();
+    for (number, (name, bound_s, fault)) in (0..).zip(FAULTS) {
+        if chosen(name) {
+            let row = FaultRow::new(name, campaign.seed, bound_s);
+            rows.push(run_row(campaign, &undisturbed, row, number, fault)?);
+        }
+    }
     if chosen(SIMULATED) {
         rows.push(simulated_row(campaign)?);
     }
@@ -134,59 +132,42 @@ pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
     Ok(rows)
 }
 
-/// Runs the trials of the row at this place of the table, as many at a time as the machine has cores.
+/// Runs the trials of the row of this number in the table, as many at a time as the machine has cores.
 fn run_row(
     campaign: &Campaign,
-    stage: &Stage,
+    undisturbed: &UndisturbedRun,
     mut row: FaultRow,
-    place: u64,
+    number: u64,
     fault: Fault,
 ) -> Result<FaultRow, Error> {
     tell_progress(&row.name);
-    let next = AtomicU64::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        while let index = next.fetch_add(1, Ordering::Relaxed)
-            && index < campaign.trials
-        {
-            let seed = Random::new(campaign.seed ^ (place << 32) ^ index).draw();
-            done.push((index, run_trial(stage, fault, seed, index)));
-        }
-        done
-    };
-    let mut done: Vec<_> = thread::scope(|scope| {
-        let workers = available_cores()
-            .map(|_| scope.spawn(work))
-            .collect::<Vec<_>>();
-        let joined = workers.into_iter().map(|worker| worker.join());
-        joined
-            .flat_map(|done| done.expect("a trial does not panic"))
-            .collect()
+    let tried = on_all_cores(campaign.trials, |index| {
+        let seed = Random::new(campaign.seed ^ (number << 32) ^ index).draw();
+        run_trial(undisturbed, fault, seed, index)
     });
-    done.sort_by_key(|(index, _)| *index);
-    for (index, (tried, leftovers)) in done {
+    for (index, (tried, leftovers)) in tried.into_iter().enumerate() {
         row.add(tried.map_err(|wrong| numbered(wrong, index)), leftovers)?;
     }
     Ok(row.judged())
 }
 
-/// Runs one trial, and tells what was left of it.
-fn run_trial(stage: &Stage, fault: Fault, seed: u64, index: u64) -> (Tried, u64) {
-    match Trial::new(stage) {
+/// Runs one trial, and counts what was left of it.
+fn run_trial(
+    undisturbed: &UndisturbedRun,
+    fault: Fault,
+    seed: u64,
+    index: u64,
+) -> (FaultResult, u64) {
+    match FaultTrial::new(undisturbed, seed, index) {
         Ok(mut trial) => {
-            let tried = fault(&mut trial, &mut Random::new(seed), index);
-            let leftovers = trial.leftovers();
-            (tried, leftovers)
+            let tried = fault(&mut trial);
+            (tried, trial.leftovers())
         }
         Err(error) => (Err(error.into()), 0),
     }
 }
 
-fn available_cores() -> std::ops::Range<usize> {
-    0..thread::available_parallelism().map_or(1, usize::from)
-}
-
-fn numbered(wrong: Wrong, index: u64) -> Wrong {
+fn numbered(wrong: Wrong, index: usize) -> Wrong {
     match wrong {
         Wrong::Outcome(why) => Wrong::Outcome(format!("trial {index}: {why}")),
         wrong => wrong,

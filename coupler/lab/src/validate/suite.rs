@@ -8,7 +8,8 @@ use protocol::larger;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::case::{Case, Number, read};
+use super::case::{Number, SuiteCase, read};
+use crate::quiet::{quiet_run, whole};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::{Registry, Watch};
@@ -22,7 +23,7 @@ type Signals = BTreeMap<String, Vec<f64>>;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct CaseRow {
     /// Scene, case and number.
     pub name: String,
     /// The value that came out.
@@ -36,7 +37,7 @@ pub struct Row {
 }
 
 /// Circumstances of the runs of a suite.
-pub struct Runs<'a> {
+pub struct SuiteOptions<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
     /// The program whose `node` verb serves them.
@@ -52,7 +53,7 @@ pub struct Runs<'a> {
 }
 
 /// Runs all cases of all scenes below `folder`, in the order of their names.
-pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
+pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseRow>, Error> {
     let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
         .map_err(Error::input(folder.display()))?
         .flatten()
@@ -85,7 +86,12 @@ fn name_of(scene: &Path) -> Cow<'_, str> {
     scene.file_name().unwrap_or_default().to_string_lossy()
 }
 
-fn run_case(name: &str, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
+fn run_case(
+    name: &str,
+    scenario: &Path,
+    case: &SuiteCase,
+    runs: &SuiteOptions,
+) -> Result<Vec<CaseRow>, Error> {
     tell_progress(name);
     let outcome = attempt(scenario, &case.set, runs)?;
     let mut rows = vec![ending(case, &outcome)];
@@ -107,7 +113,7 @@ fn run_case(name: &str, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec
 }
 
 /// The run that a case's open numbers are from; an end that is no result gives none.
-fn referred(scenario: &Path, case: &Case, runs: &Runs) -> Result<Option<Left>, Error> {
+fn referred(scenario: &Path, case: &SuiteCase, runs: &SuiteOptions) -> Result<Option<Left>, Error> {
     let Some(reference) = &case.reference else {
         return Ok(None);
     };
@@ -134,8 +140,12 @@ impl Left {
     }
 }
 
-/// A run in a place of its own; the outer error ends the suite.
-fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Error>, Error> {
+/// A run in a folder of its own; the outer error ends the suite.
+fn attempt(
+    scene: &Path,
+    set: &[String],
+    runs: &SuiteOptions,
+) -> Result<Result<Left, Error>, Error> {
     let out = Scratch::new("validate", fresh_run_id());
     match complete(scene, set, runs, out.path()) {
         Err(Error::Interrupted { signal }) => Err(Error::Interrupted { signal }),
@@ -148,70 +158,55 @@ fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Err
     }
 }
 
-fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<Ended, Error> {
+fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Result<Ended, Error> {
     let loaded = load(&scene.display().to_string(), set)?;
     let options = RunOptions {
-        out: Some(out),
         threads: runs.threads,
-        registry: runs.registry,
-        program: runs.program.clone(),
         watch: runs.watch.clone(),
-        progress: false,
-        strict: false,
-        dry_run: false,
-        budget: None,
+        ..quiet_run(out, runs.registry, &runs.program)
     };
-    let mut ended = run(&loaded, &options)?;
-    ended.error.take().map_or(Ok(ended), Err)
+    whole(run(&loaded, &options))
 }
 
 /// The end of the run, as a row of its own.
-fn ending(case: &Case, outcome: &Result<Left, Error>) -> Row {
+fn ending(case: &SuiteCase, outcome: &Result<Left, Error>) -> CaseRow {
     let (code, message) = match outcome {
         Ok(left) => (left.ended.summary.exit_code(), String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
     let holds = code == case.exit_code && says_all;
-    Row {
-        name: "exit code".into(),
-        ours: if message.is_empty() || holds {
-            code.into()
-        } else {
-            format!("{code}: {message}").into()
-        },
-        expected: case.exit_code.into(),
-        source: case.source.clone(),
-        holds,
-    }
+    let ours = if message.is_empty() || holds {
+        json!(code)
+    } else {
+        json!(format!("{code}: {message}"))
+    };
+    case_row(case, "exit code", ours, json!(case.exit_code), holds)
 }
 
 /// The warnings of a run that came to its end.
-fn warnings(case: &Case, found: &[Warning]) -> Row {
-    let ours: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
+fn warnings(case: &SuiteCase, found: &[Warning]) -> CaseRow {
+    let codes: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
     let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
-    let lines: Vec<String> = found.iter().map(Warning::line).collect();
-    Row {
-        name: "warnings".into(),
-        holds: ours == expected,
-        ours: if ours == expected {
-            json!(ours)
-        } else {
-            json!(lines)
-        },
-        expected: json!(expected),
-        source: case.source.clone(),
-    }
+    let holds = codes == expected;
+    let lines = || found.iter().map(Warning::line).collect::<Vec<String>>();
+    let ours = if holds { json!(codes) } else { json!(lines()) };
+    case_row(case, "warnings", ours, json!(expected), holds)
 }
 
-fn judged(case: &Case, number: &Number, ours: Option<f64>, expected: Option<f64>) -> Row {
+fn judged(case: &SuiteCase, number: &Number, ours: Option<f64>, expected: Option<f64>) -> CaseRow {
     let both = ours.zip(expected);
-    Row {
-        name: number.path.clone(),
-        ours: ours.into(),
-        expected: expected.into(),
+    let holds = both.is_some_and(|(ours, expected)| number.holds(ours, expected));
+    case_row(case, &number.path, ours.into(), expected.into(), holds)
+}
+
+fn case_row(case: &SuiteCase, name: &str, ours: Value, expected: Value, holds: bool) -> CaseRow {
+    CaseRow {
+        name: name.into(),
+        ours,
+        expected,
         source: case.source.clone(),
-        holds: both.is_some_and(|(ours, expected)| number.holds(ours, expected)),
+        holds,
     }
 }
 

@@ -8,7 +8,7 @@ use scheme::predict::response::Response;
 
 /// An elastic bar of unit elements, held at its far end, coupled at the other; explicit steps without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bar {
+pub struct UnitBar {
     /// Elements.
     pub elements: usize,
     /// Step (s), 1 being the stability limit.
@@ -18,7 +18,7 @@ pub struct Bar {
 /// The end node has the half mass of its one element.
 const END_MASS_KG: f64 = 0.5;
 
-impl Bar {
+impl UnitBar {
     /// Stability limit of the step (s): omega_max is 2 for unit masses and springs.
     pub const LIMIT_S: f64 = 1.0;
 
@@ -36,7 +36,13 @@ impl Bar {
             1 => 1.0 / mass(i),
             _ => 0.0,
         });
-        let place = DVector::from_fn(end + 1, |i, _| f64::from(u8::from(i == end)));
-        Response::new(self.step_s, substeps, &k, &(&place / END_MASS_KG), &place)
+        let end_node = DVector::from_fn(end + 1, |i, _| f64::from(u8::from(i == end)));
+        Response::new(
+            self.step_s,
+            substeps,
+            &k,
+            &(&end_node / END_MASS_KG),
+            &end_node,
+        )
     }
 }

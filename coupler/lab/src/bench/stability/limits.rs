@@ -1,8 +1,8 @@
 //! Limits at which each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
 
-use super::bar::Bar;
+use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
-use super::trial::{Trial, largest, scheme, word};
+use super::setup::{StabilitySetup, largest, scheme, word};
 use coordinator::error::Error;
 use scheme::keys::{Dirichlet, Scheme, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
@@ -12,7 +12,7 @@ use scheme::predict::prediction::{NEUTRAL, explain};
 pub struct Limit {
     /// The scheme.
     pub scheme: Scheme,
-    /// The bisected quantity: `mass_ratio`, mass on the wall over that of the bar, or `cfl`, step over its limit.
+    /// The bisected quantity: `mass_ratio`, mass behind the boundary over that of the bar, or `cfl`, step over its limit.
     pub axis: &'static str,
     /// Steps in a window.
     pub substeps: u32,
@@ -67,8 +67,8 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     Ok(limits)
 }
 
-fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
-    Trial {
+fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
+    StabilitySetup {
         bar: bar(cfl),
         substeps,
         scheme,
@@ -76,17 +76,17 @@ fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
     }
 }
 
-/// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
+/// Heavy masses make schemes grow in which the boundary follows, light ones those in which the continuum does.
 fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     let at_low_end = scheme.dirichlet() == Dirichlet::MotionDriven;
     let response = bar(cfl).response(substeps);
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
-        let trial = trial(scheme, substeps, cfl, mass_ratio);
-        let growth = explain(&inputs(&trial, &response), &scheme)?.growth;
+        let setup = setup(scheme, substeps, cfl, mass_ratio);
+        let growth = explain(&inputs(&setup, &response), &scheme)?.growth;
         Ok(growth.is_some_and(|growth| growth <= level(&scheme)) == at_low_end)
     };
     let found = |mass_ratio: f64| -> Result<bool, Error> {
-        Ok(stands(&trial(scheme, substeps, cfl, mass_ratio)) == at_low_end)
+        Ok(is_stable(&setup(scheme, substeps, cfl, mass_ratio)) == at_low_end)
     };
     Ok(Limit {
         scheme,
@@ -99,13 +99,13 @@ fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
 }
 
 fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
-    let found = |cfl: f64| Ok(stands(&trial(scheme, substeps, cfl, 1.0)));
+    let found = |cfl: f64| Ok(is_stable(&setup(scheme, substeps, cfl, 1.0)));
     Ok(Limit {
         scheme,
         axis: "cfl",
         substeps,
         cfl: 0.5,
-        predicted: Bar::LIMIT_S,
+        predicted: UnitBar::LIMIT_S,
         measured: bisect(0.5, 2.0, found)?,
     })
 }
@@ -119,10 +119,10 @@ fn level(scheme: &Scheme) -> f64 {
 }
 
 /// True if a real run grows by less than the limit a window, from its third quarter to its last.
-fn stands(trial: &Trial) -> bool {
-    let fixed_point = level(&trial.scheme) < GROWTH;
+fn is_stable(setup: &StabilitySetup) -> bool {
+    let fixed_point = level(&setup.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
-    let run = trial.run(&trial.response(), windows, GAP_M);
+    let run = setup.run(&setup.response(), windows, GAP_M);
     if run.error.is_some() || fixed_point {
         return run.error.is_none();
     }
@@ -132,7 +132,7 @@ fn stands(trial: &Trial) -> bool {
     (late / early).powf(1.0 / quarter as f64) < GROWTH
 }
 
-/// The last place, in logarithms, where a property that holds at the low end still holds.
+/// The largest value, in logarithms, at which a property that holds at the low end still holds.
 fn bisect(low: f64, high: f64, holds: impl Fn(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (low.ln(), high.ln());
     for _ in 0..HALVINGS {

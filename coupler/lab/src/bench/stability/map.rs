@@ -1,11 +1,10 @@
 //! Growth of a disturbance in every cell of a grid of set-ups.
 
-use std::thread;
-
 use protocol::{BoundaryInertia, larger};
 
-use super::bar::Bar;
-use super::trial::{MOVING, Trial, largest, scheme, word};
+use super::bar::UnitBar;
+use super::setup::{MOVING, StabilitySetup, largest, scheme, word};
+use crate::cores::on_all_cores;
 use coordinator::error::Error;
 use scheme::keys::{Dirichlet, Scheme, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
@@ -25,9 +24,9 @@ pub const ELEMENTS: usize = 10;
 pub struct Axes {
     /// Schemes, those with roles in both of them.
     pub schemes: Vec<Scheme>,
-    /// Theta of the masses on the wall.
+    /// Theta of the masses behind the boundary.
     pub thetas: Vec<f64>,
-    /// Mass on the wall over that of the bar.
+    /// Mass behind the boundary over that of the bar.
     pub mass_ratios: Vec<f64>,
     /// Steps in a window.
     pub substeps: Vec<u32>,
@@ -37,29 +36,29 @@ pub struct Axes {
     pub stiffness_ratios: Vec<f64>,
 }
 
-/// All schemes, those with roles in both of them.
-const ALL: [(SchemeWord, Dirichlet); 12] = [
-    (SchemeWord::DualSchur, Dirichlet::MotionDriven),
-    (SchemeWord::DualSchurSecant, Dirichlet::MotionDriven),
-    (SchemeWord::DualSchurCheap, Dirichlet::MotionDriven),
-    (SchemeWord::StaggeredSerial, Dirichlet::MotionDriven),
-    (SchemeWord::StaggeredParallel, Dirichlet::MotionDriven),
-    (SchemeWord::FixedPointSerial, Dirichlet::MotionDriven),
-    (SchemeWord::FixedPointParallel, Dirichlet::MotionDriven),
-    (SchemeWord::Velocity, Dirichlet::MotionDriven),
-    (SchemeWord::StaggeredSerial, Dirichlet::ForceDriven),
-    (SchemeWord::StaggeredParallel, Dirichlet::ForceDriven),
-    (SchemeWord::FixedPointSerial, Dirichlet::ForceDriven),
-    (SchemeWord::FixedPointParallel, Dirichlet::ForceDriven),
+/// Schemes whose sides can change roles.
+const WITH_ROLES: [SchemeWord; 4] = [
+    SchemeWord::StaggeredSerial,
+    SchemeWord::StaggeredParallel,
+    SchemeWord::FixedPointSerial,
+    SchemeWord::FixedPointParallel,
 ];
+
+/// All schemes, those with roles in both of them.
+fn all_schemes() -> Vec<Scheme> {
+    use SchemeWord::{DualSchur, DualSchurCheap, DualSchurSecant, Velocity};
+    let words = [DualSchur, DualSchurSecant, DualSchurCheap].into_iter();
+    let words = words.chain(WITH_ROLES).chain([Velocity]);
+    let wall = words.map(|word| scheme(word, Dirichlet::MotionDriven));
+    let continuum = WITH_ROLES.map(|word| scheme(word, Dirichlet::ForceDriven));
+    wall.chain(continuum).collect()
+}
 
 impl Axes {
     /// The whole map.
     pub fn full() -> Axes {
         Axes {
-            schemes: ALL
-                .map(|(word, dirichlet)| scheme(word, dirichlet))
-                .to_vec(),
+            schemes: all_schemes(),
             thetas: vec![0.5, 0.55, 0.7, 1.0],
             mass_ratios: vec![1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3],
             substeps: vec![1, 3, 10, 30, 100, 1_000, 10_000],
@@ -85,8 +84,8 @@ impl Axes {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// The set-up.
-    pub trial: Trial,
-    /// Mass on the wall over that of the bar.
+    pub setup: StabilitySetup,
+    /// Mass behind the boundary over that of the bar.
     pub mass_ratio: f64,
     /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
     pub growth: f64,
@@ -96,25 +95,14 @@ pub struct Cell {
 
 /// All cells, in the order of the axes: scheme, theta, mass ratio, substeps, CFL, stiffness ratio.
 pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
-    let cells = axes.lengths().iter().product();
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let share = usize::div_ceil(cells, workers).max(1);
-    thread::scope(|scope| {
-        let threads: Vec<_> = (0..cells)
-            .step_by(share)
-            .map(|first| first..cells.min(first + share))
-            .map(|part| scope.spawn(move || part.map(|index| axes.cell(index)).collect()))
-            .collect();
-        let parts = threads
-            .into_iter()
-            .map(|thread| thread.join().expect("the map does not panic"));
-        Ok(parts.collect::<Result<Vec<Vec<Cell>>, Error>>()?.concat())
-    })
+    let cells: usize = axes.lengths().iter().product();
+    let cells = on_all_cores(cells as u64, |index| axes.cell(index as usize));
+    cells.into_iter().collect()
 }
 
 /// The bar of a CFL number.
-pub fn bar(cfl: f64) -> Bar {
-    Bar {
+pub fn bar(cfl: f64) -> UnitBar {
+    UnitBar {
         elements: ELEMENTS,
         step_s: cfl,
     }
@@ -134,27 +122,27 @@ impl Axes {
 
     /// The cell of this index; the last axis runs fastest.
     fn cell(&self, mut index: usize) -> Result<Cell, Error> {
-        let mut place = self.lengths();
-        for axis in place.iter_mut().rev() {
+        let mut indices = self.lengths();
+        for axis in indices.iter_mut().rev() {
             let length = *axis;
             *axis = index % length;
             index /= length;
         }
-        let [scheme, theta, mass, substeps, cfl, stiffness] = place;
+        let [scheme, theta, mass, substeps, cfl, stiffness] = indices;
         let stiffness_ratio = self.stiffness_ratios[stiffness];
         let mass_ratio = self.mass_ratios[mass];
-        let trial = Trial {
+        let setup = StabilitySetup {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
             scheme: self.schemes[scheme],
             boundary_inertia: boundary_inertia(mass_ratio, stiffness_ratio, self.thetas[theta]),
         };
-        let response = trial.response();
-        let predicted = predict(&inputs(&trial, &response), &trial.scheme)?;
+        let response = setup.response();
+        let predicted = predict(&inputs(&setup, &response), &setup.scheme)?;
         Ok(Cell {
-            trial,
+            setup,
             mass_ratio,
-            growth: growth(&trial.scheme, trial.model(&response))?,
+            growth: growth(&setup.scheme, setup.model(&response))?,
             predicted_stable: predicted.stable() == Some(true),
         })
     }
@@ -172,39 +160,39 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
 }
 
 /// The knowledge of the coupler after the handshake: the bar by four numbers.
-pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
+pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityInputs {
     StabilityInputs {
-        step_s: trial.bar.step_s,
-        substeps: trial.substeps,
-        step_limit: Some((Bar::LIMIT_S, "stability limit".into())),
-        first_period_s: Some(trial.bar.first_period_s()),
+        step_s: setup.bar.step_s,
+        substeps: setup.substeps,
+        step_limit: Some((UnitBar::LIMIT_S, "stability limit".into())),
+        first_period_s: Some(setup.bar.first_period_s()),
         window_limit: None,
-        compliance: compliance(&trial.scheme, response, trial.window_s()),
+        compliance: compliance(&setup.scheme, response, setup.window_s()),
         definite: true,
-        boundary_inertia: Some(trial.boundary_inertia),
-        point_mass_kg: trial.point_mass_kg(),
+        boundary_inertia: Some(setup.boundary_inertia),
+        point_mass_kg: setup.point_mass_kg(),
     }
 }
 
 /// Distance of the forces of a run from those of the window's map, over the largest so far, in the first windows of a cell;
 /// infinite where only one of the two finds that a fixed point does not converge.
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
-    let trial = &cell.trial;
-    let response = trial.response();
-    let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
-    let model = trial.model(&response);
+    let setup = &cell.setup;
+    let response = setup.response();
+    let repeated = matches!(setup.scheme, Scheme::FixedPoint { .. });
+    let model = setup.model(&response);
     let start = Disturbance {
         pair: LinearPair::new(model, MOVING).state,
         interface: InterfaceState::at_rest(1, 1),
     };
-    let foreseen = forces_of_map(&trial.scheme, model, &start, windows)?;
+    let foreseen = forces_of_map(&setup.scheme, model, &start, windows)?;
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = if repeated {
-        REPEATED * inputs(trial, &response).compliance * largest(&foreseen)
+        REPEATED * inputs(setup, &response).compliance * largest(&foreseen)
     } else {
         1e-6
     };
-    let run = trial.run(&response, windows as u64, gap_m);
+    let run = setup.run(&response, windows as u64, gap_m);
     let repelling = repeated && cell.growth >= 1.0 + 1e-6;
     let Some(start) = run
         .after_first
@@ -214,7 +202,7 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
         return Ok(if agree { 0.0 } else { f64::INFINITY });
     };
     // From the first window's end on: a compliance that is learnt is known then.
-    let expected = forces_of_map(&trial.scheme, model, &start, windows - 1)?;
+    let expected = forces_of_map(&setup.scheme, model, &start, windows - 1)?;
     let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most, (index, (force, expected))| {
         let off = (force - expected).abs();
@@ -228,18 +216,18 @@ pub fn csv(cells: &[Cell]) -> String {
         "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable,dirichlet\n",
     );
     for cell in cells {
-        let inertia = &cell.trial.boundary_inertia;
+        let inertia = &cell.setup.boundary_inertia;
         text.push_str(&format!(
             "{},{},{},{},{},{},{:.12e},{},{}\n",
-            word(cell.trial.scheme.word()),
+            word(cell.setup.scheme.word()),
             inertia.theta,
             cell.mass_ratio,
-            cell.trial.substeps,
-            cell.trial.bar.step_s,
+            cell.setup.substeps,
+            cell.setup.bar.step_s,
             inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
             cell.growth,
             cell.predicted_stable,
-            word(cell.trial.scheme.dirichlet())
+            word(cell.setup.scheme.dirichlet())
         ));
     }
     text

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::map::{Axes, Cell};
-use super::trial::word;
+use super::setup::word;
 use scheme::keys::{Dirichlet, Scheme};
 use scheme::predict::prediction::NEUTRAL;
 
@@ -40,10 +40,10 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
-                        cell.trial.scheme == *scheme
-                            && cell.trial.boundary_inertia.theta == *theta
+                        cell.setup.scheme == *scheme
+                            && cell.setup.boundary_inertia.theta == *theta
                             && cell.mass_ratio == *mass_ratio
-                            && cell.trial.substeps == *substeps
+                            && cell.setup.substeps == *substeps
                     };
                     let found = cells.iter().filter(here).map(|cell| cell.growth);
                     let worst = found.fold(0.0, f64::max);

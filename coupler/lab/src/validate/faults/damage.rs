@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use super::row::{Outcome, Tried, Wrong};
-use super::trial::Trial;
+use super::row::{FaultOutcome, FaultResult, Wrong};
+use super::trial::FaultTrial;
 use crate::random::Random;
 use coordinator::error::Error;
 use coordinator::run::checkpoint::{FOLDER, file};
@@ -28,11 +28,11 @@ enum Harm {
 
 /// Flips a bit of the log of a run, cuts it off, or repeats a chunk of it. Right: `inspect`, `replay` and `resume` each end
 /// with code 6, or with what the undamaged log gives: hashes and messages as they were.
-pub fn log(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
+pub fn log(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
     let path = trial.path("out/exchange.mcap");
     let harms = [Harm::Flip, Harm::Cut, Harm::Repeat];
-    harm(&path, harms[(index % 3) as usize], random)?;
+    harm(&path, harms[(trial.index % 3) as usize], &mut trial.random)?;
     let mut detected = false;
     for words in [
         &["inspect", "out"][..],
@@ -56,26 +56,25 @@ pub fn log(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
         }
         detected |= code == Some(6);
     }
-    Ok(Outcome {
-        word: if detected { "detected" } else { "harmless" },
-        ..Outcome::default()
-    })
+    let word = if detected { "detected" } else { "harmless" };
+    Ok(FaultOutcome::of(word))
 }
 
 /// Flips a bit of the newest checkpoint or cuts it off, in every other trial of all. Right: `resume` takes one before it, or
 /// begins again, to the bits of the undisturbed run, and says so; or it refuses by name (code 2) what claims to be of another
 /// version.
-pub fn checkpoint(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
+pub fn checkpoint(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
     let all = file::list(&trial.path("out").join(FOLDER));
-    let skipped = if index.is_multiple_of(2) {
+    let skipped = if trial.index.is_multiple_of(2) {
         0
     } else {
         all.len().saturating_sub(1)
     };
     for found in &all[skipped..] {
         let harms = [Harm::Flip, Harm::Cut];
-        harm(&found.path, harms[random.below(2) as usize], random)?;
+        let chosen = harms[trial.random.below(2) as usize];
+        harm(&found.path, chosen, &mut trial.random)?;
     }
     let code = trial.verb(&["resume", "out", "--out", "again", "--json"])?;
     let said = trial.said();
@@ -88,22 +87,19 @@ pub fn checkpoint(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
         Some(2) if named => "refused",
         _ => return Err(format!("resume ended with {code:?}: {said}").into()),
     };
-    Ok(Outcome {
-        word,
-        ..Outcome::default()
-    })
+    Ok(FaultOutcome::of(word))
 }
 
 /// Lets a run complete, bit-equal.
-fn whole(trial: &mut Trial) -> Result<(), Wrong> {
+fn whole(trial: &mut FaultTrial) -> Result<(), Wrong> {
     trial.start(&[])?;
     trial.end()?;
     trial.is_bit_equal("out")
 }
 
 /// The hash of the whole exchange.
-fn exchange<'a>(trial: &Trial<'a>) -> &'a str {
-    trial.stage.hashes[0].as_str().unwrap_or("none")
+fn exchange<'a>(trial: &FaultTrial<'a>) -> &'a str {
+    trial.undisturbed.hashes[0].as_str().unwrap_or("none")
 }
 
 fn harm(path: &Path, harm: Harm, random: &mut Random) -> Result<(), Error> {

@@ -5,15 +5,13 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use super::resumes::{lost_windows, resumes};
-use super::row::{Outcome, Tried};
-use super::trial::{HANGS, Phase, Trial, send};
-use crate::random::Random;
+use super::row::{FaultOutcome, FaultResult};
+use super::trial::{FaultTrial, HANGS, send};
 
 /// Kills a participant. Right: the coordinator ends by itself with code 4 and the name of the participant, no other participant
 /// is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
-pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &str) -> Tried {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn participant(trial: &mut FaultTrial, name: &str) -> FaultResult {
+    trial.begin(&[])?;
     let pid = trial.participant(name)?;
     let start = Instant::now();
     if let Some(pid) = pid {
@@ -23,17 +21,13 @@ pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &
     trial.deserted(Duration::from_secs(1))?;
     let detection_s = start.elapsed().as_secs_f64();
     if status.code() == Some(0) {
-        trial.is_bit_equal("out")?;
-        return Ok(Outcome {
-            word: "completed",
-            ..Outcome::default()
-        });
+        return trial.completed();
     }
     let said = trial.said();
     if status.code() != Some(4) || !said.contains(&format!("lost participant `{name}`")) {
         return Err(format!("`{name}` killed: {status}: {said}").into());
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "lost",
         detection_s: Some(detection_s),
         windows_lost: resumes(trial)?,
@@ -41,50 +35,42 @@ pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &
 }
 
 /// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not begun to write.
-pub fn coordinator(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn coordinator(trial: &mut FaultTrial) -> FaultResult {
+    trial.begin(&[])?;
     trial.signal(Signal::SIGKILL);
-    let detection_s = trial.deserted(HANGS)?;
-    let status = trial.end()?;
-    outlived(trial, status.success(), Some(detection_s))
+    outlived(trial)
 }
 
 /// Kills all processes of a run at once. Right: as for the coordinator.
-pub fn everything(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried {
-    trial.start(&[])?;
-    trial.reach(phase, random)?;
+pub fn everything(trial: &mut FaultTrial) -> FaultResult {
+    trial.begin(&[])?;
     let participants = trial.participants();
     trial.signal(Signal::SIGKILL);
     for (pid, _) in participants {
         send(pid, Signal::SIGKILL);
     }
-    let detection_s = trial.deserted(HANGS)?;
-    let status = trial.end()?;
-    outlived(trial, status.success(), Some(detection_s))
+    outlived(trial)
 }
 
-/// Judges what a coordinator that is gone has left.
-pub fn outlived(trial: &mut Trial, completed: bool, detection_s: Option<f64>) -> Tried {
-    if completed {
-        trial.is_bit_equal("out")?;
-        return Ok(Outcome {
-            word: "completed",
-            ..Outcome::default()
-        });
+/// Waits for the participants to end, ends a coordinator that is stopped, and judges what is left.
+pub fn outlived(trial: &mut FaultTrial) -> FaultResult {
+    let detection_s = Some(trial.deserted(HANGS)?);
+    trial.signal(Signal::SIGKILL);
+    if trial.end()?.success() {
+        return trial.completed();
     }
     if !trial.path("out/scenario.toml").is_file() {
         let code = trial.verb(&["resume", "out", "--out", "again"])?;
         if code != Some(2) {
             return Err(format!("nothing had begun, resume: {code:?} {}", trial.said()).into());
         }
-        return Ok(Outcome {
+        return Ok(FaultOutcome {
             word: "not begun",
             detection_s,
             windows_lost: None,
         });
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "resumed",
         detection_s,
         windows_lost: lost_windows(trial)?,

@@ -8,13 +8,23 @@ use coordinator::error::Error;
 
 /// A trial whose outcome was right.
 #[derive(Clone, Debug, Default)]
-pub struct Outcome {
+pub struct FaultOutcome {
     /// Its end in a word or two.
     pub word: &'static str,
     /// Time from the fault until everything of the run had ended, of a run that the fault ended (s).
     pub detection_s: Option<f64>,
     /// Windows that were done and had to be done again.
     pub windows_lost: Option<u64>,
+}
+
+impl FaultOutcome {
+    /// An end at which nothing was to be found and no window was lost.
+    pub fn of(word: &'static str) -> FaultOutcome {
+        FaultOutcome {
+            word,
+            ..FaultOutcome::default()
+        }
+    }
 }
 
 /// An outcome that was not right, or the reason why there is none.
@@ -39,7 +49,7 @@ impl From<String> for Wrong {
 }
 
 /// The result of a trial.
-pub type Tried = Result<Outcome, Wrong>;
+pub type FaultResult = Result<FaultOutcome, Wrong>;
 
 /// One line of the table.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -78,8 +88,8 @@ pub struct FaultRow {
     windows_lost: Vec<u64>,
 }
 
-/// Wrong trials that a row tells of.
-const TOLD: usize = 5;
+/// Wrong trials that a row lists.
+const LISTED: usize = 5;
 
 impl FaultRow {
     /// A row without trials; a fault has to be found within `bound_s`, where there is something to find.
@@ -104,13 +114,13 @@ impl FaultRow {
     /// Counts a trial that did not end right.
     pub fn failed(&mut self, why: String) {
         self.trials += 1;
-        if self.wrong.len() < TOLD {
+        if self.wrong.len() < LISTED {
             self.wrong.push(why);
         }
     }
 
     /// Counts a trial; the error is one of the campaign.
-    pub fn add(&mut self, tried: Tried, leftovers: u64) -> Result<(), Error> {
+    pub fn add(&mut self, tried: FaultResult, leftovers: u64) -> Result<(), Error> {
         self.leftovers += leftovers;
         match tried {
             Ok(outcome) => {
@@ -150,7 +160,7 @@ fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn row(tried: impl IntoIterator<Item = (Tried, u64)>) -> FaultRow {
+    fn row(tried: impl IntoIterator<Item = (FaultResult, u64)>) -> FaultRow {
         let mut row = FaultRow::new("fault", 1, Some(1.0));
         for (tried, leftovers) in tried {
             row.add(tried, leftovers).expect("the campaign goes on");
@@ -158,8 +168,8 @@ mod tests {
         row.judged()
     }
 
-    fn found(detection_s: f64, windows_lost: u64) -> Tried {
-        Ok(Outcome {
+    fn found(detection_s: f64, windows_lost: u64) -> FaultResult {
+        Ok(FaultOutcome {
             word: "lost",
             detection_s: Some(detection_s),
             windows_lost: Some(windows_lost),

@@ -1,21 +1,19 @@
 //! Thousands of runs behind a network that delays, reorders, loses, repeats and damages messages, and whose participants crash
 //! and stall, in simulated time. The real coupler and the real serving loop speak over it; a seed gives the same schedule again.
 //!
-//! - `bodies`: the small scenes; `weather`: the faults of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
+//! - `bodies`: the small scenes; `network_faults`: what befalls the messages of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
 //! - [`schedule`]: one schedule and its verdict.
 
 mod bodies;
 pub mod network;
+mod network_faults;
 pub mod schedule;
-mod weather;
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 use std::time::Instant;
 
+use crate::cores::on_all_cores;
 use network::Wrap;
-use schedule::{Simulation, Verdict};
+use schedule::{ScheduleEnd, Simulation};
 
 use coordinator::participants::Watch;
 
@@ -40,11 +38,11 @@ impl Counts {
         self.completed + self.named + self.wrong.len() as u64
     }
 
-    fn add(&mut self, verdict: Result<Verdict, String>) {
+    fn add(&mut self, verdict: Result<ScheduleEnd, String>) {
         match verdict {
-            Ok(Verdict::Completed) => self.completed += 1,
-            Ok(Verdict::Named) => self.named += 1,
-            Ok(Verdict::Resumed) => {
+            Ok(ScheduleEnd::Completed) => self.completed += 1,
+            Ok(ScheduleEnd::Named) => self.named += 1,
+            Ok(ScheduleEnd::Resumed) => {
                 self.named += 1;
                 self.resumed += 1;
             }
@@ -57,23 +55,12 @@ impl Counts {
 pub fn run_schedules(seed: u64, count: u64, wrap: Wrap, watch: &Watch) -> Result<Counts, String> {
     let start = Instant::now();
     let simulation = Simulation::new(wrap)?;
-    let counts = Mutex::new(Counts::default());
-    let next = AtomicU64::new(0);
-    let work = || {
-        while let index = next.fetch_add(1, Ordering::Relaxed)
-            && index < count
-            && watch.interrupted().is_none()
-        {
-            let verdict = simulation.schedule(seed.wrapping_add(index));
-            counts.lock().expect("nothing panics with it").add(verdict);
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(work);
-        }
+    let ends = on_all_cores(count, |index| {
+        let going = watch.interrupted().is_none();
+        going.then(|| simulation.schedule(seed.wrapping_add(index)))
     });
-    let mut counts = counts.into_inner().expect("nothing panics with it");
+    let mut counts = Counts::default();
+    ends.into_iter().flatten().for_each(|end| counts.add(end));
     counts.wrong.sort();
     counts.per_minute = counts.schedules() as f64 / start.elapsed().as_secs_f64() * 60.0;
     Ok(counts)

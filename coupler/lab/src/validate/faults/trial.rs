@@ -11,7 +11,7 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 use serde_json::Value;
 
-use super::row::Wrong;
+use super::row::{FaultOutcome, FaultResult, Wrong};
 use crate::random::Random;
 use coordinator::error::Error;
 use coordinator::participants::Watch;
@@ -41,8 +41,8 @@ pub const HANGS: Duration = Duration::from_secs(60);
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// The stage of all trials: the program, and its run when nothing disturbs it.
-pub struct Stage {
+/// The program, and its run when nothing disturbs it.
+pub struct UndisturbedRun {
     /// The program.
     pub program: PathBuf,
     /// Signals that end the campaign.
@@ -57,7 +57,7 @@ pub struct Stage {
 
 /// The part of a run in which a fault comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum RunPhase {
     /// From the launch to the first window.
     Handshake,
     /// Anywhere in the windows.
@@ -68,20 +68,21 @@ pub enum Phase {
     Finish,
 }
 
-impl Phase {
-    /// All of them, one trial after the other.
-    pub const ALL: [Phase; 4] = [
-        Phase::Windows,
-        Phase::Handshake,
-        Phase::Checkpoint,
-        Phase::Finish,
-    ];
-}
+/// The phases, one trial after the other.
+const PHASES: [RunPhase; 4] = [
+    RunPhase::Windows,
+    RunPhase::Handshake,
+    RunPhase::Checkpoint,
+    RunPhase::Finish,
+];
 
-impl Stage {
+/// The participants, each for four trials.
+const PARTICIPANTS: [&str; 2] = ["rail", "third-body"];
+
+impl UndisturbedRun {
     /// Runs the scene undisturbed, twice: the first run also fills the caches of the machine.
-    pub fn new(program: PathBuf, watch: &Watch) -> Result<Stage, Wrong> {
-        let mut stage = Stage {
+    pub fn new(program: PathBuf, watch: &Watch) -> Result<UndisturbedRun, Wrong> {
+        let mut undisturbed = UndisturbedRun {
             program,
             watch: watch.clone(),
             hashes: Default::default(),
@@ -90,7 +91,7 @@ impl Stage {
         };
         for _ in 0..2 {
             let start = Instant::now();
-            let mut trial = Trial::new(&stage)?;
+            let mut trial = FaultTrial::new(&undisturbed, 0, 0)?;
             trial.start(&[])?;
             trial.until(|trial| trial.log().contains("windows of"))?;
             let handshake = start.elapsed();
@@ -100,33 +101,55 @@ impl Stage {
                 return Err(format!("the undisturbed run failed: {}", trial.said()).into());
             }
             drop(trial);
-            (stage.hashes, stage.handshake, stage.whole) = (hashes, handshake, start.elapsed());
+            undisturbed.hashes = hashes;
+            undisturbed.handshake = handshake;
+            undisturbed.whole = start.elapsed();
         }
-        Ok(stage)
+        Ok(undisturbed)
     }
 }
 
 /// One trial. Whatever it started is killed and its folder removed when it is dropped.
-pub struct Trial<'a> {
-    /// The stage.
-    pub stage: &'a Stage,
+pub struct FaultTrial<'a> {
+    /// What comes of the run when nothing disturbs it.
+    pub undisturbed: &'a UndisturbedRun,
+    /// Number of the trial in its row.
+    pub index: u64,
+    /// Its instants and choices.
+    pub random: Random,
     folder: Scratch,
     child: Option<Child>,
     /// Coordinators that were started, by their process.
     coordinators: Vec<u32>,
 }
 
-impl Trial<'_> {
+impl FaultTrial<'_> {
     /// An empty folder.
-    pub fn new(stage: &Stage) -> Result<Trial<'_>, Error> {
+    pub fn new(
+        undisturbed: &UndisturbedRun,
+        seed: u64,
+        index: u64,
+    ) -> Result<FaultTrial<'_>, Error> {
         let folder = Scratch::new("fault", fresh_run_id());
         fs::create_dir_all(folder.path()).map_err(Error::output(folder.path().display()))?;
-        Ok(Trial {
-            stage,
+        Ok(FaultTrial {
+            undisturbed,
+            index,
+            random: Random::new(seed),
             folder,
             child: None,
             coordinators: Vec::new(),
         })
+    }
+
+    /// The part of the run in which its fault comes.
+    pub fn phase(&self) -> RunPhase {
+        PHASES[(self.index % 4) as usize]
+    }
+
+    /// The participant that its fault befalls.
+    pub fn participant_name(&self) -> &'static str {
+        PARTICIPANTS[(self.index / 4 % 2) as usize]
     }
 
     /// A file or folder of the trial.
@@ -136,7 +159,7 @@ impl Trial<'_> {
 
     /// The scene with more keys, run into the folder `out`.
     pub fn run_command(&self, sets: &[&str]) -> Command {
-        let mut command = Command::new(&self.stage.program);
+        let mut command = Command::new(&self.undisturbed.program);
         command.args(["run", "quick", "--json", "--out"]);
         command.arg(self.path("out"));
         for set in SCENE.iter().chain(sets) {
@@ -148,6 +171,12 @@ impl Trial<'_> {
     /// Starts the scene, its words going to files.
     pub fn start(&mut self, sets: &[&str]) -> Result<(), Error> {
         self.spawn(self.run_command(sets))
+    }
+
+    /// Starts the scene, and waits for the instant of the fault.
+    pub fn begin(&mut self, sets: &[&str]) -> Result<(), Wrong> {
+        self.start(sets)?;
+        self.reach()
     }
 
     /// Starts a command whose words go to files.
@@ -163,7 +192,7 @@ impl Trial<'_> {
     /// Starts a command.
     pub fn spawn_as_it_is(&mut self, mut command: Command) -> Result<(), Error> {
         let child = command.stdin(Stdio::null()).spawn();
-        let child = child.map_err(Error::input(self.stage.program.display()))?;
+        let child = child.map_err(Error::input(self.undisturbed.program.display()))?;
         self.coordinators.push(child.id());
         self.child = Some(child);
         Ok(())
@@ -176,9 +205,9 @@ impl Trial<'_> {
         }
     }
 
-    /// Runs a verb to its end and tells its exit code; its words go to files.
+    /// Runs a verb to its end and returns its exit code; its words go to files.
     pub fn verb(&mut self, words: &[&str]) -> Result<Option<i32>, Wrong> {
-        let mut command = Command::new(&self.stage.program);
+        let mut command = Command::new(&self.undisturbed.program);
         command.args(words).current_dir(self.folder.path());
         self.spawn(command)?;
         Ok(self.end()?.code())
@@ -200,7 +229,7 @@ impl Trial<'_> {
 
     /// Pauses for a moment; refuses to do so for ever, and after a signal.
     fn look(&self, start: Instant) -> Result<(), Wrong> {
-        if let Some(interrupted) = self.stage.watch.interrupted() {
+        if let Some(interrupted) = self.undisturbed.watch.interrupted() {
             return Err(interrupted.into());
         }
         if start.elapsed() > HANGS {
@@ -211,7 +240,7 @@ impl Trial<'_> {
     }
 
     /// Waits until something is seen, or the run has ended.
-    pub fn until(&mut self, mut seen: impl FnMut(&Trial) -> bool) -> Result<(), Wrong> {
+    pub fn until(&mut self, mut seen: impl FnMut(&FaultTrial) -> bool) -> Result<(), Wrong> {
         let start = Instant::now();
         while !seen(self) && self.is_running() {
             self.look(start)?;
@@ -224,33 +253,32 @@ impl Trial<'_> {
         child.is_some_and(|child| matches!(child.try_wait(), Ok(None)))
     }
 
-    /// Waits until a random instant of a part of the run, or until the run has ended.
-    pub fn reach(&mut self, phase: Phase, random: &mut Random) -> Result<(), Wrong> {
-        let (handshake, whole) = (self.stage.handshake, self.stage.whole);
+    /// Waits until a random instant of the part of the run, or until the run has ended.
+    pub fn reach(&mut self) -> Result<(), Wrong> {
+        let (handshake, whole) = (self.undisturbed.handshake, self.undisturbed.whole);
         let windows = whole.saturating_sub(handshake);
-        let more = match phase {
-            Phase::Handshake => handshake,
-            Phase::Windows => {
+        let more = match self.phase() {
+            RunPhase::Handshake => handshake,
+            RunPhase::Windows => {
                 self.until(|trial| trial.log().contains("windows of"))?;
                 windows
             }
-            Phase::Checkpoint => {
-                let which = 1 + random.below(10);
+            RunPhase::Checkpoint => {
+                let which = 1 + self.random.below(10);
                 self.until(|trial| {
                     let found = file::list(&trial.path("out").join(FOLDER));
-                    found
-                        .last()
-                        .is_some_and(|last| last.window >= CADENCE * which)
+                    let last = found.last();
+                    last.is_some_and(|last| last.window >= CADENCE * which)
                 })?;
                 windows / 10
             }
-            Phase::Finish => {
+            RunPhase::Finish => {
                 let fields = self.path("out/fields");
                 self.until(|_| fs::read_dir(&fields).is_ok_and(|mut all| all.next().is_some()))?;
                 windows / 10
             }
         };
-        let (start, instant) = (Instant::now(), more.mul_f64(random.share()));
+        let (start, instant) = (Instant::now(), more.mul_f64(self.random.share()));
         self.until(|_| start.elapsed() >= instant)
     }
 
@@ -265,7 +293,7 @@ impl Trial<'_> {
         Ok(found.map(|(pid, _)| pid))
     }
 
-    /// Participants that live now: all processes that were told a session in this folder.
+    /// Participants that live now: all processes whose session file is in this folder.
     pub fn participants(&self) -> Vec<(Pid, String)> {
         let folder = self.folder.path();
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -329,13 +357,19 @@ impl Trial<'_> {
 
     /// Refuses a run that did not complete with the hashes of the undisturbed one.
     pub fn is_bit_equal(&self, out: &str) -> Result<(), Wrong> {
-        if self.hashes(out) == self.stage.hashes {
+        if self.hashes(out) == self.undisturbed.hashes {
             return Ok(());
         }
         let summary = self.json(&format!("{out}/summary.json"));
         let (status, hashes) = (&summary["status"], &summary["hashes"]);
         let said = self.said();
         Err(format!("{out} is not bit-equal: {status} {hashes} {said}").into())
+    }
+
+    /// The outcome of a run that completed.
+    pub fn completed(&self) -> FaultResult {
+        self.is_bit_equal("out")?;
+        Ok(FaultOutcome::of("completed"))
     }
 
     /// Processes, and files in shared memory and of services, that are left of this trial.
@@ -347,7 +381,7 @@ impl Trial<'_> {
     }
 }
 
-impl Drop for Trial<'_> {
+impl Drop for FaultTrial<'_> {
     fn drop(&mut self) {
         if let Some(child) = &mut self.child {
             let _ = child.kill();
@@ -366,7 +400,7 @@ pub fn send(pid: Pid, signal: Signal) {
     let _ = kill(pid, signal);
 }
 
-/// The session file that a living process was told.
+/// The session file that a living process was launched with.
 fn session_of(number: i32) -> Option<PathBuf> {
     let bytes = fs::read(format!("/proc/{number}/environ")).ok()?;
     let mut variables = bytes.split(|byte| *byte == 0);

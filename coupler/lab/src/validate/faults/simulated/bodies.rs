@@ -1,7 +1,7 @@
 //! The scenes of simulated schedules: two bodies so small that a run of them takes a millisecond.
 //!
 //! - `spring`: a mass of 1 kg on a spring of 1 N/m, velocity Verlet, for the force-driven side;
-//! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side that stands on the wall:
+//! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side whose boundary is compliant:
 //!   v = a + W p with m (v_0 - v) = p.
 
 use kit::read_config;
@@ -117,7 +117,7 @@ impl State {
     }
 }
 
-/// A point of a set at a place of its own.
+/// A point of a set at a position of its own.
 fn point(x_m: f64, mass_kg: f64) -> Surface {
     Surface {
         x_m: vec![x_m],
@@ -225,13 +225,13 @@ impl Node for Spring {
     }
 }
 
-/// Masses on the wall.
+/// Masses on a compliant boundary.
 #[derive(Default)]
 struct Block {
     committed: State,
     trial: State,
     window_s: f64,
-    wall: DMatrix<f64>,
+    compliance: DMatrix<f64>,
 }
 
 impl Node for Block {
@@ -269,7 +269,7 @@ impl Node for Block {
             return Err(NodeError::protocol("a wall of another size"));
         }
         self.window_s = window_s;
-        self.wall = DMatrix::from_column_slice(size, size, compliance);
+        self.compliance = DMatrix::from_column_slice(size, size, compliance);
         Ok(())
     }
 
@@ -280,8 +280,8 @@ impl Node for Block {
     ) -> Result<BoundaryAnswer, NodeError> {
         let size = self.committed.u.len();
         let start = DVector::from_column_slice(&self.committed.v);
-        let right = DVector::from_column_slice(free_velocity) + &self.wall * &start;
-        let system = DMatrix::identity(size, size) + &self.wall;
+        let right = DVector::from_column_slice(free_velocity) + &self.compliance * &start;
+        let system = DMatrix::identity(size, size) + &self.compliance;
         let solved = system.lu().solve(&right);
         let velocity = solved.ok_or_else(|| NodeError::diverged("the wall is singular"))?;
         let moved = self.committed.u.iter().zip(velocity.iter());

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use protocol::{Frame, Link, LinkError, Node, NodeError, Session, serve};
 
-use super::weather::{Fault, Weather};
+use super::network_faults::{NetworkFault, NetworkFaults};
 
 /// Time that a message takes (ns).
 const LATENCY: u64 = 10_000;
@@ -39,7 +39,7 @@ pub struct Network {
 #[derive(Debug, Default)]
 pub struct Traces {
     /// Faults, each with the message that it befell.
-    pub faults: Vec<(u64, Fault)>,
+    pub faults: Vec<(u64, NetworkFault)>,
     /// Simulated time since the coordinator heard something (s).
     pub unheard_s: f64,
     /// Messages sent.
@@ -48,6 +48,7 @@ pub struct Traces {
     pub broken: Option<String>,
 }
 
+#[derive(Default)]
 struct State {
     now: u64,
     heard: u64,
@@ -55,7 +56,7 @@ struct State {
     /// Deliveries put on their way, which numbers those of one time.
     posted: u64,
     deliveries: u64,
-    weather: Weather,
+    faults: NetworkFaults,
     /// Deliveries to come by time and number.
     coming: BTreeMap<(u64, u64), Delivery>,
     participants: Vec<Participant>,
@@ -67,7 +68,7 @@ struct Delivery {
     frame: Frame,
     /// To the coordinator.
     answer: bool,
-    fault: Option<Fault>,
+    fault: Option<NetworkFault>,
 }
 
 struct Participant {
@@ -95,24 +96,17 @@ enum Said {
 
 impl Network {
     /// A network without participants.
-    pub fn new(weather: Weather) -> Network {
+    pub fn new(faults: NetworkFaults) -> Network {
         let state = State {
-            now: 0,
-            heard: 0,
-            messages: 0,
-            posted: 0,
-            deliveries: 0,
-            weather,
-            coming: BTreeMap::new(),
-            participants: Vec::new(),
-            broken: None,
+            faults,
+            ..State::default()
         };
         Network {
             shared: Arc::new(Mutex::new(state)),
         }
     }
 
-    /// Starts a participant; returns the coordinator's end of its connection, and where its own end will be told.
+    /// Starts a participant; returns the coordinator's end of its connection, and where the reason of its end will stand.
     pub fn join(
         &self,
         session: Session,
@@ -123,7 +117,7 @@ impl Network {
         let (says, said) = channel();
         let thread = thread::spawn(move || {
             let mut far: Box<dyn Link> = wrap(Box::new(FarEnd { hears, says }));
-            // Its reason is told to the coordinator as a fault, or is that of the network.
+            // The coordinator hears its reason as a fault, or it is that of the network.
             let _ = serve(&session, far.as_mut(), build);
         });
         let end = Arc::new(OnceLock::new());
@@ -148,14 +142,14 @@ impl Network {
         (wrap(Box::new(near)), end)
     }
 
-    /// Ends all participants and tells what came of the schedule.
+    /// Ends all participants; returns what came of the schedule.
     pub fn end(&self) -> Traces {
         let mut state = self.shared.lock().expect("nothing panics with it");
         for participant in 0..state.participants.len() {
             state.crash(participant, "the run is over");
         }
         Traces {
-            faults: std::mem::take(&mut state.weather.faults),
+            faults: std::mem::take(&mut state.faults.faults),
             unheard_s: 1e-9 * (state.now - state.heard) as f64,
             messages: state.messages,
             broken: state.broken.take(),
@@ -166,7 +160,7 @@ impl Network {
 impl State {
     /// Puts a message on its way, with the fault that befalls it.
     fn post(&mut self, participant: usize, frame: &Frame, answer: bool) {
-        let fault = self.weather.fault(self.messages);
+        let fault = self.faults.fault(self.messages);
         self.messages += 1;
         let mut delivery = Delivery {
             participant,
@@ -177,21 +171,21 @@ impl State {
         let mut at = self.now + LATENCY;
         let last = &mut self.participants[participant].not_before[usize::from(answer)];
         match fault {
-            Some(Fault::Late(time_s)) => *last = (*last).max(at + nanoseconds(time_s)),
-            Some(Fault::Overtaken(time_s)) => at = (*last).max(at) + nanoseconds(time_s),
-            Some(Fault::Flipped(bit)) => flip(&mut delivery.frame, bit),
-            Some(Fault::Crash(_) | Fault::Stall(_)) => delivery.fault = fault,
+            Some(NetworkFault::Late(time_s)) => *last = (*last).max(at + nanoseconds(time_s)),
+            Some(NetworkFault::Overtaken(time_s)) => at = (*last).max(at) + nanoseconds(time_s),
+            Some(NetworkFault::Flipped(bit)) => flip(&mut delivery.frame, bit),
+            Some(NetworkFault::Crash(_) | NetworkFault::Stall(_)) => delivery.fault = fault,
             _ => {}
         }
         at = at.max(*last);
-        if let Some(Fault::Repeated(time_s)) = fault {
+        if let Some(NetworkFault::Repeated(time_s)) = fault {
             let again = Delivery {
                 frame: frame.clone(),
                 ..delivery
             };
             self.send(at + nanoseconds(time_s), again);
         }
-        if fault != Some(Fault::Lost) {
+        if fault != Some(NetworkFault::Lost) {
             self.send(at, delivery);
         }
     }
@@ -230,11 +224,11 @@ impl State {
         self.deliveries += 1;
         let one = delivery.participant;
         match delivery.fault {
-            Some(Fault::Crash(closes)) => {
+            Some(NetworkFault::Crash(closes)) => {
                 self.crash(one, "its process ended with signal: 9 (SIGKILL)");
                 self.participants[one].closed = closes;
             }
-            Some(Fault::Stall(time_s)) => {
+            Some(NetworkFault::Stall(time_s)) => {
                 self.participants[one].stopped_until = self.now + nanoseconds(time_s);
             }
             _ => {}
@@ -326,7 +320,7 @@ fn flip(frame: &mut Frame, bit: u64) {
         4 => header.iteration ^= one(32) as u32,
         5 => header.window ^= one(64),
         6 => header.step ^= one(64),
-        // A body would take as many steps as it is told: the upper bits would only cost time.
+        // A body would take as many steps as the number says: the upper bits would only cost time.
         7 => header.substeps ^= one(12) as u32,
         8 => header.count ^= one(32) as u32,
         9 => header.t0_s = flipped(header.t0_s),

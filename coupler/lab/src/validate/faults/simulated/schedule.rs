@@ -3,8 +3,8 @@
 //! Right is
 //! - a run that completes with the hashes of exchange and state of the undisturbed one, which went over in-process channels;
 //! - a named end: a lost participant, a broken conversation or a missed deadline (exit codes 4 and 5; 2 where the flipped bit is
-//!   in the protocol's version) whose message names a participant, told when at most a deadline has passed since the coordinator
-//!   heard something. Where there is a checkpoint, the run then goes on from it, in fair weather, to the hashes of the
+//!   in the protocol's version) whose message names a participant, and comes when at most a deadline has passed since the coordinator
+//!   heard something. Where there is a checkpoint, the run then goes on from it, without faults, to the hashes of the
 //!   undisturbed one;
 //! - and nothing but the first where the faults only took time, less than a deadline in all.
 //!
@@ -17,20 +17,24 @@ use protocol::Transport;
 
 use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
-use super::weather::{Fault, Weather};
+use super::network_faults::{NetworkFault, NetworkFaults};
+use crate::quiet::{quiet_run, whole};
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
-use coordinator::run::checkpoint::find;
-use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run, run_among};
+use coordinator::run::checkpoint::{RestartPoint, find};
+use coordinator::run::session::{Ended, fresh_run_id, run, run_among};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
+
+/// Name of a program that no simulated run starts.
+const PROGRAM: &str = "thirdbody";
 
 /// Waits of the coordinator end a little after their deadline, by the length of one look at its connections.
 const SLACK_S: f64 = 0.1;
 
 /// The end of a schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ScheduleEnd {
     /// It completed, bit-equal.
     Completed,
     /// It ended early and said so.
@@ -53,22 +57,22 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Runs each scene undisturbed, over in-process channels and behind a network in fair weather: these must be equal.
+    /// Runs each scene undisturbed, over in-process channels and behind a network without faults: these must be equal.
     pub fn new(wrap: Wrap) -> Result<Simulation, String> {
         let loaded = scenes().map_err(|error| error.to_string())?;
         let references = loaded.into_iter().map(|loaded| {
             let out = Scratch::in_memory("undisturbed", fresh_run_id());
-            let ended = with_options(out.path(), |options| run(&loaded, options));
-            let end = hashes(&ended.map_err(|error| error.to_string())?)?;
+            let registry = registry();
+            let ended = run(&loaded, &quiet_run(out.path(), &registry, PROGRAM.as_ref()));
+            let end = hashes(ended)?;
             let mut reference = Reference {
                 loaded,
                 end,
                 messages: 0,
             };
-            let (ended, traces) = attempt(&reference.loaded, Weather::fair(), wrap, None);
+            let (ended, traces) = attempt(&reference.loaded, NetworkFaults::none(), wrap, None);
             reference.messages = traces.messages;
-            let simulated = hashes(&ended.map_err(|error| error.to_string())?)?;
-            if simulated != reference.end {
+            if hashes(ended)? != reference.end {
                 return Err("a simulated network in fair weather changes the bits".into());
             }
             Ok(reference)
@@ -80,11 +84,16 @@ impl Simulation {
     }
 
     /// Runs the schedule of a seed; the error says what is wrong with its end.
-    pub fn schedule(&self, seed: u64) -> Result<Verdict, String> {
+    pub fn schedule(&self, seed: u64) -> Result<ScheduleEnd, String> {
         let reference = &self.references[(seed % self.references.len() as u64) as usize];
-        let weather = Weather::new(seed, reference.messages);
+        let network_faults = NetworkFaults::new(seed, reference.messages);
         let out = Scratch::in_memory("schedule", fresh_run_id());
-        let (ended, traces) = attempt(&reference.loaded, weather, self.wrap, Some(out.path()));
+        let (ended, traces) = attempt(
+            &reference.loaded,
+            network_faults,
+            self.wrap,
+            Some(out.path()),
+        );
         let judged = self.judge(reference, ended, &traces, out.path());
         judged.map_err(|why| format!("schedule {seed}, faults {:?}: {why}", traces.faults))
     }
@@ -95,16 +104,13 @@ impl Simulation {
         ended: Result<Ended, Error>,
         traces: &Traces,
         out: &Path,
-    ) -> Result<Verdict, String> {
+    ) -> Result<ScheduleEnd, String> {
         if let Some(broken) = &traces.broken {
             return Err(broken.clone());
         }
-        let error = match ended {
+        let error = match whole(ended) {
             Err(error) => error,
-            Ok(Ended {
-                error: Some(error), ..
-            }) => error,
-            Ok(ended) if hashes(&ended)? == reference.end => return Ok(Verdict::Completed),
+            Ok(ended) if end_of(&ended) == reference.end => return Ok(ScheduleEnd::Completed),
             Ok(_) => return Err("it completed with other hashes".into()),
         };
         named(&error, traces)?;
@@ -112,31 +118,27 @@ impl Simulation {
     }
 
     /// Goes on from what an ended run left, if it left a checkpoint.
-    fn resumed(&self, reference: &Reference, left: &Path) -> Result<Verdict, String> {
+    fn resumed(&self, reference: &Reference, left: &Path) -> Result<ScheduleEnd, String> {
         let loaded = &reference.loaded;
         let found = find(left, loaded, None).map_err(|error| error.to_string())?;
         let Some(restart) = found.0 else {
-            return Ok(Verdict::Named);
+            return Ok(ScheduleEnd::Named);
         };
         let out = Scratch::in_memory("resumed", fresh_run_id());
-        let network = Network::new(Weather::fair());
-        let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
-        let ended = with_options(out.path(), |options| {
-            run_among(loaded, options, Some(&restart), &launch)
-        });
+        let network = Network::new(NetworkFaults::none());
+        let ended = run_behind(&network, loaded, self.wrap, out.path(), Some(&restart));
         network.end();
-        let ended = ended.map_err(|error| error.to_string())?;
-        if hashes(&ended)? != reference.end {
+        if hashes(ended)? != reference.end {
             return Err("it went on from a checkpoint to other hashes".into());
         }
-        Ok(Verdict::Resumed)
+        Ok(ScheduleEnd::Resumed)
     }
 }
 
 /// Refuses an error that does not say what happened, or too late, or without cause.
 fn named(error: &Error, traces: &Traces) -> Result<(), String> {
     let faults = || traces.faults.iter().map(|(_, fault)| *fault);
-    let flipped = faults().any(|fault| matches!(fault, Fault::Flipped(_)));
+    let flipped = faults().any(|fault| matches!(fault, NetworkFault::Flipped(_)));
     let code = error.exit_code();
     let said = error.to_string();
     let names = ["block", "left", "right"];
@@ -148,7 +150,7 @@ fn named(error: &Error, traces: &Traces) -> Result<(), String> {
         return Err(format!("{said}, but only after {} s", traces.unheard_s));
     }
     let takes = |fault| match fault {
-        Fault::Late(time_s) | Fault::Stall(time_s) => time_s,
+        NetworkFault::Late(time_s) | NetworkFault::Stall(time_s) => time_s,
         _ => f64::INFINITY,
     };
     let lost_s: f64 = faults().map(takes).sum();
@@ -161,17 +163,15 @@ fn named(error: &Error, traces: &Traces) -> Result<(), String> {
 /// A run behind a network, its directory at `out` or nowhere.
 fn attempt(
     loaded: &Loaded,
-    weather: Weather,
+    network_faults: NetworkFaults,
     wrap: Wrap,
     out: Option<&Path>,
 ) -> (Result<Ended, Error>, Traces) {
-    let network = Network::new(weather);
+    let network = Network::new(network_faults);
     let scratch = Scratch::in_memory("fair", fresh_run_id());
-    let launch = |launcher: &Launcher| start(launcher, &network, wrap);
+    let out = out.unwrap_or(scratch.path());
     let tried = catch_unwind(AssertUnwindSafe(|| {
-        with_options(out.unwrap_or(scratch.path()), |options| {
-            run_among(loaded, options, None, &launch)
-        })
+        run_behind(&network, loaded, wrap, out, None)
     }));
     let mut traces = network.end();
     let ended = tried.unwrap_or_else(|_| {
@@ -181,18 +181,18 @@ fn attempt(
     (ended, traces)
 }
 
-fn with_options<T>(out: &Path, go: impl FnOnce(&RunOptions) -> T) -> T {
-    go(&RunOptions {
-        out: Some(out),
-        threads: 1,
-        registry: &registry(),
-        program: "thirdbody".into(),
-        watch: Watch::default(),
-        progress: false,
-        strict: false,
-        dry_run: false,
-        budget: None,
-    })
+/// A run, or what follows on a checkpoint of one, whose participants are behind a network.
+fn run_behind(
+    network: &Network,
+    loaded: &Loaded,
+    wrap: Wrap,
+    out: &Path,
+    from: Option<&RestartPoint>,
+) -> Result<Ended, Error> {
+    let registry = registry();
+    let options = quiet_run(out, &registry, PROGRAM.as_ref());
+    let launch = |launcher: &Launcher| start(launcher, network, wrap);
+    run_among(loaded, &options, from, &launch)
 }
 
 /// Starts the participants behind the network.
@@ -215,10 +215,13 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
 }
 
 /// Exit code and hashes of a run that came to its end.
-fn hashes(ended: &Ended) -> Result<(i32, String), String> {
-    if let Some(error) = &ended.error {
-        return Err(error.to_string());
-    }
+fn end_of(ended: &Ended) -> (i32, String) {
     let hashes = ended.summary.value()["hashes"].to_string();
-    Ok((ended.summary.exit_code(), hashes))
+    (ended.summary.exit_code(), hashes)
+}
+
+/// The same of one that must have come to its end.
+fn hashes(ended: Result<Ended, Error>) -> Result<(i32, String), String> {
+    let ended = whole(ended).map_err(|error| error.to_string())?;
+    Ok(end_of(&ended))
 }

@@ -1,4 +1,4 @@
-//! Patience with tasks that other processes do: for as long as their hearts beat.
+//! Heartbeats of tasks that other processes do, watched for silence.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -6,15 +6,15 @@ use std::time::{Duration, Instant};
 /// The latest heartbeats and when each was first seen. Counted by the watcher's own clock, so that those of other machines need not
 /// agree with it.
 #[derive(Debug)]
-pub struct Patience {
+pub struct HeartbeatWatch {
     longest: Duration,
     seen: BTreeMap<String, (String, Instant)>,
 }
 
-impl Patience {
-    /// Patience for a silence of this length.
-    pub fn new(longest: Duration) -> Patience {
-        Patience {
+impl HeartbeatWatch {
+    /// A watch that allows a silence of this length.
+    pub fn new(longest: Duration) -> HeartbeatWatch {
+        HeartbeatWatch {
             longest,
             seen: BTreeMap::new(),
         }
@@ -44,14 +44,14 @@ mod tests {
 
     #[test]
     fn patience_lasts_while_the_heart_beats_and_begins_anew_when_told() {
-        let mut patience = Patience::new(Duration::from_millis(20));
-        assert!(!patience.is_over("a", "1".into()));
+        let mut heartbeats = HeartbeatWatch::new(Duration::from_millis(20));
+        assert!(!heartbeats.is_over("a", "1".into()));
         std::thread::sleep(Duration::from_millis(30));
-        assert!(!patience.is_over("a", "2".into()));
-        assert!(!patience.is_over("b", "1".into()));
+        assert!(!heartbeats.is_over("a", "2".into()));
+        assert!(!heartbeats.is_over("b", "1".into()));
         std::thread::sleep(Duration::from_millis(30));
-        assert!(patience.is_over("a", "2".into()));
-        patience.forget("a");
-        assert!(!patience.is_over("a", "2".into()));
+        assert!(heartbeats.is_over("a", "2".into()));
+        heartbeats.forget("a");
+        assert!(!heartbeats.is_over("a", "2".into()));
     }
 }

@@ -20,7 +20,7 @@ use scheme::join::step_of;
 use scheme::keys::Interface;
 
 /// Circumstances of the trials.
-pub struct Options<'a> {
+pub struct ConformOptions<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
     /// The program whose `node` verb serves them.
@@ -32,17 +32,17 @@ pub struct Options<'a> {
 }
 
 /// Participants of a scenario, launched one at a time.
-pub struct Stage<'a> {
+pub struct ScenarioLauncher<'a> {
     loaded: &'a Loaded,
-    options: &'a Options<'a>,
+    options: &'a ConformOptions<'a>,
     scratch: Scratch,
     launched: Cell<u64>,
 }
 
-impl<'a> Stage<'a> {
-    /// The stage of a scenario.
-    pub fn new(loaded: &'a Loaded, options: &'a Options<'a>) -> Stage<'a> {
-        Stage {
+impl<'a> ScenarioLauncher<'a> {
+    /// The launcher of a scenario's participants.
+    pub fn new(loaded: &'a Loaded, options: &'a ConformOptions<'a>) -> ScenarioLauncher<'a> {
+        ScenarioLauncher {
             loaded,
             options,
             scratch: Scratch::new("conform", fresh_run_id()),
@@ -73,7 +73,7 @@ impl<'a> Stage<'a> {
         threads: usize,
     ) -> Result<(Peers, Vec<Greeted>), Error> {
         let run_id = fresh_run_id();
-        let place = self.scratch.path().join(self.launched.get().to_string());
+        let folder = self.scratch.path().join(self.launched.get().to_string());
         self.launched.set(self.launched.get() + 1);
         let launcher = Launcher {
             loaded: self.loaded,
@@ -81,7 +81,7 @@ impl<'a> Stage<'a> {
             program: self.options.program.clone(),
             run_id,
             threads,
-            rundir: &RunDir::create(Some(&place), &self.scenario().run.name, run_id)?,
+            rundir: &RunDir::create(Some(&folder), &self.scenario().run.name, run_id)?,
         };
         let mut peers = launcher.start(participants, self.options.watch.clone())?;
         let greeted = greet(&mut peers, self.loaded, run_id)?;
@@ -92,78 +92,84 @@ impl<'a> Stage<'a> {
 /// The part that the participant takes in a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// It is told forces and answers motion.
+    /// It is given forces and answers motion.
     ForceDriven,
-    /// It is told the motion of its points and answers forces.
+    /// It is given the motion of its points and answers forces.
     MotionDriven,
     /// It runs alone.
     Alone,
 }
 
+impl Part {
+    /// The part of a participant that is joined with others.
+    pub fn joined(description: &Description) -> Part {
+        if description.capabilities.advance {
+            Part::ForceDriven
+        } else {
+            Part::MotionDriven
+        }
+    }
+}
+
 /// The participant that is tried.
-pub struct Subject<'a> {
+#[derive(Clone)]
+pub struct TestedParticipant<'a> {
     /// Launches it.
-    pub stage: &'a Stage<'a>,
+    pub launcher: &'a ScenarioLauncher<'a>,
     /// Its entry in the scenario.
     pub participant: &'a Participant,
     /// Its description of itself.
-    pub told: Description,
+    pub description: Description,
     /// Its part.
     pub part: Part,
     /// Its sets that interfaces name, in their order.
     pub sets: Vec<String>,
     /// Its windows.
     pub clock: Clock,
-    /// Compliance (1/kg) of the boundary in its lives, once it is known what yields to it; rigid before.
+    /// Compliance (1/kg) of the boundary in its launches, once the layer's stiffness is known; rigid before.
     pub boundary: OnceCell<DMatrix<f64>>,
 }
 
-impl<'a> Subject<'a> {
-    /// The participant that said this of itself.
+impl<'a> TestedParticipant<'a> {
+    /// The participant that described itself like this.
     pub fn new(
-        stage: &'a Stage<'a>,
+        launcher: &'a ScenarioLauncher<'a>,
         participant: &'a Participant,
-        told: Description,
-    ) -> Result<Subject<'a>, Error> {
-        let scenario = &stage.loaded.scenario;
+        description: Description,
+    ) -> Result<TestedParticipant<'a>, Error> {
+        let scenario = launcher.scenario();
         let own = |interface: &&Interface| interface.participants().contains(&&*participant.name);
         let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
-        let offers = told.capabilities;
-        let part = match (interfaces.is_empty(), offers.advance) {
-            (true, _) => Part::Alone,
-            (false, true) => Part::ForceDriven,
-            (false, false) => Part::MotionDriven,
+        let (part, clock) = match interfaces.first() {
+            None => {
+                let problem = "has no step of its own, so that there is no window to try it with";
+                let missing = || Refusal::participant(&participant.name, problem);
+                let clock = Clock {
+                    step_s: description.step_s.ok_or_else(missing)?,
+                    substeps: scenario.run.output.alone_steps,
+                };
+                (Part::Alone, clock)
+            }
+            Some(interface) => {
+                let part = Part::joined(&description);
+                let step_s = match part {
+                    Part::MotionDriven => step_of_other_side(launcher, interface, participant)?,
+                    _ => step_of(interface, &participant.name, description.step_s)?,
+                };
+                let substeps = interface.substeps;
+                (part, Clock { step_s, substeps })
+            }
         };
         let sets = interfaces.iter().flat_map(|interface| &interface.between);
         let sets = sets.filter_map(|side| side.split_once('.'));
         let sets = sets.filter(|(name, _)| *name == participant.name);
-        let clock = match interfaces.first() {
-            None => Clock {
-                step_s: told.step_s.ok_or_else(|| {
-                    let problem =
-                        "has no step of its own, so that there is no window to try it with";
-                    Refusal::participant(&participant.name, problem)
-                })?,
-                substeps: scenario.run.output.alone_steps,
-            },
-            Some(interface) => {
-                let step_s = match part {
-                    Part::MotionDriven => step_of_other_side(stage, interface, participant)?,
-                    _ => step_of(interface, &participant.name, told.step_s)?,
-                };
-                Clock {
-                    step_s,
-                    substeps: interface.substeps,
-                }
-            }
-        };
-        Ok(Subject {
-            stage,
+        Ok(TestedParticipant {
+            launcher,
             participant,
             part,
             sets: sets.map(|(_, set)| set.to_string()).collect(),
             clock,
-            told,
+            description,
             boundary: OnceCell::new(),
         })
     }
@@ -171,15 +177,15 @@ impl<'a> Subject<'a> {
 
 /// The step of the continuum that a motion-driven participant is joined with; that one is launched for it.
 fn step_of_other_side(
-    stage: &Stage,
+    launcher: &ScenarioLauncher,
     interface: &Interface,
     participant: &Participant,
 ) -> Result<f64, Error> {
-    let mut all = stage.loaded.scenario.participant.iter();
+    let mut all = launcher.scenario().participant.iter();
     let names = interface.participants();
     let other = all.find(|other| other.name != participant.name && names.contains(&&*other.name));
     let other = other
         .ok_or_else(|| Refusal::from(Unfit::interface(&interface.name, "joins one participant")))?;
-    let (_, greeted) = stage.launch(other, 1)?;
+    let (_, greeted) = launcher.launch(other, 1)?;
     Ok(step_of(interface, &other.name, greeted.description.step_s)?)
 }

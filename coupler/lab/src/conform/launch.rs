@@ -7,7 +7,7 @@ use protocol::frame::packed;
 use protocol::serve::Farewell;
 use protocol::{Frame, Kind, NodeError, Reaction, Surface, Window};
 
-use super::subject::{Part, Subject};
+use super::tested::{Part, TestedParticipant};
 use coordinator::error::Error;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::handshake::Greeted;
@@ -21,65 +21,65 @@ use scheme::participants::{Participants, Request};
 const IT: usize = 0;
 
 /// A participant that is joined and ready for its first window.
-pub struct Life<'a> {
-    subject: &'a Subject<'a>,
+pub struct Launch<'a> {
+    tested: &'a TestedParticipant<'a>,
     peers: Peers,
     greeted: Vec<Greeted>,
     /// Its points, set after set.
     pub surface: Surface,
     /// Number of those that are exchanged.
     exchanged: usize,
-    /// Displacement (m) of points whose motion it is told.
-    place: Vec<f64>,
-    born: Instant,
+    /// Displacement (m) of the points of a motion-driven participant.
+    displacement: Vec<f64>,
+    launched: Instant,
 }
 
-/// The end of a life.
-pub struct Death {
+/// The end of a launch.
+pub struct LaunchEnd {
     /// Its last words.
     pub farewell: Farewell,
     /// Time from its launch to the farewell.
     pub lived: Duration,
 }
 
-impl<'a> Life<'a> {
+impl<'a> Launch<'a> {
     /// Launches the participant and couples its sets, all points of them.
-    pub fn new(subject: &'a Subject<'a>, threads: usize) -> Result<Life<'a>, Error> {
-        Life::exchanging(subject, threads, |_| true)
+    pub fn new(tested: &'a TestedParticipant<'a>, threads: usize) -> Result<Launch<'a>, Error> {
+        Launch::exchanging(tested, threads, |_| true)
     }
 
     /// The same with some of its points only.
     pub fn exchanging(
-        subject: &'a Subject<'a>,
+        tested: &'a TestedParticipant<'a>,
         threads: usize,
         chosen: impl Fn(usize) -> bool,
-    ) -> Result<Life<'a>, Error> {
-        let born = Instant::now();
-        let (peers, greeted) = subject.stage.launch(subject.participant, threads)?;
-        let mut life = Life {
-            subject,
+    ) -> Result<Launch<'a>, Error> {
+        let launched = Instant::now();
+        let (peers, greeted) = tested.launcher.launch(tested.participant, threads)?;
+        let mut launch = Launch {
+            tested,
             peers,
             greeted: vec![greeted],
             surface: Surface::default(),
             exchanged: 0,
-            place: Vec::new(),
-            born,
+            displacement: Vec::new(),
+            launched,
         };
-        for set in &subject.sets {
-            let surface = life.remote().couple(IT, set)?;
-            append(&mut life.surface, &surface);
+        for set in &tested.sets {
+            let surface = launch.remote().couple(IT, set)?;
+            append(&mut launch.surface, &surface);
         }
-        if subject.part != Part::Alone {
-            let points = (0..life.surface.len()).filter(|point| chosen(*point));
+        if tested.part != Part::Alone {
+            let points = (0..launch.surface.len()).filter(|point| chosen(*point));
             let points: Vec<usize> = points.collect();
-            life.exchanged = points.len();
-            life.remote().select(IT, &points)?;
+            launch.exchanged = points.len();
+            launch.remote().select(IT, &points)?;
         }
-        if subject.part == Part::MotionDriven {
-            life.place = vec![0.0; life.size()];
+        if tested.part == Part::MotionDriven {
+            launch.displacement = vec![0.0; launch.size()];
         }
-        life.repeat_boundary()?;
-        Ok(life)
+        launch.repeat_boundary()?;
+        Ok(launch)
     }
 
     /// The participant behind the port that schemes use.
@@ -98,7 +98,7 @@ impl<'a> Life<'a> {
 
     /// Window `index` of the scenario's length.
     pub fn window(&self, index: u64) -> Window {
-        let clock = &self.subject.clock;
+        let clock = &self.tested.clock;
         clock.window(index, index * u64::from(clock.substeps), clock.substeps)
     }
 
@@ -114,7 +114,7 @@ impl<'a> Life<'a> {
     /// (m), or forces (N), velocities (m/s), iterations, residual and convergence.
     pub fn ask(&mut self, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
         let size = self.size();
-        let (kind, answer, length) = match self.subject.part {
+        let (kind, answer, length) = match self.tested.part {
             Part::Alone => return Ok(Vec::new()),
             Part::ForceDriven => (Kind::Advance, Kind::Motion, size),
             Part::MotionDriven => (Kind::Solve, Kind::Force, 2 * size + 3),
@@ -123,9 +123,16 @@ impl<'a> Life<'a> {
         self.speak().receive_numbers(IT, answer, window, length)
     }
 
+    /// Asks for a window and accepts it; returns answer and report.
+    pub fn go(&mut self, window: &Window, load: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let answer = self.ask(window, load)?;
+        let report = self.accept(window, &answer)?;
+        Ok((answer, report))
+    }
+
     /// Accepts the window that this was the answer for, and returns the report. One that runs alone is asked for its window here.
     pub fn accept(&mut self, window: &Window, answer: &[f64]) -> Result<Vec<f64>, Error> {
-        if self.subject.part == Part::Alone {
+        if self.tested.part == Part::Alone {
             let kinds = (Kind::AdvanceAlone, Kind::Report);
             return Ok(self.speak().ask(IT, kinds, window, &[])?.payload);
         }
@@ -135,13 +142,13 @@ impl<'a> Life<'a> {
 
     /// The same, the report being read later.
     pub fn accept_without_reading(&mut self, window: &Window, answer: &[f64]) -> Result<(), Error> {
-        let (size, length) = (self.place.len(), window.t1_s - window.t0_s);
+        let (size, length) = (self.displacement.len(), window.t1_s - window.t0_s);
         let velocities = answer.get(size..2 * size).unwrap_or_default();
-        for (place, velocity) in self.place.iter_mut().zip(velocities) {
-            *place += length * velocity;
+        for (displacement, velocity) in self.displacement.iter_mut().zip(velocities) {
+            *displacement += length * velocity;
         }
-        let place = self.place.clone();
-        Ok(self.remote().accept(IT, window, &place)?)
+        let displacement = self.displacement.clone();
+        Ok(self.remote().accept(IT, window, &displacement)?)
     }
 
     /// Reads the report of the window that was accepted.
@@ -179,38 +186,39 @@ impl<'a> Life<'a> {
     /// Lets it write its fields.
     pub fn snapshot(&mut self, name: &str) -> Result<(), Error> {
         let kinds = (Kind::Snapshot, Kind::Saved);
-        let window = Window::default();
-        self.speak().ask(IT, kinds, &window, packed(name))?;
-        Ok(())
+        self.request(kinds, &packed(name)).map(|_| ())
+    }
+
+    /// Its answer of this kind to a request that has no window.
+    fn request(&mut self, kinds: (Kind, Kind), payload: &[f64]) -> Result<Frame, Error> {
+        self.speak().ask(IT, kinds, &Window::default(), payload)
     }
 
     /// Its committed state.
     pub fn checkpoint(&mut self) -> Result<Frame, Error> {
-        let kinds = (Kind::Checkpoint, Kind::State);
-        self.speak().ask(IT, kinds, &Window::default(), &[])
+        self.request((Kind::Checkpoint, Kind::State), &[])
     }
 
-    /// Makes a state of another life the committed one, its points being where those were.
-    pub fn restore(&mut self, state: &Frame, place: &[f64]) -> Result<(), Error> {
-        self.place = place.to_vec();
-        let (kinds, window) = ((Kind::Restore, Kind::Restored), Window::default());
-        self.speak().ask(IT, kinds, &window, &state.payload)?;
-        Ok(())
+    /// Makes a state of another launch the committed one, with the displacement of its points.
+    pub fn restore(&mut self, state: &Frame, displacement: &[f64]) -> Result<(), Error> {
+        self.displacement = displacement.to_vec();
+        let kinds = (Kind::Restore, Kind::Restored);
+        self.request(kinds, &state.payload).map(|_| ())
     }
 
     /// Announces the boundary; once more as the coordinator does after a restart.
     pub fn repeat_boundary(&mut self) -> Result<(), Error> {
-        if self.subject.part != Part::MotionDriven {
+        if self.tested.part != Part::MotionDriven {
             return Ok(());
         }
         let rigid = DMatrix::zeros(self.size(), self.size());
-        let boundary = self.subject.boundary.get().unwrap_or(&rigid);
-        self.set_boundary(self.subject.clock.window_s(), boundary)
+        let boundary = self.tested.boundary.get().unwrap_or(&rigid);
+        self.set_boundary(self.tested.clock.window_s(), boundary)
     }
 
-    /// Displacement (m) of points whose motion it is told.
-    pub fn place(&self) -> Vec<f64> {
-        self.place.clone()
+    /// Displacement (m) of the points of a motion-driven participant.
+    pub fn displacement(&self) -> Vec<f64> {
+        self.displacement.clone()
     }
 
     /// Couples a set, whether there is one of this name or not.
@@ -219,19 +227,23 @@ impl<'a> Life<'a> {
     }
 
     /// Says farewell.
-    pub fn finish(&mut self) -> Result<Death, Error> {
-        let (kinds, window) = ((Kind::Finish, Kind::Finished), Window::default());
-        let frame = self.speak().ask(IT, kinds, &window, &[])?;
+    pub fn finish(&mut self) -> Result<LaunchEnd, Error> {
+        let frame = self.request((Kind::Finish, Kind::Finished), &[])?;
         let farewell = read_farewell(&frame).map_err(|why| self.peers.protocol_error(IT, why))?;
-        Ok(Death {
+        Ok(LaunchEnd {
             farewell,
-            lived: self.born.elapsed(),
+            lived: self.launched.elapsed(),
         })
     }
 
-    /// Its process, unless it lives in this one.
+    /// Its process, unless it runs in this one.
     pub fn process(&mut self) -> Option<&mut Process> {
         self.peers.peer(IT).process()
+    }
+
+    /// True if its process does not end within a time.
+    pub fn outlives(&mut self, time: Duration) -> bool {
+        self.process().is_some_and(|it| !it.ends_within(time))
     }
 
     /// Goes away without a word, as a coordinator does that is killed.

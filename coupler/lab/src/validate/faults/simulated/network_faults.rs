@@ -5,7 +5,7 @@ use crate::random::Random;
 
 /// A fault that befalls a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum NetworkFault {
     /// It comes later, and all behind it too (s).
     Late(f64),
     /// It comes later, others overtake it (s).
@@ -22,31 +22,31 @@ pub enum Fault {
     Stall(f64),
 }
 
-impl Fault {
+impl NetworkFault {
     /// Tells if a run must go on as if nothing had been: it only takes time.
     pub fn only_takes_time(self) -> bool {
-        matches!(self, Fault::Late(_) | Fault::Stall(_))
+        matches!(self, NetworkFault::Late(_) | NetworkFault::Stall(_))
     }
 }
 
 /// The faults of one schedule.
-#[derive(Clone, Debug)]
-pub struct Weather {
+#[derive(Clone, Debug, Default)]
+pub struct NetworkFaults {
     random: Random,
     /// The message that the only fault befalls; none for a schedule of many.
     only: Option<u64>,
     /// Share of messages that a fault befalls otherwise.
     often: f64,
     /// Faults so far, each with the message that it befell.
-    pub faults: Vec<(u64, Fault)>,
+    pub faults: Vec<(u64, NetworkFault)>,
 }
 
-impl Weather {
-    /// The weather of a seed; a run has about so many messages.
-    pub fn new(seed: u64, messages: u64) -> Weather {
+impl NetworkFaults {
+    /// The faults of a seed; a run has about so many messages.
+    pub fn new(seed: u64, messages: u64) -> NetworkFaults {
         let mut random = Random::new(seed);
         let single = random.below(2) == 0;
-        Weather {
+        NetworkFaults {
             only: single.then(|| random.below(messages)),
             often: random.between(2e-3, 0.2),
             random,
@@ -55,17 +55,12 @@ impl Weather {
     }
 
     /// No faults at all.
-    pub fn fair() -> Weather {
-        Weather {
-            random: Random::new(0),
-            only: None,
-            often: 0.0,
-            faults: Vec::new(),
-        }
+    pub fn none() -> NetworkFaults {
+        NetworkFaults::default()
     }
 
     /// The fault that befalls this message.
-    pub fn fault(&mut self, message: u64) -> Option<Fault> {
+    pub fn fault(&mut self, message: u64) -> Option<NetworkFault> {
         let due = match self.only {
             Some(only) => only == message,
             None => self.often > 0.0 && self.random.share() < self.often,
@@ -78,18 +73,18 @@ impl Weather {
         Some(fault)
     }
 
-    fn draw(&mut self) -> Fault {
+    fn draw(&mut self) -> NetworkFault {
         let random = &mut self.random;
         // From much shorter than a window of simulated time to beyond every deadline.
         let time_s = random.between(1e-4, 4.0 * DEADLINE_S);
         match random.below(7) {
-            0 => Fault::Late(time_s),
-            1 => Fault::Overtaken(time_s),
-            2 => Fault::Lost,
-            3 => Fault::Repeated(time_s),
-            4 => Fault::Flipped(random.draw()),
-            5 => Fault::Crash(random.below(2) == 0),
-            _ => Fault::Stall(time_s),
+            0 => NetworkFault::Late(time_s),
+            1 => NetworkFault::Overtaken(time_s),
+            2 => NetworkFault::Lost,
+            3 => NetworkFault::Repeated(time_s),
+            4 => NetworkFault::Flipped(random.draw()),
+            5 => NetworkFault::Crash(random.below(2) == 0),
+            _ => NetworkFault::Stall(time_s),
         }
     }
 }

@@ -6,9 +6,8 @@ use std::time::Instant;
 use nix::sys::signal::Signal;
 
 use super::resumes::resumes;
-use super::row::{Outcome, Tried};
-use super::trial::{Phase, Trial};
-use crate::random::Random;
+use super::row::{FaultOutcome, FaultResult};
+use super::trial::FaultTrial;
 
 /// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
 const BLOCK: u64 = 512;
@@ -26,24 +25,18 @@ fn limited(command: &Command, blocks: u64) -> Command {
 /// Lets no file of the run become longer than a random limit, which stands for a full disk and needs no rights of a
 /// superuser. It holds for shared memory too, so that the solvers run as threads. Right: the run ends with code 9 and
 /// names the file, its summary says so, and it resumes bit-equal where there is room; or it fits and completes bit-equal.
-pub fn disk(trial: &mut Trial, random: &mut Random) -> Tried {
+pub fn disk(trial: &mut FaultTrial) -> FaultResult {
     // From where the scenario and the summary fit to where the log does.
-    let bytes = random.between(1.5e4, 6e5);
+    let bytes = trial.random.between(1.5e4, 6e5);
     let command = trial.run_command(&["run.transport=channel"]);
     trial.spawn(limited(&command, bytes as u64 / BLOCK))?;
     let status = trial.end()?;
     let summary = trial.json("out/summary.json");
     let said = trial.said();
     match status.code() {
-        Some(0) => {
-            trial.is_bit_equal("out")?;
-            Ok(Outcome {
-                word: "completed",
-                ..Outcome::default()
-            })
-        }
+        Some(0) => trial.completed(),
         Some(9) if summary["status"] == "output_failed" && said.contains("File too large") => {
-            Ok(Outcome {
+            Ok(FaultOutcome {
                 word: "named",
                 detection_s: None,
                 windows_lost: resumes(trial)?,
@@ -55,9 +48,9 @@ pub fn disk(trial: &mut Trial, random: &mut Random) -> Tried {
 
 /// Leaves no room in shared memory: the same limit, below what a connection needs. Right: the run ends at once with a
 /// message that says shared memory, and the next one, with room, is bit-equal.
-pub fn shared_memory(trial: &mut Trial, random: &mut Random) -> Tried {
+pub fn shared_memory(trial: &mut FaultTrial) -> FaultResult {
     let command = trial.run_command(&[]);
-    let bytes = random.between(2e4, 2e5);
+    let bytes = trial.random.between(2e4, 2e5);
     trial.spawn(limited(&command, bytes as u64 / BLOCK))?;
     let start = Instant::now();
     let status = trial.end()?;
@@ -67,7 +60,7 @@ pub fn shared_memory(trial: &mut Trial, random: &mut Random) -> Tried {
         return Err(format!("{status}: {said}").into());
     }
     resumes(trial)?;
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "named",
         detection_s: Some(detection_s),
         windows_lost: None,
@@ -76,27 +69,22 @@ pub fn shared_memory(trial: &mut Trial, random: &mut Random) -> Tried {
 
 /// Closes the terminal: nobody reads what the run says, and in every other trial it is told so (SIGHUP). Right: it ends by
 /// that signal in order (code 129) and resumes bit-equal, or it completes bit-equal.
-pub fn terminal(trial: &mut Trial, random: &mut Random, phase: Phase, told: bool) -> Tried {
+pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
     let mut command = trial.run_command(&[]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     trial.spawn_as_it_is(command)?;
     trial.close_output();
-    trial.reach(phase, random)?;
+    trial.reach()?;
     let start = Instant::now();
-    if told {
+    let hung_up = trial.index.is_multiple_of(2);
+    if hung_up {
         trial.signal(Signal::SIGHUP);
     }
     let status = trial.end()?;
     let detection_s = start.elapsed().as_secs_f64();
     match status.code() {
-        Some(0) => {
-            trial.is_bit_equal("out")?;
-            Ok(Outcome {
-                word: "completed",
-                ..Outcome::default()
-            })
-        }
-        Some(129) if told => Ok(Outcome {
+        Some(0) => trial.completed(),
+        Some(129) if hung_up => Ok(FaultOutcome {
             word: "ended in order",
             detection_s: Some(detection_s),
             windows_lost: resumes(trial)?,

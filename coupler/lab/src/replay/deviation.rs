@@ -10,7 +10,7 @@ use protocol::{Frame, Kind};
 pub struct Deviation {
     /// Over the largest number of its kind that the log held so far.
     pub rel: f64,
-    /// Place in the payload.
+    /// Index in the payload.
     pub entry: usize,
 }
 

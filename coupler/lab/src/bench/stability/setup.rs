@@ -2,7 +2,7 @@
 
 use protocol::{BoundaryInertia, larger};
 
-use super::bar::Bar;
+use super::bar::UnitBar;
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
 use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
@@ -13,20 +13,20 @@ use scheme::predict::sprung_mass::Masses;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
+pub struct StabilitySetup {
     /// The continuum.
-    pub bar: Bar,
+    pub bar: UnitBar,
     /// Steps in a window.
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
     pub scheme: Scheme,
-    /// The masses on the wall.
+    /// The masses behind the boundary.
     pub boundary_inertia: BoundaryInertia,
 }
 
 /// Constant relaxation of the fixed-point schemes.
 pub const RELAXATION: f64 = 0.5;
-/// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
+/// Mass of the point itself over the mass behind it, which it announces where it is driven by forces.
 const POINT: f64 = 0.01;
 
 /// Masses that arrive with 1 m/s.
@@ -48,9 +48,9 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
     .scheme()
 }
 
-/// Outcome of a trial.
+/// The windows that were run.
 #[derive(Debug, Default)]
-pub struct Run {
+pub struct StabilityRun {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
     /// State of both sides after the first window.
@@ -59,7 +59,7 @@ pub struct Run {
     pub error: Option<SchemeError>,
 }
 
-impl Trial {
+impl StabilitySetup {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
         match self.scheme.dirichlet() {
@@ -89,11 +89,11 @@ impl Trial {
     }
 
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
-    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
+    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> StabilityRun {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
         let mut pair = LinearPair::new(model, MOVING);
-        let mut run = Run::default();
+        let mut run = StabilityRun::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);
             match coupling.window(&mut pair, window, |_| None) {

@@ -1,27 +1,27 @@
-//! Knobs: what a single key costs and loses, and whether the error falls towards the reference along it.
+//! What a single key costs and loses, and whether the error falls towards the reference along its values.
 
 use runs::curve::median;
 use std::collections::BTreeMap;
 
 use super::collect::Results;
 use super::measure::Norm;
-use super::settings::{Setting, short};
+use super::settings::{StudySetting, short};
 
-/// A value of a knob: the middle over all combinations of the others and over all scenes.
+/// A value of a key: the middle over all combinations of the others and over all scenes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Position {
+pub struct ValueEffect {
     /// The value.
     pub value: String,
     /// Its cost.
     pub cost: Option<f64>,
-    /// Its error by each measure, noise included: one below the floor is told as it is.
+    /// Its error by each measure, noise included: one below the floor is given as it is.
     pub errors: Vec<Option<f64>>,
     /// Deviations with their signs, where the measure is a single number.
     pub deviations: Vec<Option<f64>>,
     /// Work: element-steps and contact-iterations.
     pub work: [Option<f64>; 2],
-    /// True where a run with it does not stand.
-    pub fell: bool,
+    /// True where no run with it is to be trusted.
+    pub failed: bool,
     /// True where its run is the reference itself.
     pub reference: bool,
     /// ln(value / value of the reference), where the values have such an order.
@@ -30,22 +30,22 @@ pub struct Position {
 
 /// A key that is varied, and its values from the one that is farthest from the reference's to the nearest.
 #[derive(Clone, Debug)]
-pub struct Knob {
+pub struct VariedKey {
     /// The key.
     pub key: String,
     /// Note of the study about it.
     pub note: String,
     /// The values. Those without an order are in that of the study.
-    pub positions: Vec<Position>,
+    pub positions: Vec<ValueEffect>,
     /// True where the values are positive numbers.
     pub numeric: bool,
     /// Floor of noise by each measure: the middle over the scenes.
     pub floors: Vec<f64>,
 }
 
-/// A word on the errors along a knob by one measure.
+/// The errors along the values of a key by one measure.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Trend {
+pub enum ErrorTrend {
     /// They fall towards the reference; rises below the floor of noise do not count.
     Falls,
     /// All of them are noise.
@@ -59,7 +59,7 @@ pub enum Trend {
 /// Part by which the work of runs differs that do the same.
 const SAME_WORK: f64 = 0.02;
 
-impl Knob {
+impl VariedKey {
     /// True where the values are ordered by their distance from the reference's.
     pub fn is_ordered(&self) -> bool {
         self.positions
@@ -68,16 +68,16 @@ impl Knob {
     }
 
     /// The trend by a measure, on either side of the reference.
-    pub fn trend(&self, measure: usize) -> Trend {
+    pub fn trend(&self, measure: usize) -> ErrorTrend {
         let floor = self.floors[measure];
         let errors: Vec<(usize, f64, f64)> = (self.positions.iter().enumerate())
-            .filter_map(|(place, p)| Some((place, p.errors[measure]?, p.distance?)))
+            .filter_map(|(index, p)| Some((index, p.errors[measure]?, p.distance?)))
             .collect();
         if !self.is_ordered() || errors.len() < 2 {
-            return Trend::None;
+            return ErrorTrend::None;
         }
         if errors.iter().all(|(_, error, _)| *error <= floor) {
-            return Trend::Noise;
+            return ErrorTrend::Noise;
         }
         for side in [1.0, -1.0] {
             let of_side = errors
@@ -88,27 +88,27 @@ impl Knob {
                 .windows(2)
                 .find(|pair| pair[1].1 > pair[0].1 + floor);
             if let Some(pair) = rises {
-                return Trend::Rises(pair[0].0, pair[1].0);
+                return ErrorTrend::Rises(pair[0].0, pair[1].0);
             }
         }
-        Trend::Falls
+        ErrorTrend::Falls
     }
 
     /// The trend in words.
     pub fn trend_words(&self, measure: usize) -> String {
-        let at = |place: usize| {
-            let position = &self.positions[place];
+        let at = |index: usize| {
+            let position = &self.positions[index];
             let error = position.errors[measure].map_or("-".into(), percent);
             format!("{} ({error} %)", position.value)
         };
         match self.trend(measure) {
-            Trend::Falls => "falls towards the reference".into(),
-            Trend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
-            Trend::Rises(a, b) => {
+            ErrorTrend::Falls => "falls towards the reference".into(),
+            ErrorTrend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
+            ErrorTrend::Rises(a, b) => {
                 let why = self.why(measure, a, b);
                 format!("does not fall from {} to {}{why}", at(a), at(b))
             }
-            Trend::None => "has too few values to fall".into(),
+            ErrorTrend::None => "has too few values to fall".into(),
         }
     }
 
@@ -118,13 +118,13 @@ impl Knob {
             return Vec::new();
         }
         let line =
-            |(place, name): (usize, &String)| format!("error_{name} {}", self.trend_words(place));
+            |(index, name): (usize, &String)| format!("error_{name} {}", self.trend_words(index));
         measures.iter().enumerate().map(line).collect()
     }
 
     /// The reason for a rise between two positions, as far as numbers tell it.
     fn why(&self, measure: usize, a: usize, b: usize) -> &'static str {
-        let [a, b] = [a, b].map(|place| &self.positions[place]);
+        let [a, b] = [a, b].map(|index| &self.positions[index]);
         let signs = a.deviations[measure].zip(b.deviations[measure]);
         if signs.is_some_and(|(a, b)| a * b < 0.0) {
             return ": the deviation changes its sign in between";
@@ -133,9 +133,10 @@ impl Knob {
             (Some(a), Some(b)) => (a - b).abs() <= SAME_WORK * a.max(b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        let alike =
-            |a: &Position, b: &Position| a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)));
-        // Of a knob that never changes the work that is no reason.
+        let alike = |a: &ValueEffect, b: &ValueEffect| {
+            a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)))
+        };
+        // Where a key never changes the work, that is no reason.
         if alike(a, b) && self.positions.iter().any(|other| !alike(a, other)) {
             return ": both do the same work within 2 %";
         }
@@ -148,8 +149,8 @@ impl Knob {
             return vec![self.sentence(measures)];
         }
         let head = format!("{}:", short(&self.key));
-        let line = |position: &Position| {
-            if position.fell {
+        let line = |position: &ValueEffect| {
+            if position.failed {
                 return format!("  {}: not completed without suspicion", position.value);
             }
             let cost = position.cost.map(|cost| format!("cost {cost:.3}"));
@@ -167,9 +168,9 @@ impl Knob {
 
     /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
-        let stand = self.positions.iter().filter(|position| !position.fell);
-        let stand: Vec<&Position> = stand.collect();
-        let (Some(far), Some(near)) = (stand.first(), stand.last()) else {
+        let trusted = self.positions.iter().filter(|position| !position.failed);
+        let trusted: Vec<&ValueEffect> = trusted.collect();
+        let (Some(far), Some(near)) = (trusted.first(), trusted.last()) else {
             return format!("{}: no run with it completed", short(&self.key));
         };
         let mut text = format!("{} {} -> {}", short(&self.key), near.value, far.value);
@@ -178,16 +179,16 @@ impl Knob {
             let word = if ratio >= 1.0 { "cheaper" } else { "dearer" };
             text += &format!(": {:.1}x {word}", ratio.max(1.0 / ratio));
         }
-        for (place, name) in measures.iter().enumerate() {
-            if let Some((near, far)) = near.errors[place].zip(far.errors[place]) {
+        for (index, name) in measures.iter().enumerate() {
+            if let Some((near, far)) = near.errors[index].zip(far.errors[index]) {
                 text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
             }
         }
-        let fell: Vec<&str> = (self.positions.iter().filter(|position| position.fell))
+        let failed: Vec<&str> = (self.positions.iter().filter(|position| position.failed))
             .map(|position| position.value.as_str())
             .collect();
-        if !fell.is_empty() {
-            text += &format!("; not completed without suspicion at {}", fell.join(", "));
+        if !failed.is_empty() {
+            text += &format!("; not completed without suspicion at {}", failed.join(", "));
         }
         text
     }
@@ -209,22 +210,22 @@ pub fn percent(part: f64) -> String {
     format!("{percent:.1e}")
 }
 
-/// The knobs of a study in its order.
-pub fn knobs(results: &Results, settings: &[Setting]) -> Vec<Knob> {
+/// The keys of a study that are varied and no scene's, in its order.
+pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
     let keys = results.file.vary.iter().enumerate();
-    let knobs = keys.filter(|(_, vary)| !vary.scene);
-    knobs
-        .map(|(place, _)| knob(results, settings, place))
+    let varied = keys.filter(|(_, vary)| !vary.scene);
+    varied
+        .map(|(index, _)| varied_key(results, settings, index))
         .collect()
 }
 
-fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
-    let vary = &results.file.vary[place];
+fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> VariedKey {
+    let vary = &results.file.vary[index];
     let count = results.file.measure.len();
     let mut values: Vec<String> = Vec::new();
-    let mut with: BTreeMap<String, Vec<&Setting>> = BTreeMap::new();
+    let mut with: BTreeMap<String, Vec<&StudySetting>> = BTreeMap::new();
     for setting in settings {
-        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == place) else {
+        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == index) else {
             continue;
         };
         if !values.contains(value) {
@@ -232,47 +233,38 @@ fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
         }
         with.entry(value.clone()).or_default().push(setting);
     }
-    let order = order(results, &with, &values, place);
+    let order = order(results, &with, &values, index);
     if let Some(order) = &order {
         let far = |value: &String| -order[value].abs();
         values.sort_by(|a, b| far(a).total_cmp(&far(b)));
     }
     let position = |value: &String| {
         let same = &with[value];
-        let each = |of: &dyn Fn(&Setting) -> Option<f64>| {
+        let each = |of: &dyn Fn(&StudySetting) -> Option<f64>| {
             median(same.iter().filter_map(|setting| of(setting)).collect())
         };
-        let raw = |measure: usize, setting: &Setting| {
-            let errors = setting.rows.iter().map(|row| row.error(measure));
-            errors.collect::<Option<Vec<f64>>>().and_then(median)
+        let raw = |k: usize| each(&|setting| setting.middle(|row| row.error(k)));
+        let signed = |k: usize| {
+            let single = results.file.measure[k].norm == Norm::At;
+            each(&|setting| setting.middle(|row| row.deviations[k])).filter(|_| single)
         };
-        let signed = |measure: usize, setting: &Setting| {
-            let of = &results.file.measure[measure];
-            let deviations = setting.rows.iter().map(|row| row.deviations[measure]);
-            let deviations = deviations.collect::<Option<Vec<f64>>>().and_then(median);
-            deviations.filter(|_| of.norm == Norm::At)
-        };
-        Position {
+        ValueEffect {
             value: value.clone(),
             cost: each(&|setting| setting.price()),
-            errors: (0..count)
-                .map(|k| each(&|setting| raw(k, setting)))
-                .collect(),
-            deviations: (0..count)
-                .map(|k| each(&|setting| signed(k, setting)))
-                .collect(),
+            errors: (0..count).map(raw).collect(),
+            deviations: (0..count).map(signed).collect(),
             work: ["element_steps", "contact_iterations"]
                 .map(|name| each(&|setting| setting.cost(name))),
             distance: order.as_ref().map(|order| order[value]),
             reference: same.iter().all(|setting| setting.is_reference(results)),
-            fell: !same.iter().any(|setting| setting.stands()),
+            failed: !same.iter().any(|setting| setting.is_trusted()),
         }
     };
     let floor = |measure: usize| {
         let floors = results.rows.iter().filter_map(|row| row.floors[measure]);
         median(floors.collect()).unwrap_or(0.0)
     };
-    Knob {
+    VariedKey {
         key: vary.key.clone(),
         note: vary.note.clone(),
         numeric: values.iter().all(|value| number(value).is_some()),
@@ -292,12 +284,12 @@ fn number(value: &str) -> Option<f64> {
 /// the one that it has for the key, or the one with which a point is the same run as the reference.
 fn order(
     results: &Results,
-    with: &BTreeMap<String, Vec<&Setting>>,
+    with: &BTreeMap<String, Vec<&StudySetting>>,
     values: &[String],
-    place: usize,
+    index: usize,
 ) -> Option<BTreeMap<String, f64>> {
     let reference = results.reference(0)?;
-    let own = number(&reference.values[place]);
+    let own = number(&reference.values[index]);
     let same = || {
         let mut of = with.iter();
         let found = of.find(|(_, settings)| {
@@ -315,18 +307,18 @@ fn order(
 mod tests {
     use super::*;
 
-    fn knob(errors: &[f64], floor: f64) -> Knob {
-        let position = |(k, error): (usize, &f64)| Position {
+    fn knob(errors: &[f64], floor: f64) -> VariedKey {
+        let position = |(k, error): (usize, &f64)| ValueEffect {
             value: format!("{k}"),
             cost: Some(1.0 + k as f64),
             errors: vec![Some(*error)],
             deviations: vec![None],
             work: [Some(1.0 + k as f64), None],
-            fell: false,
+            failed: false,
             reference: false,
             distance: Some((errors.len() - k) as f64),
         };
-        Knob {
+        VariedKey {
             key: "interface.a.substeps".into(),
             note: String::new(),
             positions: errors.iter().enumerate().map(position).collect(),
@@ -337,18 +329,21 @@ mod tests {
 
     #[test]
     fn trends_are_judged_beyond_the_noise() {
-        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), Trend::Falls);
-        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), Trend::Falls);
-        assert_eq!(knob(&[0.3, 0.1, 0.2], 0.05).trend(0), Trend::Rises(1, 2));
-        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), Trend::Noise);
+        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), ErrorTrend::Falls);
+        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), ErrorTrend::Falls);
+        assert_eq!(
+            knob(&[0.3, 0.1, 0.2], 0.05).trend(0),
+            ErrorTrend::Rises(1, 2)
+        );
+        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), ErrorTrend::Noise);
         let mut loose = knob(&[0.3, 0.1], 0.0);
         loose.positions[0].distance = None;
-        assert_eq!(loose.trend(0), Trend::None);
+        assert_eq!(loose.trend(0), ErrorTrend::None);
         // 0.2 lies on one side of the reference, and 0.3 and 0.1 on the other.
         let mut sides = knob(&[0.3, 0.2, 0.25, 0.1], 0.0);
-        assert_eq!(sides.trend(0), Trend::Rises(1, 2));
+        assert_eq!(sides.trend(0), ErrorTrend::Rises(1, 2));
         sides.positions[1].distance = Some(-3.0);
-        assert_eq!(sides.trend(0), Trend::Falls);
+        assert_eq!(sides.trend(0), ErrorTrend::Falls);
     }
 
     #[test]
@@ -363,7 +358,7 @@ mod tests {
             rising.trend_words(0),
             "does not fall from 0 (10 %) to 1 (30 %)"
         );
-        rising.positions.push(Position {
+        rising.positions.push(ValueEffect {
             work: [Some(3.0), None],
             errors: vec![None],
             ..rising.positions[0].clone()

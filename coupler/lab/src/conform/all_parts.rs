@@ -1,0 +1,208 @@
+//! Rules for every participant: bits, reports, energies, checkpoints.
+
+use protocol::{Role, Window};
+
+use super::plain::{RuleTrial, WINDOWS, ask_once, difference, record};
+use super::rule::{RuleFinding, Stop, broken, exceeds, not_tested, offered, within};
+use super::tested::{Part, TestedParticipant};
+
+/// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
+const WORK: f64 = 1e-6;
+
+/// Largest part of the work that may be missing after a slow load: an increment under a force that is constant in the window
+/// leaves 5 / windows of it.
+const BALANCE: f64 = 0.1;
+const SLOW_WINDOWS: u64 = 200;
+
+/// Two launches, the second with two threads.
+pub fn same_bits(trial: &RuleTrial) -> RuleFinding {
+    let other = trial.live(2, &mut ask_once)?;
+    trial.compare_life(&other)
+}
+
+/// Every window is asked for three times.
+pub fn repeats(trial: &RuleTrial) -> RuleFinding {
+    repeats_offered(trial)?;
+    let mut first = Vec::new();
+    let last = trial.live(1, &mut |launch, window, load| {
+        first.push(launch.ask(window, load)?);
+        first.push(launch.ask(&repeat(window, 1), load)?);
+        let window = repeat(window, 2);
+        Ok((window, launch.ask(&window, load)?))
+    })?;
+    for (index, answer) in first.iter().enumerate() {
+        let (window, repeat) = (index / 2, index % 2);
+        if let Some(why) = difference(&trial.plain.answers[window], answer) {
+            return broken(format!(
+                "window {window}, iteration {repeat}: the answer {why}"
+            ));
+        }
+    }
+    trial.compare_life(&last)
+}
+
+/// Every window is asked for under another load first, and half as long.
+pub fn rollback(trial: &RuleTrial) -> RuleFinding {
+    repeats_offered(trial)?;
+    let other = trial.live(1, &mut |launch, window, load| {
+        launch.ask(window, &trial.loads.of_window(window.index, 1))?;
+        let half = half(trial, window).filter(|_| trial.tested.part == Part::ForceDriven);
+        if let Some(half) = half {
+            launch.ask(&repeat(&half, 1), load)?;
+        }
+        let window = repeat(window, 2);
+        Ok((window, launch.ask(&window, load)?))
+    })?;
+    trial.compare_life(&other)
+}
+
+/// The first half of a window, where it has one.
+fn half(trial: &RuleTrial, window: &Window) -> Option<Window> {
+    let substeps = window.substeps / 2;
+    let clock = &trial.tested.clock;
+    let half = clock.window(window.index, window.step, substeps);
+    (substeps > 0).then_some(half)
+}
+
+fn repeat(window: &Window, iteration: u32) -> Window {
+    Window {
+        iteration,
+        ..*window
+    }
+}
+
+fn repeats_offered(trial: &RuleTrial) -> Result<(), Stop> {
+    let offers = trial.tested.description.capabilities.rollback;
+    offered(offers, "it cannot repeat a window (no `checkpoint`)")
+}
+
+/// Lengths of reports, and numbers in them.
+pub fn report(trial: &RuleTrial) -> RuleFinding {
+    let own = &trial.tested.description;
+    let terms = own.ledger.iter().map(|term| &term.name);
+    let names: Vec<&String> = own.signals.iter().chain(terms).collect();
+    let due = names.len();
+    for (window, report) in trial.plain.reports.iter().enumerate() {
+        if report.len() != due {
+            return broken(format!(
+                "window {window}: {} values, {due} were announced",
+                report.len()
+            ));
+        }
+        if let Some(at) = report.iter().position(|value| !value.is_finite()) {
+            let (name, value) = (names[at], report[at]);
+            return broken(format!("window {window}: `{name}` is {value}"));
+        }
+    }
+    let (signals, terms) = (own.signals.len(), own.ledger.len());
+    Ok(format!("{signals} signals, {terms} energies"))
+}
+
+/// The work that it books against the work that was exchanged.
+pub fn work(trial: &RuleTrial) -> RuleFinding {
+    let booked = |role: &Role| {
+        trial
+            .tested
+            .description
+            .ledger
+            .iter()
+            .any(|t| t.role == *role)
+    };
+    let offers = booked(&Role::InterfaceWork);
+    offered(offers, "its ledger has no term `interface_work`")?;
+    let (mut exchanged, mut sizes, mut worst) = (0.0, 0.0, (0.0, 0));
+    for (index, answer) in trial.plain.answers.iter().enumerate() {
+        let joules = trial.work(&trial.loads.of_window(index as u64, 0), answer);
+        exchanged += joules;
+        sizes += f64::abs(joules);
+        let report = trial.plain.reports.get(index);
+        let report = report.map_or(&[][..], |report| report);
+        let off = (trial.energy(report, Role::InterfaceWork) - exchanged).abs() / sizes;
+        if sizes > 0.0 && exceeds(off, worst.0) {
+            worst = (off, index);
+        }
+    }
+    if sizes == 0.0 {
+        return not_tested("no work was done at the interface");
+    }
+    let what = format!("interface work in window {} off by", worst.1);
+    within(&what, worst.0, WORK)
+}
+
+/// The balance of the ledger over a load that comes and goes slowly.
+pub fn balance(trial: &RuleTrial) -> RuleFinding {
+    let part = trial.tested.part;
+    let offers = !trial.tested.description.ledger.is_empty();
+    offered(offers, "it keeps no ledger")?;
+    let mut launch = trial.begin()?;
+    let (mut gross, mut stored, mut defect) = (0.0, 0.0, 0.0);
+    let mut work = 0.0;
+    for index in 0..SLOW_WINDOWS {
+        let load = trial.loads.slow(index, SLOW_WINDOWS, part);
+        let (_, report) = launch.go(&launch.window(index), &load)?;
+        let of = |role| trial.energy(&report, role);
+        let now = of(Role::InterfaceWork) + of(Role::Work);
+        gross += f64::abs(now - work);
+        work = now;
+        stored = of(Role::Stored).abs().max(stored);
+        defect = f64::abs(work - of(Role::Stored) - of(Role::Dissipated)).max(defect);
+    }
+    let scale = gross.max(stored);
+    if scale == 0.0 {
+        return not_tested("no work was done");
+    }
+    let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
+    within(&what, defect / scale, BALANCE)
+}
+
+/// Fields are written in the middle of a launch.
+pub fn snapshot(trial: &RuleTrial) -> RuleFinding {
+    let other = trial.live(1, &mut |launch, window, load| {
+        if window.index == WINDOWS / 2 {
+            launch.snapshot("conform")?;
+        }
+        ask_once(launch, window, load)
+    })?;
+    trial.compare_life(&other)
+}
+
+/// A checkpoint in the middle of a launch, from which another launch goes on.
+pub fn checkpoint(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.capabilities.resume;
+    offered(offers, "it writes no checkpoints (no `resume`)")?;
+    let half = WINDOWS / 2;
+    let mut saved = None;
+    let kept = trial.live(1, &mut |launch, window, load| {
+        if window.index == half {
+            saved = Some((launch.checkpoint()?, launch.displacement()));
+        }
+        ask_once(launch, window, load)
+    })?;
+    let (state, displacement) = saved.expect("the window came");
+    if let Err(Stop::Verdict(_, why)) = trial.compare_life(&kept) {
+        return broken(format!("after a checkpoint, {why}"));
+    }
+    let mut launch = trial.begin()?;
+    launch.restore(&state, &displacement)?;
+    launch.repeat_boundary()?;
+    let resumed = record(launch, &trial.loads, half, &mut ask_once)?;
+    let otherwise =
+        "a new life that took up the checkpoint answers the same and ends with another state hash";
+    trial.compare_to_end(half, &resumed, otherwise)
+}
+
+/// Windows without an interface.
+pub fn alone(trial: &RuleTrial) -> RuleFinding {
+    let own = &trial.tested.description;
+    offered(own.capabilities.alone, "it cannot run alone")?;
+    if own.step_s.is_none() {
+        return not_tested("it has no step of its own here");
+    }
+    let alone = TestedParticipant {
+        part: Part::Alone,
+        sets: Vec::new(),
+        ..trial.tested.clone()
+    };
+    let reported = report(&RuleTrial::new(&alone)?)?;
+    Ok(format!("{WINDOWS} windows, {reported}"))
+}
