@@ -9,7 +9,7 @@ use super::measure::{Held, Measure};
 use super::plan::{Plan, Role, Task};
 use super::task::{Stage, TaskFolder};
 use coordinator::error::Error;
-use runs::finished::Finished;
+use runs::files::RunFiles;
 
 /// Costs in the order of their columns.
 pub const COSTS: [&str; 6] = [
@@ -92,7 +92,7 @@ impl Results {
     pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
         let file = &plan.file;
         let given = match &file.reference.run {
-            Some(run) => Some(Finished::read(&plan.beside.join(run))?),
+            Some(run) => Some(RunFiles::read(&plan.beside.join(run))?),
             None => None,
         };
         let mut rows = Vec::new();
@@ -195,7 +195,7 @@ impl Results {
 }
 
 /// Enters floors and relative costs into the rows of a scene.
-fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
+fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&RunFiles>) {
     let perturbed = rows
         .iter()
         .filter(|row| matches!(row.role, Role::Perturbed(_)));
@@ -208,7 +208,7 @@ fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
     let unknown = perturbed
         .clone()
         .any(|row| row.exit_code.is_some() && !row.stands());
-    let whole = reference.map(Finished::cost).unwrap_or_default();
+    let whole = reference.map(RunFiles::cost).unwrap_or_default();
     for row in rows {
         row.floors.clone_from(&floors);
         if unknown {
@@ -226,11 +226,11 @@ fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
 }
 
 /// The run of a task that came to its end.
-fn finished(folder: &Path, task: &Task) -> Result<Option<Finished>, Error> {
+fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
         Stage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
-            Finished::read(&of.run()).map(Some)
+            RunFiles::read(&of.run()).map(Some)
         }
         _ => Ok(None),
     }
@@ -286,7 +286,7 @@ fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<R
 }
 
 /// Codes and values of what a run was warned of.
-fn warnings(run: &Finished) -> String {
+fn warnings(run: &RunFiles) -> String {
     let all = run.summary["warnings"].as_array().into_iter().flatten();
     let told = all.filter_map(|warning| {
         let (code, place) = (warning["code"].as_str()?, warning["where"].as_str()?);

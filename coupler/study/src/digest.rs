@@ -7,7 +7,6 @@ use super::front::{Trade, front, knee};
 use super::knobs::{Knob, knobs, percent};
 use super::picture::{self, FrontPanel};
 use super::settings::{Setting, settings};
-use coordinator::error::{Error, Refusal};
 
 /// A measure's settings, front and knee.
 #[derive(Clone, Debug)]
@@ -105,10 +104,7 @@ impl<'a> Digest<'a> {
     }
 
     /// front.svg and knobs.svg.
-    ///
-    /// # Errors
-    /// They cannot be drawn.
-    pub fn pictures(&self) -> Result<[(&'static str, String); 2], Error> {
+    pub fn pictures(&self) -> [(&'static str, String); 2] {
         let panels = self.fronts.iter().map(|of| FrontPanel {
             measure: &of.measure,
             trades: &of.trades,
@@ -118,16 +114,9 @@ impl<'a> Digest<'a> {
             floor: of.floor,
         });
         let panels: Vec<FrontPanel> = panels.collect();
-        Ok([
-            (
-                "front.svg",
-                picture::fronts(&panels, &self.settings, self.results).map_err(Refusal::Picture)?,
-            ),
-            (
-                "knobs.svg",
-                picture::knobs(&self.knobs, &self.measures).map_err(Refusal::Picture)?,
-            ),
-        ])
+        let fronts = picture::fronts(&panels, &self.settings, self.results);
+        let knobs = picture::knobs(&self.knobs, &self.measures);
+        [("front.svg", fronts), ("knobs.svg", knobs)]
     }
 
     /// All of it in words.

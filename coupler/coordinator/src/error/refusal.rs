@@ -28,8 +28,6 @@ pub enum Refusal {
     File { path: PathBuf, problem: String },
     #[error("no message was chosen: `thirdbody inspect` lists the streams")]
     EmptyExport,
-    #[error("the picture cannot be drawn: {0}")]
-    Picture(String),
     #[error("{0}")]
     Benchmark(String),
     #[error(transparent)]
@@ -103,7 +101,6 @@ impl Refusal {
             Refusal::NoScenario { .. } => Code::NoScenario,
             Refusal::File { .. } => Code::FileUnfit,
             Refusal::EmptyExport => Code::NothingChosen,
-            Refusal::Picture(_) => Code::PictureFailed,
             Refusal::Benchmark(_) => Code::MeasurementFailed,
             Refusal::NotLaunched(error) => code_of_participation(error),
             Refusal::ForeignCommand { .. } => Code::ForeignCommand,

@@ -12,7 +12,7 @@ use coordinator::run::session::{Options, fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
-use runs::finished::Finished;
+use runs::files::RunFiles;
 
 /// Runs of each kind, in turns; the middle one counts.
 const TURNS: usize = 5;
@@ -189,7 +189,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
         budget: None,
     };
     run(&loaded, &options)?.error.map_or(Ok(()), Err)?;
-    let cost = Finished::read(scratch.path())?.cost();
+    let cost = RunFiles::read(scratch.path())?.cost();
     Ok(cost.get("cpu_s").copied().unwrap_or(0.0))
 }
 
