@@ -12,8 +12,8 @@ use std::process::Output;
 use fem_node::Config;
 use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::{Edge, Mesh};
+use harness::runs::read_csv;
 use harness::runs::{Scratch, thirdbody};
-use runs::columns::read_csv;
 
 /// The rail of the scene as MSH 2.2, its upper edge named `crown` and its lower one `bottom`.
 fn rail(scene: &toml::Table) -> String {

@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use harness::runs::read_csv;
 use harness::runs::{Scratch, parse_json, thirdbody};
-use runs::columns::read_csv;
 use serde_json::Value;
 
 const LOAD_N: f64 = 8000.0;

@@ -164,7 +164,7 @@ fn pressed_heap(strip: [f64; 2], disks: &[Disk]) -> (Vec<Vec<f64>>, Vec<f64>) {
         "grains.wheel_y_m",
         "grains.wheel_ft_n",
     ];
-    let profile = runs::columns::read_csv(&left.scratch.path().join("profile.csv"));
+    let profile = harness::runs::read_csv(&left.scratch.path().join("profile.csv"));
     let signals = names.map(|name| left.signals[name].clone());
     (signals.to_vec(), profile["pressure_pa"].clone())
 }

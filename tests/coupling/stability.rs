@@ -165,12 +165,12 @@ pub(crate) fn masses_in_motion() -> Joint {
         continuum: DVector::zeros(20),
         masses: Masses {
             glued_velocity: 1.0,
-            place: 0.0,
+            position: 0.0,
             velocity: 1.0,
         },
         lambda: 0.0,
         motion: 0.0,
-        place: 0.0,
+        position: 0.0,
     }
 }
 

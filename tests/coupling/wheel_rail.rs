@@ -7,8 +7,8 @@
 
 use std::path::Path;
 
+use harness::runs::read_csv;
 use harness::runs::{Scratch, parse_json, thirdbody};
-use runs::columns::read_csv;
 use serde_json::Value;
 
 /// A shipped scene in short; its summary, and what it left in the scratch folder.

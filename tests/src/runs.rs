@@ -11,7 +11,7 @@ use coordinator::run::session::{Ended, RunOptions, run};
 use coordinator::scenario::load::parse;
 use coordinator::scenario::source::ScenarioSource;
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
-use runs::columns::read_csv;
+use runs::table::Table;
 use serde_json::Value;
 
 /// A folder of its own below the system's temporary one, removed when dropped.
@@ -181,6 +181,11 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
         signals,
         scratch,
     })
+}
+
+/// Columns of a table that a run left, by name; none where it left none.
+pub fn read_csv(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    Table::read_whole_rows(path).columns.into_iter().collect()
 }
 
 /// A program of this workspace, built with the tests.

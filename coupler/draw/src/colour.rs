@@ -1,8 +1,7 @@
 //! The colour scale of maps, which grows darker from 0 to its end so that it can be read in grey, and its bar.
 
-use std::fmt::Write as _;
-
-use super::axis::labelled;
+use crate::axis::labelled;
+use crate::svg::{Anchor, FRAME, Svg};
 
 /// Colours at equal distances of the scale.
 const STOPS: [[f64; 3]; 6] = [
@@ -21,7 +20,7 @@ const SHADES: f64 = 40.0;
 
 /// A scale from 0 to `end`.
 #[derive(Clone, Debug)]
-pub struct Scale {
+pub struct ColourScale {
     /// Quantity and unit, `hydrostatic pressure (MPa)`.
     pub quantity: String,
     /// Value at the end of the scale, in that unit.
@@ -30,7 +29,7 @@ pub struct Scale {
     pub below: Option<&'static str>,
 }
 
-impl Scale {
+impl ColourScale {
     /// Colour of a value.
     pub fn colour(&self, value: f64) -> String {
         let share = value / self.end;
@@ -40,39 +39,27 @@ impl Scale {
         shade(share)
     }
 
-    /// The bar with its labels, at the top right of a picture of this width (pixels).
-    pub fn bar(&self, width: f64) -> String {
+    /// Draws the bar with its labels at the top right of a picture of this width (pixels).
+    pub fn bar(&self, svg: &mut Svg, width: f64) {
         const LENGTH: f64 = 260.0;
         let left = width - LENGTH - 60.0;
-        let mut text = String::new();
         for k in 0..SHADES as usize {
-            let (x, w) = (left + LENGTH * k as f64 / SHADES, LENGTH / SHADES + 0.5);
-            let colour = shade((k as f64 + 0.5) / SHADES);
-            let _ = write!(
-                text,
-                "<path fill=\"{colour}\" d=\"M{x:.1} 8h{w:.1}v12h-{w:.1}z\"/>"
-            );
+            let style = format!("fill=\"{}\"", shade((k as f64 + 0.5) / SHADES));
+            let x = left + LENGTH * k as f64 / SHADES;
+            svg.rectangle(&style, [x, 8.0], [LENGTH / SHADES + 0.5, 12.0]);
         }
-        let _ = write!(
-            text,
-            "<path fill=\"none\" stroke=\"#444\" d=\"M{left:.1} 8h{LENGTH}v12h-{LENGTH}z\"/><text x=\"{:.1}\" y=\"19\" text-anchor=\"end\">{}</text>",
-            left - 10.0,
-            super::picture::escape(&self.quantity)
-        );
+        svg.rectangle(FRAME, [left, 8.0], [LENGTH, 12.0]);
+        svg.text([left - 10.0, 19.0], Anchor::End, &self.quantity);
         for (value, label) in labelled([0.0, self.end], 5) {
             let x = left + LENGTH * value / self.end;
-            let _ = write!(
-                text,
-                "<text x=\"{x:.1}\" y=\"35\" text-anchor=\"middle\">{label}</text>"
-            );
+            svg.text([x, 35.0], Anchor::Middle, &label);
         }
         if let Some(word) = self.below {
-            let _ = write!(
-                text,
-                "{HATCH}<path fill=\"{BELOW}\" stroke=\"#444\" d=\"M60 8h18v12h-18z\"/><text x=\"84\" y=\"19\">{word}</text>"
-            );
+            svg.raw(HATCH);
+            let style = format!("fill=\"{BELOW}\" stroke=\"#444\"");
+            svg.rectangle(&style, [60.0, 8.0], [18.0, 12.0]);
+            svg.text([84.0, 19.0], Anchor::Start, word);
         }
-        text
     }
 }
 
@@ -86,9 +73,9 @@ pub fn owned(svg: &str, file: &str) -> String {
 /// Colour of a share of the scale.
 pub fn shade(share: f64) -> String {
     let share = ((share * SHADES).floor() + 0.5) / SHADES;
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let below = (place as usize).min(STOPS.len() - 2);
-    let t = place - below as f64;
+    let stops = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let below = (stops as usize).min(STOPS.len() - 2);
+    let t = stops - below as f64;
     let channel = |k: usize| {
         let (from, to) = (STOPS[below][k], STOPS[below + 1][k]);
         (from + t * (to - from)).round() as u8
@@ -138,14 +125,16 @@ mod tests {
             .collect();
         let darker = all.windows(2).take(39).all(|pair| pair[0] > pair[1]);
         assert!(darker, "{all:?}");
-        let scale = Scale {
+        let scale = ColourScale {
             quantity: "p (MPa)".into(),
             end: 10.0,
             below: Some("tension"),
         };
         assert_eq!(scale.colour(-1.0), BELOW);
         assert_eq!(scale.colour(1e9), shade(1.0));
-        assert!(scale.bar(600.0).contains("id=\"below\""));
+        let mut svg = Svg::default();
+        scale.bar(&mut svg, 600.0);
+        assert!(svg.page([600.0, 44.0]).contains("id=\"below\""));
     }
 
     #[test]

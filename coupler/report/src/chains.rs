@@ -1,12 +1,14 @@
 //! Force chains: contacts and bonds of the grains as lines, as wide as their forces, and the adhesion of bonds.
 
+use super::mesh::points_mm;
 use super::units::with_unit;
-use super::view::{Panel, View, frames, maps, middle, places_mm};
 use coordinator::error::Error;
-use draw::colour::Scale;
+use draw::colour::ColourScale;
+use draw::extent::Extent;
+use draw::map::{Map, Panel, maps, middle};
 use draw::picture::Picture;
-use runs::fields::{Arrays, numbers, read_first};
-use runs::files::{Moment, RunFiles};
+use runs::fields::{Arrays, numbers};
+use runs::files::{MarkedMoment, RunFiles};
 
 /// More contacts than this are drawn by their strongest.
 const LINES_MAX: usize = 20_000;
@@ -18,7 +20,7 @@ const CLASSES: f64 = 16.0;
 
 /// A contact or bond.
 struct Link {
-    ends: [(f64, f64); 2],
+    ends: [[f64; 2]; 2],
     /// Normal force, compression positive (N).
     force: f64,
     adhesion: Option<f64>,
@@ -34,17 +36,18 @@ impl Link {
 
 /// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
 pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
-    for Moment { name, words } in &run.moments {
-        let Some(arrays) = read_first(&run.path, &format!("{name}-contacts"), "vtp")? else {
+    for MarkedMoment { name, words } in run.moments() {
+        let Some(arrays) = run.fields(&name, "-contacts.vtp")? else {
             continue;
         };
         let links = links(&arrays);
-        let Some(view) = around(&links) else {
+        let Some(extent) = around(&links) else {
             continue;
         };
-        let views: Vec<View> = [view].into_iter().chain(middle(&view)).collect();
-        let mut pictures = Vec::from_iter(forces(&links, &views, words));
-        pictures.extend(adhesion(&links, &views, words));
+        let extents: Vec<Extent> = [extent].into_iter().chain(middle(&extent)).collect();
+        let shown = Map::of_middles(&extents);
+        let mut pictures = Vec::from_iter(forces(&links, &shown, &words));
+        pictures.extend(adhesion(&links, &shown, &words));
         return Ok(pictures);
     }
     Ok(Vec::new())
@@ -52,10 +55,10 @@ pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 
 /// The lines of a file of contacts.
 fn links(arrays: &Arrays) -> Vec<Link> {
-    let (ends, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
+    let (ends, points) = (numbers(arrays, "connectivity"), points_mm(arrays));
     let (forces, adhesion) = (numbers(arrays, "force_n"), numbers(arrays, "adhesion"));
     let link = |(k, pair): (usize, &[f64])| {
-        let [a, b] = [pair[0], pair[1]].map(|point| places.get(point as usize).copied());
+        let [a, b] = [pair[0], pair[1]].map(|point| points.get(point as usize).copied());
         Some(Link {
             ends: [a?, b?],
             force: *forces.get(2 * k)?,
@@ -66,18 +69,18 @@ fn links(arrays: &Arrays) -> Vec<Link> {
     all.filter_map(link).collect()
 }
 
-fn around(links: &[Link]) -> Option<View> {
+fn around(links: &[Link]) -> Option<Extent> {
     let ends = links
         .iter()
         .flat_map(|link| link.ends)
         .map(|end| (end, 0.0));
-    let view = View::around(ends)?;
-    let margin = 0.01 * view.width_mm().max(view.height_mm());
-    (margin > 0.0).then(|| view.with_margin(margin, margin, margin))
+    let extent = Extent::around(ends)?;
+    let margin = 0.01 * extent.width().max(extent.height());
+    (margin > 0.0).then(|| extent.with_margin(margin, margin, margin))
 }
 
 /// Compression in dark lines, tension in light and dashed ones.
-fn forces(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
+fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     let mut sizes: Vec<f64> = links
         .iter()
         .map(|link| link.force.abs())
@@ -90,7 +93,7 @@ fn forces(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
         .iter()
         .filter(|link| link.force.abs() >= least)
         .collect();
-    let svg = maps(&frames(views), None, |panel, _| {
+    let svg = maps(shown, None, |panel, _| {
         for tension in [true, false] {
             panel.layer();
             for link in drawn.iter().filter(|link| (link.force < 0.0) == tension) {
@@ -137,7 +140,7 @@ fn stroke(panel: &mut Panel, link: &Link, full: f64) {
 }
 
 /// Intensity of adhesion of the bonds.
-fn adhesion(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
+fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     let bonds: Vec<(&Link, f64)> = links
         .iter()
         .filter_map(|link| Some((link, link.adhesion?)))
@@ -146,13 +149,13 @@ fn adhesion(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
     if whole == 0 {
         return None;
     }
-    let scale = Scale {
+    let scale = ColourScale {
         quantity: "intensity of adhesion".into(),
         end: 1.0,
         below: None,
     };
     let stride = bonds.len().div_ceil(LINES_MAX).max(1);
-    let svg = maps(&frames(views), Some(&scale), |panel, _| {
+    let svg = maps(shown, Some(&scale), |panel, _| {
         for (link, adhesion) in bonds
             .iter()
             .filter(|(_, adhesion)| *adhesion > 0.0)
@@ -202,18 +205,15 @@ mod tests {
             .map(|link| (link.force, link.adhesion))
             .collect();
         assert_eq!(told, [(5.0, Some(0.0)), (-2.0, Some(0.75))]);
-        assert_eq!(links[1].ends, [(1.0, 0.0), (2.0, 1.0)]);
-        let view = around(&links).expect("it has an extent");
-        let picture = forces_of(&links, view);
+        assert_eq!(links[1].ends, [[1.0, 0.0], [2.0, 1.0]]);
+        let extent = around(&links).expect("it has an extent");
+        let shown = [Map::to_scale(extent, "")];
+        let picture = forces(&links, &shown, "end of the hold").expect("there are forces");
         assert!(
             picture
                 .alternative
                 .contains("2 contacts and bonds, 1 in tension")
         );
         assert!(picture.svg.contains("#e27d1e") && picture.svg.contains("#12355b"));
-    }
-
-    fn forces_of(links: &[Link], view: View) -> Picture {
-        forces(links, &[view], "end of the hold").expect("there are forces")
     }
 }

@@ -5,17 +5,16 @@ use std::collections::BTreeMap;
 use super::page::table;
 use super::units::{four, told};
 use coordinator::error::Error;
-use draw::picture::escape;
-use runs::compare::{Compared, Comparison, difference, ratio};
+use draw::svg::escape;
+use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
-use runs::finished::Finished;
 
 /// Tables of the distances of a run from another one.
 ///
 /// # Errors
 /// One of them cannot be read.
 pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Error> {
-    let [own, reference] = [Finished::read(&run.path)?, Finished::read(&other.path)?];
+    let [own, reference] = [RunFiles::read(&run.path)?, RunFiles::read(&other.path)?];
     let found = Comparison::new(&own, &reference, None);
     let same = if found.same_exchange {
         "All messages between the participants were the same, bit for bit."
@@ -28,33 +27,27 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     );
     html += &curves("Signals", &found.signals);
     html += &curves("Traction on the surface", &found.profile);
-    let numbers = |name: &str, pair: [Option<f64>; 2], third: Option<f64>| {
-        let each = pair.map(|x| x.map_or("none".into(), |x| escape(&told(name, x))));
-        let [own, other] = each;
-        vec![escape(name), own, other, third.map_or(String::new(), four)]
+    let pairs = |title: &str, head: [&str; 4], all: &BTreeMap<String, NumberPair>, of: OfPair| {
+        let rows = all.iter().map(|(name, pair)| {
+            let [own, other] = pair.map(|x| x.map_or("none".into(), |x| escape(&told(name, x))));
+            [
+                escape(name),
+                own,
+                other,
+                of(*pair).map_or(String::new(), four),
+            ]
+        });
+        format!("<h3>{title}</h3>{}", table(head, &[1, 2, 3], rows))
     };
-    let results = found
-        .results
-        .iter()
-        .map(|(name, pair)| numbers(name, *pair, difference(*pair)));
-    html += "<h3>Results</h3>";
-    html += &table(
-        &["result", "this run", "other", "relative difference"],
-        &[1, 2, 3],
-        &results.collect::<Vec<_>>(),
-    );
-    let cost = found
-        .cost
-        .iter()
-        .map(|(name, pair)| numbers(name, *pair, ratio(*pair)));
-    html += "<h3>Cost</h3>";
-    html += &table(
-        &["cost", "this run", "other", "ratio"],
-        &[1, 2, 3],
-        &cost.collect::<Vec<_>>(),
-    );
+    let head = ["result", "this run", "other", "relative difference"];
+    html += &pairs("Results", head, &found.results, difference);
+    let head = ["cost", "this run", "other", "ratio"];
+    html += &pairs("Cost", head, &found.cost, ratio);
     Ok(html)
 }
+
+/// What is made of a number of the run and of the other one.
+type OfPair = fn(NumberPair) -> Option<f64>;
 
 /// Distances of curves; those that are the same, or cannot be compared, are counted.
 fn curves(title: &str, all: &[(String, Compared)]) -> String {
@@ -69,7 +62,7 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
             Ok(distance) if distance.max == 0.0 => same += 1,
             Ok(distance) => {
                 let part = |x: Option<f64>| x.map_or("none".into(), four);
-                rows.push(vec![
+                rows.push([
                     escape(name),
                     escape(&told(name, distance.rms)),
                     part(distance.l2_rel),
@@ -99,8 +92,5 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
         "largest",
         "largest, relative",
     ];
-    if !rows.is_empty() {
-        html += &table(&head, &[1, 2, 3, 4], &rows);
-    }
-    html
+    html + &table(head, &[1, 2, 3, 4], rows)
 }

@@ -1,10 +1,11 @@
 //! Curves of the tables of a run: loads and motion, friction, sliding nodes, traction, interface, energies, flows.
 
 use super::units::with_unit;
+use coordinator::error::Error;
 use draw::picture::Picture;
-use draw::plot::{BACKGROUND, Curve, Labels, cloud, plot};
-use runs::columns::Columns;
+use draw::plot::{BACKGROUND, Labels, PlotCurve, cloud, plot};
 use runs::files::RunFiles;
+use runs::table::Table;
 
 /// Share of the profile's length over which the smooth curve of its pressure is a mean.
 const MEAN_SHARE: f64 = 0.05;
@@ -14,7 +15,7 @@ const MEAN_SHARE: f64 = 0.05;
 const SHARE: &str = "share_of_amplitude_pct";
 const RISE: &str = "wheel_rise_m";
 const FRICTION: &str = "force_ratio";
-/// Place of the wheel and its rise over the mean radius of the grains.
+/// Position of the wheel and its rise over the mean radius of the grains.
 const X_OVER_R: &str = "wheel_x_over_r";
 const RISE_OVER_R: &str = "wheel_rise_over_r";
 
@@ -22,98 +23,87 @@ const RISE_OVER_R: &str = "wheel_rise_over_r";
 pub(super) struct Chart {
     pub(super) file: String,
     pub(super) caption: String,
-    /// Signal along x with its words and factor.
-    pub(super) x: Axis,
-    /// Words along y, factor, and whether its axis is logarithmic.
-    pub(super) y: Axis,
+    pub(super) x: XAxis,
+    pub(super) y: YAxis,
     /// Words of the legend and signal of each line.
     pub(super) lines: Vec<(String, String)>,
 }
 
-/// An axis of a chart.
-#[derive(Clone)]
-pub(super) struct Axis {
-    /// Words along it.
-    pub(super) words: String,
-    /// The signal along x; nothing along y.
-    pub(super) signal: String,
-    /// Factor from SI to the unit of the words.
-    pub(super) factor: f64,
-    pub(super) log: bool,
+/// Words along x, the signal there, and the factor from SI to the unit of the words.
+pub(super) type XAxis = (&'static str, &'static str, f64);
+
+const TIME: XAxis = ("t (ms)", "t_s", 1e3);
+const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
+
+/// The axis upwards.
+#[derive(Clone, Copy)]
+pub(super) enum YAxis {
+    /// Words along it, and the factor from SI to their unit.
+    Linear(&'static str, f64),
+    /// Words along a logarithmic one.
+    Log(&'static str),
 }
 
-impl Axis {
-    fn new(words: &str, signal: &str, factor: f64) -> Axis {
-        Axis {
-            words: words.into(),
-            signal: signal.into(),
-            factor,
-            log: false,
-        }
+impl YAxis {
+    fn words(&self) -> &'static str {
+        let (YAxis::Linear(words, _) | YAxis::Log(words)) = self;
+        words
     }
 
-    pub(super) fn time() -> Axis {
-        Axis::new("t (ms)", "t_s", 1e3)
-    }
-
-    pub(super) fn y(words: &str, factor: f64) -> Axis {
-        Axis::new(words, "", factor)
-    }
-
-    pub(super) fn log(words: &str) -> Axis {
-        Axis {
-            log: true,
-            ..Axis::y(words, 1.0)
+    /// A number in the unit of the axis.
+    fn height(&self, y: f64) -> f64 {
+        match self {
+            YAxis::Linear(_, factor) => y * factor,
+            YAxis::Log(_) => y.abs(),
         }
     }
 }
 
 /// A chart over time of the named columns.
-pub(super) fn over_time(file: &str, caption: &str, y: Axis, lines: &[(&str, &str)]) -> Chart {
+pub(super) fn over_time(file: &str, caption: &str, y: YAxis, lines: &[(&str, &str)]) -> Chart {
+    let line = |(words, signal): &(&str, &str)| (words.to_string(), signal.to_string());
     Chart {
         file: file.into(),
         caption: caption.into(),
-        x: Axis::time(),
+        x: TIME,
         y,
-        lines: owned(lines),
+        lines: lines.iter().map(line).collect(),
     }
 }
 
-fn owned(lines: &[(&str, &str)]) -> Vec<(String, String)> {
-    let line = |(words, signal): &(&str, &str)| (words.to_string(), signal.to_string());
-    lines.iter().map(line).collect()
-}
-
-/// Runs whose curves are laid over each other: the run, and the one that it is compared with.
-pub(super) struct Tables<'a> {
-    pub(super) own: &'a Columns,
-    /// Its columns, and its name.
-    pub(super) other: Option<(&'a Columns, String)>,
+/// The signals of a run and, where there is one, those of the run that it is compared with, with its name.
+pub(super) struct Tables {
+    pub(super) own: Table,
+    pub(super) other: Option<(Table, String)>,
 }
 
 /// The signals of a run with those that the report adds.
-pub(super) fn signals(run: &RunFiles) -> Columns {
+///
+/// # Errors
+/// The fields of the grains cannot be read.
+pub(super) fn signals(run: &RunFiles) -> Result<Table, Error> {
     let mut signals = run.signals.clone();
-    if let Some(x) = moving(&run.signals, "wheel_x_m") {
-        let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
-        let share = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
-        let began = x.iter().position(|x| *x != 0.0).unwrap_or(0);
-        let rise = column(&run.signals, "wheel_y_m").map(|y| rise(y, began.saturating_sub(1)));
-        let ratio = ["wheel_ft_n", "wheel_fn_n"].map(|name| column(&run.signals, name));
-        let ratio = match ratio {
-            [Some(tangential), Some(normal)] => Some(ratios(tangential, normal)),
-            _ => None,
-        };
-        let over = |values: &[f64], r: f64| values.iter().map(|value| value / r).collect();
-        if let Some((r, rise)) = run.mean_radius_m.zip(rise.as_ref()) {
-            let added = [(X_OVER_R, over(x, r)), (RISE_OVER_R, over(rise, r))];
-            signals.extend(added.map(|(name, values)| (name.into(), values)));
-        }
-        signals.insert(SHARE.into(), share);
-        signals.extend(rise.map(|rise| (RISE.into(), rise)));
-        signals.extend(ratio.map(|ratio| (FRICTION.into(), ratio)));
+    let Some(x) = moving(&run.signals, D.1) else {
+        return Ok(signals);
+    };
+    let over = |values: &[f64], whole: f64| values.iter().map(|x| x / whole).collect::<Vec<f64>>();
+    let began = x.iter().position(|x| *x != 0.0).unwrap_or(0);
+    let rise = column(&run.signals, "wheel_y_m").map(|y| rise(y, began.saturating_sub(1)));
+    if let Some((r, rise)) = run.mean_radius_m()?.zip(rise.as_ref()) {
+        signals.add(X_OVER_R, over(x, r));
+        signals.add(RISE_OVER_R, over(rise, r));
     }
-    signals
+    let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
+    let share = x.iter().map(|x| 100.0 * x.abs() / amplitude);
+    signals.add(SHARE, share.collect());
+    if let Some(rise) = rise {
+        signals.add(RISE, rise);
+    }
+    let forces = ["wheel_ft_n", "wheel_fn_n"].map(|name| column(&run.signals, name));
+    if let [Some(tangential), Some(normal)] = forces {
+        signals.add(FRICTION, ratios(tangential, normal));
+    }
+    Ok(signals)
 }
 
 /// |F_T|/F_N; 0 while the wheel bears less than a hundredth of its largest force.
@@ -125,38 +115,44 @@ fn ratios(tangential: &[f64], normal: &[f64]) -> Vec<f64> {
 
 /// Forces on the wheel, its motion, and friction.
 pub(super) fn wheel() -> Vec<Chart> {
-    let d = Axis::new("D (mm)", "wheel_x_m", 1e3);
     vec![
         over_time(
             "forces.svg",
             "Force on the wheel",
-            Axis::y("force (N)", 1.0),
-            &[("normal F_N", "wheel_fn_n"), ("tangential F_T", "wheel_ft_n")],
+            YAxis::Linear("force (N)", 1.0),
+            &[
+                ("normal F_N", "wheel_fn_n"),
+                ("tangential F_T", "wheel_ft_n"),
+            ],
         ),
         over_time(
             "friction-coefficient.svg",
             "Ratio of the forces on the wheel",
-            Axis::y("|F_T|/F_N", 1.0),
+            YAxis::Linear("|F_T|/F_N", 1.0),
             &[("|F_T|/F_N", FRICTION)],
         ),
         Chart {
-            file: "friction.svg".into(),
-            caption: "Tangential force over the wheel's lateral position D: the loop's area is the work of a cycle".into(),
-            x: d.clone(),
-            y: Axis::y("F_T (N)", 1.0),
-            lines: owned(&[("tangential force", "wheel_ft_n")]),
+            x: D,
+            ..over_time(
+                "friction.svg",
+                "Tangential force over the wheel's lateral position D: the loop's area is the work of a cycle",
+                YAxis::Linear("F_T (N)", 1.0),
+                &[("tangential force", "wheel_ft_n")],
+            )
         },
         Chart {
-            file: "wheel-path.svg".into(),
-            caption: "Height of the wheel over its lateral position, from the start of the motion on".into(),
-            x: d,
-            y: Axis::y("rise (µm)", 1e6),
-            lines: owned(&[("rise since the motion began", RISE)]),
+            x: D,
+            ..over_time(
+                "wheel-path.svg",
+                "Height of the wheel over its lateral position, from the start of the motion on",
+                YAxis::Linear("rise (µm)", 1e6),
+                &[("rise since the motion began", RISE)],
+            )
         },
         over_time(
             "wheel-over-r.svg",
             "Place of the wheel over the mean radius r of the grains (Renouf, Saulot and Berthier 2006, figure 8)",
-            Axis::y("over r", 1.0),
+            YAxis::Linear("over r", 1.0),
             &[("x/r", X_OVER_R), ("(y - y at the start)/r", RISE_OVER_R)],
         ),
     ]
@@ -167,54 +163,58 @@ pub(super) fn sliding() -> Chart {
     over_time(
         "sliding.svg",
         "Share of sliding nodes Sn over time, beside the position of the wheel",
-        Axis::y("(%)", 1.0),
+        YAxis::Linear("(%)", 1.0),
         &[("Sn", "sn_pct"), ("|D| over its amplitude", SHARE)],
     )
 }
 
-/// Heights (m) over the one at this place; those before it are left where they will begin.
+/// Heights (m) over the one in this row; 0 in the rows before it.
 fn rise(heights: &[f64], began: usize) -> Vec<f64> {
     let first = heights.get(began).copied().unwrap_or(0.0);
-    let since = |(place, height): (usize, &f64)| {
-        if place < began { 0.0 } else { height - first }
-    };
+    let since = |(row, height): (usize, &f64)| if row < began { 0.0 } else { height - first };
     heights.iter().enumerate().map(since).collect()
 }
 
 /// The column of this name, or the first participant's or interface's.
-pub(super) fn column<'a>(signals: &'a Columns, name: &str) -> Option<&'a [f64]> {
+pub(super) fn column<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     let ending = format!(".{name}");
-    let mut columns = signals.iter();
-    let own = signals.get(name).map(Vec::as_slice);
+    let own = signals.get(name);
     own.or_else(|| {
-        let found = columns.find(|(key, _)| key.ends_with(&ending));
-        found.map(|(_, values)| values.as_slice())
+        let found = signals.chosen(|key| key.ends_with(&ending));
+        found.first().map(|(_, numbers)| *numbers)
     })
 }
 
 /// The same, of a signal that is not zero throughout.
-fn moving<'a>(signals: &'a Columns, name: &str) -> Option<&'a [f64]> {
+fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     column(signals, name).filter(|values| values.iter().any(|value| *value != 0.0))
 }
 
-/// Draws a chart of the lines whose signals are there, that along x not being zero throughout; lines of nothing but zeros are left out.
-pub(super) fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
-    let mut curves = lines(tables.own, chart, 0);
+/// The charts whose signals the run has, that along x not being zero throughout; lines of nothing but zeros are left out.
+pub(super) fn plots(tables: &Tables, charts: &[Chart]) -> Vec<Picture> {
+    charts
+        .iter()
+        .filter_map(|chart| drawn(tables, chart))
+        .collect()
+}
+
+fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
+    let mut curves = lines(&tables.own, chart, 0);
     if curves.is_empty() {
         return None;
     }
     let alternative = ranges_in_words(&curves, chart);
     if let Some((other, name)) = &tables.other {
         let others = lines(other, chart, OTHERS).into_iter();
-        curves.extend(others.map(|curve| Curve {
+        curves.extend(others.map(|curve| PlotCurve {
             label: format!("{}, {name}", curve.label),
             ..curve
         }));
     }
     let words = Labels {
-        x: &chart.x.words,
-        y: &chart.y.words,
-        log_y: chart.y.log,
+        x: chart.x.0,
+        y: chart.y.words(),
+        log_y: matches!(chart.y, YAxis::Log(_)),
     };
     Some(Picture {
         file: chart.file.clone(),
@@ -228,107 +228,69 @@ pub(super) fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
 const OTHERS: usize = 4;
 
 /// The lines of a chart, in styles from this one on.
-fn lines(signals: &Columns, chart: &Chart, styles: usize) -> Vec<Curve> {
+fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
     // The first line is what a chart is about; the others stand beside it.
     let first = chart.lines.first();
     let first = first.and_then(|(_, signal)| column(signals, signal));
-    let (Some(x), Some(_)) = (moving(signals, &chart.x.signal), first) else {
+    let (Some(x), Some(_)) = (moving(signals, chart.x.1), first) else {
         return Vec::new();
     };
-    let found = chart.lines.iter().enumerate();
-    let found = found.filter_map(|(place, (label, signal))| {
-        Some(Curve {
+    let curves = chart.lines.iter().enumerate();
+    let curves = curves.filter_map(|(k, (label, signal))| {
+        let points = x.iter().zip(moving(signals, signal)?);
+        let point = |(x, y): (&f64, &f64)| (x * chart.x.2, chart.y.height(*y));
+        Some(PlotCurve {
             label: label.clone(),
-            points: joined(x, column(signals, signal)?, chart),
-            style: styles + place,
+            points: points.map(point).collect(),
+            style: styles + k,
         })
     });
-    let flat = |curve: &Curve| curve.points.iter().all(|(_, y)| *y == 0.0);
-    found.filter(|curve| !flat(curve)).collect()
+    curves.collect()
 }
 
-/// Points of two columns in the units of the axes.
-fn joined(x: &[f64], y: &[f64], chart: &Chart) -> Vec<(f64, f64)> {
-    let height = |y: &f64| {
-        if chart.y.log {
-            // What is 0 has no place on the axis, and is left out.
-            (y.abs() * chart.y.factor).log10()
-        } else {
-            y * chart.y.factor
-        }
-    };
-    let points = x.iter().zip(y);
-    points
-        .map(|(x, y)| (x * chart.x.factor, height(y)))
-        .collect()
-}
-
-/// The extent of each line, for one who does not see them.
-fn ranges_in_words(curves: &[Curve], chart: &Chart) -> String {
+/// The extent of each line, for a reader who cannot see them.
+fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
+    let is_linear = matches!(chart.y, YAxis::Linear(..));
     let each = curves.iter().map(|curve| {
-        let heights = curve
-            .points
-            .iter()
-            .map(|(_, y)| *y)
-            .filter(|y| y.is_finite());
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+        let heights = curve.points.iter().map(|(_, y)| *y);
+        let drawn = heights.filter(|y| y.is_finite() && (is_linear || *y > 0.0));
+        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
             (low.min(y), high.max(y))
         });
-        let [low, high] = [low, high].map(|y| if chart.y.log { 10f64.powf(y) } else { y });
         format!("{} from {low:.4e} to {high:.4e}", curve.label)
     });
-    let each: Vec<String> = each.collect();
-    format!(
-        "Curves over {}; {}: {}.",
-        chart.x.words,
-        chart.y.words,
-        each.join("; ")
-    )
+    let each = Vec::from_iter(each).join("; ");
+    format!("Curves over {}; {}: {each}.", chart.x.0, chart.y.words())
 }
 
 /// Pressure and shear on the surface at the sampled moment.
 pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Option<Picture> {
-    let profile = &run.profile;
-    let (Some(x), Some(pressure)) = (profile.get("x_m"), profile.get("pressure_pa")) else {
-        return None;
-    };
+    let of = |run: &RunFiles, name: &str| Some(run.profile.as_ref()?.get(name)?.to_vec());
+    let (x, pressure) = (of(run, "x_m")?, of(run, "pressure_pa")?);
     let low = x.iter().copied().fold(f64::INFINITY, f64::min);
     let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let width = MEAN_SHARE * (high - low);
-    let mean = format!("pressure, mean over {:.2} mm", 1e3 * width);
-    let points = |x: &[f64], y: &[f64]| -> Vec<(f64, f64)> {
-        x.iter().zip(y).map(|(x, y)| (1e3 * x, 1e-6 * y)).collect()
+    let curve = |label: String, style: usize, x: &[f64], y: &[f64]| PlotCurve {
+        label,
+        points: x.iter().zip(y).map(|(x, y)| (1e3 * x, 1e-6 * y)).collect(),
+        style,
     };
+    let mean = |label: String, style: usize, x: &[f64], y: &[f64]| {
+        curve(label, style, x, &moving_mean(x, y, width))
+    };
+    let smooth = format!("pressure, mean over {:.2} mm", 1e3 * width);
     let mut curves = vec![
-        Curve {
-            label: "pressure at the nodes".into(),
-            points: points(x, pressure),
-            style: BACKGROUND,
-        },
-        Curve {
-            label: mean,
-            points: points(x, &moving_mean(x, pressure, width)),
-            style: 0,
-        },
+        curve("pressure at the nodes".into(), BACKGROUND, &x, &pressure),
+        mean(smooth, 0, &x, &pressure),
     ];
-    if let Some(shear) = profile.get("shear_pa") {
-        let points = points(x, &moving_mean(x, shear, width));
-        curves.push(Curve {
-            label: "shear, the same".into(),
-            points,
-            style: 1,
-        });
+    if let Some(shear) = of(run, "shear_pa") {
+        curves.push(mean("shear, the same".into(), 1, &x, &shear));
     }
     if let Some((other, name)) = &other
-        && let (Some(x), Some(pressure)) =
-            (other.profile.get("x_m"), other.profile.get("pressure_pa"))
+        && let (Some(x), Some(pressure)) = (of(other, "x_m"), of(other, "pressure_pa"))
     {
-        let points = points(x, &moving_mean(x, pressure, width));
-        curves.push(Curve {
-            label: format!("pressure, mean, {name}"),
-            points,
-            style: OTHERS,
-        });
+        let label = format!("pressure, mean, {name}");
+        curves.push(mean(label, OTHERS, &x, &pressure));
     }
     let labels = Labels {
         x: "x (mm)",
@@ -349,12 +311,10 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
 }
 
 /// Share of sliding nodes over the wheel's lateral velocity, while it moves (Renouf, Saulot and Berthier 2006, figure 7).
-pub(super) fn sliding_over_velocity(signals: &Columns) -> Option<Picture> {
-    let velocity = moving(signals, "wheel_vx_m_per_s");
-    let (Some(velocity), Some(sn)) = (velocity, column(signals, "sn_pct")) else {
-        return None;
-    };
-    let moving = velocity.iter().zip(sn).filter(|(v, _)| **v != 0.0);
+pub(super) fn sliding_over_velocity(signals: &Table) -> Option<Picture> {
+    let velocity = moving(signals, "wheel_vx_m_per_s")?.iter();
+    let moving = velocity.zip(column(signals, "sn_pct")?);
+    let moving = moving.filter(|(v, _)| **v != 0.0);
     let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
     let labels = Labels {
         x: "wheel velocity (mm/s)",
@@ -369,7 +329,7 @@ pub(super) fn sliding_over_velocity(signals: &Columns) -> Option<Picture> {
     })
 }
 
-/// Mean of the values whose places lie within half of `width` of each place.
+/// Mean of the values whose positions lie within half of `width` of each position.
 fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
     let reach = 0.5 * width * (1.0 + 1e-9);
     let mean = |centre: &f64| {

@@ -1,8 +1,8 @@
 //! Curves of the balances of a run: interfaces, energies, bonds and flows of third body, as many as it has.
 
-use super::curves::{Axis, Chart, over_time};
-use runs::columns::Columns;
+use super::curves::{Chart, YAxis, over_time};
 use runs::files::RunFiles;
+use runs::table::Table;
 
 /// Force, repeats, gap and work of each interface, iterations and residual of the contact solve.
 pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
@@ -14,137 +14,133 @@ pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
             1 => (String::new(), String::new()),
             _ => (format!("{name}."), format!("-{name}")),
         };
-        let lines = |all: &[(&str, &str)]| -> Vec<(String, String)> {
-            let own = all.iter();
-            own.map(|(word, signal)| (word.to_string(), format!("{prefix}{signal}")))
-                .collect()
+        let mut add = |file: &str, caption: String, y: YAxis, lines: &[(&str, &str)]| {
+            let mut chart = over_time(&format!("{file}{suffix}.svg"), &caption, y, lines);
+            for (_, signal) in &mut chart.lines {
+                signal.insert_str(0, &prefix);
+            }
+            charts.push(chart);
         };
-        let chart = |file: &str, caption: String, y: Axis, all: &[(&str, &str)]| Chart {
-            lines: lines(all),
-            ..over_time(&format!("{file}{suffix}.svg"), &caption, y, &[])
-        };
-        charts.push(chart(
+        add(
             "interface-force",
             format!("Force through `{name}`, on the body that follows it"),
-            Axis::y("force (N)", 1.0),
+            YAxis::Linear("force (N)", 1.0),
             &[("along x", "interface_fx_n"), ("along y", "interface_fy_n")],
-        ));
-        charts.push(chart(
+        );
+        add(
             "interface-gap",
             format!("Distance of both sides of `{name}`, over the spacing of its nodes"),
-            Axis::log("gap over node spacing"),
+            YAxis::Log("gap over node spacing"),
             &[("gap", "gap_rel")],
-        ));
-        charts.push(chart(
+        );
+        add(
             "interface-repeats",
             format!("Repeats of each window of `{name}`"),
-            Axis::y("repeats", 1.0),
+            YAxis::Linear("repeats", 1.0),
             &[("repeats", "repeats")],
-        ));
+        );
     }
-    charts.extend(works(&run.signals));
-    charts.push(over_time(
-        "contact-residual.svg",
-        "Residual of the contact solve of each window, which is held against its tolerance",
-        Axis::log("residual"),
-        &[("true residual", "true_residual")],
-    ));
-    charts.push(over_time(
-        "contact-iterations.svg",
-        "Iterations of the contact solve of each window",
-        Axis::y("iterations", 1.0),
-        &[("iterations", "iterations")],
-    ));
+    let solve = |file: &str, caption: &str, y: YAxis, line: (&str, &str)| {
+        over_time(file, caption, y, &[line])
+    };
+    charts.extend([
+        works(&run.signals),
+        solve(
+            "contact-residual.svg",
+            "Residual of the contact solve of each window, which is held against its tolerance",
+            YAxis::Log("residual"),
+            ("true residual", "true_residual"),
+        ),
+        solve(
+            "contact-iterations.svg",
+            "Iterations of the contact solve of each window",
+            YAxis::Linear("iterations", 1.0),
+            ("iterations", "iterations"),
+        ),
+    ]);
     charts
 }
 
-/// The work through the interfaces as each participant tells it; what one gives the other takes.
-fn works(signals: &Columns) -> Option<Chart> {
-    let told = ["interface_work_j", "interface_j"];
-    let names = signals.keys().filter(|name| {
-        name.split_once('.')
-            .is_some_and(|(_, signal)| told.contains(&signal))
-    });
-    let lines: Vec<(String, String)> = names
-        .map(|name| {
-            (
-                name.split('.').next().unwrap_or_default().to_string(),
-                name.clone(),
-            )
-        })
-        .collect();
-    (!lines.is_empty()).then(|| Chart {
-        lines,
+/// The work through the interfaces as each participant reports it; what one gives the other takes.
+fn works(signals: &Table) -> Chart {
+    let works = ["interface_work_j", "interface_j"];
+    let participant = |name: &str| {
+        let (participant, signal) = name.split_once('.')?;
+        works.contains(&signal).then(|| participant.to_string())
+    };
+    let columns = signals.chosen(|name| participant(name).is_some());
+    let lines = columns
+        .iter()
+        .filter_map(|(name, _)| Some((participant(name)?, name.to_string())));
+    Chart {
+        lines: lines.collect(),
         ..over_time(
             "interface-work.svg",
             "Work that each participant received through its interfaces: what one gives, the other takes",
-            Axis::y("work (mJ)", 1e3),
+            YAxis::Linear("work (mJ)", 1e3),
             &[],
         )
-    })
+    }
 }
+
+/// A term that is less than this over the largest one would be a line at zero beside it.
+const SEEN: f64 = 1e-4;
 
 /// The terms of the energy balance of each participant.
 pub(super) fn energies(run: &RunFiles) -> Vec<Chart> {
-    let mut charts = Vec::new();
-    for (name, participant) in run.entries("participants") {
+    let chart = |(name, participant): (&String, &serde_json::Value)| {
         let terms = participant["energy"].as_object().into_iter().flatten();
         let terms = terms.filter_map(|(term, _)| {
             let prefixed = format!("{name}.{term}");
-            let signal = [&prefixed, term]
-                .into_iter()
-                .find(|s| run.signals.contains_key(*s))?;
+            let signal = [&prefixed, term];
+            let mut found = signal
+                .iter()
+                .filter_map(|signal| Some((signal, run.signals.get(signal)?)));
+            let (signal, values) = found.next()?;
+            let finite = values.iter().filter(|x| x.is_finite());
+            let largest = finite.fold(0.0, |most: f64, x| most.max(x.abs()));
             let words = term.strip_suffix("_j").unwrap_or(term).replace('_', " ");
-            Some((words, signal.clone()))
+            Some((words, signal.to_string(), largest))
         });
-        let lines: Vec<(String, String)> = terms.collect();
-        let largest = |signal: &str| -> f64 {
-            let values = run.signals[signal].iter().copied();
-            values
-                .filter(|x| x.is_finite())
-                .fold(0.0, |most, x| most.max(x.abs()))
-        };
-        let most = lines
+        let terms: Vec<(String, String, f64)> = terms.collect();
+        let most = terms
             .iter()
-            .map(|(_, signal)| largest(signal))
+            .map(|(.., largest)| *largest)
             .fold(0.0, f64::max);
-        // What is less than a hundredth of a per cent would be one line at zero with the others.
-        let seen: Vec<(String, String)> = lines
-            .iter()
-            .filter(|(_, signal)| largest(signal) > 1e-4 * most)
-            .cloned()
+        let seen = terms.iter().filter(|(.., largest)| *largest > SEEN * most);
+        let lines: Vec<(String, String)> = seen
+            .map(|(words, signal, _)| (words.clone(), signal.clone()))
             .collect();
-        let hidden = lines.len() - seen.len();
-        let rest = match hidden {
+        let rest = match terms.len() - lines.len() {
             0 => String::new(),
             count => format!(" ({count} terms below 0.01 % of the largest are not drawn)"),
         };
-        charts.push(Chart {
-            lines: seen,
+        Chart {
+            lines,
             ..over_time(
                 &format!("energy-{name}.svg"),
                 &format!("Terms of the energy balance of `{name}`{rest}"),
-                Axis::y("energy (mJ)", 1e3),
+                YAxis::Linear("energy (mJ)", 1e3),
                 &[],
             )
-        });
-    }
-    charts
+        }
+    };
+    run.entries("participants").map(chart).collect()
 }
 
 /// Bonds and flows over time.
-pub(super) fn third_body() -> Vec<Chart> {
-    vec![
+pub(super) fn third_body() -> [Chart; 3] {
+    [
         over_time(
             "bonds.svg",
             "Bonds between grains",
-            Axis::y("bonds", 1.0),
+            YAxis::Linear("bonds", 1.0),
             &[("bonds", "bonds")],
         ),
         over_time(
             "flows.svg",
             "Flows of third body since the start, real masses",
-            Axis::y("mass (µg)", 1e9),
+            YAxis::Linear("mass (µg)", 1e9),
             &[
                 ("Qs, detached", "q_source_kg"),
                 ("Qw, worn", "q_wear_kg"),
@@ -157,36 +153,27 @@ pub(super) fn third_body() -> Vec<Chart> {
         over_time(
             "contacts.svg",
             "Closed contacts of grains",
-            Axis::y("contacts", 1.0),
+            YAxis::Linear("contacts", 1.0),
             &[("contacts", "contacts")],
         ),
     ]
 }
 
 /// Forces of sets that a motion drives.
-pub(super) fn reactions(signals: &Columns) -> Vec<Chart> {
+pub(super) fn reactions(signals: &Table) -> Chart {
     let ends = ["_reaction_x_n", "_reaction_y_n"];
-    let names = signals
-        .keys()
-        .filter(|name| ends.iter().any(|end| name.ends_with(end)));
-    let lines: Vec<(String, String)> = names
-        .map(|name| {
-            (
-                name.strip_suffix("_n").unwrap_or(name).replace('_', " "),
-                name.clone(),
-            )
-        })
-        .collect();
-    if lines.is_empty() {
-        return Vec::new();
-    }
-    vec![Chart {
-        lines,
+    let columns = signals.chosen(|name| ends.iter().any(|end| name.ends_with(end)));
+    let words = |name: &str| name.strip_suffix("_n").unwrap_or(name).replace('_', " ");
+    let lines = columns
+        .iter()
+        .map(|(name, _)| (words(name), name.to_string()));
+    Chart {
+        lines: lines.collect(),
         ..over_time(
             "reactions.svg",
             "Forces that driven sets exert on their bodies",
-            Axis::y("force (N)", 1.0),
+            YAxis::Linear("force (N)", 1.0),
             &[],
         )
-    }]
+    }
 }

@@ -1,7 +1,7 @@
 //! `movie.html`: a player of grains on the deforming mesh, at all moments at which a run wrote fields.
 //!
-//! - `setup`: what the run's scenario says of wheel and interfaces; `record`: the files and moments there are;
-//! - `mesh`: outline and sides of a mesh; `place`: its place beside grains; `scene`: all bodies at the first moment;
+//! - `fields`: the files and moments there are;
+//! - `mesh`: outline and sides of a mesh; `position`: its position beside grains; `scene`: all bodies at the first moment;
 //! - `fit`: the parts that fit into the page; `shots`: their frames; `range`: ranges of all numbers; `view`: parts of the scene;
 //! - `track`: signals; `encode`: numbers as text; `page`: the player with the data in it.
 
@@ -10,23 +10,24 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use coordinator::error::{Error, Refusal};
+use fields::{FieldFiles, FieldMoment};
 use fit::{Content, FRAMES_MOST, LINES_MOST, evenly};
 use page::{Movie, PLAYER, Words, page};
-use range::{Ranges, round_up};
-use record::{Moment, Record};
-use runs::setup::Setup;
+use range::{MovieRanges, round_up};
+use runs::files::RunFiles;
+use runs::scenario::Setup;
 use scene::Scene;
 use shots::Shots;
 use track::Track;
 use view::{largest_displacement, views};
 
 mod encode;
+mod fields;
 mod fit;
 mod mesh;
 mod page;
-mod place;
+mod position;
 mod range;
-mod record;
 mod scene;
 mod shots;
 mod track;
@@ -38,7 +39,7 @@ const FILE: &str = "movie.html";
 const BYTES_MOST: usize = 5_000_000;
 /// Room for texts and signals (bytes).
 const TEXTS: usize = 150_000;
-/// Fewer moments than these are told how to become more.
+/// With fewer moments than these, the page says how there will be more.
 const FEW: usize = 12;
 
 /// Writes `movie.html` into a run directory; returns its name.
@@ -46,14 +47,14 @@ const FEW: usize = 12;
 /// # Errors
 /// The run left no fields that can be shown.
 pub fn write(run: &Path) -> Result<String, Error> {
-    let html = make(run, BYTES_MOST)?;
+    let html = make(&RunFiles::read_what_is_there(run), BYTES_MOST)?;
     let path = run.join(FILE);
     std::fs::write(&path, html).map_err(Error::output(path.display()))?;
     Ok(FILE.into())
 }
 
 /// The page of at most so many bytes. Its size is foreseen from above; what that leaves free is used in a second attempt.
-fn make(run: &Path, bytes: usize) -> Result<String, Error> {
+fn make(run: &RunFiles, bytes: usize) -> Result<String, Error> {
     let attempt = |room: usize| Material::of(run)?.page(run, room);
     let mut room = bytes.saturating_sub(PLAYER.len() + TEXTS);
     let mut made = attempt(room)?;
@@ -79,41 +80,41 @@ struct Made {
 /// Everything that a run left for a movie.
 struct Material {
     setup: Setup,
-    record: Record,
+    files: FieldFiles,
     scene: Scene,
     focus: [f64; 2],
 }
 
 impl Material {
-    fn of(run: &Path) -> Result<Material, Error> {
-        let setup = Setup::of(run);
-        let record = Record::of(run, &setup)?;
-        let scene = Scene::of(&record, &setup);
+    fn of(run: &RunFiles) -> Result<Material, Error> {
+        let setup = run.scenario();
+        let files = FieldFiles::of(&run.path, &setup)?;
+        let scene = Scene::of(&files, &setup);
         if scene.meshes.is_empty() && scene.grains.is_empty() {
             let problem = format!("no fields can be shown: {}", scene.notes.join("; "));
-            return Err(Refusal::file(run, problem).into());
+            return Err(Refusal::file(&run.path, problem).into());
         }
-        let focus = scene.focus(&record);
+        let focus = scene.focus(&files);
         Ok(Material {
             setup,
-            record,
+            files,
             scene,
             focus,
         })
     }
 
     /// The page with as much as fits into so many bytes of data.
-    fn page(mut self, run: &Path, room: usize) -> Result<Made, Error> {
-        let whole = self.scene.content(self.record.moments.len());
+    fn page(mut self, run: &RunFiles, room: usize) -> Result<Made, Error> {
+        let whole = self.scene.content(self.files.moments.len());
         let kept = whole.within(room, self.scene.outline());
         let views = views(&self.scene, self.focus, self.setup.wheel_of.is_some());
         self.scene.keep(&kept, self.focus);
         let chosen = evenly(kept.frames, whole.frames);
-        let moments: Vec<&Moment> = chosen.iter().map(|k| &self.record.moments[*k]).collect();
+        let moments: Vec<&FieldMoment> = chosen.iter().map(|k| &self.files.moments[*k]).collect();
         let colours = kept.colours == whole.colours;
-        let shots = Shots::of(&self.record, &self.scene, &moments, colours);
-        let ranges = Ranges::of(&shots);
-        let track = Track::of(run, &self.setup);
+        let shots = Shots::of(&self.files, &self.scene, &moments, colours);
+        let ranges = MovieRanges::of(&shots);
+        let track = Track::of(run, self.setup.wheel_of.as_ref());
         let scale = views
             .first()
             .map(|view| view.scale(largest_displacement(&shots, &ranges)));
@@ -122,7 +123,7 @@ impl Material {
             "frames": moments.iter().map(|moment| frame(moment, &track)).collect::<Vec<Value>>(),
             "strip": track.strip(),
             "wheel": self.setup.wheel.as_ref().map(|wheel| json!([wheel.participant, 1e3 * wheel.radius_m])),
-            "views": views.iter().map(|view| view.told()).collect::<Vec<Value>>(),
+            "views": views.iter().map(|view| view.json()).collect::<Vec<Value>>(),
             "scale": scale,
         });
         let html = page(&Movie {
@@ -136,23 +137,25 @@ impl Material {
         Ok(Made { html, whole })
     }
 
-    fn words(&self, run: &Path, content: &[Content; 2], shots: &Shots, ranges: &Ranges) -> Words {
+    fn words(
+        &self,
+        run: &RunFiles,
+        content: &[Content; 2],
+        shots: &Shots,
+        ranges: &MovieRanges,
+    ) -> Words {
         let [whole, kept] = content;
         let mut notes = self.scene.notes.clone();
         notes.extend(shots.notes.iter().cloned());
         notes.extend(dropped(whole, kept));
-        if self.record.moments.len() < FEW {
-            let times = self
-                .record
-                .moments
-                .iter()
-                .filter_map(|moment| moment.time_s);
+        if self.files.moments.len() < FEW {
+            let times = self.files.moments.iter().filter_map(|moment| moment.time_s);
             let end = times.fold(0.0, f64::max);
             let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
             notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", whole.frames));
         }
         if self
-            .record
+            .files
             .moments
             .iter()
             .any(|moment| moment.time_s.is_none())
@@ -161,7 +164,7 @@ impl Material {
         }
         notes.push(accuracy(&self.scene, ranges));
         let title = if self.setup.name.is_empty() {
-            run.display().to_string()
+            run.path.display().to_string()
         } else {
             self.setup.name.clone()
         };
@@ -174,7 +177,7 @@ impl Material {
     }
 
     /// The picture in words.
-    fn description(&self, kept: &Content, ranges: &Ranges) -> String {
+    fn description(&self, kept: &Content, ranges: &MovieRanges) -> String {
         let meshes = self.scene.meshes.iter().map(|body| {
             let (name, elements) = (&body.source.participant, body.mesh.quads.len());
             format!("`{name}`, a mesh of {elements} elements")
@@ -184,7 +187,7 @@ impl Material {
             format!("`{name}`, {count} grains")
         });
         let bodies: Vec<String> = meshes.chain(grains).collect();
-        let ends = [self.record.moments.first(), self.record.moments.last()];
+        let ends = [self.files.moments.first(), self.files.moments.last()];
         let ends = ends.map(|moment| moment.and_then(|moment| moment.time_s));
         let span = match ends {
             [Some(from), Some(to)] => {
@@ -202,7 +205,7 @@ impl Material {
 }
 
 /// A frame as the page takes it, without bodies.
-fn frame(moment: &Moment, track: &Track) -> Value {
+fn frame(moment: &FieldMoment, track: &Track) -> Value {
     let inside = moment.name.rsplit_once('-');
     let inside = inside.filter(|(_, number)| number.bytes().all(|digit| digit.is_ascii_digit()));
     json!({
@@ -250,7 +253,7 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
 }
 
 /// Accuracy of what is shown.
-fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
+fn accuracy(scene: &Scene, ranges: &MovieRanges) -> String {
     let half = |range: [f64; 2], codes: f64| 0.5 * (range[1] - range[0]) / codes;
     let nm = |ranges: [[f64; 2]; 2]| {
         let of = ranges.map(|range| half(range, 65_534.0));
@@ -262,7 +265,7 @@ fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
         parts.push(format!("displacements of nodes by up to {nm} nm"));
     }
     if !scene.grains.is_empty() {
-        let nm = round_up(nm(ranges.place));
+        let nm = round_up(nm(ranges.position));
         parts.push(format!("centres of grains by up to {nm} nm"));
     }
     let mpa = round_up(1e-6 * half(ranges.pressure_pa, 254.0));
@@ -281,15 +284,12 @@ fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
 }
 
 /// The end of the run in words.
-fn status(run: &Path) -> String {
-    let text = std::fs::read_to_string(run.join("summary.json")).unwrap_or_default();
-    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
-    let part = |key: &str| summary[key].as_str().unwrap_or_default();
-    match part("status") {
+fn status(run: &RunFiles) -> String {
+    match run.status() {
         "" => {
             "The run left no summary.json that can be read: it was killed, or is not over.".into()
         }
-        status => format!("Status of the run: {status}. {}", part("message")),
+        status => format!("Status of the run: {status}. {}", run.text("message")),
     }
 }
 
@@ -340,7 +340,8 @@ mod tests {
     #[test]
     fn as_many_grains_as_the_largest_scene_has_fit() {
         let run = run("movie-many", 73_823);
-        let html = make(run.path(), BYTES_MOST).expect("it has fields");
+        let html =
+            make(&RunFiles::read_what_is_there(run.path()), BYTES_MOST).expect("it has fields");
         assert!(html.len() <= BYTES_MOST);
         assert!(html.contains("73823 grains") && !html.contains("grains are drawn"));
     }
@@ -348,7 +349,7 @@ mod tests {
     #[test]
     fn a_page_is_never_larger_and_tells_what_it_left_out() {
         let run = run("movie-bound", 20_000);
-        let html = make(run.path(), 300_000).expect("it has fields");
+        let html = make(&RunFiles::read_what_is_there(run.path()), 300_000).expect("it has fields");
         assert!((200_000..=300_000).contains(&html.len()), "{}", html.len());
         assert!(html.contains("of 20000 grains are drawn, those nearest to the contact"));
         assert!(html.contains("no colours but pressure"));

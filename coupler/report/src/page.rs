@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use draw::colour;
-use draw::picture::{Picture, escape};
+use draw::picture::Picture;
+use draw::svg::escape;
 
 /// A part of the page.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +26,14 @@ impl Section {
         }
     }
 
+    /// A section of paragraphs and tables.
+    pub(super) fn of_text(title: &str, text: String) -> Section {
+        Section {
+            text,
+            ..Section::new(title)
+        }
+    }
+
     /// True where there is nothing to show.
     pub(super) fn is_empty(&self) -> bool {
         self.text.is_empty() && self.maps.is_empty() && self.plots.is_empty()
@@ -34,18 +43,13 @@ impl Section {
         self.maps.iter().chain(&self.plots)
     }
 
-    fn html(&self, place: usize) -> String {
+    fn html(&self, number: usize) -> String {
         let title = escape(&self.title);
-        let mut html = format!("<section id=\"s{place}\"><h2>{title}</h2>{}", self.text);
-        for picture in &self.maps {
-            html += &figure(picture);
-        }
+        let mut html = format!("<section id=\"s{number}\"><h2>{title}</h2>{}", self.text);
+        html.extend(self.maps.iter().map(figure));
         if !self.plots.is_empty() {
-            html += "<div class=\"plots\">";
-            for picture in &self.plots {
-                html += &figure(picture);
-            }
-            html += "</div>";
+            let plots = self.plots.iter().map(figure).collect::<String>();
+            html += &format!("<div class=\"plots\">{plots}</div>");
         }
         html + "</section>"
     }
@@ -80,13 +84,10 @@ svg{max-width:100%;height:auto}
 pub(super) fn page(title: &str, head: &str, sections: &[Section]) -> String {
     let mut links = String::new();
     let mut body = String::new();
-    for (place, section) in sections.iter().enumerate() {
-        let _ = write!(
-            links,
-            "<a href=\"#s{place}\">{}</a>",
-            escape(&section.title)
-        );
-        body += &section.html(place);
+    for (number, section) in sections.iter().enumerate() {
+        let title = escape(&section.title);
+        let _ = write!(links, "<a href=\"#s{number}\">{title}</a>");
+        body += &section.html(number);
     }
     let title = escape(title);
     format!(
@@ -106,7 +107,7 @@ fn figure(picture: &Picture) -> String {
 /// Escaped text whose names, between backticks, are set as code.
 fn names(text: &str) -> String {
     let parts = text.split('`').enumerate();
-    let parts = parts.map(|(place, part)| match place % 2 {
+    let parts = parts.map(|(number, part)| match number % 2 {
         0 => part.to_string(),
         _ => format!("<code>{part}</code>"),
     });
@@ -127,29 +128,26 @@ pub(super) fn accessible(picture: &Picture) -> String {
     format!("{described}{attributes}><title>{caption}</title><desc>{alternative}</desc>{inside}")
 }
 
-/// A table: its head, and rows of cells that are escaped already; those of `numbers` stand at the right.
-pub(super) fn table(head: &[&str], numbers: &[usize], rows: &[Vec<String>]) -> String {
-    let cell = |place: usize, tag: &str, text: &str| {
-        let class = if numbers.contains(&place) && tag == "td" {
-            " class=\"n\""
-        } else {
-            ""
-        };
-        format!("<{tag}{class}>{text}</{tag}>")
+/// A table: its head, and rows of cells that are escaped already; those of `numbers` stand at the right. Nothing without rows.
+pub(super) fn table<const N: usize>(
+    head: [&str; N],
+    numbers: &[usize],
+    rows: impl IntoIterator<Item = [String; N]>,
+) -> String {
+    let cell = |(column, text): (usize, &String)| match numbers.contains(&column) {
+        true => format!("<td class=\"n\">{text}</td>"),
+        false => format!("<td>{text}</td>"),
     };
-    let line = |tag: &str, cells: &mut dyn Iterator<Item = &str>| {
-        let cells: String = cells
-            .enumerate()
-            .map(|(place, text)| cell(place, tag, text))
-            .collect();
+    let row = |row: [String; N]| {
+        let cells: String = row.iter().enumerate().map(cell).collect();
         format!("<tr>{cells}</tr>")
     };
-    let mut html = String::from("<table>");
-    html += &line("th", &mut head.iter().copied());
-    for row in rows {
-        html += &line("td", &mut row.iter().map(String::as_str));
+    let head = head.map(|text| format!("<th>{text}</th>")).concat();
+    let rows: String = rows.into_iter().map(row).collect();
+    match rows.is_empty() {
+        true => String::new(),
+        false => format!("<table><tr>{head}</tr>{rows}</table>"),
     }
-    html + "</table>"
 }
 
 #[cfg(test)]

@@ -1,78 +1,58 @@
 //! Where a run comes from, and the command that repeats it.
 
+use serde_json::Value;
+
 use super::page::table;
 use super::units::{four, with_unit};
-use draw::picture::escape;
+use draw::svg::escape;
 use runs::files::RunFiles;
 
 /// A table of provenance, and the command.
 pub(super) fn provenance(run: &RunFiles) -> String {
-    let manifest = |key: &str| match &run.manifest[key] {
-        serde_json::Value::String(text) => escape(text),
-        serde_json::Value::Null => String::new(),
+    let (keys, scenario) = (run.manifest(), run.path.join("scenario.toml"));
+    let manifest = |key: &str| match &keys[key] {
+        Value::String(text) => escape(text),
+        Value::Null => String::new(),
         other => escape(&other.to_string()),
     };
-    let hash = |name: &str| escape(run.summary["hashes"][name].as_str().unwrap_or_default());
-    let machine = [
-        manifest("host"),
-        format!("{} cores", manifest("cores")),
-        manifest("processor"),
-    ];
-    let machine: Vec<String> = machine
-        .into_iter()
-        .filter(|part| !part.is_empty())
-        .collect();
-    let transport = run.scenario.as_ref().map_or(String::new(), |scenario| {
-        format!("{:?}", scenario.run.transport).to_lowercase()
-    });
+    let code = |text: &str| format!("<code>{text}</code>");
+    let hash = |name: &str| code(&escape(run.hash(name).unwrap_or_default()));
+    let software = ["software", "build", "git"].map(manifest);
+    let [host, cores, processor] = ["host", "cores", "processor"].map(manifest);
+    let mut machine = vec![host, format!("{cores} cores"), processor];
+    machine.retain(|part| !part.is_empty());
+    let transport = match scenario.exists() {
+        true => format!("{:?}", run.scenario().transport).to_lowercase(),
+        false => String::new(),
+    };
     let rows = [
         (
             "software",
             format!(
                 "{}, build {}, git {}",
-                manifest("software"),
-                manifest("build"),
-                manifest("git")
+                software[0], software[1], software[2]
             ),
         ),
         (
             "scenario",
-            format!(
-                "{}, hash <code>{}</code>",
-                manifest("scenario_file"),
-                hash("scenario")
-            ),
+            format!("{}, hash {}", manifest("scenario_file"), hash("scenario")),
         ),
         ("seed", manifest("seed")),
         ("threads of each participant", manifest("threads")),
         ("transport", transport),
         ("machine", machine.join(", ")),
-        ("run", format!("<code>{}</code>", manifest("run_id"))),
-        (
-            "hash of the exchange",
-            format!("<code>{}</code>", hash("exchange")),
-        ),
-        (
-            "hash of the states",
-            format!("<code>{}</code>", hash("state")),
-        ),
+        ("run", code(&manifest("run_id"))),
+        ("hash of the exchange", hash("exchange")),
+        ("hash of the states", hash("state")),
     ];
-    let rows: Vec<Vec<String>> = rows
-        .into_iter()
-        .filter(|(_, text)| !text.is_empty())
-        .map(|(name, text)| vec![name.to_string(), text])
-        .collect();
-    let path = run.path.join("scenario.toml");
-    let threads = run.manifest["threads"].as_u64();
+    let rows = rows.into_iter().filter(|(_, text)| !text.is_empty());
+    let threads = keys["threads"].as_u64();
     let threads = threads.map_or(String::new(), |count| format!(" --threads {count}"));
-    let command = format!(
-        "thirdbody run {}{threads}",
-        quoted(&path.display().to_string())
-    );
+    let file = quoted(&scenario.display().to_string());
     format!(
         "{}<p>Repeat it; the same build gives the same hashes for any number of threads:</p><pre>{}</pre>",
-        table(&["", ""], &[], &rows),
-        escape(&command)
+        table(["", ""], &[], rows.map(|(name, text)| [name.into(), text])),
+        escape(&format!("thirdbody run {file}{threads}"))
     )
 }
 
@@ -86,57 +66,41 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// Time of each process as one bar, and work with its pace.
+/// Processor time, memory, and work with its pace, of each process.
 pub(super) fn processes(run: &RunFiles) -> String {
+    let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or(0.0);
     let rows = run.entries("participants").map(|(name, of)| {
-        let number = |key: &str| of[key].as_f64().unwrap_or(0.0);
         let work = of["work"].as_object().into_iter().flatten();
-        let work = work.filter(|(_, count)| count.as_f64().is_some_and(|count| count > 0.0));
-        let work: Vec<String> = work
-            .map(|(kind, count)| {
-                format!(
-                    "{} {}",
-                    four(count.as_f64().unwrap_or(0.0)),
-                    kind.replace('_', " ")
-                )
-            })
-            .collect();
-        vec![
+        let work = work.filter_map(|(kind, count)| Some((kind, count.as_f64()?)));
+        let work = work.filter(|(_, count)| *count > 0.0);
+        let work = work.map(|(kind, count)| format!("{} {}", four(count), kind.replace('_', " ")));
+        [
             escape(name),
             escape(of["kind"].as_str().unwrap_or_default()),
-            with_unit(number("cpu_s"), "s"),
-            work.join(", "),
-            with_unit(1e-9 * number("ns_per_work"), "s"),
-            with_unit(number("peak_rss_bytes"), "B"),
+            with_unit(number(of, "cpu_s"), "s"),
+            Vec::from_iter(work).join(", "),
+            with_unit(1e-9 * number(of, "ns_per_work"), "s"),
+            with_unit(number(of, "peak_rss_bytes"), "B"),
         ]
     });
-    let mut rows: Vec<Vec<String>> = rows.collect();
-    let coordinator = &run.summary["coordinator"];
-    if let (Some(cpu), Some(memory)) = (
-        coordinator["cpu_s"].as_f64(),
-        coordinator["peak_rss_bytes"].as_f64(),
-    ) {
-        rows.push(vec![
-            "coordinator".into(),
-            String::new(),
-            with_unit(cpu, "s"),
-            String::new(),
-            String::new(),
-            with_unit(memory, "B"),
-        ]);
-    }
-    table(
-        &[
-            "process",
-            "kind",
-            "processor time",
-            "work",
-            "each",
-            "memory, at most",
-        ],
-        &[2, 4, 5],
-        &rows,
-    )
+    let coordinator = ["coordinator.cpu_s", "coordinator.peak_rss_bytes"];
+    let coordinator = match coordinator.map(|path| run.number(path)) {
+        [Some(cpu), Some(memory)] => {
+            let [cpu, memory] = [with_unit(cpu, "s"), with_unit(memory, "B")];
+            let none = String::new;
+            Some(["coordinator".into(), none(), cpu, none(), none(), memory])
+        }
+        _ => None,
+    };
+    let head = [
+        "process",
+        "kind",
+        "processor time",
+        "work",
+        "each",
+        "memory, at most",
+    ];
+    table(head, &[2, 4, 5], rows.chain(coordinator))
 }
 
 #[cfg(test)]

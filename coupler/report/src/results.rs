@@ -2,7 +2,7 @@
 
 use super::page::table;
 use super::units::{told, words};
-use draw::picture::escape;
+use draw::svg::escape;
 use runs::files::RunFiles;
 
 /// The page that names and explains all results.
@@ -45,8 +45,8 @@ impl Entry {
     }
 }
 
-/// Place of the entry that explains a result; exact names come before patterns.
-fn place(entries: &[Entry], name: &str) -> Option<usize> {
+/// Number of the entry that explains a result; exact names come before patterns.
+fn number(entries: &[Entry], name: &str) -> Option<usize> {
     let exact = entries.iter().position(|entry| entry.name == name);
     exact.or_else(|| entries.iter().position(|entry| entry.explains(name)))
 }
@@ -60,24 +60,23 @@ pub(super) fn grouped(run: &RunFiles) -> String {
     let mut known: Vec<(usize, &str, f64)> = run
         .entries("results")
         .filter_map(|(name, value)| Some((name.as_str(), value.as_f64()?)))
-        .map(|(name, value)| (place(&entries, name).unwrap_or(entries.len()), name, value))
+        .map(|(name, value)| (number(&entries, name).unwrap_or(entries.len()), name, value))
         .collect();
-    known.sort_by_key(|(place, name, _)| (*place, *name));
-    let group = |place: usize| entries.get(place).map_or(OTHERS, |entry| entry.group);
+    known.sort_by_key(|(number, name, _)| (*number, *name));
+    let group = |number: usize| entries.get(number).map_or(OTHERS, |entry| entry.group);
     let mut html = String::new();
     for of_group in known.chunk_by(|a, b| group(a.0) == group(b.0)) {
-        let rows = of_group.iter().map(|(place, name, value)| {
-            let sentence = entries.get(*place).map_or("", |entry| entry.sentence);
-            vec![
+        let rows = of_group.iter().map(|(number, name, value)| {
+            let sentence = entries.get(*number).map_or("", |entry| entry.sentence);
+            [
                 escape(&words(name)),
                 escape(&told(name, *value)),
                 escape(sentence),
                 format!("<code>{}</code>", escape(name)),
             ]
         });
-        let rows: Vec<Vec<String>> = rows.collect();
         html += &format!("<h3>{}</h3>", escape(group(of_group[0].0)));
-        html += &table(&["result", "value", "", "name"], &[1], &rows);
+        html += &table(["result", "value", "", "name"], &[1], rows);
     }
     html
 }
@@ -98,7 +97,7 @@ mod tests {
             assert_eq!(same, 1, "{}", entry.name);
             assert!(entry.sentence.ends_with('.'), "{}", entry.name);
         }
-        let name_of = |name: &str| place(&entries, name).map(|place| entries[place].name);
+        let name_of = |name: &str| number(&entries, name).map(|number| entries[number].name);
         assert_eq!(name_of("interface_force_n"), Some("interface_force_n"));
         assert_eq!(name_of("punch_reaction_y_n"), Some("<set>_reaction_y_n"));
         assert_eq!(name_of("approach_m"), Some("approach_m"));

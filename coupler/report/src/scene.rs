@@ -1,12 +1,14 @@
 //! Grains and continuum around the contact, coloured by pressure.
 
+use super::mesh::{deformed_mm, draw_elements, points_mm};
 use super::units::with_unit;
-use super::view::{Panel, View, deformed_mm, elements, frames, maps, middle, places_mm};
 use coordinator::error::Error;
-use draw::colour::{Scale, full_mpa};
+use draw::colour::{ColourScale, full_mpa};
+use draw::extent::Extent;
+use draw::map::{Map, Panel, maps, middle};
 use draw::picture::Picture;
-use runs::fields::{Arrays, numbers, read_first};
-use runs::files::{Moment, RunFiles};
+use runs::fields::{Arrays, flags, numbers};
+use runs::files::{MarkedMoment, RunFiles};
 
 /// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
 /// own, in which it may lie where the first one does.
@@ -21,21 +23,21 @@ const DISKS_MAX: usize = 20_000;
 /// The scene at the first of the moments that has fields: the whole contact and, where a layer of grains is much longer
 /// than high, its middle below. `None` where no participant wrote fields.
 pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
-    for Moment { name, words } in &run.moments {
+    for MarkedMoment { name, words } in run.moments() {
         let scene = Scene {
-            continuum: read_first(&run.path, name, "vtu")?,
-            grains: read_first(&run.path, name, "vtp")?,
+            continuum: run.fields(&name, ".vtu")?,
+            grains: run.fields(&name, ".vtp")?,
         };
-        let views = scene.views();
-        if !views.is_empty() {
-            return Ok(Some(scene.picture(&views, words)));
+        let extents = scene.extents();
+        if !extents.is_empty() {
+            return Ok(Some(scene.picture(&extents, &words)));
         }
     }
     Ok(None)
 }
 
 impl Scene {
-    fn picture(&self, views: &[View], moment: &str) -> Picture {
+    fn picture(&self, extents: &[Extent], moment: &str) -> Picture {
         let disks = self.circles().count();
         let drawn = disks.min(DISKS_MAX);
         let largest = self.largest_pa();
@@ -48,7 +50,8 @@ impl Scene {
         }
         .to_string();
         what += &format!(" at the {moment}, to scale.");
-        if self.any("glued") {
+        let glued = |grains: &Arrays| flags(grains, "glued").contains(&true);
+        if self.grains.as_ref().is_some_and(glued) {
             what += " Thick outlines: glued grains.";
         }
         if drawn < disks {
@@ -57,15 +60,13 @@ impl Scene {
                 disks.div_ceil(DISKS_MAX)
             );
         }
-        let scale = Scale {
+        let scale = ColourScale {
             quantity: "pressure (MPa)".into(),
             end: self.full_mpa(),
             below: Some("tension"),
         };
-        let frames = frames(views);
-        let svg = maps(&frames, Some(&scale), |panel, place| {
-            self.paint(panel, &frames[place].view, &scale);
-        });
+        let shown = Map::of_middles(extents);
+        let svg = maps(&shown, Some(&scale), |panel, _| self.draw(panel, &scale));
         let alternative = format!(
             "Map of {disks} grains and {} elements; largest pressure in the continuum {}.",
             self.continuum
@@ -81,49 +82,44 @@ impl Scene {
         }
     }
 
-    fn any(&self, flag: &str) -> bool {
-        let of = |arrays: &Arrays| numbers(arrays, flag).iter().any(|flag| *flag > 0.0);
-        self.grains.as_ref().is_some_and(of)
-    }
-
     fn largest_pa(&self) -> Option<f64> {
         let values = self.continuum.as_ref()?.get("hydrostatic_pressure_pa")?;
         values.iter().copied().reduce(f64::max)
     }
 
     /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
-    fn views(&self) -> Vec<View> {
+    fn extents(&self) -> Vec<Extent> {
         let nodes = self
             .continuum
             .iter()
             .flat_map(deformed_mm)
-            .map(|place| (place, 0.0));
-        let Some(all) = View::around(nodes.chain(self.circles())) else {
+            .map(|node| (node, 0.0));
+        let Some(all) = Extent::around(nodes.chain(self.circles())) else {
             return Vec::new();
         };
-        let edge = 0.02 * all.height_mm();
+        let edge = 0.02 * all.height();
         let all = all.with_margin(0.0, edge, edge);
-        let Some(layer) = View::around(self.circles()) else {
+        let Some(layer) = Extent::around(self.circles()) else {
             return vec![all];
         };
-        let side = 0.02 * layer.width_mm();
-        let deep = 0.16 * layer.width_mm();
-        let mut views = vec![layer.with_margin(side, deep, deep).within(&all)];
+        let side = 0.02 * layer.width();
+        let deep = 0.16 * layer.width();
+        let mut extents = vec![layer.with_margin(side, deep, deep).within(&all)];
         if let Some(middle) = middle(&layer) {
-            let inside = self.circles().filter(|(place, _)| middle.holds(*place));
-            let mut near = View::around(inside).unwrap_or(middle);
-            near = near.with_margin(0.0, 0.5 * near.height_mm(), 0.5 * near.height_mm());
-            near.x_mm = middle.x_mm;
-            views.push(near.within(&all));
+            let inside = self.circles().filter(|(centre, _)| middle.holds(*centre));
+            let mut near = Extent::around(inside).unwrap_or(middle);
+            near = near.with_margin(0.0, 0.5 * near.height(), 0.5 * near.height());
+            near.x = middle.x;
+            extents.push(near.within(&all));
         }
-        views
+        extents
     }
 
     /// Centre and radius of each grain that is not in store (mm).
-    fn circles(&self) -> impl Iterator<Item = ((f64, f64), f64)> {
+    fn circles(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
         let all = self.grains.iter().flat_map(|arrays| {
             let radii = numbers(arrays, "radius_m").iter().map(|r| 1e3 * r);
-            places_mm(arrays).into_iter().zip(radii)
+            points_mm(arrays).into_iter().zip(radii)
         });
         all.filter(|(_, radius)| *radius > 0.0)
     }
@@ -140,29 +136,29 @@ impl Scene {
         full_mpa(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
     }
 
-    fn paint(&self, panel: &mut Panel, view: &View, scale: &Scale) {
+    fn draw(&self, panel: &mut Panel, scale: &ColourScale) {
         if let Some(arrays) = &self.continuum
             && let Some(pressure) = arrays.get("hydrostatic_pressure_pa")
         {
-            elements(panel, arrays, |cell| scale.colour(1e-6 * pressure[cell]));
+            draw_elements(panel, arrays, |cell| scale.colour(1e-6 * pressure[cell]));
         }
         panel.layer();
         if let Some(arrays) = &self.grains {
-            disks(panel, view, arrays, scale);
+            disks(panel, arrays, scale);
         }
     }
 }
 
-fn disks(panel: &mut Panel, view: &View, arrays: &Arrays, scale: &Scale) {
-    let (glued, pressure) = (numbers(arrays, "glued"), numbers(arrays, "pressure_pa"));
+fn disks(panel: &mut Panel, arrays: &Arrays, scale: &ColourScale) {
+    let (glued, pressure) = (flags(arrays, "glued"), numbers(arrays, "pressure_pa"));
     let radii = numbers(arrays, "radius_m");
-    let circles = places_mm(arrays).into_iter().zip(radii).enumerate();
-    let there = circles.filter(|(_, (at, r))| **r > 0.0 && view.holds(*at));
+    let circles = points_mm(arrays).into_iter().zip(radii).enumerate();
+    let there = circles.filter(|(_, (_, radius))| **radius > 0.0);
+    let shown: Vec<_> = there.filter(|(_, (at, _))| panel.shows(*at)).collect();
     let stride = radii.len().div_ceil(DISKS_MAX).max(1);
-    for (i, (centre, radius)) in there.step_by(stride) {
-        let is_glued = glued.get(i).is_some_and(|glued| *glued > 0.0);
+    for (i, (centre, radius)) in shown.into_iter().step_by(stride) {
         // Outlines of small disks would hide their colours.
-        let edge = match (is_glued, panel.pixels(1e3 * radius)) {
+        let edge = match (glued[i], panel.pixels(1e3 * radius)) {
             (_, ..2.0) => "",
             (true, _) => " stroke=\"#000\" stroke-width=\"2\"",
             (false, _) => " stroke=\"#555\" stroke-width=\".7\"",

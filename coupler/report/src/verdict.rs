@@ -3,13 +3,13 @@
 use super::page::table;
 use super::units::{four, span, with_unit};
 use coordinator::scenario::Plausible;
-use draw::picture::escape;
+use draw::svg::escape;
 use runs::files::RunFiles;
 
 /// The box at the top of the page.
 pub(super) fn verdict(run: &RunFiles) -> String {
     let status = run.text("status");
-    let warnings = warnings(run).len();
+    let warnings = run.list("warnings").count();
     let class = match status {
         "completed" => "completed",
         "suspect" => "suspect",
@@ -58,186 +58,151 @@ fn extent(run: &RunFiles) -> String {
     )
 }
 
-/// A balance with what it means.
-struct Balance {
-    name: &'static str,
-    path: &'static str,
-    bound: fn(&Plausible) -> f64,
-    meaning: &'static str,
-}
+/// A balance with its bound and what it means.
+type Balance = (&'static str, &'static str, Bound, &'static str);
 
-const BALANCES: [Balance; 4] = [
-    Balance {
-        name: "energy",
-        path: "results.energy_balance_rel",
-        bound: |p| p.energy_balance_rel.warn,
-        meaning: "Work done on all bodies less what they store and dissipate, over the sizes of all terms: every term has a formula of its own, none is the remainder.",
-    },
-    Balance {
-        name: "gap",
-        path: "coupling.gap_max_rel",
-        bound: |p| p.gap_rel.warn,
-        meaning: "Largest distance of both sides of an interface at the end of a window, over the spacing of its nodes.",
-    },
-    Balance {
-        name: "interface energy",
-        path: "coupling.energy_defect_rel",
-        bound: |p| p.interface_energy_rel.warn,
-        meaning: "Energy that the interfaces lost or made, over the energy that went through them.",
-    },
-    Balance {
-        name: "windows not converged",
-        path: "coupling.not_converged_windows",
-        bound: |p| p.not_converged_rel.warn,
-        meaning: "Windows that were accepted although both sides did not agree.",
-    },
-];
+/// The bound of a balance in `run.plausible`; `None` for one without.
+type Bound = Option<fn(&Plausible) -> f64>;
 
-/// Balances without a bound of their own.
-const TOLD: [(&str, &str, &str); 4] = [
+const BALANCES: [Balance; 8] = [
+    (
+        "energy",
+        "results.energy_balance_rel",
+        Some(|p| p.energy_balance_rel.warn),
+        "Work done on all bodies less what they store and dissipate, over the sizes of all terms: every term has a formula of its own, none is the remainder.",
+    ),
+    (
+        "gap",
+        "coupling.gap_max_rel",
+        Some(|p| p.gap_rel.warn),
+        "Largest distance of both sides of an interface at the end of a window, over the spacing of its nodes.",
+    ),
+    (
+        "interface energy",
+        "coupling.energy_defect_rel",
+        Some(|p| p.interface_energy_rel.warn),
+        "Energy that the interfaces lost or made, over the energy that went through them.",
+    ),
+    (
+        "windows not converged",
+        NOT_CONVERGED,
+        Some(|p| p.not_converged_rel.warn),
+        "Windows that were accepted although both sides did not agree.",
+    ),
     (
         "action and reaction",
         "coupling.force_residual_rel",
+        None,
         "Largest difference of the forces on both sides of an interface, over the largest force.",
     ),
     (
         "contact solve",
         "results.true_residual_max",
+        None,
         "Largest residual of the contact laws after the solve of a step.",
     ),
     (
         "momentum",
         "results.momentum_defect_max_n",
+        None,
         "Largest difference of a grain step's change of momentum and the forces on the grains (N).",
     ),
     (
         "flows",
         "results.flow_balance_rel",
+        None,
         "Third body in the zone against the books of what came and went, over all that passed.",
     ),
 ];
 
-/// A table of the balances that the run has.
-pub(super) fn balances(run: &RunFiles) -> String {
-    let plausible = run.scenario.as_ref().map(|scenario| scenario.run.plausible);
-    let plausible = plausible.unwrap_or_default();
-    let mut rows = Vec::new();
-    for balance in &BALANCES {
-        let Some(value) = run.number(balance.path) else {
-            continue;
-        };
+/// The number of windows that did not converge, whose share of all windows has the bound.
+const NOT_CONVERGED: &str = "coupling.not_converged_windows";
+
+/// The warnings, if there are any, and the balances that the run has.
+pub(super) fn judged(run: &RunFiles) -> String {
+    let plausible = run.scenario().plausible;
+    let balances = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
+        let value = run.number(path)?;
         let windows = run.number("windows").unwrap_or(1.0).max(1.0);
-        let share = if balance.path.ends_with("windows") {
+        let judged = if *path == NOT_CONVERGED {
             value / windows
         } else {
             value
         };
-        let bound = (balance.bound)(&plausible);
-        let holds = if share <= bound {
-            "holds"
-        } else {
-            "<strong>beyond</strong>"
-        };
-        rows.push(vec![
-            balance.name.to_string(),
+        let bound = bound.map(|bound| bound(&plausible));
+        Some([
+            name.to_string(),
             four(value),
-            four(bound),
-            holds.to_string(),
-            balance.meaning.to_string(),
-        ]);
-    }
-    for (name, path, meaning) in TOLD {
-        if let Some(value) = run.number(path) {
-            rows.push(vec![
-                name.into(),
-                four(value),
-                String::new(),
-                String::new(),
-                meaning.into(),
-            ]);
-        }
-    }
-    table(
-        &["balance", "value", "bound", "", "meaning"],
-        &[1, 2],
-        &rows,
-    )
-}
-
-/// Rows of the warnings: code, place, value, bound, text.
-fn warnings(run: &RunFiles) -> Vec<Vec<String>> {
-    let all = run.summary["warnings"].as_array().into_iter().flatten();
-    let row = |warning: &serde_json::Value| {
+            bound.map_or(String::new(), four),
+            bound.map_or("", |bound| holds(judged <= bound)).into(),
+            meaning.to_string(),
+        ])
+    });
+    let warnings = run.list("warnings").map(|warning| {
         let text = |key: &str| escape(warning[key].as_str().unwrap_or_default());
         let number = |key: &str| warning[key].as_f64().map_or(String::new(), four);
         let code = format!("<code>{}</code>", text("code"));
-        vec![
+        [
             code,
             text("where"),
             number("value"),
             number("bound"),
             text("text"),
         ]
-    };
-    all.map(row).collect()
+    });
+    let warnings = table(["code", "where", "value", "bound", ""], &[2, 3], warnings);
+    let mut html = String::new();
+    if !warnings.is_empty() {
+        html += &format!("<h3>Warnings</h3>{warnings}");
+    }
+    let head = ["balance", "value", "bound", "", "meaning"];
+    html + "<h3>Balances</h3>" + &table(head, &[1, 2], balances)
 }
 
-/// The warnings, if there are any.
-pub(super) fn warned(run: &RunFiles) -> Option<String> {
-    let rows = warnings(run);
-    let head = ["code", "where", "value", "bound", ""];
-    (!rows.is_empty()).then(|| table(&head, &[2, 3], &rows))
+fn holds(holds: bool) -> &'static str {
+    ["<strong>beyond</strong>", "holds"][usize::from(holds)]
 }
 
-/// Steps and windows against the bounds of their stability and accuracy.
-pub(super) fn steps(run: &RunFiles) -> Option<String> {
-    let mut rows = Vec::new();
-    for (name, predicted) in run.entries("stability") {
-        for bound in predicted["bounds"].as_array().into_iter().flatten() {
+/// Margins that have no bound.
+const MARGINS: [(&str, &str); 2] = [
+    (
+        "results.step_over_inertial_time",
+        "step of the grains over their inertial time d sqrt(ρ/P)",
+    ),
+    (
+        "results.bond_step_limit_s",
+        "step at which bonds grow unstable (s)",
+    ),
+];
+
+/// Steps and windows against the bounds of their stability and accuracy; empty where there are none.
+pub(super) fn steps(run: &RunFiles) -> String {
+    let bounds = run.entries("stability").flat_map(|(name, predicted)| {
+        let bounds = predicted["bounds"].as_array().into_iter().flatten();
+        bounds.map(move |bound| {
             let margin = bound["margin"].as_f64().unwrap_or(f64::NAN);
-            let kind = if bound["stability"] == true {
-                "stability"
-            } else {
-                "accuracy"
-            };
-            let holds = if margin >= 1.0 {
-                "holds"
-            } else {
-                "<strong>beyond</strong>"
-            };
-            rows.push(vec![
+            let is_stability = bound["stability"] == true;
+            [
                 escape(name),
                 escape(bound["name"].as_str().unwrap_or_default()),
-                kind.into(),
+                ["accuracy", "stability"][usize::from(is_stability)].into(),
                 four(margin),
-                holds.into(),
-            ]);
-        }
-    }
-    let told = [
-        (
-            "results.step_over_inertial_time",
-            "step of the grains over their inertial time d sqrt(ρ/P)",
-        ),
-        (
-            "results.bond_step_limit_s",
-            "step at which bonds grow unstable (s)",
-        ),
-    ];
-    for (path, words) in told {
-        if let Some(value) = run.number(path) {
-            rows.push(vec![
-                String::new(),
-                words.into(),
-                "told".into(),
-                four(value),
-                String::new(),
-            ]);
-        }
-    }
+                holds(margin >= 1.0).into(),
+            ]
+        })
+    });
+    let others = MARGINS.iter().filter_map(|(path, words)| {
+        let value = four(run.number(path)?);
+        let none = String::new;
+        Some([none(), words.to_string(), "told".into(), value, none()])
+    });
     let head = ["interface", "bound", "of", "margin", ""];
-    let text = "<p>A margin is the factor by which the step or window could be longer.</p>";
-    (!rows.is_empty()).then(|| format!("{text}{}", table(&head, &[3], &rows)))
+    match table(head, &[3], bounds.chain(others)) {
+        rows if rows.is_empty() => rows,
+        rows => format!(
+            "<p>A margin is the factor by which the step or window could be longer.</p>{rows}"
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -250,7 +215,7 @@ mod tests {
             summary,
             ..RunFiles::default()
         };
-        verdict(&run) + &balances(&run)
+        verdict(&run) + &judged(&run)
     }
 
     #[test]

@@ -5,19 +5,19 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::curve::{Curve, Distance, part};
-use super::finished::Finished;
+use super::files::RunFiles;
 use super::steps::Steps;
 use super::table::Table;
 
-/// Column of the time in signals.csv, and of the place in profile.csv.
+/// Column of the time in signals.csv, and of the position in profile.csv.
 const TIME: &str = "t_s";
-const PLACE: &str = "x_m";
+const POSITION: &str = "x_m";
 
 /// A distance, or why there is none.
 pub type Compared = Result<Distance, String>;
 
 /// A number of the run and of the reference; either may lack it.
-pub type Pair = [Option<f64>; 2];
+pub type NumberPair = [Option<f64>; 2];
 
 /// Distances of a run from a reference.
 #[derive(Clone, Debug)]
@@ -29,14 +29,14 @@ pub struct Comparison {
     /// Of each traction on the surface.
     pub profile: Vec<(String, Compared)>,
     /// Results, by name.
-    pub results: BTreeMap<String, Pair>,
+    pub results: BTreeMap<String, NumberPair>,
     /// Costs, by name.
-    pub cost: BTreeMap<String, Pair>,
+    pub cost: BTreeMap<String, NumberPair>,
 }
 
 impl Comparison {
     /// Compares the runs; tractions by their means over bins of this width (m), or over the segments of the reference.
-    pub fn new(run: &Finished, reference: &Finished, bin_m: Option<f64>) -> Comparison {
+    pub fn new(run: &RunFiles, reference: &RunFiles, bin_m: Option<f64>) -> Comparison {
         let profiles =
             [&run.profile, &reference.profile].map(|table| table.clone().unwrap_or_default());
         let [own, other] = &profiles;
@@ -47,7 +47,7 @@ impl Comparison {
                 let [own, other] = [(x[0], own), (x[1], other)].map(|(x, y)| Curve { x, y });
                 own.distance(&other)
             }),
-            profile: columns(own, other, PLACE, |x, [own, other]| {
+            profile: columns(own, other, POSITION, |x, [own, other]| {
                 let steps = [(x[0], own), (x[1], other)].map(|(x, y)| Steps::around(x, y));
                 let [Some(own), Some(other)] = steps else {
                     return Err("there are no numbers".into());
@@ -73,14 +73,15 @@ impl Comparison {
             });
             Value::Object(each.collect())
         };
-        let pairs = |all: &BTreeMap<String, Pair>, key: &str, of: fn(Pair) -> Option<f64>| {
-            let each = all.iter().map(|(name, pair)| {
-                let [run, reference] = pair;
-                let value = json!({ "run": run, "reference": reference, key: of(*pair) });
-                (name.clone(), value)
-            });
-            Value::Object(each.collect())
-        };
+        let pairs =
+            |all: &BTreeMap<String, NumberPair>, key: &str, of: fn(NumberPair) -> Option<f64>| {
+                let each = all.iter().map(|(name, pair)| {
+                    let [run, reference] = pair;
+                    let value = json!({ "run": run, "reference": reference, key: of(*pair) });
+                    (name.clone(), value)
+                });
+                Value::Object(each.collect())
+            };
         json!({
             "same_exchange": self.same_exchange,
             "signals": distances(&self.signals),
@@ -92,13 +93,13 @@ impl Comparison {
 }
 
 /// |a - b| / |b|; `None` where one is missing or the reference is 0.
-pub fn difference([run, reference]: Pair) -> Option<f64> {
+pub fn difference([run, reference]: NumberPair) -> Option<f64> {
     let (run, reference) = run.zip(reference)?;
     part((run - reference).abs(), reference.abs())
 }
 
 /// a / b; `None` where one is missing or the reference is 0.
-pub fn ratio([run, reference]: Pair) -> Option<f64> {
+pub fn ratio([run, reference]: NumberPair) -> Option<f64> {
     let (run, reference) = run.zip(reference)?;
     part(run, reference)
 }
@@ -127,7 +128,10 @@ fn columns(
     .collect()
 }
 
-fn pairs(run: BTreeMap<String, f64>, reference: BTreeMap<String, f64>) -> BTreeMap<String, Pair> {
+fn pairs(
+    run: BTreeMap<String, f64>,
+    reference: BTreeMap<String, f64>,
+) -> BTreeMap<String, NumberPair> {
     let names = run.keys().chain(reference.keys());
     let pair = |name: &String| [run.get(name).copied(), reference.get(name).copied()];
     names.map(|name| (name.clone(), pair(name))).collect()
@@ -137,15 +141,16 @@ fn pairs(run: BTreeMap<String, f64>, reference: BTreeMap<String, f64>) -> BTreeM
 mod tests {
     use super::*;
 
-    fn finished(summary: Value, signals: &str, profile: Option<&str>) -> Finished {
-        Finished {
+    fn finished(summary: Value, signals: &str, profile: Option<&str>) -> RunFiles {
+        RunFiles {
             summary,
             signals: Table::parse(signals).expect("a table"),
             profile: profile.map(|text| Table::parse(text).expect("a table")),
+            ..RunFiles::default()
         }
     }
 
-    fn run() -> Finished {
+    fn run() -> RunFiles {
         let summary = json!({
             "wall_s": 3.0, "results": { "approach_m": 1.1e-5, "own": 1.0 }, "hashes": { "exchange": "a" },
             "coordinator": { "pid": 7, "cpu_s": 0.5 },
@@ -156,7 +161,7 @@ mod tests {
         finished(summary, "t_s,y,z\n0,1,5\n2,3,5\n", profile)
     }
 
-    fn reference() -> Finished {
+    fn reference() -> RunFiles {
         let summary = json!({
             "wall_s": 1.5, "results": { "approach_m": 1e-5 }, "hashes": { "exchange": "b" },
             "coordinator": { "pid": 7, "cpu_s": 4.5 },
@@ -179,7 +184,7 @@ mod tests {
         assert_eq!(names, ["y", "z", "w"]);
         let y = found.signals[0].1.clone().expect("both have it");
         assert_eq!((y.max, y.max_rel), (1.0, Some(0.5)));
-        let why = |place: usize| found.signals[place].1.clone().expect_err("one has it");
+        let why = |k: usize| found.signals[k].1.clone().expect_err("one has it");
         assert_eq!(why(1), "the reference does not have it");
         assert_eq!(why(2), "only the reference has it");
         assert_eq!(found.profile.len(), 1);

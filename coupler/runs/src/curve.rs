@@ -1,14 +1,14 @@
-//! Numbers over time, straight between their places, and the distances of two of them.
+//! Numbers over time, straight between their positions, and the distances of two of them.
 
 use protocol::larger;
 
 /// Part of the span of the reference that a curve may leave out at either end: reports are some windows apart.
 const MISSED: f64 = 0.01;
 
-/// Numbers over ascending places.
+/// Numbers over ascending positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Curve<'a> {
-    /// The places.
+    /// The positions.
     pub x: &'a [f64],
     /// The numbers, as many.
     pub y: &'a [f64],
@@ -45,15 +45,15 @@ pub fn part(of: f64, whole: f64) -> Option<f64> {
 }
 
 impl Curve<'_> {
-    /// The number at a place inside; of two numbers at one place the first. `None` outside.
-    pub fn at(&self, place: f64) -> Option<f64> {
-        let after = self.x.partition_point(|x| *x < place);
+    /// The number at a position inside; of two numbers at one position the first. `None` outside.
+    pub fn at(&self, position: f64) -> Option<f64> {
+        let after = self.x.partition_point(|x| *x < position);
         let right = *self.x.get(after)?;
-        if right == place {
+        if right == position {
             return Some(self.y[after]);
         }
         let left = self.x[after.checked_sub(1)?];
-        let share = (place - left) / (right - left);
+        let share = (position - left) / (right - left);
         Some(self.y[after - 1] + share * (self.y[after] - self.y[after - 1]))
     }
 
@@ -61,8 +61,8 @@ impl Curve<'_> {
         Some([*self.x.first()?, *self.x.last()?])
     }
 
-    /// The distance from a reference, exact for curves that are straight between their places: d is integrated and maximised over
-    /// the pieces between the places of both.
+    /// The distance from a reference, exact for curves that are straight between their positions: d is integrated and maximised over
+    /// the pieces between the positions of both.
     ///
     /// # Errors
     /// This curve misses more than a hundredth of the reference's span at either end, or one of them has no span.
@@ -80,21 +80,21 @@ impl Curve<'_> {
         }
         let [start, end] = [larger(own[0], whole[0]), -larger(-own[1], -whole[1])];
         let inside = |x: &&f64| (start..=end).contains(*x);
-        let own_places = self.x.iter().filter(inside);
-        let mut places: Vec<f64> = own_places
+        let own_positions = self.x.iter().filter(inside);
+        let mut positions: Vec<f64> = own_positions
             .chain(reference.x.iter().filter(inside))
             .copied()
             .collect();
-        places.extend([start, end]);
-        places.sort_by(f64::total_cmp);
-        places.dedup();
-        let pairs: Option<Vec<[f64; 2]>> = places
+        positions.extend([start, end]);
+        positions.sort_by(f64::total_cmp);
+        positions.dedup();
+        let pairs: Option<Vec<[f64; 2]>> = positions
             .iter()
             .map(|x| Some([self.at(*x)?, reference.at(*x)?]))
             .collect();
         let pairs = pairs.ok_or("its places are not in order")?;
         let [mut of_d, mut of_reference] = [0.0; 2];
-        for (x, y) in places.windows(2).zip(pairs.windows(2)) {
+        for (x, y) in positions.windows(2).zip(pairs.windows(2)) {
             let d = [0, 1].map(|k| y[k][0] - y[k][1]);
             of_d += square(x[1] - x[0], d);
             of_reference += square(x[1] - x[0], [y[0][1], y[1][1]]);

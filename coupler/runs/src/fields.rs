@@ -1,37 +1,22 @@
-//! The fields that participants wrote, for the pictures.
+//! The numbers in the VTK files that participants wrote.
 
-use std::path::Path;
-
-use coordinator::error::Error;
-pub use coordinator::output::vtk_arrays::read;
-
-pub use coordinator::output::vtk_arrays::Arrays;
+pub use coordinator::output::vtk_arrays::{Arrays, read};
 
 /// The numbers of an array; none where a file does not hold it.
 pub fn numbers<'a>(arrays: &'a Arrays, name: &str) -> &'a [f64] {
     arrays.get(name).map_or(&[], Vec::as_slice)
 }
 
-/// Reads the fields of the first participant, by the names of the files, that wrote such a file at this moment.
-pub fn read_first(run: &Path, moment: &str, extension: &str) -> Result<Option<Arrays>, Error> {
-    let ending = format!("-{moment}.{extension}");
-    let entries = std::fs::read_dir(run.join("fields")).into_iter();
-    let paths = entries.flatten().flatten().map(|entry| entry.path());
-    let found = paths.filter(|path| path.to_string_lossy().ends_with(&ending));
-    found.min().map(|path| read(&path)).transpose()
+/// The points of a file (m): nodes before the deformation, current centres of grains.
+pub fn points(arrays: &Arrays) -> Vec<[f64; 2]> {
+    let points = numbers(arrays, "points").chunks_exact(3);
+    points.map(|p| [p[0], p[1]]).collect()
 }
 
-/// The fields of every participant that wrote such a file at this moment, in the order of their names.
-pub fn read_all(run: &Path, moment: &str, extension: &str) -> Result<Vec<(String, Arrays)>, Error> {
-    let ending = format!("-{moment}.{extension}");
-    let entries = std::fs::read_dir(run.join("fields")).into_iter();
-    let names = entries.flatten().flatten().map(|entry| entry.file_name());
-    let names = names.filter_map(|name| Some(name.to_str()?.strip_suffix(&ending)?.to_string()));
-    let mut names: Vec<String> = names.collect();
-    names.sort();
-    let of = |name: String| {
-        let arrays = read(&run.join("fields").join(format!("{name}{ending}")))?;
-        Ok((name, arrays))
-    };
-    names.into_iter().map(of).collect()
+/// A flag of each point of a file; false where the file has no such array.
+pub fn flags(arrays: &Arrays, name: &str) -> Vec<bool> {
+    let flags = numbers(arrays, name);
+    let all = 0..numbers(arrays, "points").len() / 3;
+    all.map(|k| flags.get(k).is_some_and(|flag| *flag > 0.0))
+        .collect()
 }

@@ -1,41 +1,31 @@
-//! A run as the report reads it: its files and tables.
+//! A run as it lies in its directory.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::fields::{numbers, read_first};
-use crate::columns::{Columns, read_csv};
+use super::fields::{Arrays, flags, numbers, read};
+use super::scenario::Setup;
+use super::table::Table;
 use coordinator::error::{Error, Refusal};
-use coordinator::scenario::Scenario;
-use coordinator::scenario::load::load;
 
-/// Files and tables of a run directory.
+/// Files of a run directory.
 #[derive(Clone, Debug, Default)]
 pub struct RunFiles {
     /// The directory.
     pub path: PathBuf,
     /// summary.json.
     pub summary: Value,
-    /// manifest.json; null where there is none.
-    pub manifest: Value,
-    /// Its resolved scenario; none where it cannot be read any more.
-    pub scenario: Option<Scenario>,
-    /// signals.csv.
-    pub signals: Columns,
-    /// profile.csv.
-    pub profile: Columns,
-    /// The moments that the participants marked for a picture, then the end of the run.
-    pub moments: Vec<Moment>,
-    /// Names of the phases of the load, in their order.
-    pub phases: Vec<String>,
-    /// Mean radius of the grains that move freely (m), where there are some.
-    pub mean_radius_m: Option<f64>,
+    /// signals.csv; empty where nothing was reported.
+    pub signals: Table,
+    /// profile.csv, where there is one.
+    pub profile: Option<Table>,
 }
 
 /// A moment at which all participants wrote their fields.
 #[derive(Clone, Debug)]
-pub struct Moment {
+pub struct MarkedMoment {
     /// Its name in the files.
     pub name: String,
     /// Its name in captions, to follow `at the`.
@@ -43,26 +33,54 @@ pub struct Moment {
 }
 
 impl RunFiles {
-    /// Reads a run directory.
+    /// Reads a run that has ended.
     ///
     /// # Errors
-    /// summary.json is missing or damaged. Anything else that is missing is left out of the report.
-    pub fn read(path: &Path) -> Result<RunFiles, Error> {
-        let summary = read_summary(path)?;
-        let manifest = std::fs::read_to_string(path.join("manifest.json")).unwrap_or_default();
-        let scenario = load(&path.join("scenario.toml").display().to_string(), &[]);
-        let moments = moments(&summary);
+    /// There is no summary.json: the run goes on still, or was killed; or a file is damaged.
+    pub fn read(run: &Path) -> Result<RunFiles, Error> {
         Ok(RunFiles {
-            path: path.to_path_buf(),
-            mean_radius_m: mean_radius(path, &moments)?,
-            moments,
-            phases: phases(&summary),
-            summary,
-            manifest: serde_json::from_str(&manifest).unwrap_or_default(),
-            scenario: scenario.ok().map(|loaded| loaded.scenario),
-            signals: read_csv(&path.join("signals.csv")),
-            profile: read_csv(&path.join("profile.csv")),
+            path: run.to_path_buf(),
+            summary: read_summary(run)?,
+            signals: Table::read(&run.join("signals.csv"))?.unwrap_or_default(),
+            profile: Table::read(&run.join("profile.csv"))?,
         })
+    }
+
+    /// Reads a run that has ended, and of its tables what can be read.
+    ///
+    /// # Errors
+    /// summary.json is missing or damaged.
+    pub fn read_for_page(run: &Path) -> Result<RunFiles, Error> {
+        Ok(RunFiles {
+            summary: read_summary(run)?,
+            ..RunFiles::read_what_is_there(run)
+        })
+    }
+
+    /// Reads what can be read of a run that may have been killed.
+    pub fn read_what_is_there(run: &Path) -> RunFiles {
+        let profile = run.join("profile.csv");
+        RunFiles {
+            path: run.to_path_buf(),
+            summary: read_json(&run.join("summary.json")),
+            signals: Table::read_whole_rows(&run.join("signals.csv")),
+            profile: profile.exists().then(|| Table::read_whole_rows(&profile)),
+        }
+    }
+
+    /// manifest.json; null where it cannot be read.
+    pub fn manifest(&self) -> Value {
+        read_json(&self.path.join("manifest.json"))
+    }
+
+    /// Its own copy of its scenario.
+    pub fn scenario(&self) -> Setup {
+        Setup::of(&self.path)
+    }
+
+    /// Status in a word.
+    pub fn status(&self) -> &str {
+        self.text("status")
     }
 
     /// A text of the summary.
@@ -81,6 +99,135 @@ impl RunFiles {
     pub fn entries(&self, key: &str) -> impl Iterator<Item = (&String, &Value)> {
         self.summary[key].as_object().into_iter().flatten()
     }
+
+    /// The entries of a list of the summary.
+    pub fn list(&self, key: &str) -> impl DoubleEndedIterator<Item = &Value> {
+        self.summary[key].as_array().into_iter().flatten()
+    }
+
+    /// The results, by name.
+    pub fn results(&self) -> BTreeMap<String, f64> {
+        numbers_of(&self.summary["results"])
+    }
+
+    /// A hash of the summary.
+    pub fn hash(&self, name: &str) -> Option<&str> {
+        self.summary["hashes"][name].as_str()
+    }
+
+    /// Costs by name: wall-clock time, processor time and memory of all processes, and the work of all participants, each kind summed.
+    /// Participants that are threads of the coordinator report the numbers of its process, which counts once.
+    pub fn cost(&self) -> BTreeMap<String, f64> {
+        let mut cost = BTreeMap::new();
+        cost.extend(self.number("wall_s").map(|wall| ("wall_s".into(), wall)));
+        let participants = || self.entries("participants").map(|(_, of)| of);
+        let mut processes: BTreeMap<(&str, u64), f64> = BTreeMap::new();
+        for process in participants().chain([&self.summary["coordinator"]]) {
+            for name in ["cpu_s", "peak_rss_bytes"] {
+                let Some(number) = process[name].as_f64() else {
+                    continue;
+                };
+                let pid = process["pid"].as_u64().unwrap_or(0);
+                let known = processes.entry((name, pid)).or_insert(0.0);
+                *known = known.max(number);
+            }
+        }
+        let of_processes = processes
+            .into_iter()
+            .map(|((name, _), number)| (name.to_string(), number));
+        let work = participants().flat_map(|participant| numbers_of(&participant["work"]));
+        for (name, number) in of_processes.chain(work) {
+            *cost.entry(name).or_insert(0.0) += number;
+        }
+        cost
+    }
+
+    /// Names of the phases of the load, in their order.
+    pub fn phases(&self) -> Vec<&str> {
+        let names = self
+            .list("phases")
+            .filter_map(|phase| phase["name"].as_str());
+        names.collect()
+    }
+
+    /// The moments that the participants marked for a picture, then the end of the run.
+    pub fn moments(&self) -> Vec<MarkedMoment> {
+        let marked = self.list("phases").filter(|phase| phase["picture"] == true);
+        let names = marked.filter_map(|phase| phase["name"].as_str());
+        let all = names.map(|name| (name, name)).chain([("end", "run")]);
+        let moment = |(name, of): (&str, &str)| MarkedMoment {
+            name: name.into(),
+            words: format!("end of the {of}"),
+        };
+        all.map(moment).collect()
+    }
+
+    /// The files of fields whose names end so, in the order of their names.
+    pub fn field_files(&self, ending: &str) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.path.join("fields")).into_iter();
+        let paths = entries.flatten().flatten().map(|entry| entry.path());
+        let mut paths: Vec<PathBuf> = paths
+            .filter(|path| path.to_string_lossy().ends_with(ending))
+            .collect();
+        paths.sort();
+        paths
+    }
+
+    /// The fields of the first participant, by the names of the files, that wrote such a file at this moment: `.vtu`, `.vtp`,
+    /// `-contacts.vtp`.
+    pub fn fields(&self, moment: &str, ending: &str) -> Result<Option<Arrays>, Error> {
+        let paths = self.field_files(&format!("-{moment}{ending}"));
+        paths.first().map(|path| read(path)).transpose()
+    }
+
+    /// The fields of each participant that wrote such a file at this moment, in the order of their names.
+    pub fn all_fields(&self, moment: &str, ending: &str) -> Result<Vec<(String, Arrays)>, Error> {
+        let ending = format!("-{moment}{ending}");
+        let of = |path: &PathBuf| {
+            let file = path.file_name()?.to_str()?;
+            Some((file.strip_suffix(&ending)?.to_string(), path.clone()))
+        };
+        let mut named: Vec<_> = self.field_files(&ending).iter().filter_map(of).collect();
+        named.sort();
+        let fields = |(name, path): (String, PathBuf)| Ok((name, read(&path)?));
+        named.into_iter().map(fields).collect()
+    }
+
+    /// The first of the marked moments with such a file, and its fields.
+    pub fn first_fields(&self, ending: &str) -> Result<Option<(MarkedMoment, Arrays)>, Error> {
+        self.fields_among(self.moments(), ending)
+    }
+
+    /// The last of the marked moments with such a file, and its fields.
+    pub fn last_fields(&self, ending: &str) -> Result<Option<(MarkedMoment, Arrays)>, Error> {
+        self.fields_among(self.moments().into_iter().rev(), ending)
+    }
+
+    fn fields_among(
+        &self,
+        moments: impl IntoIterator<Item = MarkedMoment>,
+        ending: &str,
+    ) -> Result<Option<(MarkedMoment, Arrays)>, Error> {
+        for moment in moments {
+            if let Some(arrays) = self.fields(&moment.name, ending)? {
+                return Ok(Some((moment, arrays)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Mean radius of the grains that move freely at the first of the moments that has grains (m).
+    pub fn mean_radius_m(&self) -> Result<Option<f64>, Error> {
+        let Some((_, arrays)) = self.first_fields(".vtp")? else {
+            return Ok(None);
+        };
+        let bound = ["glued", "wheel"].map(|name| flags(&arrays, name));
+        let radii = numbers(&arrays, "radius_m").iter().enumerate();
+        let is = |flags: &Vec<bool>, k: usize| flags.get(k) == Some(&true);
+        let free = radii.filter(|(k, r)| **r > 0.0 && !bound.iter().any(|flags| is(flags, *k)));
+        let (sum, count) = free.fold((0.0, 0), |(sum, count), (_, r)| (sum + r, count + 1));
+        Ok((count > 0).then(|| sum / f64::from(count)))
+    }
 }
 
 fn read_summary(run: &Path) -> Result<Value, Error> {
@@ -94,36 +241,14 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
     serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
 }
 
-/// Mean radius at the first of the moments that has grains.
-fn mean_radius(run: &Path, moments: &[Moment]) -> Result<Option<f64>, Error> {
-    for moment in moments {
-        let Some(arrays) = read_first(run, &moment.name, "vtp")? else {
-            continue;
-        };
-        let (glued, wheel) = (numbers(&arrays, "glued"), numbers(&arrays, "wheel"));
-        let marked = |flags: &[f64], k: usize| flags.get(k).is_some_and(|flag| *flag > 0.0);
-        let radii = numbers(&arrays, "radius_m").iter().enumerate();
-        let free = radii.filter(|(k, r)| **r > 0.0 && !marked(glued, *k) && !marked(wheel, *k));
-        let (sum, count) = free.fold((0.0, 0), |(sum, count), (_, r)| (sum + r, count + 1));
-        return Ok((count > 0).then(|| sum / f64::from(count)));
-    }
-    Ok(None)
+fn read_json(path: &Path) -> Value {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
 }
 
-fn moments(summary: &Value) -> Vec<Moment> {
-    let phases = summary["phases"].as_array().into_iter().flatten();
-    let marked = phases.filter(|phase| phase["picture"] == true);
-    let names = marked.filter_map(|phase| phase["name"].as_str());
-    let all = names.map(|name| (name, name)).chain([("end", "run")]);
-    let moment = |(name, of): (&str, &str)| Moment {
-        name: name.into(),
-        words: format!("end of the {of}"),
-    };
-    all.map(moment).collect()
-}
-
-fn phases(summary: &Value) -> Vec<String> {
-    let all = summary["phases"].as_array().into_iter().flatten();
-    let names = all.filter_map(|phase| phase["name"].as_str());
-    names.map(String::from).collect()
+/// The numbers of an object, by name.
+fn numbers_of(object: &Value) -> BTreeMap<String, f64> {
+    let entries = object.as_object().into_iter().flatten();
+    let numbers = entries.filter_map(|(name, value)| Some((name.clone(), value.as_f64()?)));
+    numbers.collect()
 }

@@ -1,14 +1,14 @@
-//! The one reader of run directories: what a run left, as tables, fields and numbers.
+//! The one reader of run directories.
 //!
-//! [`table`], [`columns`]: the comma-separated files; [`fields`]: meshes and grains; [`setup`]: the parts of the scenario that pictures go by;
-//! [`files`], [`finished`]: all of a run; [`curve`], [`steps`], [`compare`]: a run beside another one.
+//! - [`files`]: summary, tables and moments of a run; [`table`]: tables of numbers; [`fields`]: what the participants wrote as VTK;
+//! - [`scenario`]: the parts of its scenario that pages go by;
+//! - [`curve`]: numbers over time, and their distance from a reference; [`steps`]: numbers along a line, likewise;
+//! - [`compare`]: the distances of everything that two runs hold.
 
-pub mod columns;
 pub mod compare;
 pub mod curve;
 pub mod fields;
 pub mod files;
-pub mod finished;
-pub mod setup;
+pub mod scenario;
 pub mod steps;
 pub mod table;

@@ -15,11 +15,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Numbers at ascending places, each on the segment that ends half-way to its neighbours: what a node's share of the surface
-    /// is. The first and the last place are the ends of the line.
-    pub fn around(places: &[f64], numbers: &[f64]) -> Option<Steps> {
-        let (first, last) = (*places.first()?, *places.last()?);
-        let middles = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    /// Numbers at ascending positions, each on the segment that ends half-way to its neighbours: what a node's share of the surface
+    /// is. The first and the last position are the ends of the line.
+    pub fn around(positions: &[f64], numbers: &[f64]) -> Option<Steps> {
+        let (first, last) = (*positions.first()?, *positions.last()?);
+        let middles = positions.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let edges: Vec<f64> = std::iter::once(first)
             .chain(middles)
             .chain([last])
@@ -73,9 +73,9 @@ impl Steps {
     }
 }
 
-/// Number of the bin that holds a place: bin k lies about k widths.
-fn index(place: f64, width: f64) -> i64 {
-    (place / width).round() as i64
+/// Number of the bin that holds a position: bin k lies about k widths.
+fn index(position: f64, width: f64) -> i64 {
+    (position / width).round() as i64
 }
 
 fn pairs(edges: &[f64]) -> Vec<[f64; 2]> {
@@ -87,8 +87,8 @@ fn pairs(edges: &[f64]) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    fn steps(places: &[f64], numbers: &[f64]) -> Steps {
-        Steps::around(places, numbers).expect("there are places")
+    fn steps(positions: &[f64], numbers: &[f64]) -> Steps {
+        Steps::around(positions, numbers).expect("there are positions")
     }
 
     /// Segments [0, 0.5], [0.5, 1.5], [1.5, 2].

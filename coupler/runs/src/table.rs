@@ -25,6 +25,14 @@ impl Table {
         Ok(Some(table))
     }
 
+    /// Reads the rows of a file that are whole; none where it cannot be read. A run that was killed may have left a part of its last row.
+    pub fn read_whole_rows(path: &Path) -> Table {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let names = text.lines().next().unwrap_or_default().split(',').count();
+        let whole = text.lines().filter(|line| line.split(',').count() == names);
+        Table::parse(&Vec::from_iter(whole).join("\n")).unwrap_or_default()
+    }
+
     /// The columns of a text; the error says what is wrong with it.
     pub fn parse(text: &str) -> Result<Table, String> {
         let mut lines = text.lines();
@@ -55,6 +63,22 @@ impl Table {
         })
     }
 
+    /// Adds a column.
+    pub fn add(&mut self, name: &str, numbers: Vec<f64>) {
+        self.columns.push((name.into(), numbers));
+    }
+
+    /// The columns whose names are chosen, in the order of their names.
+    pub fn chosen(&self, is_chosen: impl Fn(&str) -> bool) -> Vec<(&str, &[f64])> {
+        let all = self
+            .columns
+            .iter()
+            .map(|(name, numbers)| (name.as_str(), &numbers[..]));
+        let mut chosen: Vec<(&str, &[f64])> = all.filter(|(name, _)| is_chosen(name)).collect();
+        chosen.sort_by_key(|(name, _)| *name);
+        chosen
+    }
+
     /// The numbers of a column.
     pub fn get(&self, name: &str) -> Option<&[f64]> {
         let mut columns = self.columns.iter();
@@ -66,6 +90,7 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kit::scratch::Scratch;
 
     #[test]
     fn columns_of_numbers_are_read_and_words_are_left_out() {
@@ -83,5 +108,18 @@ mod tests {
             error.contains("line 3") && error.contains("1 cells"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn what_a_killed_run_left_of_its_last_row_is_not_read() {
+        let scratch = Scratch::new("table", 1);
+        std::fs::create_dir_all(scratch.path()).expect("a folder");
+        let path = scratch.path().join("signals.csv");
+        std::fs::write(&path, "b.x,a.x\n1,2\n3").expect("a file");
+        let table = Table::read_whole_rows(&path);
+        let chosen = table.chosen(|name| name.ends_with(".x"));
+        assert_eq!(chosen, [("a.x", &[2.0][..]), ("b.x", &[1.0][..])]);
+        let none = Table::read_whole_rows(&scratch.path().join("profile.csv"));
+        assert_eq!(none.get("t_s"), None);
     }
 }

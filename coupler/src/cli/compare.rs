@@ -8,8 +8,8 @@ use serde_json::json;
 
 use super::common::{VerbResult, print_either};
 use coordinator::error::Refusal;
-use runs::compare::{Compared, Comparison, Pair, difference, ratio};
-use runs::finished::Finished;
+use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
+use runs::files::RunFiles;
 use study::file::StudyFile;
 use study::measure::ReferenceNumbers;
 
@@ -40,8 +40,8 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         let problem = format!("must be a positive length, got {bin_m}");
         return Err(Refusal::argument("--bin-m", problem).into());
     }
-    let run = Finished::read(&arguments.run)?;
-    let reference = Finished::read(&arguments.reference)?;
+    let run = RunFiles::read(&arguments.run)?;
+    let reference = RunFiles::read(&arguments.reference)?;
     let comparison = Comparison::new(&run, &reference, arguments.bin_m);
     let measures = match &arguments.study {
         Some(study) => StudyFile::read(study)?.measure,
@@ -129,8 +129,8 @@ fn distances(text: &mut String, title: &str, rows: &[(String, Compared)]) {
 fn pairs(
     text: &mut String,
     [title, last]: [&str; 2],
-    rows: &BTreeMap<String, Pair>,
-    of: fn(Pair) -> Option<f64>,
+    rows: &BTreeMap<String, NumberPair>,
+    of: fn(NumberPair) -> Option<f64>,
 ) {
     if rows.is_empty() {
         return;

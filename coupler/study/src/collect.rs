@@ -9,7 +9,7 @@ use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
 use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
-use runs::finished::Finished;
+use runs::files::RunFiles;
 
 /// Costs in the order of their columns.
 pub const COSTS: [&str; 6] = [
@@ -95,7 +95,7 @@ impl Results {
     pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
         let file = &plan.file;
         let given = file.reference.run.as_ref();
-        let given = given.map(|run| Finished::read(&plan.beside.join(run)));
+        let given = given.map(|run| RunFiles::read(&plan.beside.join(run)));
         let given = given.transpose()?;
         let mut rows = Vec::new();
         for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
@@ -189,7 +189,7 @@ impl Results {
 }
 
 /// Enters floors and relative costs into the rows of a scene.
-fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>) {
+fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&RunFiles>) {
     let perturbed = rows
         .iter()
         .filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
@@ -201,7 +201,7 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>)
     let floors: Vec<Option<f64>> = floors.collect();
     let failed = |row: &StudyRow| row.exit_code.is_some() && !row.is_trusted();
     let unknown = perturbed.clone().any(failed);
-    let whole = reference.map(Finished::cost).unwrap_or_default();
+    let whole = reference.map(RunFiles::cost).unwrap_or_default();
     for row in rows {
         row.floors.clone_from(&floors);
         if unknown {
@@ -219,11 +219,11 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>)
 }
 
 /// The run of a task that came to its end.
-fn finished(folder: &Path, task: &Task) -> Result<Option<Finished>, Error> {
+fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
         TaskStage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
-            Finished::read(&of.run()).map(Some)
+            RunFiles::read(&of.run()).map(Some)
         }
         _ => Ok(None),
     }
@@ -281,7 +281,7 @@ fn row(
 }
 
 /// Codes and values of what a run was warned of.
-fn warnings(run: &Finished) -> String {
+fn warnings(run: &RunFiles) -> String {
     let all = run.summary["warnings"].as_array().into_iter().flatten();
     let told = all.filter_map(|warning| {
         let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);

@@ -7,7 +7,6 @@ use super::front::{Trade, front, knee};
 use super::picture::{self, FrontPanel};
 use super::settings::{StudySetting, settings};
 use super::varied_keys::{VariedKey, percent, varied_keys};
-use coordinator::error::{Error, Refusal};
 
 /// A measure's settings, front and knee.
 #[derive(Clone, Debug)]
@@ -103,10 +102,7 @@ impl<'a> Digest<'a> {
     }
 
     /// front.svg and knobs.svg.
-    ///
-    /// # Errors
-    /// They cannot be drawn.
-    pub fn pictures(&self) -> Result<[(&'static str, String); 2], Error> {
+    pub fn pictures(&self) -> [(&'static str, String); 2] {
         let panels = self.fronts.iter().map(|of| FrontPanel {
             measure: &of.measure,
             trades: &of.trades,
@@ -118,10 +114,7 @@ impl<'a> Digest<'a> {
         let panels: Vec<FrontPanel> = panels.collect();
         let fronts = picture::fronts(&panels, &self.settings, self.results);
         let keys = picture::knobs(&self.keys, &self.measures);
-        Ok([
-            ("front.svg", fronts.map_err(Refusal::Picture)?),
-            ("knobs.svg", keys.map_err(Refusal::Picture)?),
-        ])
+        [("front.svg", fronts), ("knobs.svg", keys)]
     }
 
     /// All of it in words.

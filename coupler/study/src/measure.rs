@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use runs::curve::{Curve, Distance};
-use runs::finished::Finished;
+use runs::files::RunFiles;
 use runs::steps::Steps;
 use runs::table::Table;
 
@@ -43,7 +43,7 @@ pub enum Norm {
 #[derive(Clone, Copy, Debug)]
 pub enum ReferenceNumbers<'a> {
     /// Those of another run.
-    Run(&'a Finished),
+    Run(&'a RunFiles),
     /// Exact ones, by the measure's name.
     Values(&'a BTreeMap<String, f64>),
     /// The reference is not there.
@@ -109,7 +109,7 @@ impl Measure {
 
     /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
     /// the deviation.
-    pub fn deviation(&self, run: &Finished, held: ReferenceNumbers) -> Result<f64, String> {
+    pub fn deviation(&self, run: &RunFiles, held: ReferenceNumbers) -> Result<f64, String> {
         let (table, name) = self.table().ok_or("`of` names no table")?;
         let reference = match held {
             ReferenceNumbers::Nothing => return Err("the reference has not completed".into()),
@@ -140,8 +140,8 @@ impl Measure {
     }
 }
 
-fn traction(runs: [&Finished; 2], name: &str, bin: Option<f64>) -> Result<Distance, String> {
-    let steps = |run: &Finished| -> Result<Steps, String> {
+fn traction(runs: [&RunFiles; 2], name: &str, bin: Option<f64>) -> Result<Distance, String> {
+    let steps = |run: &RunFiles| -> Result<Steps, String> {
         let table = run.profile.as_ref().ok_or("there is no profile.csv")?;
         let curve = column(table, "x_m", name)?;
         Steps::around(curve.x, curve.y).ok_or("there are no numbers".into())
@@ -170,7 +170,7 @@ fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, St
     })
 }
 
-fn result(run: &Finished, name: &str) -> Result<f64, String> {
+fn result(run: &RunFiles, name: &str) -> Result<f64, String> {
     let results = run.results();
     let found = results.get(name).copied();
     found.ok_or(format!("no result `{name}`"))
@@ -191,11 +191,12 @@ fn relative(number: f64, reference: f64) -> Result<f64, String> {
 mod tests {
     use super::*;
 
-    fn finished(signals: &str, result: f64) -> Finished {
-        Finished {
+    fn finished(signals: &str, result: f64) -> RunFiles {
+        RunFiles {
             summary: serde_json::json!({ "results": { "depth_m": result } }),
             signals: Table::parse(signals).expect("a table"),
             profile: Some(Table::parse("x_m,p_pa\n0,1\n1,1\n").expect("a table")),
+            ..RunFiles::default()
         }
     }
 

@@ -49,7 +49,6 @@ codes! {
     InputFailed, "input-failed", 2, "refused", "A file that cannot be read, a process that cannot be started.";
     FileUnfit, "file-unfit", 2, "refused", "A file or folder that is not what the verb needs.";
     NothingChosen, "nothing-chosen", 2, "refused", "An export without messages.";
-    PictureFailed, "picture-failed", 2, "refused", "A picture that cannot be drawn.";
     MeasurementFailed, "measurement-failed", 2, "refused", "A benchmark or trial that came to nothing.";
     NotLaunched, "not-launched", 2, "refused", "A participant's program that nobody launched.";
     CoordinatorGone, "coordinator-gone", 2, "refused", "A participant whose coordinator has ended.";

@@ -25,8 +25,6 @@ pub enum Refusal {
     },
     #[error("no message was chosen: `thirdbody inspect` lists the streams")]
     EmptyExport,
-    #[error("the picture cannot be drawn: {0}")]
-    Picture(String),
     #[error("{0}")]
     Benchmark(String),
     #[error(transparent)]
@@ -62,7 +60,6 @@ impl Refusal {
             Refusal::Unfit(unfit) => code_of_unfit(unfit),
             Refusal::NoScenario { .. } => Code::NoScenario,
             Refusal::EmptyExport => Code::NothingChosen,
-            Refusal::Picture(_) => Code::PictureFailed,
             Refusal::Benchmark(_) => Code::MeasurementFailed,
             Refusal::NotLaunched(error) => code_of_participation(error),
             Refusal::ForeignCommand { .. } => Code::ForeignCommand,

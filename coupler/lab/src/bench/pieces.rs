@@ -13,7 +13,7 @@ use coordinator::run::session::{fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
-use runs::finished::Finished;
+use runs::files::RunFiles;
 
 /// Runs of each kind, in turns; the middle one counts.
 const TURNS: usize = 5;
@@ -175,7 +175,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
     let scratch = Scratch::new("pieces", fresh_run_id());
     let options = quiet_run(scratch.path(), registry, program);
     whole(run(&loaded, &options))?;
-    let cost = Finished::read(scratch.path())?.cost();
+    let cost = RunFiles::read(scratch.path())?.cost();
     Ok(cost.get("cpu_s").copied().unwrap_or(0.0))
 }
 

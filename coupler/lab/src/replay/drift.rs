@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::{Kind, larger};
 
 use super::replayed::Drift;
-use draw::plot::{Curve, Labels, plot};
+use draw::plot::{Labels, PlotCurve, plot};
 
 /// Kinds of answers that are drawn.
 const DRAWN: [(Kind, &str); 4] = [
@@ -40,16 +40,16 @@ pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
 
 /// An SVG of the drift over the windows.
 pub fn picture(drift: &[Drift]) -> String {
-    let curves: Vec<Curve> = DRAWN
+    let curves: Vec<PlotCurve> = DRAWN
         .iter()
         .enumerate()
         .map(|(style, (kind, label))| {
             let windows = by_window(drift, *kind).into_iter();
             let finite = windows.filter(|(_, rel)| rel.is_finite());
-            Curve {
+            PlotCurve {
                 label: label.to_string(),
                 points: finite
-                    .map(|(window, rel)| (window as f64, rel.max(FLOOR).log10()))
+                    .map(|(window, rel)| (window as f64, rel.max(FLOOR)))
                     .collect(),
                 style,
             }

@@ -1,7 +1,7 @@
 //! Running the cases of a folder of scenes.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use protocol::larger;
@@ -17,9 +17,7 @@ use coordinator::plausible::Warning;
 use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
-
-/// Columns of signals.csv.
-type Signals = BTreeMap<String, Vec<f64>>;
+use runs::table::Table;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
@@ -125,7 +123,7 @@ fn referred(scenario: &Path, case: &SuiteCase, runs: &SuiteOptions) -> Result<Op
 struct Left {
     ended: Ended,
     summary: Value,
-    signals: Signals,
+    signals: Table,
 }
 
 impl Left {
@@ -152,7 +150,7 @@ fn attempt(
         Err(error) => Ok(Err(error)),
         Ok(ended) => Ok(Ok(Left {
             summary: ended.summary.value(),
-            signals: runs::columns::read_csv(&out.path().join("signals.csv")),
+            signals: Table::read_whole_rows(&out.path().join("signals.csv")),
             ended,
         })),
     }
@@ -212,10 +210,10 @@ fn case_row(case: &SuiteCase, name: &str, ours: Value, expected: Value, holds: b
 
 /// `<column>.<last | max | min | mean | t_max | t_min>`, `t_` being the time of the extreme (s); the column's name may hold dots
 /// itself, and columns joined by `+` are summed.
-fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
+fn of_signals(signals: &Table, path: &str) -> Option<f64> {
     let (columns, what) = path.rsplit_once('.')?;
     let columns = columns.split('+').map(|column| signals.get(column));
-    let columns = columns.collect::<Option<Vec<&Vec<f64>>>>()?;
+    let columns = columns.collect::<Option<Vec<&[f64]>>>()?;
     let reports = columns.iter().map(|column| column.len()).min()?;
     let sum = |row| columns.iter().map(|column| column[row]).sum();
     let values = &(0..reports).map(sum).collect::<Vec<f64>>();
@@ -231,7 +229,7 @@ fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
 }
 
 /// Time of the first of the largest values (s), of the smallest where the sign is -1.
-fn time_of(signals: &Signals, values: &[f64], sign: f64) -> Option<f64> {
+fn time_of(signals: &Table, values: &[f64], sign: f64) -> Option<f64> {
     let extreme = values.iter().map(|value| sign * value).reduce(larger)?;
     let at = values.iter().position(|value| sign * value == extreme)?;
     signals.get("t_s")?.get(at).copied()

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 /// Equal steps over a range: a number is off by half a step at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct Codes {
     /// The number with code 0.
     pub low: f64,
     /// Distance of two codes.
@@ -13,20 +13,20 @@ pub struct Scale {
     absent: u32,
 }
 
-impl Scale {
+impl Codes {
     /// 65 535 codes over a range.
-    pub fn fine(range: [f64; 2]) -> Scale {
-        Scale::with(range, u32::from(u16::MAX))
+    pub fn fine(range: [f64; 2]) -> Codes {
+        Codes::with(range, u32::from(u16::MAX))
     }
 
     /// 255 codes over a range; numbers beyond it have those of its ends.
-    pub fn coarse(range: [f64; 2]) -> Scale {
-        Scale::with(range, u32::from(u8::MAX))
+    pub fn coarse(range: [f64; 2]) -> Codes {
+        Codes::with(range, u32::from(u8::MAX))
     }
 
-    fn with([low, high]: [f64; 2], absent: u32) -> Scale {
+    fn with([low, high]: [f64; 2], absent: u32) -> Codes {
         let step = (high - low) / f64::from(absent - 1);
-        Scale {
+        Codes {
             low,
             // A range without length has one number, which is exact whatever the step.
             step: if step > 0.0 { step } else { 1.0 },
@@ -56,7 +56,7 @@ impl Scale {
     }
 
     /// What the page needs to turn codes into numbers that are so many times as large.
-    pub fn told(&self, factor: f64) -> Value {
+    pub fn json(&self, factor: f64) -> Value {
         json!([factor * self.low, factor * self.step])
     }
 }
@@ -122,7 +122,7 @@ mod tests {
     fn numbers_come_back_within_half_a_step() {
         let range = [-32.5, 32.5];
         let numbers: Vec<f64> = (0..=1000).map(|k| -32.5 + 0.065 * f64::from(k)).collect();
-        let scale = Scale::fine(range);
+        let scale = Codes::fine(range);
         assert_eq!(scale.step, 65.0 / 65534.0);
         let text = scale.encode(numbers.iter().copied());
         let codes = bytes(&text);
@@ -141,11 +141,11 @@ mod tests {
     #[test]
     fn what_is_absent_has_the_last_code() {
         let numbers = [f64::NAN, -0.1, 0.0, 1.0, 1.1];
-        let fine = bytes(&Scale::fine([0.0, 1.0]).encode(numbers.into_iter()));
+        let fine = bytes(&Codes::fine([0.0, 1.0]).encode(numbers.into_iter()));
         assert_eq!(fine, [255, 255, 255, 255, 0, 0, 254, 255, 255, 255]);
-        let coarse = bytes(&Scale::coarse([0.0, 1.0]).encode(numbers.into_iter()));
+        let coarse = bytes(&Codes::coarse([0.0, 1.0]).encode(numbers.into_iter()));
         assert_eq!(coarse, [255, 0, 0, 254, 254]);
-        let flat = Scale::coarse([2.0, 2.0]);
+        let flat = Codes::coarse([2.0, 2.0]);
         assert_eq!((flat.low, flat.code(2.0)), (2.0, 0));
     }
 

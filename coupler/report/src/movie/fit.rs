@@ -19,7 +19,7 @@ pub struct Content {
     pub elements: usize,
     /// Grains.
     pub grains: usize,
-    /// Bytes of a grain in a frame beside its place and pressure: its other colours.
+    /// Bytes of a grain in a frame beside its position and pressure: its other colours.
     pub colours: usize,
 }
 
@@ -30,7 +30,7 @@ impl Content {
     /// Characters of the page for these parts of a run whose meshes have outlines of so many nodes.
     pub fn characters(&self, outline: usize) -> usize {
         let elements = self.elements;
-        // Elements around a place have about as many nodes, and some at their rim.
+        // Elements around a point have about as many nodes, and some at their rim.
         let nodes = elements + 4 * elements.isqrt() + outline;
         let lines = LINES_MOST.min(3 * self.grains);
         let frame = 4 * nodes + elements + (5 + self.colours) * self.grains + 9 * lines;
@@ -80,7 +80,7 @@ fn largest(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usiz
     low
 }
 
-/// So many of `all` places, evenly, the first and the last among them.
+/// So many of the numbers below `all`, evenly, the first and the last among them.
 pub fn evenly(count: usize, all: usize) -> Vec<usize> {
     if count >= all {
         return (0..all).collect();
@@ -91,7 +91,7 @@ pub fn evenly(count: usize, all: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Places of the so many points nearest to `centre`, in ascending order.
+/// Numbers of the so many points nearest to `centre`, in ascending order.
 pub fn nearest(points: &[[f64; 2]], centre: [f64; 2], count: usize) -> Vec<usize> {
     let far = |k: &usize| (points[*k][0] - centre[0]).hypot(points[*k][1] - centre[1]);
     let mut order: Vec<usize> = (0..points.len()).collect();

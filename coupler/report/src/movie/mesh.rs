@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use runs::fields::{Arrays, numbers};
+use runs::fields::{Arrays, numbers, points};
 
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;
 
 /// Nodes at rest (m) and elements.
 #[derive(Clone, Debug, Default)]
-pub struct Mesh {
-    /// Places of the nodes.
+pub struct QuadMesh {
+    /// Positions of the nodes.
     pub nodes: Vec<[f64; 2]>,
     /// Corners of the elements.
     pub quads: Vec<[u32; 4]>,
@@ -18,18 +18,17 @@ pub struct Mesh {
 
 /// A side of a mesh that grains lie along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum MeshSide {
     /// The upper side.
     Top,
     /// The lower side.
     Bottom,
 }
 
-impl Mesh {
+impl QuadMesh {
     /// The mesh of a file; `None` where it is none of quadrilaterals.
-    pub fn of(arrays: &Arrays) -> Option<Mesh> {
-        let points = numbers(arrays, "points").chunks_exact(3);
-        let nodes: Vec<[f64; 2]> = points.map(|p| [p[0], p[1]]).collect();
+    pub fn of(arrays: &Arrays) -> Option<QuadMesh> {
+        let nodes = points(arrays);
         let types = numbers(arrays, "types");
         let corners = numbers(arrays, "connectivity");
         let inside = |node: &f64| (0.0..nodes.len() as f64).contains(node);
@@ -38,7 +37,7 @@ impl Mesh {
             && corners.iter().all(inside);
         let quad = |four: &[f64]| [0, 1, 2, 3].map(|k| four[k] as u32);
         let quads: Vec<[u32; 4]> = corners.chunks_exact(4).map(quad).collect();
-        (sound && !quads.is_empty()).then_some(Mesh { nodes, quads })
+        (sound && !quads.is_empty()).then_some(QuadMesh { nodes, quads })
     }
 
     /// Centres of the elements (m).
@@ -59,10 +58,10 @@ impl Mesh {
     }
 
     /// The nodes along a side from left to right: those of outer edges that face up or down more than sideways.
-    pub fn side(&self, side: Side) -> Vec<u32> {
+    pub fn side(&self, side: MeshSide) -> Vec<u32> {
         let faces = |edge: &OuterEdge| {
             let [x, y] = edge.outward;
-            let up = if side == Side::Top { y } else { -y };
+            let up = if side == MeshSide::Top { y } else { -y };
             up > x.abs()
         };
         let edges = self.outer_edges().into_iter().filter(faces);
@@ -104,7 +103,7 @@ struct OuterEdge {
     outward: [f64; 2],
 }
 
-/// The height of a line of nodes at a place, straight between them and constant beyond its ends; `None` without nodes.
+/// The height of a line of nodes at a position, straight between them and constant beyond its ends; `None` without nodes.
 pub fn height(line: &[[f64; 2]], x: f64) -> Option<f64> {
     let next = line.partition_point(|node| node[0] < x);
     let (Some(left), Some(right)) = (
@@ -123,8 +122,8 @@ mod tests {
     use super::*;
 
     /// Two unit squares beside each other.
-    fn mesh() -> Mesh {
-        Mesh {
+    fn mesh() -> QuadMesh {
+        QuadMesh {
             nodes: [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]]
                 .map(|p| p.map(f64::from))
                 .into(),
@@ -137,8 +136,8 @@ mod tests {
         let mesh = mesh();
         assert_eq!(mesh.outline().len(), 6);
         assert!(!mesh.outline().contains(&[1, 4]) && !mesh.outline().contains(&[4, 1]));
-        assert_eq!(mesh.side(Side::Top), [3, 4, 5]);
-        assert_eq!(mesh.side(Side::Bottom), [0, 1, 2]);
+        assert_eq!(mesh.side(MeshSide::Top), [3, 4, 5]);
+        assert_eq!(mesh.side(MeshSide::Bottom), [0, 1, 2]);
         assert_eq!(mesh.centres()[1], [1.5, 0.5]);
     }
 
@@ -159,8 +158,8 @@ mod tests {
             let all = list.into_iter().chain([corners]);
             Arrays::from_iter(all.map(|(name, values)| (name.to_string(), values)))
         };
-        assert!(Mesh::of(&arrays(9.0, 3.0)).is_some());
-        assert!(Mesh::of(&arrays(5.0, 3.0)).is_none());
-        assert!(Mesh::of(&arrays(9.0, 4.0)).is_none());
+        assert!(QuadMesh::of(&arrays(9.0, 3.0)).is_some());
+        assert!(QuadMesh::of(&arrays(5.0, 3.0)).is_none());
+        assert!(QuadMesh::of(&arrays(9.0, 4.0)).is_none());
     }
 }

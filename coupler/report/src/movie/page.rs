@@ -2,10 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::encode::{Scale, base64, whole};
-use super::range::{Ranges, of};
+use super::encode::{Codes, base64, whole};
+use super::range::{MovieRanges, of};
 use super::scene::{GrainBody, MeshBody, Scene};
 use super::shots::{GrainShot, MeshShot, Over, Shots};
+use draw::svg::escape;
+use runs::fields::flags;
 
 /// The player, with marks where texts and data go.
 pub const PLAYER: &str = include_str!("player.html");
@@ -17,8 +19,8 @@ pub struct Movie<'a> {
     pub scene: &'a Scene,
     /// Their frames.
     pub shots: &'a Shots,
-    /// Ranges of the numbers.
-    pub ranges: &'a Ranges,
+    /// MovieRanges of the numbers.
+    pub ranges: &'a MovieRanges,
     /// Texts.
     pub words: &'a Words,
     /// Wheel, signals and the rest that needs no codes, by its names in the player.
@@ -54,21 +56,13 @@ pub fn page(movie: &Movie) -> String {
     ];
     let mut html = String::new();
     // One pass: what a scenario puts into a text is never taken for a mark.
-    for (place, part) in PLAYER.split("@@").enumerate() {
+    for (number, part) in PLAYER.split("@@").enumerate() {
         let value = parts
             .iter()
-            .find(|(name, _)| place % 2 == 1 && *name == part);
+            .find(|(name, _)| number % 2 == 1 && *name == part);
         html.push_str(value.map_or(part, |(_, value)| value));
     }
     html
-}
-
-/// Names come from scenarios that may not be ours.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 /// JSON that ends no script element, whatever its texts are.
@@ -83,32 +77,28 @@ fn data(movie: &Movie) -> Value {
     json!({
         "meshes": meshes.map(|(body, over)| mesh(body, over, movie)).collect::<Vec<Value>>(),
         "grains": grains.map(|(body, over)| disks(body, over, movie)).collect::<Vec<Value>>(),
-        "pressure_mpa": movie.ranges.pressure().told(1e-6),
-        "speed_m_per_s": movie.ranges.speed().told(1.0),
-        "force_n": movie.ranges.force().told(1.0),
+        "pressure_mpa": movie.ranges.pressure().json(1e-6),
+        "speed_m_per_s": movie.ranges.speed().json(1.0),
+        "force_n": movie.ranges.force().json(1.0),
         "more": movie.more,
     })
 }
 
 fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
     let nodes = body.kept_nodes();
-    let place = |node: &u32| {
-        nodes
-            .binary_search(node)
-            .map_or(u32::MAX, |place| place as u32)
-    };
-    let numbers = |all: &mut dyn Iterator<Item = u32>| whole(all.map(|node| place(&node)));
+    let index = |node: u32| nodes.binary_search(&node).map_or(u32::MAX, |k| k as u32);
+    let numbers = |all: &mut dyn Iterator<Item = u32>| whole(all.map(index));
     let at = |k: usize| {
-        let up = if k == 1 { body.place.up } else { 0.0 };
+        let up = if k == 1 { body.position.up } else { 0.0 };
         let values = || {
             nodes
                 .iter()
                 .map(|node| body.mesh.nodes[*node as usize][k] + up)
         };
-        let scale = Scale::fine(of(values()));
-        json!([scale.told(1e3), scale.encode(values())])
+        let scale = Codes::fine(of(values()));
+        json!([scale.json(1e3), scale.encode(values())])
     };
-    let u = [0, 1].map(|k| Scale::fine(movie.ranges.displacement[k]));
+    let u = [0, 1].map(|k| Codes::fine(movie.ranges.displacement[k]));
     let pressure = movie.ranges.pressure();
     let frame = |shot: &MeshShot| {
         let [x, y] = [0, 1].map(|k| u[k].encode(shot.u[k].iter().copied()));
@@ -117,7 +107,7 @@ fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
     json!({
         "name": body.source.participant,
         "x": at(0), "y": at(1),
-        "u": u.map(|scale| scale.told(1e3)),
+        "u": u.map(|scale| scale.json(1e3)),
         "quads": numbers(&mut body.kept.iter().flat_map(|quad| body.mesh.quads[*quad])),
         "outline": numbers(&mut body.mesh.outline().into_iter().flatten()),
         "line": numbers(&mut body.line().into_iter()),
@@ -128,10 +118,10 @@ fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
 
 fn disks(body: &GrainBody, over: &Over<GrainShot>, movie: &Movie) -> Value {
     let ranges = movie.ranges;
-    let at = [0, 1].map(|k| Scale::fine(ranges.place[k]));
-    let radius = Scale::fine([0.0, ranges.radius_m]);
+    let at = [0, 1].map(|k| Codes::fine(ranges.position[k]));
+    let radius = Codes::fine([0.0, ranges.radius_m]);
     let kept = |name: &str| {
-        let marks: Vec<bool> = body.marks(name).collect();
+        let marks = flags(&body.first, name);
         let codes = body.kept.iter().map(|grain| u8::from(marks[*grain]));
         base64(codes)
     };
@@ -140,25 +130,30 @@ fn disks(body: &GrainBody, over: &Over<GrainShot>, movie: &Movie) -> Value {
     let frame = |shot: &GrainShot| frame(shot, still, [at[0], at[1], radius], ranges);
     json!({
         "name": body.source.participant,
-        "at": at.map(|scale| scale.told(1e3)),
-        "radius": [radius.told(1e3), radius.encode(still.iter().copied())],
+        "at": at.map(|scale| scale.json(1e3)),
+        "radius": [radius.json(1e3), radius.encode(still.iter().copied())],
         "glued": kept("glued"), "wheel": kept("wheel"),
         "frames": over.iter().map(|shot| shot.as_ref().map(frame)).collect::<Vec<_>>(),
     })
 }
 
-fn frame(shot: &GrainShot, still: &[f64], [x, y, radius]: [Scale; 3], ranges: &Ranges) -> Value {
-    let coded = |scale: Scale, values: &[f64]| scale.encode(values.iter().copied());
-    let given = |scale: Scale, values: &Option<Vec<f64>>| {
+fn frame(
+    shot: &GrainShot,
+    still: &[f64],
+    [x, y, radius]: [Codes; 3],
+    ranges: &MovieRanges,
+) -> Value {
+    let coded = |scale: Codes, values: &[f64]| scale.encode(values.iter().copied());
+    let given = |scale: Codes, values: &Option<Vec<f64>>| {
         values.as_ref().map(|values| coded(scale, values))
     };
-    let unit = Scale::coarse([0.0, 254.0]);
+    let unit = Codes::coarse([0.0, 254.0]);
     json!({
         "x": coded(x, &shot.centre[0]), "y": coded(y, &shot.centre[1]),
         "p": coded(ranges.pressure(), &shot.pressure),
         "v": given(ranges.speed(), &shot.speed),
         "b": given(unit, &shot.body),
-        "a": given(Scale::coarse([0.0, 1.0]), &shot.adhesion),
+        "a": given(Codes::coarse([0.0, 1.0]), &shot.adhesion),
         // Grains that grow are told anew; those of one size are in `radius`.
         "r": (shot.radius != still).then(|| coded(radius, &shot.radius)),
         "ends": whole(shot.lines.iter().flat_map(|line| line.ends)),
@@ -182,7 +177,7 @@ mod tests {
         page(&Movie {
             scene: &Scene::default(),
             shots: &Shots::default(),
-            ranges: &Ranges::default(),
+            ranges: &MovieRanges::default(),
             words: &words,
             more: json!({ "frames": [hostile] }),
         })

@@ -1,20 +1,20 @@
-//! Ranges of the numbers of a movie, over all of its frames.
+//! MovieRanges of the numbers of a movie, over all of its frames.
 
-use super::encode::Scale;
+use super::encode::Codes;
 use super::shots::Shots;
 
 /// Share of the grains that colours tell apart: single grains carry many times the mean.
-const TOLD: f64 = 0.98;
-/// Least parts of the smallest radius that places of grains are told in.
+const SHOWN: f64 = 0.98;
+/// Least parts of the smallest radius that positions of grains are rounded to.
 const PARTS: f64 = 20.0;
 
-/// Ranges over all frames.
+/// MovieRanges over all frames.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ranges {
+pub struct MovieRanges {
     /// Displacements of nodes along x and y (m).
     pub displacement: [[f64; 2]; 2],
-    /// Places of grains along x and y (m); those beyond are not shown.
-    pub place: [[f64; 2]; 2],
+    /// Positions of grains along x and y (m); those beyond are not shown.
+    pub position: [[f64; 2]; 2],
     /// Largest radius (m).
     pub radius_m: f64,
     /// Pressures (Pa); those beyond have the colours of its ends.
@@ -25,15 +25,15 @@ pub struct Ranges {
     pub force_n: f64,
 }
 
-impl Ranges {
+impl MovieRanges {
     /// The ranges of these frames.
-    pub fn of(shots: &Shots) -> Ranges {
+    pub fn of(shots: &Shots) -> MovieRanges {
         let meshes = || shots.meshes.iter().flatten().flatten();
         let grains = || shots.grains.iter().flatten().flatten();
         let radii = of(grains().flat_map(|shot| &shot.radius).copied());
         let smallest = grains().flat_map(|shot| &shot.radius).filter(|r| **r > 0.0);
         let smallest = smallest.copied().fold(f64::INFINITY, f64::min);
-        let place = [0, 1].map(|k| {
+        let position = [0, 1].map(|k| {
             let all = of(grains().flat_map(|shot| &shot.centre[k]).copied());
             let first = grains().take(1).flat_map(|shot| &shot.centre[k]);
             limited(all, of(first.copied()), smallest)
@@ -42,9 +42,9 @@ impl Ranges {
         let carried = share(grains().flat_map(|shot| &shot.pressure).copied());
         let speeds = grains().filter_map(|shot| shot.speed.as_ref()).flatten();
         let forces = grains().flat_map(|shot| &shot.lines).map(|line| line.force);
-        Ranges {
+        MovieRanges {
             displacement: [0, 1].map(|k| of(meshes().flat_map(|shot| &shot.u[k]).copied())),
-            place,
+            position,
             radius_m: radii[1],
             pressure_pa: pressures(body, carried),
             speed_m_per_s: round_up(share(speeds.copied())),
@@ -53,18 +53,18 @@ impl Ranges {
     }
 
     /// Codes of pressures (Pa).
-    pub fn pressure(&self) -> Scale {
-        Scale::coarse(self.pressure_pa)
+    pub fn pressure(&self) -> Codes {
+        Codes::coarse(self.pressure_pa)
     }
 
     /// Codes of speeds (m/s).
-    pub fn speed(&self) -> Scale {
-        Scale::coarse([0.0, self.speed_m_per_s])
+    pub fn speed(&self) -> Codes {
+        Codes::coarse([0.0, self.speed_m_per_s])
     }
 
     /// Codes of normal forces (N).
-    pub fn force(&self) -> Scale {
-        Scale::coarse([0.0, self.force_n])
+    pub fn force(&self) -> Codes {
+        Codes::coarse([0.0, self.force_n])
     }
 }
 
@@ -78,7 +78,7 @@ fn pressures([low, high]: [f64; 2], carried: f64) -> [f64; 2] {
     [if tension > 0.02 * most { -tension } else { 0.0 }, most]
 }
 
-/// The range of all places, or so much of it around the first frame's as its codes tell grains apart in.
+/// The range of all positions, or so much of it around the first frame's as its codes tell grains apart in.
 fn limited(all: [f64; 2], first: [f64; 2], smallest: f64) -> [f64; 2] {
     let most = 65_534.0 * smallest / PARTS;
     if all[1] - all[0] <= most {
@@ -105,11 +105,11 @@ pub fn of(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 /// The number that most positive ones stay below.
 fn share(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut numbers: Vec<f64> = numbers.filter(|number| *number > 0.0).collect();
-    let place = ((TOLD * numbers.len() as f64) as usize).min(numbers.len().saturating_sub(1));
+    let most = ((SHOWN * numbers.len() as f64) as usize).min(numbers.len().saturating_sub(1));
     if numbers.is_empty() {
         return 0.0;
     }
-    *numbers.select_nth_unstable_by(place, f64::total_cmp).1
+    *numbers.select_nth_unstable_by(most, f64::total_cmp).1
 }
 
 /// The least number with two significant digits that is not below a positive one; 0 for others.

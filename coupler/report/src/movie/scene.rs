@@ -1,24 +1,24 @@
-//! The bodies of a movie: meshes in their places and grains, as they are at the first moment that has them.
+//! The bodies of a movie: meshes in their positions and grains, as they are at the first moment that has them.
 
+use super::fields::{FieldFiles, FieldSource};
 use super::fit::{Content, nearest};
-use super::mesh::{Mesh, Side};
-use super::place::{Place, Row, beside};
-use super::record::{Record, Source};
-use runs::fields::{Arrays, numbers};
-use runs::setup::Setup;
+use super::mesh::{MeshSide, QuadMesh};
+use super::position::{JoinedGrains, MeshPosition, beside};
+use runs::fields::{Arrays, flags, numbers, points};
+use runs::scenario::Setup;
 
-/// A mesh in its place.
+/// A mesh in its position.
 #[derive(Debug)]
 pub struct MeshBody {
     /// Its fields.
-    pub source: Source,
+    pub source: FieldSource,
     /// The mesh at rest, in a frame of its own.
-    pub mesh: Mesh,
-    /// Its place in the picture.
-    pub place: Place,
+    pub mesh: QuadMesh,
+    /// Its position in the picture.
+    pub position: MeshPosition,
     /// The participant whose grains it carries.
     pub partner: Option<String>,
-    /// Places of the elements that are kept.
+    /// Numbers of the elements that are kept.
     pub kept: Vec<usize>,
 }
 
@@ -26,17 +26,17 @@ pub struct MeshBody {
 #[derive(Debug)]
 pub struct GrainBody {
     /// Their fields.
-    pub source: Source,
+    pub source: FieldSource,
     /// The first moment that has them.
     pub first: Arrays,
-    /// Places of the grains that are kept.
+    /// Numbers of the grains that are kept.
     pub kept: Vec<usize>,
 }
 
 /// All bodies.
 #[derive(Debug, Default)]
 pub struct Scene {
-    /// Meshes whose places are known.
+    /// Meshes whose positions are known.
     pub meshes: Vec<MeshBody>,
     /// Grains.
     pub grains: Vec<GrainBody>,
@@ -44,19 +44,13 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
-/// A point of the picture that bears so much.
-struct Bearing {
-    place: [f64; 2],
-    pressure: f64,
-}
-
 impl Scene {
     /// The bodies of a run, whole.
-    pub fn of(record: &Record, setup: &Setup) -> Scene {
+    pub fn of(files: &FieldFiles, setup: &Setup) -> Scene {
         let mut scene = Scene::default();
-        for source in record.sources.iter().filter(|source| source.grains) {
-            if let Some(first) = scene.first(record, source) {
-                let kept = (0..numbers(&first, "points").len() / 3).collect();
+        for source in files.sources.iter().filter(|source| source.grains) {
+            if let Some(first) = scene.first(files, source) {
+                let kept = (0..points(&first).len()).collect();
                 let source = source.clone();
                 scene.grains.push(GrainBody {
                     source,
@@ -65,17 +59,17 @@ impl Scene {
                 });
             }
         }
-        let meshes: Vec<&Source> = record.sources.iter().filter(|s| !s.grains).collect();
+        let meshes: Vec<&FieldSource> = files.sources.iter().filter(|s| !s.grains).collect();
         for source in &meshes {
-            scene.add_mesh(record, setup, source, meshes.len() == 1);
+            scene.add_mesh(files, setup, source, meshes.len() == 1);
         }
         scene
     }
 
     /// The fields of a participant at the first moment that has them; files that cannot be read are told.
-    fn first(&mut self, record: &Record, source: &Source) -> Option<Arrays> {
-        for moment in &record.moments {
-            match record.read(source, moment) {
+    fn first(&mut self, files: &FieldFiles, source: &FieldSource) -> Option<Arrays> {
+        for moment in &files.moments {
+            match files.read(source, moment) {
                 Ok(None) => {}
                 Ok(Some(arrays)) => return Some(arrays),
                 Err(error) => self.note(error.to_string()),
@@ -91,48 +85,50 @@ impl Scene {
         }
     }
 
-    fn add_mesh(&mut self, record: &Record, setup: &Setup, source: &Source, only: bool) {
+    fn add_mesh(&mut self, files: &FieldFiles, setup: &Setup, source: &FieldSource, only: bool) {
         let name = &source.participant;
-        let Some(first) = self.first(record, source) else {
+        let Some(first) = self.first(files, source) else {
             return;
         };
-        let Some(mesh) = Mesh::of(&first) else {
+        let Some(mesh) = QuadMesh::of(&first) else {
             self.note(format!(
                 "`{name}` is not drawn: its cells are no quadrilaterals"
             ));
             return;
         };
-        match self.place(&mesh, setup, name, only) {
+        match self.position(&mesh, setup, name, only) {
             Err(why) => self.note(format!("`{name}` is not drawn: it {why}")),
-            Ok(place) => {
-                let told = place.note.iter().map(|note| format!("`{name}` {note}"));
-                self.notes.extend(told);
+            Ok(position) => {
+                let notes = position.note.iter();
+                self.notes
+                    .extend(notes.map(|note| format!("`{name}` {note}")));
                 let partner = setup.partner(name).map(|joint| joint.partner.to_string());
                 self.meshes.push(MeshBody {
                     kept: (0..mesh.quads.len()).collect(),
                     source: source.clone(),
-                    partner: partner.filter(|_| place.carries.is_some()),
+                    partner: partner.filter(|_| position.carries.is_some()),
                     mesh,
-                    place,
+                    position,
                 });
             }
         }
     }
 
-    fn place(&self, mesh: &Mesh, setup: &Setup, name: &str, only: bool) -> Result<Place, String> {
-        let alone = Place {
-            up: 0.0,
-            carries: None,
-            note: None,
-        };
+    fn position(
+        &self,
+        mesh: &QuadMesh,
+        setup: &Setup,
+        name: &str,
+        only: bool,
+    ) -> Result<MeshPosition, String> {
         let joint = setup.partner(name);
         let grains = joint.and_then(|joint| {
             let mut all = self.grains.iter();
             all.find(|grains| grains.source.participant == joint.partner)
         });
         match (joint, grains) {
-            (Some(joint), Some(grains)) => beside(mesh, &joint, &grains.row()),
-            _ if only && self.grains.is_empty() => Ok(alone),
+            (Some(joint), Some(grains)) => beside(mesh, &joint, &grains.joined()),
+            _ if only && self.grains.is_empty() => Ok(MeshPosition::default()),
             _ => Err("is joined with no grains that would tell its place".into()),
         }
     }
@@ -160,10 +156,7 @@ impl Scene {
         let share =
             |part: usize, kept: usize, all: usize| (part * kept).checked_div(all).unwrap_or(0);
         for body in &mut self.meshes {
-            let mut centres = body.mesh.centres();
-            centres
-                .iter_mut()
-                .for_each(|centre| centre[1] += body.place.up);
+            let centres = body.centres();
             let count = share(centres.len(), content.elements, whole.elements);
             body.kept = nearest(&centres, focus, count);
         }
@@ -176,69 +169,48 @@ impl Scene {
 
     /// The middle of what bears at the last moment that can be read, by squares of pressures; the middle of everything where
     /// nothing does.
-    pub fn focus(&self, record: &Record) -> [f64; 2] {
-        let read = |source: &Source| {
-            let mut moments = record.moments.iter().rev();
-            moments.find_map(|moment| record.read(source, moment).ok().flatten())
+    pub fn focus(&self, files: &FieldFiles) -> [f64; 2] {
+        let read = |source: &FieldSource| {
+            let mut moments = files.moments.iter().rev();
+            let found = moments.find_map(|moment| files.read(source, moment).ok().flatten());
+            found.unwrap_or_default()
         };
-        let mut all = Vec::new();
+        let mut bearing: Vec<([f64; 2], f64)> = Vec::new();
+        let mut add = |centres: Vec<[f64; 2]>, pressures: &[f64]| {
+            bearing.extend(centres.into_iter().zip(pressures.iter().copied()));
+        };
         for body in &self.meshes {
-            let arrays = read(&body.source).unwrap_or_default();
-            let pressures = numbers(&arrays, "hydrostatic_pressure_pa");
-            for (centre, pressure) in body.mesh.centres().into_iter().zip(pressures) {
-                let place = [centre[0], centre[1] + body.place.up];
-                all.push(Bearing {
-                    place,
-                    pressure: *pressure,
-                });
-            }
+            let pressures = read(&body.source).remove("hydrostatic_pressure_pa");
+            add(body.centres(), &pressures.unwrap_or_default());
         }
         for grains in &self.grains {
-            let arrays = read(&grains.source).unwrap_or_default();
-            let pressures = numbers(&arrays, "pressure_pa");
-            for (place, pressure) in centres(&arrays).into_iter().zip(pressures) {
-                all.push(Bearing {
-                    place,
-                    pressure: *pressure,
-                });
-            }
+            let arrays = read(&grains.source);
+            add(points(&arrays), numbers(&arrays, "pressure_pa"));
         }
-        middle(&all)
+        middle(&bearing)
     }
 }
 
-/// Mean place by squares of what is borne, pulls left out.
-fn middle(all: &[Bearing]) -> [f64; 2] {
-    let mean = |weight: &dyn Fn(&Bearing) -> f64| {
-        let sum: f64 = all.iter().map(weight).sum();
+/// Mean of points by squares of their pressures, pulls left out.
+fn middle(bearing: &[([f64; 2], f64)]) -> [f64; 2] {
+    let mean = |weight: &dyn Fn(f64) -> f64| {
+        let sum: f64 = bearing.iter().map(|(_, pressure)| weight(*pressure)).sum();
         let part = |k: usize| {
-            all.iter()
-                .map(|one| weight(one) * one.place[k])
-                .sum::<f64>()
+            let parts = bearing
+                .iter()
+                .map(|(at, pressure)| weight(*pressure) * at[k]);
+            parts.sum::<f64>()
         };
         (sum > 0.0).then(|| [part(0) / sum, part(1) / sum])
     };
-    let borne = mean(&|one| one.pressure.max(0.0).powi(2));
+    let borne = mean(&|pressure| pressure.max(0.0).powi(2));
     borne.or_else(|| mean(&|_| 1.0)).unwrap_or_default()
-}
-
-/// Places of the points of a file (m).
-pub fn centres(arrays: &Arrays) -> Vec<[f64; 2]> {
-    let points = numbers(arrays, "points").chunks_exact(3);
-    points.map(|p| [p[0], p[1]]).collect()
 }
 
 impl GrainBody {
     /// Centres at the first moment (m).
     pub fn centres(&self) -> Vec<[f64; 2]> {
-        centres(&self.first)
-    }
-
-    /// Marks of the grains under this name; none are set where the file has none.
-    pub fn marks(&self, name: &str) -> impl Iterator<Item = bool> {
-        let marks = numbers(&self.first, name);
-        (0..numbers(&self.first, "points").len() / 3)
-            .map(|grain| marks.get(grain).is_some_and(|mark| *mark > 0.0))
+        points(&self.first)
     }
 
     /// Bytes of a grain for colours other than pressure.
@@ -248,28 +220,32 @@ impl GrainBody {
         given.count()
     }
 
-    fn row(&self) -> Row {
+    fn joined(&self) -> JoinedGrains {
         let radii = numbers(&self.first, "radius_m");
-        let there = |grain: &usize| radii.get(*grain).is_none_or(|radius| *radius > 0.0);
-        let glued: Vec<bool> = self.marks("glued").collect();
-        let wheel: Vec<bool> = self.marks("wheel").collect();
-        let centres = self.centres();
-        let chosen = |wanted: bool| {
-            let grains = (0..centres.len()).filter(there);
-            let of = grains.filter(|grain| glued[*grain] == wanted && !wheel[*grain]);
-            of.map(|grain| centres[grain]).collect()
-        };
-        Row {
-            glued: chosen(true),
-            free: chosen(false),
+        let [glued, wheel] = ["glued", "wheel"].map(|name| flags(&self.first, name));
+        let centres = self.centres().into_iter().enumerate();
+        let there = |grain: usize| radii.get(grain).is_none_or(|radius| *radius > 0.0);
+        let of_layer = centres.filter(|(grain, _)| there(*grain) && !wheel[*grain]);
+        let (of_glued, free): (Vec<_>, Vec<_>) = of_layer.partition(|(grain, _)| glued[*grain]);
+        let centres = |grains: Vec<(usize, [f64; 2])>| grains.into_iter().map(|(_, at)| at);
+        JoinedGrains {
+            glued: centres(of_glued).collect(),
+            free: centres(free).collect(),
             radius: radii.iter().copied().fold(0.0, f64::max),
         }
     }
 }
 
 impl MeshBody {
+    /// Centres of the elements in the picture (m).
+    fn centres(&self) -> Vec<[f64; 2]> {
+        let centres = self.mesh.centres().into_iter();
+        centres.map(|[x, y]| [x, y + self.position.up]).collect()
+    }
+
     /// The line of nodes that carries what lies along it: grains, or the wheel on top.
     pub fn line(&self) -> Vec<u32> {
-        self.mesh.side(self.place.carries.unwrap_or(Side::Top))
+        self.mesh
+            .side(self.position.carries.unwrap_or(MeshSide::Top))
     }
 }

@@ -1,9 +1,9 @@
 //! The frames of a movie: numbers of the kept elements and grains at each kept moment.
 
+use super::fields::{FieldFiles, FieldMoment, FieldSource};
 use super::fit::LINES_MOST;
-use super::record::{Moment, Record, Source};
-use super::scene::{GrainBody, MeshBody, Scene, centres};
-use runs::fields::{Arrays, numbers};
+use super::scene::{GrainBody, MeshBody, Scene};
+use runs::fields::{Arrays, numbers, points};
 
 /// Least force of a line that is kept, over the largest of its frame: below, it would be too thin to be seen.
 const WEAKEST: f64 = 0.01;
@@ -35,12 +35,12 @@ pub struct GrainShot {
     /// True where the law has bonds.
     pub bonded: bool,
     /// Contacts that press.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ContactLine>,
 }
 
 /// A contact of two kept grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct ContactLine {
     /// The grains.
     pub ends: [u32; 2],
     /// Normal force (N).
@@ -63,17 +63,17 @@ pub struct Shots {
 
 impl Shots {
     /// Reads the fields of these moments.
-    pub fn of(record: &Record, scene: &Scene, moments: &[&Moment], colours: bool) -> Shots {
+    pub fn of(files: &FieldFiles, scene: &Scene, moments: &[&FieldMoment], colours: bool) -> Shots {
         let mut shots = Shots::default();
         for body in &scene.meshes {
             let nodes = body.kept_nodes();
-            let over = shots.over(record, &body.source, moments, |arrays| {
+            let over = shots.over(files, &body.source, moments, |arrays| {
                 body.shot(&nodes, arrays)
             });
             shots.meshes.push(over);
         }
         for grains in &scene.grains {
-            let over = shots.over(record, &grains.source, moments, |arrays| {
+            let over = shots.over(files, &grains.source, moments, |arrays| {
                 grains.shot(arrays, colours)
             });
             shots.grains.push(over);
@@ -83,15 +83,15 @@ impl Shots {
 
     fn over<T>(
         &mut self,
-        record: &Record,
-        source: &Source,
-        moments: &[&Moment],
+        files: &FieldFiles,
+        source: &FieldSource,
+        moments: &[&FieldMoment],
         shot: impl Fn(&Arrays) -> Option<T>,
     ) -> Over<T> {
         let mut over = Vec::new();
         for moment in moments {
             let (who, when) = (&source.participant, &moment.name);
-            let found = record.read(source, moment).unwrap_or_else(|error| {
+            let found = files.read(source, moment).unwrap_or_else(|error| {
                 self.notes.push(format!("left out: {error}"));
                 None
             });
@@ -135,21 +135,20 @@ impl MeshBody {
 
 impl GrainBody {
     fn shot(&self, arrays: &Arrays, colours: bool) -> Option<GrainShot> {
-        let all = numbers(&self.first, "points").len();
-        let [points, radii] = ["points", "radius_m"].map(|name| numbers(arrays, name));
-        (points.len() == all && radii.len() == all / 3).then_some(())?;
-        let centres = centres(arrays);
+        let all = self.centres().len();
+        let (centres, radii) = (points(arrays), numbers(arrays, "radius_m"));
+        (centres.len() == all && radii.len() == all).then_some(())?;
         let of = |values: &[f64]| -> Vec<f64> {
             let value = |grain: &usize| values.get(*grain).copied().unwrap_or(f64::NAN);
             self.kept.iter().map(value).collect()
         };
         // Grains in store have no radius and are nowhere.
         let coordinate = |k: usize| {
-            let place = |grain: &usize| {
-                let there = radii[*grain] > 0.0;
-                if there { centres[*grain][k] } else { f64::NAN }
+            let at = |grain: &usize| match radii[*grain] > 0.0 {
+                true => centres[*grain][k],
+                false => f64::NAN,
             };
-            self.kept.iter().map(place).collect()
+            self.kept.iter().map(at).collect()
         };
         let given = |name: &str| arrays.get(name).filter(|_| colours);
         let speeds = given("velocity_m_per_s").map(|v| {
@@ -169,17 +168,19 @@ impl GrainBody {
     }
 
     /// The strongest contacts between kept grains.
-    fn lines(&self, arrays: &Arrays) -> Vec<Line> {
-        let mut places = vec![u32::MAX; numbers(&self.first, "points").len() / 3];
-        for (place, grain) in self.kept.iter().enumerate() {
-            places[*grain] = place as u32;
+    fn lines(&self, arrays: &Arrays) -> Vec<ContactLine> {
+        let mut index = vec![u32::MAX; self.centres().len()];
+        for (k, grain) in self.kept.iter().enumerate() {
+            index[*grain] = k as u32;
         }
-        let place = |grain: f64| places.get(grain as usize).copied().unwrap_or(u32::MAX);
-        let all = contacts(arrays).map(|(ends, force)| Line {
-            ends: ends.map(place),
-            force,
+        let kept = |grain: f64| index.get(grain as usize).copied().unwrap_or(u32::MAX);
+        let ends = numbers(arrays, "connectivity").chunks_exact(2);
+        let forces = numbers(arrays, "force_n").chunks_exact(2);
+        let all = ends.zip(forces).map(|(ends, force)| ContactLine {
+            ends: [kept(ends[0]), kept(ends[1])],
+            force: force[0],
         });
-        let mut lines: Vec<Line> = all
+        let mut lines: Vec<ContactLine> = all
             .filter(|line| line.force > 0.0 && !line.ends.contains(&u32::MAX))
             .collect();
         lines.sort_by(|a, b| b.force.total_cmp(&a.force));
@@ -188,14 +189,6 @@ impl GrainBody {
         lines.truncate(seen.min(LINES_MOST));
         lines
     }
-}
-
-/// Ends and normal forces (N) of the contacts of a layer.
-fn contacts(arrays: &Arrays) -> impl Iterator<Item = ([f64; 2], f64)> {
-    let ends = numbers(arrays, "connectivity").chunks_exact(2);
-    let forces = numbers(arrays, "force_n").chunks_exact(2);
-    ends.zip(forces)
-        .map(|(ends, force)| ([ends[0], ends[1]], force[0]))
 }
 
 fn mean_adhesions(arrays: &Arrays) -> Vec<f64> {

@@ -1,14 +1,19 @@
 //! The signals of a run beside its frames: wheel and forces at their times, and over time for the strip below the picture.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 
-use runs::columns::read_csv;
-use runs::setup::Setup;
+use runs::files::RunFiles;
 
 /// Pieces of time of the strip; each shows its least and its largest value.
 const PIECES: usize = 400;
+
+/// Signals of the wheel that are shown: words, name, unit, and the factor from SI to it.
+const OF_WHEEL: [(&str, &str, &str, f64); 4] = [
+    ("F_T, friction force on the wheel", "wheel_ft_n", "N", 1.0),
+    ("F_N, normal force on the wheel", "wheel_fn_n", "N", 1.0),
+    ("x of the wheel", "wheel_x_m", "mm", 1e3),
+    ("y of the wheel", "wheel_y_m", "mm", 1e3),
+];
 
 /// A signal over time.
 #[derive(Clone, Debug)]
@@ -23,59 +28,44 @@ struct Signal {
 pub struct Track {
     times_s: Vec<f64>,
     signals: Vec<Signal>,
-    /// Places of wheel_x_m and wheel_y_m (m), where there is a wheel.
+    /// Positions wheel_x_m and wheel_y_m (m), where there is a wheel.
     wheel: Option<[Vec<f64>; 2]>,
 }
 
 impl Track {
-    /// The wheel's signals in a run directory; of a run without a wheel those of its interfaces.
-    pub fn of(run: &Path, setup: &Setup) -> Track {
-        let columns = read_csv(&run.join("signals.csv"));
+    /// The signals of the wheel that a participant carries; of a run without a wheel those of its interfaces.
+    pub fn of(run: &RunFiles, wheel_of: Option<&String>) -> Track {
+        let columns = &run.signals;
         let column = |name: &str| {
-            let owner = setup.wheel_of.as_ref()?;
-            columns
-                .get(&format!("{owner}.{name}"))
-                .or(columns.get(name))
+            let own = columns.get(&format!("{}.{name}", wheel_of?));
+            own.or(columns.get(name))
         };
-        let signal = |label: &str, name: &str, unit, factor: f64| {
-            let values = column(name)?.iter().map(|value| factor * value).collect();
-            let label = label.to_string();
+        let of_wheel = OF_WHEEL.iter().filter_map(|(label, name, unit, factor)| {
             Some(Signal {
-                label,
+                label: label.to_string(),
                 unit,
-                values,
+                values: column(name)?.iter().map(|value| factor * value).collect(),
             })
-        };
-        let of_wheel = [
-            signal("F_T, friction force on the wheel", "wheel_ft_n", "N", 1.0),
-            signal("F_N, normal force on the wheel", "wheel_fn_n", "N", 1.0),
-            signal("x of the wheel", "wheel_x_m", "mm", 1e3),
-            signal("y of the wheel", "wheel_y_m", "mm", 1e3),
-        ];
-        let mut signals: Vec<Signal> = of_wheel.into_iter().flatten().collect();
+        });
+        let mut signals: Vec<Signal> = of_wheel.collect();
         if signals.is_empty() {
-            let force = |name: &String| {
-                ["interface_fx_n", "interface_fy_n"]
-                    .iter()
-                    .any(|end| name.ends_with(end))
-            };
-            let forces = columns.iter().filter(|(name, _)| force(name));
-            signals.extend(forces.map(|(name, values)| {
+            let ends = ["interface_fx_n", "interface_fy_n"];
+            let forces = columns.chosen(|name| ends.iter().any(|end| name.ends_with(end)));
+            signals.extend(forces.into_iter().map(|(name, values)| {
                 Signal {
                     label: name
                         .trim_end_matches("_n")
                         .replace("interface_f", "interface force "),
                     unit: "N",
-                    values: values.clone(),
+                    values: values.to_vec(),
                 }
             }));
         }
-        let wheel = ["wheel_x_m", "wheel_y_m"].map(|name| column(name).cloned());
-        let [x, y] = wheel;
+        let [x, y] = ["wheel_x_m", "wheel_y_m"].map(column);
         Track {
-            times_s: columns.get("t_s").cloned().unwrap_or_default(),
+            times_s: columns.get("t_s").unwrap_or_default().to_vec(),
             signals,
-            wheel: x.zip(y).map(|(x, y)| [x, y]),
+            wheel: x.zip(y).map(|(x, y)| [x.to_vec(), y.to_vec()]),
         }
     }
 
@@ -109,7 +99,7 @@ impl Track {
 
     /// The signals for the strip.
     pub fn strip(&self) -> Value {
-        let told = |signal: &Signal| {
+        let json = |signal: &Signal| {
             let rows = extremes(&signal.values);
             let points = rows
                 .into_iter()
@@ -120,7 +110,7 @@ impl Track {
                 "points": points.collect::<Vec<[f64; 2]>>(),
             })
         };
-        self.signals.iter().map(told).collect()
+        self.signals.iter().map(json).collect()
     }
 }
 
@@ -135,7 +125,7 @@ fn extremes(values: &[f64]) -> Vec<usize> {
                 .enumerate()
                 .filter(|(_, value)| value.is_finite());
             let found = numbers.max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)));
-            found.map(|(place, _)| piece * length + place)
+            found.map(|(row, _)| piece * length + row)
         };
         let mut two: Vec<usize> = [by(-1.0), by(1.0)].into_iter().flatten().collect();
         two.sort_unstable();
@@ -148,23 +138,20 @@ fn extremes(values: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kit::scratch::Scratch;
+    use runs::table::Table;
 
-    fn track(purpose: &str, csv: &str, wheel_of: Option<&str>) -> Track {
-        let scratch = Scratch::new(purpose, 1);
-        std::fs::create_dir_all(scratch.path()).expect("a folder");
-        std::fs::write(scratch.path().join("signals.csv"), csv).expect("a file");
-        let setup = Setup {
-            wheel_of: wheel_of.map(String::from),
-            ..Setup::default()
+    fn track(csv: &str, wheel_of: Option<&str>) -> Track {
+        let run = RunFiles {
+            signals: Table::parse(csv).expect("a table"),
+            ..RunFiles::default()
         };
-        Track::of(scratch.path(), &setup)
+        Track::of(&run, wheel_of.map(String::from).as_ref())
     }
 
     #[test]
     fn a_frame_has_the_numbers_of_the_nearest_row() {
         let csv = "t_s,a.wheel_x_m,a.wheel_y_m,a.wheel_fn_n\n0,0,1e-3,1\n1e-3,2e-3,3e-3,5\n";
-        let track = track("movie-rows", csv, Some("a"));
+        let track = track(csv, Some("a"));
         let near = track.at(0.8e-3);
         assert_eq!(near["t_ms"], 1.0);
         assert_eq!(near["values"], json!([5.0, 2.0, 3.0]));
@@ -175,10 +162,10 @@ mod tests {
     #[test]
     fn a_run_without_a_wheel_shows_its_interfaces() {
         let csv = "t_s,below.interface_fx_n,a.wheel_x_m\n0,7,0\n";
-        let told = track("movie-faces", csv, None).strip();
-        assert_eq!(told[0]["label"], "below.interface force x");
-        assert_eq!(told[0]["points"], json!([[0.0, 7.0]]));
-        assert_eq!(told.as_array().map(Vec::len), Some(1));
+        let strip = track(csv, None).strip();
+        assert_eq!(strip[0]["label"], "below.interface force x");
+        assert_eq!(strip[0]["points"], json!([[0.0, 7.0]]));
+        assert_eq!(strip.as_array().map(Vec::len), Some(1));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use coordinator::error::{Error, Refusal};
 use runs::fields::{Arrays, read};
-use runs::setup::Setup;
+use runs::scenario::Setup;
 
 /// Ends of the names of files that belong to those of grains, and of interfaces.
 const CONTACTS: &str = "-contacts";
@@ -17,7 +17,7 @@ const OF_CONTACTS: [&str; 3] = ["connectivity", "force_n", "adhesion"];
 
 /// A moment at which fields were written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moment {
+pub struct FieldMoment {
     /// Its name in the files.
     pub name: String,
     /// Simulated time (s), where the run recorded it.
@@ -26,7 +26,7 @@ pub struct Moment {
 
 /// The fields of a participant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Source {
+pub struct FieldSource {
     /// Name of the participant.
     pub participant: String,
     /// True for grains, false for a mesh.
@@ -35,25 +35,25 @@ pub struct Source {
 
 /// All fields of a run.
 #[derive(Debug)]
-pub struct Record {
+pub struct FieldFiles {
     folder: PathBuf,
     /// Those who wrote fields.
-    pub sources: Vec<Source>,
+    pub sources: Vec<FieldSource>,
     /// The moments in their order.
-    pub moments: Vec<Moment>,
+    pub moments: Vec<FieldMoment>,
 }
 
 /// Names of the files of a participant, with the time of each (s).
 type Files = Vec<(String, Option<f64>)>;
 
-impl Record {
+impl FieldFiles {
     /// The fields in a run directory.
     ///
     /// # Errors
     /// There are none.
-    pub fn of(run: &Path, setup: &Setup) -> Result<Record, Error> {
+    pub fn of(run: &Path, setup: &Setup) -> Result<FieldFiles, Error> {
         let folder = run.join("fields");
-        let mut record = Record {
+        let mut record = FieldFiles {
             folder,
             sources: Vec::new(),
             moments: Vec::new(),
@@ -75,7 +75,11 @@ impl Record {
     ///
     /// # Errors
     /// The file cannot be read, or has no end: whoever wrote it was killed.
-    pub fn read(&self, source: &Source, moment: &Moment) -> Result<Option<Arrays>, Error> {
+    pub fn read(
+        &self,
+        source: &FieldSource,
+        moment: &FieldMoment,
+    ) -> Result<Option<Arrays>, Error> {
         let stem = format!("{}-{}", source.participant, moment.name);
         let there = |file: String| Some(self.folder.join(file)).filter(|path| path.is_file());
         let extension = if source.grains { "vtp" } else { "vtu" };
@@ -136,7 +140,7 @@ impl Record {
             if other || !["vtu", "vtp"].contains(&extension) {
                 continue;
             }
-            let source = Source {
+            let source = FieldSource {
                 participant: participant.into(),
                 grains: extension == "vtp",
             };
@@ -145,7 +149,7 @@ impl Record {
             }
             if !self.moments.iter().any(|moment| moment.name == name) {
                 let name = name.to_string();
-                self.moments.push(Moment { name, time_s });
+                self.moments.push(FieldMoment { name, time_s });
             }
         }
     }
@@ -153,7 +157,7 @@ impl Record {
     /// By time, those without a time as they were found; of several at one time (the end of the last phase and of the run) the first.
     fn put_in_order(&mut self) {
         if self.moments.iter().all(|moment| moment.time_s.is_some()) {
-            let time = |moment: &Moment| moment.time_s.unwrap_or(f64::INFINITY);
+            let time = |moment: &FieldMoment| moment.time_s.unwrap_or(f64::INFINITY);
             self.moments.sort_by(|a, b| time(a).total_cmp(&time(b)));
             self.moments.dedup_by_key(|moment| moment.time_s);
         }
@@ -214,7 +218,7 @@ mod tests {
         scratch
     }
 
-    fn names(record: &Record) -> Vec<(&str, Option<f64>)> {
+    fn names(record: &FieldFiles) -> Vec<(&str, Option<f64>)> {
         let moments = record.moments.iter();
         moments.map(|m| (m.name.as_str(), m.time_s)).collect()
     }
@@ -239,7 +243,7 @@ mod tests {
                 ("a-layer-hold-1.vtp", ""),
             ],
         );
-        let record = Record::of(run.path(), &Setup::default()).expect("it has fields");
+        let record = FieldFiles::of(run.path(), &Setup::default()).expect("it has fields");
         let expected = [("hold-1", 1e-3), ("hold", 2e-3), ("end", 3e-3)];
         assert_eq!(names(&record), expected.map(|(name, t)| (name, Some(t))));
         assert_eq!(record.sources.len(), 2);
@@ -255,7 +259,7 @@ mod tests {
             participants: vec!["rail".into(), "rail-b".into()],
             ..Setup::default()
         };
-        let record = Record::of(run.path(), &setup).expect("it has fields");
+        let record = FieldFiles::of(run.path(), &setup).expect("it has fields");
         assert_eq!(names(&record), [("ramp", None)]);
         let sources = record.sources.iter().map(|s| s.participant.as_str());
         assert_eq!(Vec::from_iter(sources), ["rail", "rail-b"]);
@@ -264,7 +268,7 @@ mod tests {
     #[test]
     fn a_run_without_fields_is_told_what_to_do() {
         let run = run("movie-none", &[("rail-profile.csv", "")]);
-        let error = Record::of(run.path(), &Setup::default()).expect_err("it has none");
+        let error = FieldFiles::of(run.path(), &Setup::default()).expect_err("it has none");
         assert!(error.to_string().contains("fields_every_s=5e-5"), "{error}");
     }
 }

@@ -1,15 +1,15 @@
-//! The place of a mesh beside the grains that it is joined with.
+//! The position of a mesh beside the grains that it is joined with.
 //!
-//! An interface carries displacements and forces, not places: a second continuum has a frame of its own, in which it lies where
-//! the first one does. Places along the interface are those of its nodes and glued grains in both frames; across it the mesh is
+//! An interface carries displacements and forces, not positions: a second continuum has a frame of its own, in which it lies where
+//! the first one does. Positions along the interface are those of its nodes and glued grains in both frames; across it the mesh is
 //! moved to where its line of nodes meets the glued grains.
 
-use super::mesh::{Mesh, Side, height};
-use runs::setup::Joint;
+use super::mesh::{MeshSide, QuadMesh, height};
+use runs::scenario::Joint;
 
 /// Grains at the first moment, as a mesh lies beside them (m).
 #[derive(Clone, Debug, Default)]
-pub struct Row {
+pub struct JoinedGrains {
     /// Centres of the grains that are glued.
     pub glued: Vec<[f64; 2]>,
     /// Centres of those that are not.
@@ -18,30 +18,34 @@ pub struct Row {
     pub radius: f64,
 }
 
-/// A mesh in the picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+/// The position of a mesh in the picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshPosition {
     /// Distance that it is moved up (m).
     pub up: f64,
     /// The side along which it carries the grains, if it does.
-    pub carries: Option<Side>,
+    pub carries: Option<MeshSide>,
     /// Remark for the page.
     pub note: Option<String>,
 }
 
-/// The place of a mesh that is joined with these grains.
+/// The position of a mesh that is joined with these grains.
 ///
 /// # Errors
 /// It cannot be known; the reason goes on from the name of the mesh.
-pub fn beside(mesh: &Mesh, joint: &Joint, row: &Row) -> Result<Place, String> {
+pub fn beside(
+    mesh: &QuadMesh,
+    joint: &Joint,
+    grains: &JoinedGrains,
+) -> Result<MeshPosition, String> {
     let side = if joint.partner_set == "lid" {
-        Side::Bottom
+        MeshSide::Bottom
     } else {
-        Side::Top
+        MeshSide::Top
     };
     let nodes = mesh.side(side);
     let line: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
-    let gaps: Option<Vec<f64>> = row
+    let gaps: Option<Vec<f64>> = grains
         .of(side)
         .map(|grain| height(&line, grain[0]).map(|y| grain[1] - y))
         .collect();
@@ -49,11 +53,10 @@ pub fn beside(mesh: &Mesh, joint: &Joint, row: &Row) -> Result<Place, String> {
     let gaps = gaps.ok_or("has no glued grains beside it that would tell its place")?;
     let far = gaps.iter().fold(0.0, |far: f64, gap| far.max(gap.abs()));
     let carries = Some(side);
-    if far <= 2.0 * row.radius {
-        return Ok(Place {
-            up: 0.0,
+    if far <= 2.0 * grains.radius {
+        return Ok(MeshPosition {
             carries,
-            note: None,
+            ..MeshPosition::default()
         });
     }
     if !["top", "bottom"].contains(&joint.set) {
@@ -70,33 +73,33 @@ pub fn beside(mesh: &Mesh, joint: &Joint, row: &Row) -> Result<Place, String> {
         joint.partner,
         joint.partner_set
     );
-    Ok(Place {
+    Ok(MeshPosition {
         up,
         carries,
         note: Some(note),
     })
 }
 
-impl Row {
+impl JoinedGrains {
     /// The glued grains at the lower side of the layer, which lie on the top of a mesh, or those at its upper side.
-    fn of(&self, side: Side) -> impl Iterator<Item = &[f64; 2]> {
+    fn of(&self, side: MeshSide) -> impl Iterator<Item = &[f64; 2]> {
         let mut free = self.free.clone();
         free.sort_by(|a, b| a[0].total_cmp(&b[0]));
         self.glued.iter().filter(move |grain| {
             let below = self
                 .middle(&free, grain[0])
                 .is_none_or(|middle| grain[1] < middle);
-            below == (side == Side::Top)
+            below == (side == MeshSide::Top)
         })
     }
 
-    /// Mean height of the free grains near a place: of those within five radii, or of the nearest. They are in order.
+    /// Mean height of the free grains near a position: of those within five radii, or of the nearest. They are in order.
     fn middle(&self, free: &[[f64; 2]], x: f64) -> Option<f64> {
-        let place = |x: f64| free.partition_point(|grain| grain[0] < x);
-        let near = &free[place(x - 5.0 * self.radius)..place(x + 5.0 * self.radius)];
+        let first = |x: f64| free.partition_point(|grain| grain[0] < x);
+        let near = &free[first(x - 5.0 * self.radius)..first(x + 5.0 * self.radius)];
         if near.is_empty() {
             let last = free.len().checked_sub(1)?;
-            return free.get(place(x).min(last)).map(|grain| grain[1]);
+            return free.get(first(x).min(last)).map(|grain| grain[1]);
         }
         Some(near.iter().map(|grain| grain[1]).sum::<f64>() / near.len() as f64)
     }
@@ -107,18 +110,18 @@ mod tests {
     use super::*;
 
     /// A unit square below y = 0, and grains glued at 0 and at 0.5 with a free one between.
-    fn scene() -> (Mesh, Row) {
+    fn scene() -> (QuadMesh, JoinedGrains) {
         let nodes = [[0.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0]];
-        let mesh = Mesh {
+        let mesh = QuadMesh {
             nodes: nodes.into(),
             quads: vec![[0, 1, 2, 3]],
         };
-        let row = Row {
+        let grains = JoinedGrains {
             glued: vec![[0.5, 0.01], [0.5, 0.51]],
             free: vec![[0.5, 0.25]],
             radius: 0.05,
         };
-        (mesh, row)
+        (mesh, grains)
     }
 
     fn joint(set: &'static str, partner_set: &'static str) -> Joint<'static> {
@@ -131,34 +134,28 @@ mod tests {
 
     #[test]
     fn a_mesh_that_meets_its_grains_stays() {
-        let (mesh, row) = scene();
-        let place = beside(&mesh, &joint("top", "base"), &row).expect("it is known");
-        let carries = Some(Side::Top);
-        assert_eq!(
-            place,
-            Place {
-                up: 0.0,
-                carries,
-                note: None
-            }
-        );
+        let (mesh, grains) = scene();
+        let position = beside(&mesh, &joint("top", "base"), &grains).expect("it is known");
+        let carries = Some(MeshSide::Top);
+        let (up, note) = (0.0, None);
+        assert_eq!(position, MeshPosition { up, carries, note });
     }
 
     #[test]
     fn a_second_continuum_is_moved_to_the_grains_of_the_lid() {
-        let (mesh, row) = scene();
-        let place = beside(&mesh, &joint("bottom", "lid"), &row).expect("it is known");
-        assert!((place.up - 1.51).abs() < 1e-12, "{}", place.up);
-        assert_eq!(place.carries, Some(Side::Bottom));
-        assert!(place.note.expect("it is told").contains("1510.000 mm"));
+        let (mesh, grains) = scene();
+        let position = beside(&mesh, &joint("bottom", "lid"), &grains).expect("it is known");
+        assert!((position.up - 1.51).abs() < 1e-12, "{}", position.up);
+        assert_eq!(position.carries, Some(MeshSide::Bottom));
+        assert!(position.note.expect("it is told").contains("1510.000 mm"));
     }
 
     #[test]
-    fn a_place_that_cannot_be_known_is_refused() {
-        let (mesh, row) = scene();
-        let error = beside(&mesh, &joint("crown", "lid"), &row).expect_err("it is not known");
+    fn a_position_that_cannot_be_known_is_refused() {
+        let (mesh, grains) = scene();
+        let error = beside(&mesh, &joint("crown", "lid"), &grains).expect_err("it is not known");
         assert!(error.contains("`crown`"), "{error}");
-        let none = Row::default();
+        let none = JoinedGrains::default();
         assert!(beside(&mesh, &joint("top", "base"), &none).is_err());
     }
 }

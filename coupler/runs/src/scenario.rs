@@ -1,27 +1,34 @@
-//! The parts of a scenario that a movie goes by, read from the run's own copy as far as it can be read.
+//! The parts of a scenario that pages go by, read from the run's own copy as far as it can be read: a run may be older than this
+//! program, and its files may be gone.
 
 use std::path::Path;
 
+use coordinator::scenario::{Plausible, TransportKind};
+use serde::Deserialize;
 use toml::{Table, Value};
 
 /// A rigid wheel that no disks stand for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wheel {
+pub struct SmoothWheel {
     /// The participant that carries it.
     pub participant: String,
     /// Radius of its face (m); 0 = flat.
     pub radius_m: f64,
 }
 
-/// Names and joins of a scenario.
+/// Keys of a scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
     /// `run.name`, empty where it cannot be read.
     pub name: String,
+    /// `run.transport`.
+    pub transport: TransportKind,
+    /// `run.plausible`.
+    pub plausible: Plausible,
     /// The participants in the order of the file.
     pub participants: Vec<String>,
     /// The wheel, if it has a shape of its own.
-    pub wheel: Option<Wheel>,
+    pub wheel: Option<SmoothWheel>,
     /// The participant that carries a wheel of any kind.
     pub wheel_of: Option<String>,
     /// The sets that each interface joins, `participant.set`.
@@ -43,7 +50,7 @@ impl Setup {
         let wheel = carrier.and_then(|p| {
             let wheel = config(p, "wheel")?;
             let smooth = text(wheel, "face") != "disks";
-            smooth.then(|| Wheel {
+            smooth.then(|| SmoothWheel {
                 participant: name(p),
                 radius_m: wheel.get("radius_m").and_then(number).unwrap_or(0.0),
             })
@@ -54,10 +61,11 @@ impl Setup {
             };
             Some([a.as_str()?.to_string(), b.as_str()?.to_string()])
         });
+        let run = table.get("run");
         Setup {
-            name: table
-                .get("run")
-                .map_or_else(String::new, |run| text(run, "name")),
+            name: run.map_or_else(String::new, |run| text(run, "name")),
+            transport: key(run, "transport"),
+            plausible: key(run, "plausible"),
             wheel,
             wheel_of: carrier.map(name),
             joined: joined.collect(),
@@ -91,6 +99,13 @@ pub struct Joint<'a> {
     pub partner_set: &'a str,
 }
 
+/// A key of a table; its default where it cannot be read.
+fn key<'a, T: Deserialize<'a> + Default>(table: Option<&Value>, key: &str) -> T {
+    let value = table.and_then(|table| table.get(key)).cloned();
+    let read = value.and_then(|value| value.try_into().ok());
+    read.unwrap_or_default()
+}
+
 fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = &'a Value> {
     let list = table.get(key).and_then(Value::as_array);
     list.into_iter().flatten()
@@ -120,10 +135,12 @@ mod tests {
     #[test]
     fn a_scenario_tells_who_carries_the_wheel_and_who_is_joined() {
         let setup = setup(
-            "run.name = \"a\"\n[[participant]]\nname = \"up\"\n[[participant]]\nname = \"layer\"\n\
+            "run.name = \"a\"\nrun.transport = \"channel\"\nrun.plausible.gap_rel = [0.5, 1]\n[[participant]]\nname = \"up\"\n[[participant]]\nname = \"layer\"\n\
              config.wheel = { radius_m = 1 }\n[[interface]]\nbetween = [\"up.bottom\", \"layer.lid\"]",
         );
         assert_eq!(setup.participants, ["up", "layer"]);
+        assert_eq!(setup.transport, TransportKind::Channel);
+        assert_eq!(setup.plausible.gap_rel.warn, 0.5);
         let wheel = setup.wheel.as_ref().expect("it has a face");
         assert_eq!((wheel.participant.as_str(), wheel.radius_m), ("layer", 1.0));
         let joint = setup.partner("up").expect("it is joined");
