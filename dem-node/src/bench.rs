@@ -35,7 +35,7 @@ const MOST_ITERATIONS: usize = 20_000;
 
 /// One solver on one problem.
 #[derive(Clone, Debug, Serialize)]
-pub struct BenchRow {
+pub struct ContactBenchRow {
     /// Disks of the pack.
     pub disks: usize,
     /// Contacts of the problem, those with plates included.
@@ -76,7 +76,7 @@ pub struct BenchRow {
 }
 
 /// All rows: packs of about 1 000, 10 000 and 73 000 disks.
-pub fn bench() -> Result<Vec<BenchRow>, DemError> {
+pub fn bench() -> Result<Vec<ContactBenchRow>, DemError> {
     let mut rows = Vec::new();
     for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
         let pack = Pack::new(disks, columns, lines);
@@ -116,11 +116,11 @@ impl Pack {
     }
 
     /// The rows of one thread and of two.
-    fn rows(&self, algorithm: Algorithm, friction: f64) -> Result<[BenchRow; 2], DemError> {
+    fn rows(&self, algorithm: Algorithm, friction: f64) -> Result<[ContactBenchRow; 2], DemError> {
         let (cold, poses) = self.cold(friction);
         let times = times(&cold, algorithm)?;
         let contacts = cold.contacts.len();
-        let row = |threads: usize, time: &Times| -> Result<BenchRow, DemError> {
+        let row = |threads: usize, time: &Times| -> Result<ContactBenchRow, DemError> {
             let criteria =
                 |tolerance: f64| criteria(algorithm, tolerance, MOST_ITERATIONS, threads);
             let pool = threads::pool(threads)?;
@@ -138,7 +138,7 @@ impl Pack {
             let scaling = |of: fn(&Times) -> f64| (threads > 1).then(|| of(&times[0]) / of(time));
             let rest = (time.once - time.iteration()).max(0.0);
             let [posing, listing] = poses.map(|pose| pose + rest);
-            Ok(BenchRow {
+            Ok(ContactBenchRow {
                 disks: self.disks.len(),
                 contacts,
                 solver: algorithm,

@@ -40,12 +40,12 @@ use injection::InjectionConfig;
 use kit::keys::refuse_if;
 use law::{LawConfig, LawKind};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, within};
-use plausible::PlausibleConfig;
+use plausible::DemPlausibleConfig;
 use profile::ProfileConfig;
 use sample::SampleConfig;
 use solver::{Algorithm, Criteria};
 use stress::StressConfig;
-use wheel::WheelConfig;
+use wheel::DemWheelConfig;
 
 /// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
 const WHEEL_GRAINS: f64 = 2.0;
@@ -53,13 +53,13 @@ const WHEEL_GRAINS: f64 = 2.0;
 /// Everything that a scenario says about the third body. SI units, the unit in each key.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Config {
+pub struct DemConfig {
     /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
     pub law: LawConfig,
     /// The solver of the contact problem of a step.
     pub solver: Criteria,
     /// Step and scheme.
-    pub time: TimeConfig,
+    pub time: DemTimeConfig,
     /// Density of the grains (kg/m3).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
@@ -74,7 +74,7 @@ pub struct Config {
     pub sample: SampleConfig,
     /// The rigid wheel above the grains.
     #[serde(default)]
-    pub wheel: Option<WheelConfig>,
+    pub wheel: Option<DemWheelConfig>,
     /// Opens or closes the only contact of a pair of disks.
     #[serde(default)]
     pub drive: Option<DriveConfig>,
@@ -94,9 +94,9 @@ pub struct Config {
     /// noise. Nothing is displaced when absent.
     #[serde(default)]
     pub perturb_seed: Option<u64>,
-    /// Bounds of the checks of plausibility.
+    /// StepBounds of the checks of plausibility.
     #[serde(default)]
-    pub plausible: PlausibleConfig,
+    pub plausible: DemPlausibleConfig,
 }
 
 fn one() -> f64 {
@@ -106,7 +106,7 @@ fn one() -> f64 {
 /// `time`: step and scheme.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TimeConfig {
+pub struct DemTimeConfig {
     /// Step of a run alone (s); a coupled node steps by windows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: Option<f64>,
@@ -134,12 +134,12 @@ pub struct DriveConfig {
     pub velocity_m_per_s: f64,
 }
 
-impl Config {
+impl DemConfig {
     /// The configuration with a layer as wide as its wheel's load asks for (see [`layer::LayerConfig::half_width_load_n`]).
     ///
     /// # Errors
     /// The rule has no load to follow.
-    pub fn resolved(&self) -> Result<Config, ConfigError> {
+    pub fn resolved(&self) -> Result<DemConfig, ConfigError> {
         let mut resolved = self.clone();
         let SampleConfig::Layer(layer) = &self.sample else {
             return Ok(resolved);
@@ -374,7 +374,7 @@ impl Config {
     }
 }
 
-impl TimeConfig {
+impl DemTimeConfig {
     fn validate(&self) -> Result<(), ConfigError> {
         within("time.theta", self.theta, [0.5, 1.0])?;
         positive("time.pressure_pa", self.pressure_pa, "Pa")?;

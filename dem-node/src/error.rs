@@ -9,7 +9,7 @@ use thiserror::Error;
 #[allow(missing_docs)]
 pub enum DemError {
     #[error("participant.config.{0}")]
-    Config(#[from] ConfigError),
+    DemConfig(#[from] ConfigError),
     #[error(
         "the bed pressed at {pressure_pa:e} Pa is not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force; choose another seed"
     )]
@@ -126,7 +126,7 @@ impl DemError {
     /// Its cause, a word for scripts.
     pub fn cause(&self) -> Cause {
         match self {
-            DemError::Config(error) => error.cause,
+            DemError::DemConfig(error) => error.cause,
             DemError::Overlap { .. } => Cause::OverlappingDisks,
             DemError::Step { .. } => Cause::StepTooLong,
             DemError::Threads { .. } => Cause::ThreadsUnavailable,

@@ -22,7 +22,7 @@
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
-//! | q, v | position; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](step::state::State::centres), [`State::velocities`](step::state::State::velocities) |
+//! | q, v | position; velocity (v_x, v_y, spin times radius) | m, m/s | [`GrainState::centres`](step::state::GrainState::centres), [`GrainState::velocities`](step::state::GrainState::velocities) |
 //! | M, F | masses, `mass_scale` included; weight, loads | kg, N | [`Bodies::masses`](bodies::Bodies::masses), [`StepInput`](step::StepInput) |
 //! | h, theta | step, which is the window of a coupled run; weight of the end velocity | s, - | [`StepInput::step`](step::StepInput::step), [`StepInput::theta`](step::StepInput::theta) |
 //! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::contact::Contact::gap) |
@@ -36,7 +36,7 @@
 //! | l | area of a bond, r_1 r_2/(r_1 + r_2) t, with t the thickness | m2 | [`Bond::area`](contact::bond::Bond::area) |
 //! | delta | opening of a bond since it was made | m | [`Bond::opening`](contact::bond::Bond::opening) |
 //! | v_g, a_g, p, W_g | velocity of the glued disks, that without contact forces, impulse on them, compliance of what carries them | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](contact::boundary::CompliantBoundary) |
-//! | t_i | inertial time d sqrt(rho/P), d the mean diameter, P `time.pressure_pa` | s | [`Bounds::inertial_time`](setup::bounds::Bounds::inertial_time) |
+//! | t_i | inertial time d sqrt(rho/P), d the mean diameter, P `time.pressure_pa` | s | [`StepBounds::inertial_time`](setup::bounds::StepBounds::inertial_time) |
 //!
 //! # A step
 //!
@@ -86,7 +86,7 @@
 //!
 //! # One step, module by module
 //!
-//! 1. [`step::injection::feed`] puts in what is fed; [`State::drift`](step::state::State::drift) moves to q_m; [`contact::detect`] lists pairs by linked
+//! 1. [`step::injection::feed`] puts in what is fed; [`GrainState::drift`](step::state::GrainState::drift) moves to q_m; [`contact::detect`] lists pairs by linked
 //!    cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
 //! 2. [`solver::nsgs`] sweeps over the contacts, each taking its impulse in closed form ([`law::local`], by packs
 //!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
@@ -100,7 +100,7 @@
 //!
 //! An unbalanced grain crosses its diameter in t_i. Up to 0.05 t_i forces are clean; above it the step is warned of, above t_i refused
 //! ([`setup::bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
-//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
+//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. ZoneLoads and the wheel's mass are never scaled.
 //!
 //! # Checks
 //!
@@ -144,7 +144,7 @@
 //! | equation | function | source |
 //! |---|---|---|
 //! | relative velocity u = H^T v, and v += M^-1 H r | [`solver::problem::Problem::relative_velocity`], [`solver::problem::Problem::apply`] | RSB (1)-(5); Jean 1999 |
-//! | theta scheme q_m = q + h (1 - theta) v, q' = q_m + h theta v' | [`step::Stepper::advance`], [`step::state::State::drift`] | RSB (7); Moreau 1988; Jean 1999 |
+//! | theta scheme q_m = q + h (1 - theta) v, q' = q_m + h theta v' | [`step::Stepper::advance`], [`step::state::GrainState::drift`] | RSB (7); Moreau 1988; Jean 1999 |
 //! | v_free = v + h M^-1 F | [`step::Stepper::free_records`] | RSB (7) |
 //! | Delassus operator W = H^T M^-1 H, block of a contact | [`solver::problem::Problem::block`] | RSB (8); Jean 1999 |
 //! | local problem b = u + bias - W r, U = b + W r | [`solver::problem::Problem::local_solution`] | RSB (8); Jean 1999 |
@@ -162,12 +162,12 @@
 //! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`contact::bond::step_limit`] | [`contact::bond`] |
 //! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
 //! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
-//! | energy stored: kinetic, springs, bonds | [`step::state::State::energies`] | [`step::ledger`] |
+//! | energy stored: kinetic, springs, bonds | [`step::state::GrainState::energies`] | [`step::ledger`] |
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`measure::snapshot::pressures`] | Love 1927; Weber 1966 |
 //! | stress of cells, -(1/V) sum f (x_c - x) | [`measure::stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
 //! | fabric, mean of n (x) n | [`measure::structure::results`] | Satake 1982 |
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`kit::wheel::WheelProgram::displacement_at`] | RSB, section 6 |
-//! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::Bounds::new`], [`setup::bounds::Bounds::assess`] | GDR MiDi 2004 |
+//! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::StepBounds::new`], [`setup::bounds::StepBounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
 //! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
@@ -219,23 +219,23 @@ use kit::ConfigError;
 use protocol::{Node, NodeError, Session, Setting};
 
 use config::sample::SampleConfig;
-use setup::bounds::Bounds;
+use setup::bounds::StepBounds;
 use setup::mass_scaling;
 
-pub use config::Config;
+pub use config::DemConfig;
 pub use error::DemError;
 pub use node::dem::Dem;
 
 /// Checks the participant's keys without preparing its sample. Returns what the user should know before a long run.
 pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
-    let config: Config = kit::read_config(config)?;
+    let config: DemConfig = kit::read_config(config)?;
     let config = config.resolved()?;
     config.validate()?;
     check_setting(setting)?;
     config.validate_feed(setting.thickness_m)?;
     let mut advice = match config.time.step_s {
         None => Vec::new(),
-        Some(step) => Bounds::new(&config).assess(step).map_err(|error| {
+        Some(step) => StepBounds::new(&config).assess(step).map_err(|error| {
             ConfigError::new("time.step_s", error.to_string()).because(error.cause())
         })?,
     };
@@ -248,12 +248,12 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
 
 /// The keys of a participant as a JSON Schema, for editors.
 pub fn schema() -> serde_json::Value {
-    kit::schema::schema_of::<Config>()
+    kit::schema::schema_of::<DemConfig>()
 }
 
 /// Builds the participant of a session: reads its keys and prepares its sample.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = kit::read_config(&session.config)?;
+    let config: DemConfig = kit::read_config(&session.config)?;
     check_setting(&session.setting)?;
     Ok(Box::new(Dem::new(&config, &session.setting)?))
 }

@@ -24,7 +24,7 @@ use protocol::{
 use crate::config::solver::OnNotConverged;
 use crate::contact::boundary::CompliantBoundary;
 use crate::measure::snapshot;
-use crate::setup::bounds::Bounds;
+use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
 use dem::{Dem, Pending};
 use request::{request, require_numbers};
@@ -55,7 +55,7 @@ impl Node for Dem {
             step_s: self.own_step,
             steps_at_once: steps_at_once(self.bodies.disks()),
             step_limit_s: self.bounds.limit(),
-            step_limit_name: Bounds::NAME.into(),
+            step_limit_name: StepBounds::NAME.into(),
             end_s: self.end,
             phases: self
                 .program

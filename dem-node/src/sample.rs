@@ -20,7 +20,7 @@ pub mod wheel_face;
 use crate::bodies::cluster::ClusterMembers;
 use crate::bodies::drive::Drive;
 use crate::bodies::faces::{Face, RigidWall, polyline};
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::config::disks::{DisksConfig, WallConfig};
 use crate::config::drive::ClusterDriveConfig;
 use crate::config::law::LawKind;
@@ -30,7 +30,7 @@ use random::RandomNumbers;
 use types::{Disk, Sample};
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
-pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
+pub fn prepare(config: &DemConfig, seed: u64) -> Result<Sample, DemError> {
     match &config.sample {
         SampleConfig::Disks(disks) => Ok(listed(&fill::expanded(disks, seed))),
         SampleConfig::Rail(recipe) => rail::prepare(recipe, recipe.seed.unwrap_or(seed)),
@@ -57,7 +57,7 @@ pub fn perturb(sample: &mut Sample, seed: u64) {
 
 /// True for a layer whose grains stay where they were cut: compliant bonds take them as they are. Rigid contacts must not overlap
 /// when their bond breaks.
-pub(crate) fn stays_as_cut(config: &Config) -> bool {
+pub(crate) fn stays_as_cut(config: &DemConfig) -> bool {
     config.law.kind.plain() == LawKind::Cohesion && config.law.contact_stiffness_pa.is_some()
 }
 

@@ -16,14 +16,14 @@ use crate::bodies::feed::Injection;
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, Pairs, ROWS, WHEEL};
 use crate::bodies::positions::proximity;
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::config::injection::InjectionConfig;
 use crate::config::law::LawConfig;
 use crate::error::DemError;
 use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
 use crate::sample::types::Sample;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use kit::keys::refuse_if;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
@@ -35,7 +35,7 @@ pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
 /// The bodies of a prepared sample, the last `fed` of whose free grains are in store.
-pub fn bodies(config: &Config, thickness: f64, sample: &Sample, fed: usize) -> Bodies {
+pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -> Bodies {
     let disks = || sample.free.iter().chain(&sample.glued).chain(&sample.face);
     let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.real_mass(r, thickness) * config.mass_scale;
@@ -87,7 +87,7 @@ fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]
 }
 
 /// The laws by pair of the scene.
-fn pairs(config: &Config, thickness: f64, sample: &Sample) -> Pairs {
+fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     if config.law.pairs.is_empty() {
         return Pairs::default();
     }
@@ -113,7 +113,7 @@ fn pairs(config: &Config, thickness: f64, sample: &Sample) -> Pairs {
     Pairs::new(&names, &laws.collect::<Vec<_>>())
 }
 
-fn clusters(config: &Config, sample: &Sample, masses: &[f64]) -> Clusters {
+fn clusters(config: &DemConfig, sample: &Sample, masses: &[f64]) -> Clusters {
     let scale = config.mass_scale;
     let disk = |i: usize| {
         let disk = &sample.free[i];
@@ -153,7 +153,7 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
 }
 
 /// A curved wheel that no disk can reach would fall for ever.
-pub fn refuse_idle_wheel(state: &State) -> Result<(), ConfigError> {
+pub fn refuse_idle_wheel(state: &GrainState) -> Result<(), ConfigError> {
     refuse_if(
         !state.wheel.position[1].is_finite(),
         "wheel.radius_m",
@@ -163,7 +163,7 @@ pub fn refuse_idle_wheel(state: &State) -> Result<(), ConfigError> {
 }
 
 /// Rigid disks may touch at the start, not lie in each other.
-pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemError> {
+pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), DemError> {
     if bodies.law.springs.is_some() {
         return Ok(());
     }

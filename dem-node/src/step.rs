@@ -33,7 +33,7 @@ use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
 use crate::step::repair::{Repair, RepairInput};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Input of a step: the bodies, and everything that moves them.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +68,7 @@ impl StepInput<'_> {
 /// Summary of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSummary {
-    /// State of convergence in which the contact solver ended; of the repair of overlaps, if only that did not converge.
+    /// GrainState of convergence in which the contact solver ended; of the repair of overlaps, if only that did not converge.
     pub convergence: Convergence,
     /// True if the solve of the step converged, and only the repair did not.
     pub repair_failed: bool,
@@ -130,7 +130,7 @@ impl Stepper {
     /// q' = q_m + h theta v'. The glued disks stay where they are: their boundary moves them.
     pub fn advance(
         &mut self,
-        state: &mut State,
+        state: &mut GrainState,
         input: &StepInput,
         criteria: &Criteria,
     ) -> Result<StepSummary, DemError> {
@@ -176,7 +176,7 @@ impl Stepper {
     /// [`bond::step_limit`] that picks the first solution on the way from the intact bond.
     fn solve_bonded(
         &mut self,
-        state: &State,
+        state: &GrainState,
         input: &StepInput,
         criteria: &Criteria,
         law: &Cohesion,
@@ -209,7 +209,7 @@ impl Stepper {
     /// Lowers the adhesion of the bonds; true if it fell so far that the problem has to be solved again.
     fn lower_adhesion(
         &mut self,
-        state: &State,
+        state: &GrainState,
         input: &StepInput,
         criteria: &Criteria,
         law: &Cohesion,

@@ -15,12 +15,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::pack::lanes::{LANES, Pack};
 use crate::pack::vectorised;
@@ -33,7 +33,7 @@ const STEPS: usize = 40;
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BenchRow {
+pub struct ElementBenchRow {
     /// As in the key `element`.
     pub element: &'static str,
     /// As in the key `material.kind`; every point of `j2` yields in every step.
@@ -67,7 +67,7 @@ const NODE_OPERATIONS: f64 = 58.0;
 const NODE_NUMBERS: f64 = 20.0;
 
 /// Measures every element and material at 28 080 elements, on one thread and on two.
-pub fn bench() -> Result<Vec<BenchRow>, FemError> {
+pub fn bench() -> Result<Vec<ElementBenchRow>, FemError> {
     let paper = json!({
         "width_m": 65e-3, "height_m": 20e-3, "size_m": 1e-4, "fine_width_m": 21.6e-3, "fine_depth_m": 3e-3,
         "side_columns": 87, "depth_rows": 42, "crown_radius_m": 0.3,
@@ -88,7 +88,7 @@ fn model((element, kind, _): &Case, mesh: &serde_json::Value) -> Result<Model, C
         material["yield_pa"] = json!(1e3);
         material["hardening_pa"] = json!(2e9);
     }
-    let config: Config = read_config(&json!({
+    let config: FemConfig = read_config(&json!({
         "element": element, "mesh": mesh, "material": material, "base": "free",
         "time": {"step_s": "auto", "damping": 0.75},
     }))?;
@@ -103,7 +103,7 @@ fn model((element, kind, _): &Case, mesh: &serde_json::Value) -> Result<Model, C
     Model::new(&config, &setting)
 }
 
-fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemError> {
+fn measure(case: &Case, model: &Model, threads: usize) -> Result<ElementBenchRow, FemError> {
     let (element, material, [constants, history, operations]) = *case;
     let pool = FemError::pool(threads)?;
     let elements = model.mesh.elements();
@@ -112,7 +112,7 @@ fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemEr
     let operations = operations + NODE_OPERATIONS * nodes;
     let memory = 8.0 * numbers / read_rate(&pool, threads, numbers * elements as f64);
     let arithmetic = operations / operation_rate(&pool, threads);
-    Ok(BenchRow {
+    Ok(ElementBenchRow {
         element,
         material,
         threads,
@@ -126,7 +126,7 @@ fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemEr
 fn step_time(model: &Model, threads: usize) -> f64 {
     let (body, elements) = (&model.body, model.mesh.elements());
     let mut integrator = Integrator::new(body, model.scheme, model.law, elements, threads);
-    let mut state = State::at_rest_under(body, model.law.as_ref());
+    let mut state = NodalState::at_rest_under(body, model.law.as_ref());
     for (node, point) in model.mesh.nodes().zip(&model.mesh.points) {
         state.v[body.layout.index(node, 0)] = 100.0 * point[0];
         state.v[body.layout.index(node, 1)] = -50.0 * point[1];

@@ -3,7 +3,7 @@
 //! - `number`: the limits of single numbers;
 //! - [`choice`]: keys with a few words to choose from;
 //! - [`mesh`], [`material`], [`time`], [`boundary`], [`initial`], [`wheel`], [`statics`], [`probe`], [`plausible`]: the tables;
-//! - [`keys`]: all of them, [`keys::Config`];
+//! - [`keys`]: all of them, [`keys::FemConfig`];
 //! - `consistency`: what one key demands of another.
 
 pub mod boundary;

@@ -13,7 +13,7 @@ use thiserror::Error;
 #[allow(missing_docs)]
 pub enum FemError {
     #[error("participant.config.{0}")]
-    Config(#[from] ConfigError),
+    FemConfig(#[from] ConfigError),
     #[error(
         "its pool of {threads} threads cannot be started: {reason}; ask for fewer with --threads"
     )]
@@ -179,7 +179,7 @@ impl FemError {
     /// Its cause, a word for scripts.
     pub fn cause(&self) -> Cause {
         match self {
-            FemError::Config(error) => error.cause,
+            FemError::FemConfig(error) => error.cause,
             FemError::Pool { .. } => Cause::ThreadsUnavailable,
             FemError::UnknownSet { .. } => Cause::UnknownSet,
             FemError::SupportedSet | FemError::MovedSet { .. } => Cause::SetIsHeld,

@@ -19,11 +19,11 @@
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
-//! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`State`](integrate::state::State) |
-//! | F, f | internal force; applied forces, those of the interface included | N | [`State::force`](integrate::state::State::force), `integrate::load::Load` |
+//! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`NodalState`](integrate::state::NodalState) |
+//! | F, f | internal force; applied forces, those of the interface included | N | [`NodalState::force`](integrate::state::NodalState::force), `integrate::load::Load` |
 //! | M | lumped masses | kg | [`Body::mass`](element::body::Body::mass) |
-//! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`Scheme::step`](scheme::Scheme::step), [`Window::substeps`](protocol::Window::substeps) |
-//! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`Scheme::damping`](scheme::Scheme::damping), key `time.damping` |
+//! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`NewmarkScheme::step`](scheme::NewmarkScheme::step), [`Window::substeps`](protocol::Window::substeps) |
+//! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`NewmarkScheme::damping`](scheme::NewmarkScheme::damping), key `time.damping` |
 //! | c, beta | damping in proportion to the mass, to the stiffness | 1/s, s | keys `time.mass_damping_per_s`, `time.stiffness_damping_s` |
 //! | omega | natural frequency | 1/s | [`omega_max`](model::spectrum::omega_max) |
 //! | t | thickness | m | [`Setting::thickness_m`](protocol::Setting::thickness_m) |
@@ -88,7 +88,7 @@
 //!
 //! 1. [`FemNode`] restores the committed state; repeats of a window all begin there.
 //! 2. The interface force is added to the loads of the named sets ([`boundary`](model::boundary)), and a computed anew.
-//! 3. For each step: u' by [`Scheme::predicted`](scheme::Scheme::predicted), F(u') element by element
+//! 3. For each step: u' by [`NewmarkScheme::predicted`](scheme::NewmarkScheme::predicted), F(u') element by element
 //!    ([`Body::internal_force`](element::body::Body::internal_force) and its rows), the contact forces ([`mod@wheel`]), a' and v' by
 //!    [`NodeRow`](integrate::node_row::NodeRow), and the energies of the step beside them.
 //! 4. The increment of u on the interface is the answer. A second run of the same window computes only what a changed force can have
@@ -141,7 +141,7 @@
 //!
 //! | equation | function | source |
 //! |---|---|---|
-//! | u' = u + h v + h^2/2 a | [`Scheme::predicted`](scheme::Scheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
+//! | u' = u + h v + h^2/2 a | [`NewmarkScheme::predicted`](scheme::NewmarkScheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
 //! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`NodeRow::accelerate`](integrate::node_row::NodeRow::accelerate) | the same, gamma = b |
 //! | v' = v + h [(1-b) a + b a'] | [`NodeRow::new_velocity`](integrate::node_row::NodeRow::new_velocity) | the same |
 //! | d' = (beta/h) (F' - F) | [`NodeRow::damp_stiffness`](integrate::node_row::NodeRow::damp_stiffness) | Rayleigh (1877), section 102 |
@@ -216,7 +216,7 @@ use serde_json::Value;
 
 use config::choice::Analysis;
 
-pub use config::keys::Config;
+pub use config::keys::FemConfig;
 pub use error::FemError;
 pub use node::fem_node::FemNode;
 pub use node::static_node::StaticNode;
@@ -224,18 +224,18 @@ pub use node::static_node::StaticNode;
 /// Checks the keys of a participant: everything that can be wrong before a run, the mesh and the step included.
 /// Returns warnings for the user.
 pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
-    let config: Config = read_config(config)?;
+    let config: FemConfig = read_config(config)?;
     Ok(model::Model::new(&config, setting)?.warnings)
 }
 
 /// The keys of a participant as a JSON Schema, for editors.
 pub fn schema() -> Value {
-    schema_of::<Config>()
+    schema_of::<FemConfig>()
 }
 
 /// Builds the participant of a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = read_config(&session.config)?;
+    let config: FemConfig = read_config(&session.config)?;
     Ok(match config.analysis {
         Analysis::Dynamic => Box::new(FemNode::new(&config, &session.setting)?),
         Analysis::Static => Box::new(StaticNode::new(&config, &session.setting)?),

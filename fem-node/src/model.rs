@@ -16,13 +16,13 @@ use kit::ConfigError;
 use protocol::{Cause, Setting};
 
 use crate::config::choice::{Analysis, Base, ElementKind, Kinematics, Sides, Start};
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
 use crate::config::number::positive;
-use crate::config::plausible::PlausibleConfig;
+use crate::config::plausible::FemPlausibleConfig;
 use crate::config::time::StepChoice;
-use crate::config::wheel::WheelConfig;
+use crate::config::wheel::FemWheelConfig;
 use crate::element::body::Body;
 use crate::element::supports::Supports;
 use crate::integrate::dissipation::Mechanisms;
@@ -33,7 +33,7 @@ use crate::mesh::gmsh;
 use crate::mesh::{Edge, Mesh};
 use crate::model::boundary::{PrescribedMotion, Traction};
 use crate::model::probe_points::ProbePoint;
-use crate::scheme::{Damping, Scheme};
+use crate::scheme::{Damping, NewmarkScheme};
 use crate::wheel::rigid::Wheel;
 
 /// Share of the stability limit that `step_s = "auto"` takes by default.
@@ -64,14 +64,14 @@ pub struct Model {
     /// The discretised body.
     pub body: Body,
     /// Step and damping.
-    pub scheme: Scheme,
+    pub scheme: NewmarkScheme,
     /// Largest natural frequency (1/s).
     pub omega_max: f64,
     /// Longest stable step (s).
     pub step_limit: f64,
     /// End of the run (s), where the scenario gives one.
     pub end: Option<f64>,
-    /// Loads on named sets.
+    /// StaticLoads on named sets.
     pub tractions: Vec<Traction>,
     /// The body's own wheel.
     pub wheel: Option<Wheel>,
@@ -92,12 +92,12 @@ pub struct Model {
     /// Radius of the wheel's face (m), 0 for a flat one or none.
     pub(crate) wheel_radius: f64,
     /// Bounds of the checks of plausibility.
-    pub(crate) plausible: PlausibleConfig,
+    pub(crate) plausible: FemPlausibleConfig,
 }
 
 impl Model {
     /// Builds the body and judges the step.
-    pub fn new(config: &Config, setting: &Setting) -> Result<Model, ConfigError> {
+    pub fn new(config: &FemConfig, setting: &Setting) -> Result<Model, ConfigError> {
         config.check()?;
         positive("thickness_m", setting.thickness_m, "m")?;
         let mut mesh = match &config.mesh {
@@ -126,7 +126,7 @@ impl Model {
         check_limit(config, step_limit)?;
         let step = choose_step(config, step_limit)?;
         check_wheel(config, &mesh, step)?;
-        let scheme = Scheme {
+        let scheme = NewmarkScheme {
             step,
             damping: config.time.damping,
             mass_damping: config.time.mass_damping_per_s.unwrap_or(0.0),
@@ -205,7 +205,7 @@ impl Model {
 }
 
 /// An unstructured mesh must name the edges that other keys speak of.
-fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
+fn check_sets(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     if mesh.connectivity.is_none() {
         return Ok(());
     }
@@ -237,7 +237,7 @@ fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
 }
 
 /// Only a body that is moved everywhere has no limit.
-fn check_limit(config: &Config, limit: f64) -> Result<(), ConfigError> {
+fn check_limit(config: &FemConfig, limit: f64) -> Result<(), ConfigError> {
     let moved = config.boundary.moved_sets().next().is_some();
     if moved || (limit > 0.0 && limit.is_finite()) {
         return Ok(());
@@ -250,7 +250,7 @@ fn check_limit(config: &Config, limit: f64) -> Result<(), ConfigError> {
 }
 
 /// A round face between two nodes touches neither, and a motion that turns within a few steps is not the one asked for.
-fn check_wheel(config: &Config, mesh: &Mesh, step: f64) -> Result<(), ConfigError> {
+fn check_wheel(config: &FemConfig, mesh: &Mesh, step: f64) -> Result<(), ConfigError> {
     let Some(wheel) = &config.wheel else {
         return Ok(());
     };
@@ -292,7 +292,7 @@ fn spacing_below_wheel(mesh: &Mesh) -> f64 {
 }
 
 /// The wheel's history, in which a static start takes the place of the ramp.
-fn history(start: Start, mut wheel: WheelConfig) -> WheelConfig {
+fn history(start: Start, mut wheel: FemWheelConfig) -> FemWheelConfig {
     if start == Start::Static {
         wheel.ramp_s = 0.0;
     }
@@ -300,7 +300,7 @@ fn history(start: Start, mut wheel: WheelConfig) -> WheelConfig {
 }
 
 /// The law where it is more than linear elasticity in small strain.
-fn law(config: &Config, elastic: &Elastic) -> Option<NonlinearLaw> {
+fn law(config: &FemConfig, elastic: &Elastic) -> Option<NonlinearLaw> {
     match (config.material.law(), config.kinematics) {
         (MaterialKind::J2, _) => J2::new(&config.material, elastic).map(NonlinearLaw::Plastic),
         (MaterialKind::Elastic, Kinematics::Corotational) => Some(NonlinearLaw::Corotational),
@@ -317,7 +317,7 @@ pub(crate) fn limit_name(stiffness_damping: f64) -> &'static str {
     }
 }
 
-fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
+fn choose_step(config: &FemConfig, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
     match time.step_s {
         // A static analysis takes no steps in time.
@@ -339,7 +339,7 @@ fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
     }
 }
 
-fn warnings(config: &Config, mesh: &Mesh, scheme: &Scheme, limit: f64) -> Vec<String> {
+fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if scheme.step >= limit {
         warnings.push(format!(

@@ -4,7 +4,7 @@ use crate::pack::lanes::Pack;
 
 /// Parameters of the scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scheme {
+pub struct NewmarkScheme {
     /// Step h (s).
     pub step: f64,
     /// Damping parameter b.
@@ -15,7 +15,7 @@ pub struct Scheme {
     pub stiffness_damping: f64,
 }
 
-impl Scheme {
+impl NewmarkScheme {
     /// h (1-b) and h b, in every lane.
     #[inline(always)]
     pub(crate) fn weights(&self) -> (Pack, Pack) {
@@ -58,9 +58,9 @@ impl Damping {
     }
 }
 
-/// Scheme and mass damping of a step.
+/// NewmarkScheme and mass damping of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rule {
-    pub(crate) scheme: Scheme,
+    pub(crate) scheme: NewmarkScheme,
     pub(crate) damping: Damping,
 }

@@ -58,15 +58,18 @@ fn public_types(sources: &Sources) -> Vec<(String, String)> {
     found
 }
 
-/// Names behind `pub struct` and its kin, in modules inside the file too; `pub(super)` and `pub(crate)` count, types of an `impl` do
-/// not.
+/// Names behind `pub struct` and its kin, in modules inside the file too; what is public inside its crate only, or in an `impl`, does
+/// not count.
 fn types_of(code: &[TokenTree], names: &mut Vec<String>) {
     let mut public = false;
     let mut module = false;
     let mut tokens = code.iter().peekable();
     while let Some(token) = tokens.next() {
         match token {
-            TokenTree::Ident(word) if word == "pub" => public = true,
+            TokenTree::Ident(word) if word == "pub" => {
+                let inside = |next: &TokenTree| matches!(next, TokenTree::Group(group) if group.delimiter() == Delimiter::Parenthesis);
+                public = !tokens.peek().is_some_and(|next| inside(next));
+            }
             TokenTree::Ident(word) if word == "mod" => module = true,
             TokenTree::Ident(word) if public && DEFINING.contains(&word.to_string().as_str()) => {
                 if let Some(TokenTree::Ident(name)) = tokens.peek() {
@@ -90,11 +93,11 @@ fn types_of(code: &[TokenTree], names: &mut Vec<String>) {
 }
 
 #[test]
-fn a_name_that_is_there_twice_is_found() {
+fn names_of_public_types_are_found() {
     let sources = Sources::from([
         (
             "a.rs".into(),
-            "pub struct Row; mod b { pub(super) enum Row { A } }".into(),
+            "pub struct Row; mod b { pub enum Row { A } pub(super) enum Own { A } }".into(),
         ),
         (
             "c.rs".into(),

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::{Edge, Mesh};
 use harness::runs::read_csv;
@@ -19,7 +19,7 @@ use harness::runs::{Scratch, thirdbody};
 fn rail(scene: &toml::Table) -> String {
     let config = scene["participant"][0]["config"].clone();
     let config = serde_json::to_value(config).expect("text keys");
-    let config: Config = kit::read_config(&config).expect("the scene is valid");
+    let config: FemConfig = kit::read_config(&config).expect("the scene is valid");
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("the scene's rail is a block");
     };

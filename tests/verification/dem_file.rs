@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dem_node::config::Config;
+use dem_node::config::DemConfig;
 use dem_node::sample;
 use dem_node::sample::types::{Disk, Sample};
 use serde_json::{Value, json};
@@ -34,7 +34,7 @@ fn of(path: &Path) -> Value {
 }
 
 fn prepared(config: &Value) -> Sample {
-    let config: Config = kit::read_config(config).expect("it is valid");
+    let config: DemConfig = kit::read_config(config).expect("it is valid");
     sample::prepare(&config, 1).expect("it can be prepared")
 }
 

@@ -5,7 +5,7 @@
 //! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
 //! with the bed's height (walls pack looser).
 
-use dem_node::config::Config;
+use dem_node::config::DemConfig;
 use dem_node::config::layer::LayerConfig;
 use dem_node::config::radii::RadiusLaw;
 use dem_node::config::sample::SampleConfig;
@@ -177,7 +177,7 @@ fn config(changes: Value) -> Value {
 #[test]
 fn the_seed_of_the_run_is_used_unless_the_sample_has_its_own() {
     let free = |changes: Value, seed: u64| {
-        let config: Config = kit::read_config(&config(changes)).expect("it is valid");
+        let config: DemConfig = kit::read_config(&config(changes)).expect("it is valid");
         assert!(matches!(config.sample, SampleConfig::Layer(_)));
         sample::prepare(&config, seed)
             .expect("the recipe works")
@@ -247,7 +247,7 @@ fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
 fn half_width_under(load_n: f64) -> f64 {
     let mut changed = config(json!({"half_width_load_n": 1000.0}));
     changed["wheel"]["load_n"] = json!(load_n);
-    let read: Config = kit::read_config(&changed).expect("the scene is valid");
+    let read: DemConfig = kit::read_config(&changed).expect("the scene is valid");
     let resolved = read.resolved().expect("there is a wheel");
     match resolved.sample {
         SampleConfig::Layer(layer) => layer.half_width_m,

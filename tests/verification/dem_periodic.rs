@@ -9,7 +9,7 @@
 //! step, which a heap multiplies by its condition (below 1e3).
 
 use dem_node::Dem;
-use dem_node::config::Config;
+use dem_node::config::DemConfig;
 use dem_node::config::sample::SampleConfig;
 use dem_node::contact::detect::Slot;
 use dem_node::sample::bed;
@@ -283,7 +283,7 @@ fn a_layer_without_ends_carries_the_wheel_everywhere() {
 
 #[test]
 fn the_bed_of_a_strip_has_no_walls() {
-    let config: Config = kit::read_config(&layer(json!({}))).expect("it is valid");
+    let config: DemConfig = kit::read_config(&layer(json!({}))).expect("it is valid");
     let SampleConfig::Layer(recipe) = &config.sample else {
         panic!("it is a layer");
     };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dem_node::Dem;
-use dem_node::config::Config;
+use dem_node::config::DemConfig;
 use dem_node::sample::prepared::{Prepared, SampleStore};
 use dem_node::sample::types::{Disk, Sample};
 use protocol::{Node, Setting};
@@ -54,7 +54,7 @@ fn config(changes: Value) -> Value {
     )
 }
 
-fn read(config: &Value) -> Config {
+fn read(config: &Value) -> DemConfig {
     kit::read_config(config).expect("it is valid")
 }
 

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use dem_node::config::Config;
+use dem_node::config::DemConfig;
 use dem_node::config::radii::{Radii, RadiusLaw};
 use dem_node::config::sample::SampleConfig;
 use dem_node::sample;
@@ -44,7 +44,7 @@ fn config(changes: Value) -> Value {
 }
 
 fn rail(changes: Value, seed: u64) -> Sample {
-    let config: Config = kit::read_config(&config(changes)).expect("it is valid");
+    let config: DemConfig = kit::read_config(&config(changes)).expect("it is valid");
     config.validate().expect("it is valid");
     sample::prepare(&config, seed).expect("it comes to rest")
 }
@@ -368,6 +368,6 @@ fn faces_that_cannot_be_are_refused() {
 
 #[test]
 fn rails_are_read_as_such() {
-    let config: Config = kit::read_config(&config(json!({}))).expect("it is valid");
+    let config: DemConfig = kit::read_config(&config(json!({}))).expect("it is valid");
     assert!(matches!(config.sample, SampleConfig::Rail(_)));
 }

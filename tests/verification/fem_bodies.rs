@@ -1,6 +1,6 @@
 //! The bodies of the cases.
 
-use fem_node::{Config, FemNode};
+use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Setting, Window};
 use serde_json::{Value, json};
@@ -93,7 +93,7 @@ pub fn node(config: &Value) -> FemNode {
 
 /// A node on several threads.
 pub fn node_on(config: &Value, threads: usize) -> FemNode {
-    let config: Config = read_config(config).expect("the keys are valid");
+    let config: FemConfig = read_config(config).expect("the keys are valid");
     FemNode::new(&config, &setting(threads)).expect("the body is valid")
 }
 

@@ -23,7 +23,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::StaticNode;
 use fem_node::output::probe;
 use kit::read_config;
@@ -82,7 +82,7 @@ fn lame_errors(along: usize) -> [f64; 3] {
     let (nu, p) = (0.3, 100e6);
     let (_file, config) = cylinder(along, nu, p);
     let config = with(config, json!({"analysis": "static"}));
-    let config: Config = read_config(&config).expect("valid");
+    let config: FemConfig = read_config(&config).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("it is held");
     node.advance_alone(&window(0, 1)).expect("it is linear");
     let a2 = p * INNER * INNER / (OUTER * OUTER - INNER * INNER);

@@ -13,7 +13,7 @@
 //! Tolerance: the body is 20 times as wide and 15 times as high as the contact, which leaves the pressure within 1 % of p0,
 //! as for the block of `fem_static_contact`; beyond 0.9 a, where it ends within an element, it is not compared.
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::StaticNode;
 use fem_node::mesh::Edge;
 use kit::read_config;
@@ -93,7 +93,7 @@ fn a_round_wheel_on_a_divided_mesh_gives_the_pressure_of_hertz() {
         "wheel": {"load_n": load, "radius_m": RADIUS, "mass_kg": 0.01, "ramp_s": 0.0, "hold_s": 0.0},
         "contact": {"friction": 0.0},
     });
-    let config: Config = read_config(&config).expect("valid");
+    let config: FemConfig = read_config(&config).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("it is held");
     assert!(node.model.mesh.size() > 19.0 * HALF_WIDTH);
     let increments = node.describe().end_s.expect("it ends") as u32;

@@ -7,7 +7,7 @@
 
 use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::Mesh;
-use fem_node::{Config, FemNode, StaticNode};
+use fem_node::{FemConfig, FemNode, StaticNode};
 use kit::read_config;
 use protocol::Node;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ use crate::fem_msh::{Drawing, MshFile};
 
 /// The body of `config` from a file of each version.
 fn written(config: &Value) -> [(MshFile, Value); 2] {
-    let read: Config = read_config(config).expect("the keys are valid");
+    let read: FemConfig = read_config(config).expect("the keys are valid");
     let MeshSource::Graded(numbers) = read.mesh else {
         panic!("it is a block");
     };
@@ -142,7 +142,7 @@ fn the_equilibrium_under_the_wheel_is_the_same_from_a_file() {
         json!({"analysis": "static", "statics": {"increment_n": 20.0}, "element": "q4_2x2"});
     let config = with(with(block(), wheel(0.0)), change);
     let held = |config: &Value| {
-        let read: Config = read_config(config).expect("valid");
+        let read: FemConfig = read_config(config).expect("valid");
         let mut node = StaticNode::new(&read, &setting(1)).expect("held");
         node.advance_alone(&window(0, 20)).expect("it converges");
         node

@@ -4,7 +4,7 @@
 //! Source: Renouf, Saulot and Berthier (2006), section 6, with the sizes that give its number of elements.
 //! Tolerance: the digits printed.
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::config::mesh::{MeshConfig, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
 use kit::read_config;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::fem_bodies::{paper, quick, rail, small};
 
 fn mesh(sizes: Value) -> (Mesh, MeshConfig) {
-    let config: Config = read_config(&rail(sizes)).expect("valid");
+    let config: FemConfig = read_config(&rail(sizes)).expect("valid");
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("it names no file");
     };

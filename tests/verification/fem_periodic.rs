@@ -12,8 +12,8 @@
 //! Source: d'Alembert; the dispersion relation of `fem_dispersion`; M = lambda + 2 mu.
 //! Tolerance: rounding, beside each assertion.
 
-use fem_node::output::profile::Profile;
-use fem_node::statics::history::{Loads, equilibrium};
+use fem_node::output::profile::ContactProfile;
+use fem_node::statics::history::{StaticLoads, equilibrium};
 use protocol::{FaultCode, Node, Window};
 use serde_json::{Value, json};
 
@@ -165,7 +165,7 @@ fn a_flat_wheel_presses_alike_everywhere() {
     let wheel = json!({"wheel": {"load_n": 600.0, "mass_kg": 0.01, "ramp_s": 1e-5, "hold_s": 1e-5},
                        "contact": {"friction": 0.3}});
     let body = node(&with(flat(), wheel));
-    let loads = Loads {
+    let loads = StaticLoads {
         load: 600.0,
         radius: 0.0,
         friction: 0.3,
@@ -175,7 +175,7 @@ fn a_flat_wheel_presses_alike_everywhere() {
     let contact = equilibrium(&body.model, Some(&loads))
         .expect("it exists")
         .contact;
-    let profile = Profile::new(&body.model, &contact.expect("there is a wheel"));
+    let profile = ContactProfile::new(&body.model, &contact.expect("there is a wheel"));
     assert_eq!(profile.x.len(), 24);
     for (x, pressure) in profile.x.iter().zip(&profile.pressure) {
         let error = pressure / (600.0 / (12e-3 * 1e-3)) - 1.0;

@@ -3,14 +3,14 @@
 //! along x move alike; one seed gives one mesh, and another seed another.
 //! Source: requirement. Tolerance: one rounding of the coordinate.
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::model::Model;
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, setting, with};
 
 fn points(config: &Value) -> Vec<[f64; 2]> {
-    let config: Config = kit::read_config(config).expect("it is valid");
+    let config: FemConfig = kit::read_config(config).expect("it is valid");
     Model::new(&config, &setting(1))
         .expect("it is a body")
         .mesh
@@ -49,7 +49,7 @@ fn a_body_that_repeats_stays_one() {
         block(),
         json!({"mesh": {"periodic_x": true, "crown_radius_m": 0.0}, "perturb_seed": 3}),
     );
-    let config: Config = kit::read_config(&config).expect("it is valid");
+    let config: FemConfig = kit::read_config(&config).expect("it is valid");
     let mesh = Model::new(&config, &setting(1)).expect("it is a body").mesh;
     for row in 0..=mesh.rows {
         assert_eq!(

@@ -7,7 +7,7 @@
 //! Tolerance: 1 % of pressures and approach and 2 % of the loop, what the wheel's remaining bounce is worth; 2 points of Sn,
 //! one of the 52 nodes that touch.
 
-use fem_node::{Config, FemNode};
+use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::Node;
 use serde_json::Value;
@@ -28,7 +28,7 @@ fn shipped(scene: &str) -> Value {
 
 #[test]
 fn the_small_scene_has_the_pressure_the_sliding_and_the_loop_of_the_reference() {
-    let config: Config = read_config(&shipped("wheel-rail-fe-small")).expect("valid");
+    let config: FemConfig = read_config(&shipped("wheel-rail-fe-small")).expect("valid");
     let mut rail = FemNode::new(&config, &setting(1)).expect("valid");
     let mut worst = 0.0_f64;
     run(&mut rail, |node, report| {

@@ -11,7 +11,7 @@
 //! Tolerance: 0.02 % of the last displacement, for the short waves that the kinks of the table send; rounding of some
 //! hundred steps, 1e-13, for the momentum; none for the bits of a ramp, all sizes of that body being powers of two.
 
-use fem_node::{Config, FemNode};
+use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
@@ -113,7 +113,7 @@ fn life(top: Value) -> (Vec<Vec<f64>>, Vec<f64>) {
         }),
         loaded("top", top),
     );
-    let config: Config = read_config(&config).expect("the keys are valid");
+    let config: FemConfig = read_config(&config).expect("the keys are valid");
     let setting = Setting {
         thickness_m: THICKNESS,
         ..setting(1)

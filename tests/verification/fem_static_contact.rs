@@ -15,7 +15,7 @@
 //! Tolerance: that code computes the same discrete problem, so its printed digits hold: 1e-5. The block of the Hertz
 //! case is 20 times as wide and 15 times as high as the contact, which leaves p0 within 1 %.
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::StaticNode;
 use fem_node::statics::contact::DirectedStatus;
 use kit::read_config;
@@ -38,7 +38,7 @@ pub fn loaded(mesh: Value, load: f64, friction: f64) -> Value {
 }
 
 pub fn solved(config: &Value) -> StaticNode {
-    let config: Config = read_config(config).expect("the keys are valid");
+    let config: FemConfig = read_config(config).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     let increments = node.describe().end_s.expect("it ends") as u32;
     node.advance_alone(&window(0, increments))
@@ -248,7 +248,7 @@ fn the_stick_zone_shrinks_as_cattaneo_and_mindlin_say() {
         "wheel": {"amplitude_m": 0.02e-3, "frequency_hz": 1.0, "cycles": 0.25},
     });
     let config = with(loaded(paper(), 8000.0, 0.3), preload);
-    let config: Config = read_config(&config).expect("valid");
+    let config: FemConfig = read_config(&config).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("valid");
     let increments = node.describe().end_s.expect("it ends") as u32;
     let mut checked = 0;
@@ -307,7 +307,7 @@ fn it_does_not_matter_which_of_the_two_is_round() {
 
 #[test]
 fn a_static_analysis_cannot_be_coupled() {
-    let config: Config = read_config(&loaded(small(), 1.0, 0.0)).expect("valid");
+    let config: FemConfig = read_config(&loaded(small(), 1.0, 0.0)).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("valid");
     let refused = node.couple("top").expect_err("it has no windows").message;
     assert!(refused.contains("analysis"), "{refused}");
@@ -386,7 +386,7 @@ fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
 /// Error of a static analysis that must not end well.
 fn refused(change: Value) -> String {
     let config = with(loaded(small(), 8000.0, 0.3), change);
-    let config: Config = read_config(&config).expect("the keys are valid");
+    let config: FemConfig = read_config(&config).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     let increments = node.describe().end_s.expect("it ends") as u32;
     let error = node.advance_alone(&window(0, increments));
@@ -411,7 +411,7 @@ fn a_wheel_that_sinks_in_to_half_of_its_width_is_refused_by_name() {
 
 #[test]
 fn an_interface_of_a_static_analysis_is_refused_by_name() {
-    let config: Config = read_config(&loaded(small(), 1.0, 0.0)).expect("the keys are valid");
+    let config: FemConfig = read_config(&loaded(small(), 1.0, 0.0)).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     assert!(node.describe().sets.contains(&"top".to_string()));
     let error = node.couple("top").expect_err("it takes no steps");

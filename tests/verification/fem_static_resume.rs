@@ -2,7 +2,7 @@
 //! taken up by another process.
 //! Exact: the same bits as without the cut. A coupler hears of it after five increments at most.
 
-use fem_node::Config;
+use fem_node::FemConfig;
 use fem_node::StaticNode;
 use kit::read_config;
 use protocol::{FaultCode, Node};
@@ -19,7 +19,7 @@ fn cycled() -> Value {
 }
 
 fn node(config: &Value) -> StaticNode {
-    let config: Config = read_config(config).expect("the keys are valid");
+    let config: FemConfig = read_config(config).expect("the keys are valid");
     StaticNode::new(&config, &setting(1)).expect("the body is valid")
 }
 

@@ -18,9 +18,9 @@
 //! D = 0 by up to 9 N.
 
 use fem_node::config::statics::INCREMENTS;
-use fem_node::output::profile::Profile;
-use fem_node::statics::history::{Loads, equilibrium};
-use fem_node::{Config, FemNode};
+use fem_node::output::profile::ContactProfile;
+use fem_node::statics::history::{StaticLoads, equilibrium};
+use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Role, Setting};
 use serde_json::{Value, json};
@@ -71,7 +71,7 @@ pub fn balance(node: &FemNode, report: &[f64]) -> f64 {
 #[test]
 fn the_profile_belongs_to_the_end_of_the_hold() {
     let folder = std::env::temp_dir().join(format!("fem-profile-{}", std::process::id()));
-    let config: Config = read_config(&wheel_rail(0.1)).expect("valid");
+    let config: FemConfig = read_config(&wheel_rail(0.1)).expect("valid");
     let setting = Setting {
         fields: Some(folder.clone()),
         ..setting(1)
@@ -113,7 +113,7 @@ fn the_profile_belongs_to_the_end_of_the_hold() {
 /// Half-width of the same contact in equilibrium (m).
 fn at_rest() -> f64 {
     let rail = node(&wheel_rail(0.0));
-    let loads = Loads {
+    let loads = StaticLoads {
         load: LOAD,
         radius: 0.0,
         friction: 0.3,
@@ -122,7 +122,7 @@ fn at_rest() -> f64 {
     };
     let state = equilibrium(&rail.model, Some(&loads)).expect("it exists");
     let contact = state.contact.expect("there is a wheel");
-    let profile = Profile::new(&rail.model, &contact);
+    let profile = ContactProfile::new(&rail.model, &contact);
     profile.half_width().expect("26 nodes touch")
 }
 

@@ -14,7 +14,7 @@ use crate::sample::relax::Packing;
 use crate::sample::types::Disk;
 use crate::setup::{ALERT, SKIN};
 use crate::solver::problem::Problem;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use crate::step::{StepInput, Stepper};
 
 const STEP: f64 = 1e-6;
@@ -87,7 +87,7 @@ impl Pack {
     /// The cold load step: its problem, and the times of posing it with the Verlet list at hand and with a new one (s).
     pub fn cold(&self, friction: f64) -> (Problem, [f64; 2]) {
         let bodies = self.bodies(friction);
-        let mut state = State::new(&bodies, &self.disks, &[]);
+        let mut state = GrainState::new(&bodies, &self.disks, &[]);
         let input = StepInput {
             bodies: &bodies,
             step: STEP,
@@ -113,7 +113,7 @@ impl Pack {
         (cold, [posing, listing])
     }
 
-    /// Loads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
+    /// ZoneLoads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
     /// pack in one step.
     fn load(&self, problem: &mut Problem) {
         let plate = &mut problem.records[self.disks.len()];

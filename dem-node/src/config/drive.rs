@@ -13,9 +13,9 @@ use kit::keys::refuse_if;
 #[serde(deny_unknown_fields)]
 pub struct ClusterDriveConfig {
     /// Velocity along x and y (m/s); `"free"` where a force acts. Both are free when absent.
-    pub velocity_m_per_s: Option<[Component; 2]>,
+    pub velocity_m_per_s: Option<[DriveComponent; 2]>,
     /// Force along x and y (N); `"free"` where a velocity is prescribed, or none acts. None acts when absent.
-    pub force_n: Option<[Component; 2]>,
+    pub force_n: Option<[DriveComponent; 2]>,
     /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them.
     pub load_table: Option<LoadTable>,
     /// Mass (kg), before `mass_scale`; that of the disks when absent.
@@ -30,7 +30,7 @@ pub struct ClusterDriveConfig {
 /// A number, or the word `"free"`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or \"free\"")]
-pub enum Component {
+pub enum DriveComponent {
     /// Value.
     Given(f64),
     /// No value.
@@ -45,11 +45,11 @@ pub enum Free {
     Free,
 }
 
-fn numbers(given: Option<[Component; 2]>) -> [Option<f64>; 2] {
+fn numbers(given: Option<[DriveComponent; 2]>) -> [Option<f64>; 2] {
     given.map_or([None; 2], |both| {
         both.map(|component| match component {
-            Component::Given(number) => Some(number),
-            Component::Free(_) => None,
+            DriveComponent::Given(number) => Some(number),
+            DriveComponent::Free(_) => None,
         })
     })
 }

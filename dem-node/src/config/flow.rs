@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::law::{LawConfig, LawKind};
 use super::limits::{at_least, positive, within};
 use super::sample::SampleConfig;
-use super::wheel::WheelConfig;
+use super::wheel::DemWheelConfig;
 use kit::keys::refuse_if;
 
 /// `flow`: the contact zone, and the time after which a grain that left it is worn.
@@ -60,7 +60,7 @@ impl FlowConfig {
         &self,
         law: &LawConfig,
         sample: &SampleConfig,
-        wheel: Option<&WheelConfig>,
+        wheel: Option<&DemWheelConfig>,
     ) -> Result<(), ConfigError> {
         within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
         at_least("flow.margin_diameters", self.margin_diameters, 0.0, "")?;

@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// wrong runs beside them (scenarios/README.md).
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct PlausibleConfig {
+pub struct DemPlausibleConfig {
     /// Largest overlap of compliant contacts over the mean radius.
     pub overlap_rel: Bounds,
     /// Largest mean overlap of rigid contacts over the mean radius: their geometry is that of grains that do not overlap.
@@ -41,10 +41,10 @@ pub struct PlausibleConfig {
     pub not_converged_rel: Bounds,
 }
 
-impl Default for PlausibleConfig {
-    fn default() -> PlausibleConfig {
+impl Default for DemPlausibleConfig {
+    fn default() -> DemPlausibleConfig {
         let bounds = |warn, suspect| Bounds { warn, suspect };
-        PlausibleConfig {
+        DemPlausibleConfig {
             overlap_rel: bounds(0.3, 1.0),
             overlap_rigid_rel: bounds(2e-3, 0.1),
             ejected_rel: bounds(0.0, 0.1),
@@ -61,7 +61,7 @@ impl Default for PlausibleConfig {
     }
 }
 
-impl PlausibleConfig {
+impl DemPlausibleConfig {
     /// Refuses bounds that are not in order.
     pub fn validate(&self) -> Result<(), ConfigError> {
         let all = [

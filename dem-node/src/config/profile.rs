@@ -18,7 +18,7 @@ const SLICES_MAX: f64 = 1e6;
 #[serde(deny_unknown_fields)]
 pub struct ProfileConfig {
     /// Direction in which slices follow each other.
-    pub axis: Axis,
+    pub axis: ProfileAxis,
     /// Number of slices of equal thickness, from the lowest edge of the grains to the highest at the start of an interval.
     #[schemars(range(min = 1, max = 1000))]
     pub bins: u32,
@@ -34,19 +34,19 @@ pub struct ProfileConfig {
 /// The words for `profile.axis`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Axis {
+pub enum ProfileAxis {
     /// Sideways.
     X,
     /// Upwards.
     Y,
 }
 
-impl Axis {
+impl ProfileAxis {
     /// Index of the coordinate.
     pub fn index(self) -> usize {
         match self {
-            Axis::X => 0,
-            Axis::Y => 1,
+            ProfileAxis::X => 0,
+            ProfileAxis::Y => 1,
         }
     }
 

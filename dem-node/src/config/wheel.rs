@@ -14,7 +14,7 @@ use kit::keys::refuse_if;
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WheelConfig {
+pub struct DemWheelConfig {
     /// Vertical load (N).
     #[schemars(range(min = 0.0))]
     pub load_n: f64,
@@ -67,7 +67,7 @@ pub enum FaceKind {
     Disks,
 }
 
-impl WheelConfig {
+impl DemWheelConfig {
     /// Its load and its motion over time.
     pub fn program(&self) -> WheelProgram {
         WheelProgram {

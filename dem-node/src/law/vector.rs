@@ -50,14 +50,14 @@ mod tests {
 
     /// A contact without law: its block and its velocity without impulse.
     #[derive(Clone, Copy, Default)]
-    struct State {
+    struct GrainState {
         block: DelassusBlock,
         springs: [f64; 2],
         b: [f64; 2],
     }
 
-    impl State {
-        fn random(random: &mut RandomNumbers, compliant: bool) -> State {
+    impl GrainState {
+        fn random(random: &mut RandomNumbers, compliant: bool) -> GrainState {
             let mut spring = || {
                 if compliant {
                     random.between(0.1, 3.0)
@@ -73,7 +73,7 @@ mod tests {
                 tt: 3.0 * nn,
             };
             let b = [random.between(-2.0, 1.0), random.between(-3.0, 3.0)];
-            State { block, springs, b }
+            GrainState { block, springs, b }
         }
 
         fn softened(&self) -> DelassusBlock {
@@ -85,7 +85,7 @@ mod tests {
         }
     }
 
-    fn lanes(states: &[State; N], of: impl Fn(&State) -> f64) -> Lanes<N> {
+    fn lanes(states: &[GrainState; N], of: impl Fn(&GrainState) -> f64) -> Lanes<N> {
         Lanes(std::array::from_fn(|k| of(&states[k])))
     }
 
@@ -104,8 +104,8 @@ mod tests {
         let mut seen = [0; 3];
         for _ in 0..STATES {
             for (friction, compliant) in [(0.0, false), (0.0, true), (0.4, false), (0.4, true)] {
-                let states: [State; N] =
-                    std::array::from_fn(|_| State::random(&mut random, compliant));
+                let states: [GrainState; N] =
+                    std::array::from_fn(|_| GrainState::random(&mut random, compliant));
                 let [b_n, b_t] = [0, 1].map(|axis| lanes(&states, |s| s.b[axis]));
                 let r_n = normal_impulse(b_n, lanes(&states, |s| 1.0 / s.softened().nn));
                 let trial = -b_t * lanes(&states, |s| 1.0 / s.softened().tt);
@@ -134,12 +134,13 @@ mod tests {
     fn the_defects_are_those_of_the_natural_map() {
         let mut random = RandomNumbers::new(12);
         for _ in 0..STATES {
-            let states: [State; N] = std::array::from_fn(|_| State::random(&mut random, true));
+            let states: [GrainState; N] =
+                std::array::from_fn(|_| GrainState::random(&mut random, true));
             let r: [[f64; 2]; N] =
                 std::array::from_fn(|_| [random.between(0.0, 1.0), random.between(-0.5, 0.5)]);
             let axis = |axis: usize| Lanes::<N>(std::array::from_fn(|k| r[k][axis]));
             let u = |axis: usize| lanes(&states, |s| s.b[axis]);
-            let d = |s: &State| [s.softened().nn, s.softened().tt];
+            let d = |s: &GrainState| [s.softened().nn, s.softened().tt];
             let [d_n, d_t] = [0, 1].map(|axis| lanes(&states, |s| d(s)[axis]));
             let inverse = [0, 1].map(|axis| lanes(&states, |s| 1.0 / d(s)[axis]));
             let off_n = normal_defect(u(0), d_n * axis(0));
@@ -163,7 +164,8 @@ mod tests {
         let mut random = RandomNumbers::new(13);
         let mut pulled = 0;
         for _ in 0..STATES {
-            let states: [State; N] = std::array::from_fn(|_| State::random(&mut random, true));
+            let states: [GrainState; N] =
+                std::array::from_fn(|_| GrainState::random(&mut random, true));
             let slip = random.between(-1.0, 1.0);
             let mut law = BondLaw::new(slip, 0.0);
             law.set_stiffness([4.0, 2.0], 0.5);

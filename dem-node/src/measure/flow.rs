@@ -23,9 +23,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use ledger::MassLedger;
-use zone::{Loads, Zone};
+use zone::{Zone, ZoneLoads};
 
 /// Part of a step by which rounding may miss the time of wear.
 const ROUNDING: f64 = 1e-6;
@@ -45,7 +45,7 @@ pub struct FlowScene {
 
 /// Membership of a grain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Body {
+pub enum FlowBody {
     /// Connected with an anchor.
     First = 0,
     /// Detached.
@@ -59,7 +59,7 @@ pub enum Body {
 /// A grain as the ledger knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Grain {
-    body: Body,
+    body: FlowBody,
     /// Time at which it was detached last (s).
     detached: f64,
     /// True for a centre in the zone.
@@ -89,7 +89,7 @@ pub struct Flow {
     present: usize,
     /// Bonds that held when the graph was last searched.
     bonds: Vec<(u32, u32)>,
-    loads: Loads,
+    loads: ZoneLoads,
     zone: Option<Zone>,
     ledger: MassLedger,
     /// Third body in the zone, summed up anew (kg).
@@ -110,7 +110,7 @@ impl FlowScene {
 }
 
 impl Grain {
-    fn at_start(body: Body, x: f64) -> Grain {
+    fn at_start(body: FlowBody, x: f64) -> Grain {
         Grain {
             body,
             detached: NEVER,
@@ -123,7 +123,7 @@ impl Grain {
     }
 
     fn is_third(&self) -> bool {
-        self.body != Body::First
+        self.body != FlowBody::First
     }
 
     /// The grain is fed in, in the zone or outside.
@@ -131,7 +131,7 @@ impl Grain {
         *self = Grain {
             inside,
             has_entered: inside,
-            ..Grain::at_start(Body::Fed, x)
+            ..Grain::at_start(FlowBody::Fed, x)
         };
         ledger.injected += mass;
         ledger.external += if inside { mass } else { 0.0 };
@@ -184,11 +184,11 @@ impl Grain {
         }
         if first {
             ledger.reattached += if self.inside { mass } else { 0.0 };
-            self.body = Body::First;
+            self.body = FlowBody::First;
         } else {
             ledger.source += if self.inside { mass } else { 0.0 };
             ledger.detached += mass;
-            self.body = Body::Third;
+            self.body = FlowBody::Third;
             self.detached = time;
         }
         self.has_entered = self.inside && !first;
@@ -206,17 +206,17 @@ impl Grain {
 
 impl Flow {
     /// The flows at the start: there is no zone yet, and third body is initial stock.
-    pub fn new(bodies: &Bodies, state: &State) -> Flow {
+    pub fn new(bodies: &Bodies, state: &GrainState) -> Flow {
         let bonds: Vec<(u32, u32)> = holding(state).collect();
         let first = graph::first_bodies(bodies.free, &bonds);
         let present = state.present(bodies);
         let body = |grain: usize| {
             if first[grain] {
-                Body::First
+                FlowBody::First
             } else if grain < present {
-                Body::Stock
+                FlowBody::Stock
             } else {
-                Body::Fed
+                FlowBody::Fed
             }
         };
         let grains = state.centres[..bodies.free].iter().enumerate();
@@ -233,7 +233,7 @@ impl Flow {
     pub fn record(
         &mut self,
         scene: &FlowScene,
-        (bodies, state): (&Bodies, &State),
+        (bodies, state): (&Bodies, &GrainState),
         end: f64,
         step: f64,
     ) {
@@ -268,7 +268,12 @@ impl Flow {
     }
 
     /// Moves the zone. It stays while the wheel bears nothing.
-    fn follow_wheel(&mut self, scene: &FlowScene, (bodies, state): (&Bodies, &State), step: f64) {
+    fn follow_wheel(
+        &mut self,
+        scene: &FlowScene,
+        (bodies, state): (&Bodies, &GrainState),
+        step: f64,
+    ) {
         let (config, diameter) = (&scene.config, scene.diameter);
         let share = -(-step / config.mean_s()).exp_m1();
         self.loads.update(bodies, state, diameter, share);
@@ -280,7 +285,7 @@ impl Flow {
     }
 
     /// True for each grain that is first body now; `None` while the same bonds hold.
-    fn changed_bodies(&mut self, bodies: &Bodies, state: &State) -> Option<Vec<bool>> {
+    fn changed_bodies(&mut self, bodies: &Bodies, state: &GrainState) -> Option<Vec<bool>> {
         if holding(state).eq(self.bonds.iter().copied()) {
             return None;
         }
@@ -295,7 +300,7 @@ impl Flow {
     }
 
     /// Membership of each grain.
-    pub fn bodies(&self) -> impl Iterator<Item = Body> {
+    pub fn bodies(&self) -> impl Iterator<Item = FlowBody> {
         self.grains.iter().map(|grain| grain.body)
     }
 
@@ -357,7 +362,7 @@ impl Flow {
 }
 
 /// Pairs of the bonds that hold, in order.
-fn holding(state: &State) -> impl Iterator<Item = (u32, u32)> {
+fn holding(state: &GrainState) -> impl Iterator<Item = (u32, u32)> {
     let bonds = state.bonds.iter().filter(|bond| bond.holds());
     bonds.map(|bond| bond.pair())
 }

@@ -1,4 +1,4 @@
-//! Loads of the grains: each force of a contact on a grain, and the point where it acts.
+//! ZoneLoads of the grains: each force of a contact on a grain, and the point where it acts.
 //!
 //! Grains are the free disks and the clusters that nothing drives. Two disks touch in the middle of their gap or overlap, a
 //! disk touches a wall or the wheel on their face: in equilibrium the moments of all grains then add up to those of the
@@ -7,7 +7,7 @@
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
 use crate::bodies::positions::proximity;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Force of a contact on a grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub fn add_moment(sum: &mut [f64; 4], part: f64, moment: [f64; 4]) {
 }
 
 /// Visits the loads of all grains under the forces of the last step, by ascending contact.
-pub fn for_each_load(bodies: &Bodies, state: &State, mut visit: impl FnMut(&Load)) {
+pub fn for_each_load(bodies: &Bodies, state: &GrainState, mut visit: impl FnMut(&Load)) {
     let positions = state.positions(bodies);
     let mut load = |disk: usize, arm: [f64; 2], force: [f64; 2]| {
         if disk >= bodies.free || is_driven(bodies, disk) {
@@ -72,7 +72,7 @@ pub fn for_each_load(bodies: &Bodies, state: &State, mut visit: impl FnMut(&Load
 }
 
 /// The disks of the grains.
-pub fn grains(bodies: &Bodies, state: &State) -> impl Iterator<Item = usize> {
+pub fn grains(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = usize> {
     (0..state.present(bodies)).filter(|disk| !is_driven(bodies, *disk))
 }
 
@@ -84,7 +84,7 @@ fn is_driven(bodies: &Bodies, disk: usize) -> bool {
 /// Lower and upper end of these disks along a coordinate, or of the strip that repeats along it (m).
 pub fn ends(
     bodies: &Bodies,
-    state: &State,
+    state: &GrainState,
     axis: usize,
     disks: impl Iterator<Item = usize>,
 ) -> [f64; 2] {
@@ -98,7 +98,7 @@ pub fn ends(
 }
 
 /// Centre of the grain of a disk (m), in a strip that repeats not folded back into it.
-pub fn centre_of(bodies: &Bodies, state: &State, disk: usize) -> [f64; 2] {
+pub fn centre_of(bodies: &Bodies, state: &GrainState, disk: usize) -> [f64; 2] {
     match bodies.clusters.of(disk) {
         Some((index, _)) => state.clusters[index].centre,
         None => state.centres[disk],

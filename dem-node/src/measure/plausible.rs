@@ -3,9 +3,9 @@
 use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
-use crate::config::plausible::PlausibleConfig;
+use crate::config::plausible::DemPlausibleConfig;
 use crate::measure::report::{RunStatistics, lost_grains};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use kit::wheel::WheelProgram;
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
@@ -14,11 +14,11 @@ const SETTLING: f64 = 0.01;
 /// A run at its end.
 pub struct FinishedRun<'a> {
     /// The bounds.
-    pub bounds: PlausibleConfig,
+    pub bounds: DemPlausibleConfig,
     /// The bodies.
     pub bodies: &'a Bodies,
     /// The last state.
-    pub state: &'a State,
+    pub state: &'a GrainState,
     /// Energies stored since its start (J).
     pub stored: [f64; 4],
     /// Statistics over its steps.
@@ -200,7 +200,7 @@ impl FinishedRun<'_> {
 }
 
 /// Half-width of 98 % of the force on the wheel (m), `None` where nothing touches it.
-fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
+fn pressed_half_width(bodies: &Bodies, state: &GrainState) -> Option<f64> {
     let on_wheel = state.on_wheel(bodies);
     let mut forces: Vec<(f64, f64)> = on_wheel.map(|[x, force]| (x.abs(), force)).collect();
     forces.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -237,7 +237,7 @@ mod tests {
     /// A run of 24 steps: a ramp of 2 s and a hold of 1 s, in which the wheel has come down by 1 m.
     struct Scene {
         bodies: Bodies,
-        state: State,
+        state: GrainState,
         stored: [f64; 4],
         program: WheelProgram,
         half_width: Option<f64>,
@@ -258,9 +258,9 @@ mod tests {
             },
             ..StepSummary::default()
         };
-        let mut state = State {
+        let mut state = GrainState {
             centres: vec![[0.0, 1.0]; GRAINS],
-            ..State::default()
+            ..GrainState::default()
         };
         let ledger = &mut state.ledger;
         [ledger.impact, ledger.friction, ledger.cohesion] = [1.0, 5.0, -1.0];
@@ -300,12 +300,12 @@ mod tests {
             let steps = self.steps.iter().zip(&self.heights);
             for (index, (step, height)) in steps.enumerate() {
                 let start = index as f64 * STEP;
-                let state = State {
+                let state = GrainState {
                     wheel: WheelState {
                         position: [0.0, *height],
                         velocity: [0.0; 2],
                     },
-                    ..State::default()
+                    ..GrainState::default()
                 };
                 let span = StepSpan {
                     start,
@@ -321,7 +321,7 @@ mod tests {
         fn found(&self) -> Vec<(String, bool)> {
             let program = self.program.clone();
             let judged = FinishedRun {
-                bounds: PlausibleConfig::default(),
+                bounds: DemPlausibleConfig::default(),
                 bodies: &self.bodies,
                 state: &self.state,
                 stored: self.stored,

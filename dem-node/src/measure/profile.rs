@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
-use crate::config::profile::{Axis, ProfileConfig};
+use crate::config::profile::{ProfileAxis, ProfileConfig};
 use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
 use crate::measure::report::given;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Sums over the steps of an interval in a slice.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -59,18 +59,18 @@ struct Interval {
 
 /// A profile with what it has seen.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Profile {
+pub struct GrainProfile {
     interval: Option<Interval>,
     /// Slices of the intervals that are over.
     slices: Vec<Slice>,
 }
 
-impl Profile {
+impl GrainProfile {
     /// Adds the state at the end of a step that lasted from `start` to `end` (s); `thickness` in m.
     pub fn record(
         &mut self,
         config: &ProfileConfig,
-        (bodies, state, thickness): (&Bodies, &State, f64),
+        (bodies, state, thickness): (&Bodies, &GrainState, f64),
         [start, end]: [f64; 2],
     ) {
         let since = 0.5 * (start + end) - config.start_s;
@@ -89,14 +89,14 @@ impl Profile {
     }
 
     /// Ends the interval that is being filled.
-    fn close(&mut self, axis: Axis, thickness: f64) {
+    fn close(&mut self, axis: ProfileAxis, thickness: f64) {
         if let Some(interval) = self.interval.take() {
             self.slices.extend(interval.slices(axis, thickness));
         }
     }
 
     /// All slices, those of the interval that is being filled too.
-    fn all(&self, axis: Axis, thickness: f64) -> Vec<Slice> {
+    fn all(&self, axis: ProfileAxis, thickness: f64) -> Vec<Slice> {
         let open = self.interval.iter();
         let open = open.flat_map(|interval| interval.slices(axis, thickness));
         self.slices.iter().copied().chain(open).collect()
@@ -130,7 +130,7 @@ impl Profile {
     pub fn results(
         &self,
         config: &ProfileConfig,
-        (bodies, state, thickness): (&Bodies, &State, f64),
+        (bodies, state, thickness): (&Bodies, &GrainState, f64),
     ) -> Vec<(&'static str, f64)> {
         let all = self.all(config.axis, thickness);
         let bins = config.bins as usize;
@@ -168,7 +168,7 @@ impl Interval {
     fn new(
         config: &ProfileConfig,
         bodies: &Bodies,
-        state: &State,
+        state: &GrainState,
         number: u64,
         start: f64,
     ) -> Interval {
@@ -184,7 +184,7 @@ impl Interval {
         }
     }
 
-    fn add(&mut self, axis: Axis, bodies: &Bodies, state: &State) {
+    fn add(&mut self, axis: ProfileAxis, bodies: &Bodies, state: &GrainState) {
         self.steps += 1;
         for disk in grains(bodies, state) {
             self.add_disk(axis, bodies, state, disk);
@@ -194,7 +194,7 @@ impl Interval {
         });
     }
 
-    fn add_disk(&mut self, axis: Axis, bodies: &Bodies, state: &State, disk: usize) {
+    fn add_disk(&mut self, axis: ProfileAxis, bodies: &Bodies, state: &GrainState, disk: usize) {
         let (radius, centre) = (bodies.radii[disk], shown(bodies, state.centres[disk]));
         let [vx, vy, _] = state.velocity_of(bodies, disk);
         let middle = centre[axis.index()];
@@ -210,7 +210,7 @@ impl Interval {
     }
 
     /// Shares the moment of a load out among the slices that its lever crosses.
-    fn add_load(&mut self, axis: Axis, bodies: &Bodies, state: &State, load: &Load) {
+    fn add_load(&mut self, axis: ProfileAxis, bodies: &Bodies, state: &GrainState, load: &Load) {
         let moment = load.moment();
         let along = axis.index();
         let own = state.centres[load.disk];
@@ -250,7 +250,7 @@ impl Interval {
         })
     }
 
-    fn slices(&self, axis: Axis, thickness: f64) -> Vec<Slice> {
+    fn slices(&self, axis: ProfileAxis, thickness: f64) -> Vec<Slice> {
         let (pitch, steps) = (self.thickness(), self.steps as f64);
         let volume = pitch * self.width;
         let means = self.sums.iter().enumerate().map(|(bin, sums)| Slice {

@@ -8,12 +8,16 @@ use crate::bodies::geometry::range;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::step::StepSummary;
-use crate::step::state::{State, WheelState};
+use crate::step::state::{GrainState, WheelState};
 use kit::wheel::WheelProgram;
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
-pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static str, f64); 16] {
+pub fn signals(
+    bodies: &Bodies,
+    state: &GrainState,
+    step: &StepSummary,
+) -> [(&'static str, f64); 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
     [
@@ -36,14 +40,14 @@ pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static
     ]
 }
 
-fn top_speed(state: &State) -> f64 {
+fn top_speed(state: &GrainState) -> f64 {
     let squares = state.velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]);
     squares.fold(0.0, larger).sqrt()
 }
 
 /// Free grains that left the glued rows: more than a radius of the widest disk and the apron beside the base unless it repeats,
 /// or more than its diameter below it or above the lid.
-pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
+pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (Some(first), Some(last)) = (base.first(), base.last()) else {
         return 0;
@@ -174,7 +178,7 @@ impl RunStatistics {
     pub fn record(
         &mut self,
         program: Option<&WheelProgram>,
-        state: &State,
+        state: &GrainState,
         step: &StepSummary,
         span: &StepSpan,
     ) {
@@ -262,7 +266,7 @@ impl RunStatistics {
         &self,
         program: Option<&WheelProgram>,
         bodies: &Bodies,
-        state: &State,
+        state: &GrainState,
     ) -> Vec<(&'static str, f64)> {
         let radius = bodies.mean_radius();
         let mut results = structure::results(bodies, state).to_vec();

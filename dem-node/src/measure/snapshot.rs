@@ -8,13 +8,13 @@ use std::io;
 use std::iter::{empty, repeat_n};
 use std::path::Path;
 
-use kit::vtk::{Kind, VtkFile};
+use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::bodies::Bodies;
 use crate::error::DemError;
-use crate::measure::flow::{Body, Flow, NEVER};
+use crate::measure::flow::{Flow, FlowBody, NEVER};
 use crate::measure::structure;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use parts::{FieldScene, cells, points, poly_data};
 
 /// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
@@ -62,7 +62,7 @@ fn grains(scene: &FieldScene) -> VtkFile {
 fn state_data(file: &mut VtkFile, scene: &FieldScene) {
     let FieldScene { bodies, state, .. } = *scene;
     let radii = (0..bodies.disks()).map(|disk| [state.radius(bodies, disk)]);
-    file.array(Kind::Float64, "radius_m", radii);
+    file.array(DatasetKind::Float64, "radius_m", radii);
     let fed = bodies.injection.as_ref().map_or(0, |feed| feed.grains);
     let fed = bodies.free - fed..bodies.free;
     let both = state.centres.iter().zip(scene.start).enumerate();
@@ -72,51 +72,55 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
         }
         [centre[0] - start[0], centre[1] - start[1], 0.0]
     });
-    file.array(Kind::Float64, "displacement_since_start_m", moved);
+    file.array(DatasetKind::Float64, "displacement_since_start_m", moved);
     let velocities: Vec<[f64; 3]> = (0..bodies.disks())
         .map(|disk| state.velocity_of(bodies, disk))
         .collect();
     let linear = velocities.iter().map(|v| [v[0], v[1], 0.0]);
-    file.array(Kind::Float64, "velocity_m_per_s", linear);
+    file.array(DatasetKind::Float64, "velocity_m_per_s", linear);
     let spins = velocities.iter().map(|v| [v[2]]);
-    file.array(Kind::Float64, "spin_rad_per_s", spins);
+    file.array(DatasetKind::Float64, "spin_rad_per_s", spins);
     let pressures = pressures(bodies, state, scene.thickness);
     let pressures = pressures.into_iter().take(bodies.disks());
-    file.array(Kind::Float64, "pressure_pa", pressures.map(|p| [p]));
+    file.array(DatasetKind::Float64, "pressure_pa", pressures.map(|p| [p]));
     let pressing = state.list.pressing();
     let pairs = pressing.map(|slot| [slot.a as usize, slot.b as usize]);
     let coordination = structure::degrees(bodies.disks(), pairs).into_iter();
     let coordination = coordination.map(|n| [n as f64]);
-    file.array(Kind::Int32, "coordination", coordination);
+    file.array(DatasetKind::Int32, "coordination", coordination);
 }
 
 fn kind_data(file: &mut VtkFile, scene: &FieldScene) {
     let bodies = scene.bodies;
     let disks = || 0..bodies.disks();
     let glued = disks().map(|disk| [f64::from(bodies.glued_index(disk).is_some())]);
-    file.array(Kind::UInt8, "glued", glued);
+    file.array(DatasetKind::UInt8, "glued", glued);
     if !bodies.face.is_empty() {
         let wheel = disks().map(|disk| [f64::from(disk >= bodies.first_face())]);
-        file.array(Kind::UInt8, "wheel", wheel);
+        file.array(DatasetKind::UInt8, "wheel", wheel);
     }
     if !bodies.clusters.list.is_empty() {
         let index = |disk| bodies.clusters.of(disk).map_or(-1.0, |(i, _)| i as f64);
-        file.array(Kind::Int32, "cluster", disks().map(|disk| [index(disk)]));
+        file.array(
+            DatasetKind::Int32,
+            "cluster",
+            disks().map(|disk| [index(disk)]),
+        );
     }
 }
 
 fn flow_data(file: &mut VtkFile, bodies: &Bodies, flow: &Flow) {
     let others = bodies.disks() - bodies.free;
-    let kinds = flow.bodies().chain(repeat_n(Body::First, others));
+    let kinds = flow.bodies().chain(repeat_n(FlowBody::First, others));
     let kinds = kinds.map(|body| [f64::from(body as u8)]);
-    file.array(Kind::UInt8, "body", kinds);
+    file.array(DatasetKind::UInt8, "body", kinds);
     let times = flow.detached().chain(repeat_n(NEVER, others));
-    file.array(Kind::Float64, "detached_s", times.map(|time| [time]));
+    file.array(DatasetKind::Float64, "detached_s", times.map(|time| [time]));
 }
 
 /// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that
 /// is sum f_n / (2 pi r thickness).
-pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
+pub fn pressures(bodies: &Bodies, state: &GrainState, thickness: f64) -> Vec<f64> {
     let mut sums = vec![0.0; bodies.count()];
     for slot in &state.list.slots {
         sums[slot.a as usize] += slot.force[0];

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::config::stress::StressConfig;
 use crate::measure::loads::{add_moment, centre_of, ends, for_each_load, grains, shown};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Part of the mean solid fraction of the cells with grains that a cell must have to count in the largest pressure: a cell
 /// across a free surface has a stress of its own area only in part.
@@ -68,7 +68,7 @@ impl StressMap {
     pub fn measure(
         config: &StressConfig,
         bodies: &Bodies,
-        state: &State,
+        state: &GrainState,
         thickness: f64,
     ) -> Option<StressMap> {
         let grains = sums_by_grain(bodies, state);
@@ -164,7 +164,7 @@ impl StressMap {
 pub fn refuse_misfit(
     config: &StressConfig,
     bodies: &Bodies,
-    state: &State,
+    state: &GrainState,
 ) -> Result<(), ConfigError> {
     match region(config, bodies, state, |_| true) {
         None => Ok(()),
@@ -173,7 +173,7 @@ pub fn refuse_misfit(
 }
 
 /// Sums of each grain, a cluster's at its first disk.
-fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
+fn sums_by_grain(bodies: &Bodies, state: &GrainState) -> Vec<StressSums> {
     let mut sums = vec![StressSums::default(); bodies.free];
     for disk in grains(bodies, state) {
         let leader = bodies.clusters.leader_of(disk);
@@ -191,7 +191,7 @@ fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
 fn region(
     config: &StressConfig,
     bodies: &Bodies,
-    state: &State,
+    state: &GrainState,
     chosen: impl Fn(&usize) -> bool,
 ) -> Option<[[f64; 2]; 2]> {
     let ends = |axis: usize| ends(bodies, state, axis, grains(bodies, state).filter(&chosen));

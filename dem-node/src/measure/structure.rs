@@ -6,7 +6,7 @@ use protocol::larger;
 
 use crate::bodies::Bodies;
 use crate::bodies::positions::proximity;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
 const HELD: usize = 2;
@@ -23,7 +23,7 @@ const HELD: usize = 2;
 /// - `backbone_bodies`: those that are left when bodies with fewer contacts than can hold them, 3 without friction and 2 with
 ///   it, are taken away again and again; `backbone_contacts_per_body`: contacts of those, counted once and with walls, wheel
 ///   and glued disks, over their number: 2 in a packing without friction that is just rigid (Moukarzel 1998).
-pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 11] {
+pub fn results(bodies: &Bodies, state: &GrainState) -> [(&'static str, f64); 11] {
     let slots = || state.list.pressing();
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
     let all = degrees(bodies.free, contacts(bodies, state));
@@ -73,7 +73,7 @@ pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 11] {
 }
 
 /// Bodies and contacts that are left when all that nothing can hold is taken away.
-fn backbone(bodies: &Bodies, state: &State) -> [usize; 2] {
+fn backbone(bodies: &Bodies, state: &GrainState) -> [usize; 2] {
     let frictionless = bodies.law.friction == 0.0;
     let least = if frictionless { 3 } else { HELD };
     let mut contacts: Vec<[usize; 2]> = contacts(bodies, state).collect();
@@ -89,7 +89,7 @@ fn backbone(bodies: &Bodies, state: &State) -> [usize; 2] {
 }
 
 /// The bodies of the contacts that press, clusters as one body.
-fn contacts(bodies: &Bodies, state: &State) -> impl Iterator<Item = [usize; 2]> {
+fn contacts(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = [usize; 2]> {
     let leader = |body: u32| bodies.clusters.leader_of(body as usize);
     let pressing = state.list.pressing();
     pressing.map(move |slot| [leader(slot.a), leader(slot.b)])

@@ -5,7 +5,7 @@ use protocol::{Cause, NodeError};
 
 use super::dem::{Dem, Progress};
 use crate::measure::flow::Flow;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 impl Dem {
     /// Packs everything that windows have changed, with the hash of the state: fields that are read into others than they
@@ -16,7 +16,7 @@ impl Dem {
 
     pub(super) fn restore_checkpoint(&mut self, bytes: &[u8]) -> Result<(), NodeError> {
         let (progress, hash): (Progress, String) = unpack(bytes)?;
-        let counts = |state: &State| {
+        let counts = |state: &GrainState| {
             [
                 state.centres.len(),
                 state.velocities.len(),

@@ -4,8 +4,8 @@ use protocol::{PreparedSample, Setting, Window};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::config::Config;
-use crate::config::plausible::PlausibleConfig;
+use crate::config::DemConfig;
+use crate::config::plausible::DemPlausibleConfig;
 use crate::config::profile::ProfileConfig;
 use crate::config::sample::BaseLine;
 use crate::config::solver::Algorithm;
@@ -15,7 +15,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::measure::drive_means::DriveMeans;
 use crate::measure::flow::{Flow, FlowScene};
-use crate::measure::profile::Profile;
+use crate::measure::profile::GrainProfile;
 use crate::measure::report::{RunStatistics, StepSpan};
 use crate::measure::stress::{self, StressMap};
 use crate::node::interface::InterfaceDisks;
@@ -23,12 +23,12 @@ use crate::sample::prepared::SampleStore;
 use crate::sample::types::Sample;
 use crate::sample::{perturb, wheel_face};
 use crate::setup;
-use crate::setup::bounds::Bounds;
+use crate::setup::bounds::StepBounds;
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
 use crate::solver::residual::Convergence;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use crate::step::threads::SolverThreads;
 use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
 use kit::wheel::WheelProgram;
@@ -41,7 +41,7 @@ pub struct Dem {
     pub(super) theta: f64,
     pub(super) own_step: Option<f64>,
     pub(super) end: Option<f64>,
-    pub(super) bounds: Bounds,
+    pub(super) bounds: StepBounds,
     pub(super) solver: SolverThreads,
     pub(super) bodies: Bodies,
     pub(super) program: Option<WheelProgram>,
@@ -65,7 +65,7 @@ pub struct Dem {
     /// Centres of all disks at the start (m), for the fields; none where these are not written.
     pub(super) start: Vec<[f64; 2]>,
     /// The state at the end of the window being solved.
-    pub(super) trial: State,
+    pub(super) trial: GrainState,
     pub(super) stepper: Stepper,
     pub(super) interface: InterfaceDisks,
     /// Length of the announced windows (s).
@@ -73,7 +73,7 @@ pub struct Dem {
     /// The window whose end `trial` holds, until it is committed.
     pub(super) pending: Option<Pending>,
     pub(super) initial_energy: [f64; 4],
-    pub(super) plausible: PlausibleConfig,
+    pub(super) plausible: DemPlausibleConfig,
     pub(super) profile: Option<ProfileConfig>,
     pub(super) stress: Option<StressConfig>,
     pub(super) flow: Option<FlowScene>,
@@ -83,10 +83,10 @@ pub struct Dem {
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Progress {
     /// The committed state.
-    pub state: State,
+    pub state: GrainState,
     pub statistics: RunStatistics,
     pub driven: DriveMeans,
-    pub profile: Profile,
+    pub profile: GrainProfile,
     /// The stress at the end of the hold, once that is over.
     pub held_stress: Option<StressMap>,
     /// The flows of third body, where they are asked for.
@@ -113,11 +113,11 @@ pub(super) struct Pending {
 
 impl Dem {
     /// Prepares the sample of a configuration and everything around it.
-    pub fn new(config: &Config, setting: &Setting) -> Result<Dem, DemError> {
+    pub fn new(config: &DemConfig, setting: &Setting) -> Result<Dem, DemError> {
         let config = &config.resolved()?;
         config.validate()?;
         config.validate_feed(setting.thickness_m)?;
-        let bounds = Bounds::new(config);
+        let bounds = StepBounds::new(config);
         let mut warnings = match config.time.step_s {
             Some(step) => bounds.assess(step)?,
             None => Vec::new(),
@@ -188,7 +188,7 @@ impl Dem {
     }
 
     /// The committed state.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &GrainState {
         &self.progress.state
     }
 
@@ -303,11 +303,11 @@ impl Dem {
 
 /// The state at the start, and the prescribed motion of a pair that is pulled apart.
 fn start(
-    config: &Config,
+    config: &DemConfig,
     bodies: &mut Bodies,
     sample: &Sample,
-) -> Result<(State, Option<PrescribedOpening>), DemError> {
-    let mut state = State::new(bodies, &sample.free, &sample.glued);
+) -> Result<(GrainState, Option<PrescribedOpening>), DemError> {
+    let mut state = GrainState::new(bodies, &sample.free, &sample.glued);
     if let Some(wheel) = &config.wheel {
         setup::refuse_idle_wheel(&state)?;
         state.wheel.velocity[1] = wheel.vy_m_per_s;

@@ -13,7 +13,7 @@ use protocol::PreparedSample;
 use protocol::checkpoint::{pack, unpack};
 use serde_json::json;
 
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::config::layer::LayerConfig;
 use crate::config::rail::RailConfig;
 use crate::config::sample::SampleConfig;
@@ -60,7 +60,7 @@ impl SampleStore {
     }
 
     /// The sample of a valid configuration, from its file or made by its recipe. `seed` is the run's.
-    pub fn prepare(&self, config: &Config, seed: u64) -> Result<Prepared, DemError> {
+    pub fn prepare(&self, config: &DemConfig, seed: u64) -> Result<Prepared, DemError> {
         let Some(recipe) = recipe(config, seed) else {
             return Ok(Prepared {
                 sample: sample::prepare(config, seed)?,
@@ -102,7 +102,7 @@ impl SampleStore {
 }
 
 /// Everything that decides a bit of a prepared sample, as JSON; `None` for one that is not prepared.
-fn recipe(config: &Config, seed: u64) -> Option<String> {
+fn recipe(config: &DemConfig, seed: u64) -> Option<String> {
     let (kind, keys, own) = match &config.sample {
         SampleConfig::Disks(_) => return None,
         SampleConfig::Layer(layer) => {

@@ -255,7 +255,7 @@ impl Packing {
     }
 }
 
-/// State of the relaxation; a disk has mass 1, the floor that of a row of disks.
+/// GrainState of the relaxation; a disk has mass 1, the floor that of a row of disks.
 struct Fire {
     velocities: Vec<[f64; 2]>,
     floor_velocity: f64,

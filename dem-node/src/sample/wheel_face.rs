@@ -4,7 +4,7 @@
 mod tests;
 
 use crate::config::sample::SampleConfig;
-use crate::config::wheel::{FaceKind, WheelConfig};
+use crate::config::wheel::{DemWheelConfig, FaceKind};
 use crate::sample::random::RandomNumbers;
 use crate::sample::types::Disk;
 
@@ -12,7 +12,7 @@ use crate::sample::types::Disk;
 ///
 /// They touch, their centres lie on a line, and the row is in the middle of the sample: as many disks of the sample's law as do not
 /// reach beyond it. `seed` is the run's, which the sample's overrides; the radii are other ones than those that it gives to the grains.
-pub fn row(wheel: &WheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk> {
+pub fn row(wheel: &DemWheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk> {
     let rough = wheel.face == FaceKind::Disks;
     let Some((radii, most, own_seed)) = sample.wheel_row().filter(|_| rough) else {
         return Vec::new();

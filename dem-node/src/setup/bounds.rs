@@ -1,9 +1,9 @@
-//! Bounds on the step, that is on the windows of a coupled run.
+//! StepBounds on the step, that is on the windows of a coupled run.
 
 use kit::ConfigError;
 use protocol::Cause;
 
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::error::DemError;
 
 /// Part of t_i below which coupled trials were clean.
@@ -19,7 +19,7 @@ const STEPS_PER_PERIOD: f64 = 20.0;
 
 /// The bounds of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct StepBounds {
     /// t_i = d sqrt(rho / P) (s): in this time the mean stress P moves an unbalanced grain of the scaled density rho
     /// by about its diameter d. No scheme that takes unbalanced grains for resting ones survives steps above it.
     pub inertial_time: f64,
@@ -34,16 +34,16 @@ pub struct Bounds {
     unsafe_step: bool,
 }
 
-impl Bounds {
+impl StepBounds {
     /// Name of the bound that no step may pass.
     pub const NAME: &str = "inertial time t_i = d sqrt(rho/P)";
 
     /// The bounds of a valid configuration.
-    pub fn new(config: &Config) -> Bounds {
+    pub fn new(config: &DemConfig) -> StepBounds {
         let (mean, smallest) = config.sample.radii();
         let density = config.density_kg_per_m3 * config.mass_scale;
         let wheel = config.wheel.as_ref();
-        Bounds {
+        StepBounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.program().top_speed()),
             driven_speed: config.sample.driven_speed(),
@@ -67,7 +67,7 @@ impl Bounds {
             return Err(DemError::Step {
                 step_s: step,
                 limit_s: self.inertial_time,
-                bound: Bounds::NAME,
+                bound: StepBounds::NAME,
                 help: "shorten it, raise mass_scale, or set time.unsafe_step = true",
             });
         }

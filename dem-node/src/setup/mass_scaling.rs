@@ -1,10 +1,10 @@
 //! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
 use crate::bodies::geometry::range;
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::config::sample::SampleConfig;
 use crate::sample::types::{Disk, Sample};
-use crate::setup::bounds::Bounds;
+use crate::setup::bounds::StepBounds;
 
 /// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct MassScaling {
 
 impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
-    pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
+    pub fn new(config: &DemConfig, bounds: &StepBounds, sample: &Sample) -> Option<MassScaling> {
         let program = config.wheel.as_ref()?.program();
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
@@ -38,7 +38,7 @@ const SLUGGISH: f64 = 0.2;
 
 /// Advice on a layer whose scaled mass m cannot follow the load P of its wheel: it moves by a mean diameter d in sqrt(2 d m / P),
 /// which must be short beside ramp and hold.
-pub fn advice(config: &Config, thickness: f64) -> Option<String> {
+pub fn advice(config: &DemConfig, thickness: f64) -> Option<String> {
     let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, &config.wheel) else {
         return None;
     };
@@ -58,7 +58,7 @@ pub fn advice(config: &Config, thickness: f64) -> Option<String> {
 }
 
 /// Height of the grains (m): the layer's own, or from the lowest to the highest point of the free disks.
-fn height(config: &Config, sample: &Sample) -> f64 {
+fn height(config: &DemConfig, sample: &Sample) -> f64 {
     if let SampleConfig::Layer(layer) = &config.sample {
         return layer.thickness_m;
     }

@@ -4,7 +4,7 @@ use kit::ConfigError;
 
 use crate::bodies::Bodies;
 use crate::config::DriveConfig;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Steps of a run. The opening in a step is then 3e-4 of delta_0: the first-order error of the implicit adhesion stays
 /// below 0.2 % of the stress for every viscosity.
@@ -28,7 +28,7 @@ impl PrescribedOpening {
     pub fn new(
         config: &DriveConfig,
         bodies: &Bodies,
-        state: &State,
+        state: &GrainState,
     ) -> Result<PrescribedOpening, ConfigError> {
         let law = bodies.law.cohesion.ok_or_else(|| {
             ConfigError::new("drive", "opens a bond, and the law has none")
@@ -53,7 +53,7 @@ impl PrescribedOpening {
     }
 
     /// Velocity of the grain at the start, away from the glued disk (m/s).
-    pub fn velocity(&self, state: &State) -> [f64; 2] {
+    pub fn velocity(&self, state: &GrainState) -> [f64; 2] {
         let [grain, glued] = [state.centres[0], state.centres[1]];
         let (dx, dy) = (grain[0] - glued[0], grain[1] - glued[1]);
         [dx, dy].map(|d| self.velocity * d / self.distance)
@@ -63,7 +63,7 @@ impl PrescribedOpening {
     ///
     /// The drive works against the force at the end of each step; the trapezoidal rule has the mean of both ends, and
     /// differs by half a step of the last stress as the first is 0.
-    pub fn signals(&self, state: &State) -> [(&'static str, f64); 4] {
+    pub fn signals(&self, state: &GrainState) -> [(&'static str, f64); 4] {
         let force = state.list.slots.first().map_or(0.0, |slot| slot.force[0]);
         let stress = -force / self.area;
         let adhesion = state.bonds.first().map_or(0.0, |bond| bond.adhesion);
@@ -77,7 +77,7 @@ impl PrescribedOpening {
     }
 }
 
-fn distance(state: &State) -> f64 {
+fn distance(state: &GrainState) -> f64 {
     let [grain, glued] = [state.centres[0], state.centres[1]];
     (grain[0] - glued[0]).hypot(grain[1] - glued[1])
 }

@@ -8,7 +8,7 @@ use super::problem::Problem;
 use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
 
-/// State of convergence in which a solver ended.
+/// GrainState of convergence in which a solver ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
     /// Iterations done.
@@ -101,7 +101,7 @@ impl QuadSums {
     }
 }
 
-/// State of convergence after so many iterations, with what they left. The true residual alone decides.
+/// GrainState of convergence after so many iterations, with what they left. The true residual alone decides.
 pub(super) fn convergence(
     problem: &Problem,
     (left, quad): (Defect, Quad),

@@ -7,11 +7,11 @@ use crate::bodies::positions::{Positions, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 impl Stepper {
     /// Free velocities and contacts.
-    pub(crate) fn assemble(&mut self, state: &mut State, input: &StepInput) {
+    pub(crate) fn assemble(&mut self, state: &mut GrainState, input: &StepInput) {
         let bodies = input.bodies;
         self.problem.friction = bodies.law.friction;
         self.problem.frictions.clear();
@@ -68,7 +68,7 @@ impl Stepper {
 
     /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the
     /// load of the wheel, with the velocities that are prescribed.
-    pub fn free_records(&mut self, state: &State, input: &StepInput) {
+    pub fn free_records(&mut self, state: &GrainState, input: &StepInput) {
         let bodies = input.bodies;
         let records = &mut self.problem.records;
         records.clear();
@@ -129,7 +129,7 @@ impl Stepper {
     /// The contact that a slot would have, with friction and compliance of its law; its levers, if it needs any, join the problem.
     fn candidate(
         &mut self,
-        state: &State,
+        state: &GrainState,
         input: &StepInput,
         slot: &Slot,
         at: Proximity,
@@ -182,7 +182,7 @@ impl Stepper {
     }
 
     /// Gives a contact without bond its bias; false if the pair stays apart in this step and carried no force in the last one.
-    fn accept(&mut self, state: &State, input: &StepInput, contact: &mut Contact) -> bool {
+    fn accept(&mut self, state: &GrainState, input: &StepInput, contact: &mut Contact) -> bool {
         let (bodies, h) = (input.bodies, input.step);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
@@ -203,7 +203,7 @@ impl Stepper {
 
 /// Positions at which contacts are detected. Grains and height of the wheel have drifted already, its prescribed
 /// way is uniform within the step.
-fn positions_at_detection<'a>(state: &'a State, input: &StepInput) -> Positions<'a> {
+fn positions_at_detection<'a>(state: &'a GrainState, input: &StepInput) -> Positions<'a> {
     let bodies = input.bodies;
     let mut positions = state.positions(bodies);
     if bodies.wheel_radius > 0.0 {

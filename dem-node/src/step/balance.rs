@@ -6,7 +6,7 @@ use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Cluster;
 use crate::solver::contact::Contact;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Momentum of the free grains in a step.
 pub(super) struct MomentumBalance {
@@ -20,7 +20,11 @@ pub(super) struct MomentumBalance {
 
 impl Stepper {
     /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
-    pub(super) fn momentum_balance(&self, state: &State, input: &StepInput) -> MomentumBalance {
+    pub(super) fn momentum_balance(
+        &self,
+        state: &GrainState,
+        input: &StepInput,
+    ) -> MomentumBalance {
         let (bodies, h) = (input.bodies, input.step);
         let (mut defect, mut change, mut transmitted) = ([0.0; 2], [0.0; 2], 0.0);
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
@@ -52,7 +56,7 @@ impl Stepper {
     }
 
     /// Impulse on clusters beside contacts and weight (N s): what holds their locked motions against both, and their drives.
-    fn held_impulse(&self, state: &State, input: &StepInput) -> [f64; 2] {
+    fn held_impulse(&self, state: &GrainState, input: &StepInput) -> [f64; 2] {
         let (bodies, h) = (input.bodies, input.step);
         let mut held = [0.0; 2];
         for (_, cluster, _) in bodies.clusters.driven() {
@@ -84,7 +88,7 @@ impl Stepper {
     }
 
     /// Takes over the velocities and adds up the work of loads, drive, weight and boundary, and the loss of the scheme.
-    pub(super) fn update_bodies(&self, state: &mut State, input: &StepInput) {
+    pub(super) fn update_bodies(&self, state: &mut GrainState, input: &StepInput) {
         let StepInput {
             bodies,
             step: h,

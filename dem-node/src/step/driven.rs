@@ -2,14 +2,14 @@
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 impl Stepper {
     /// Keeps the forces on driven clusters and adds up the work of their drives, before their velocities are taken over.
     ///
     /// In a prescribed direction the drive bears contacts and weight and does -(p + m h g) v; in a free one it does F h v_theta, and
     /// its damping takes c h v_theta^2 (J).
-    pub(super) fn drive_clusters(&mut self, state: &mut State, input: &StepInput) {
+    pub(super) fn drive_clusters(&mut self, state: &mut GrainState, input: &StepInput) {
         let bodies = input.bodies;
         self.on_driven.clear();
         if bodies.clusters.driven().next().is_none() {

@@ -15,11 +15,11 @@ use std::ops::Range;
 use crate::bodies::Bodies;
 use crate::bodies::geometry::under_wheel;
 use crate::bodies::positions::Positions;
-use crate::config::Config;
+use crate::config::DemConfig;
 use crate::contact::detect::Slot;
 use crate::sample::random::RandomNumbers;
 use crate::sample::types::{Disk, Sample};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Sets the random numbers of the fed grains apart from those of the sample.
 const STREAM: u64 = 0x5165;
@@ -32,7 +32,7 @@ const LEAST: f64 = 0.05;
 const FILLED: f64 = 0.999;
 
 /// The grains of a feed, in store: as many as it takes, none for a scene without. `seed` is the run's.
-pub fn store(config: &Config, thickness: f64, sample: &Sample, seed: u64) -> Vec<Disk> {
+pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> Vec<Disk> {
     let Some(injection) = &config.injection else {
         return Vec::new();
     };
@@ -53,13 +53,13 @@ pub fn store(config: &Config, thickness: f64, sample: &Sample, seed: u64) -> Vec
 }
 
 /// Feeds what is due until a time (s), and lets grow what was fed; a scene without injection is left as it is.
-pub fn feed(state: &mut State, bodies: &Bodies, time: f64) {
+pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
     let Some(injection) = &bodies.injection else {
         return;
     };
     let grown = state.feed.advance(injection, time);
     press_all(state, bodies, &grown);
-    let next = |state: &State| {
+    let next = |state: &GrainState| {
         let grain = state.present(bodies);
         let mass = bodies.masses.get(grain).copied();
         mass.filter(|mass| state.feed.is_due(*mass))
@@ -79,7 +79,7 @@ pub fn feed(state: &mut State, bodies: &Bodies, time: f64) {
 }
 
 /// Presses the contacts of grains that have grown by these lengths (m), and records the work on their springs.
-fn press_all(state: &mut State, bodies: &Bodies, grown: &[(u32, f64)]) {
+fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
     if grown.is_empty() {
         return;
     }
@@ -106,7 +106,7 @@ fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
 
 /// The position around a point with the most room to all bodies, and its distance from them (m). Of positions with the same room the
 /// first one counts, row by row from below.
-fn widest_gap(state: &State, bodies: &Bodies, point: [f64; 2]) -> Option<([f64; 2], f64)> {
+fn widest_gap(state: &GrainState, bodies: &Bodies, point: [f64; 2]) -> Option<([f64; 2], f64)> {
     let reach = REACH * bodies.mean_radius();
     let near = Surroundings::new(state, bodies, point, reach);
     let count = (REACH / SPACING) as i32;
@@ -137,7 +137,7 @@ struct Surroundings<'a> {
 impl Surroundings<'_> {
     /// Disks that leave less than `reach` (m) of room at some position not further than that from a point, and all faces.
     fn new<'a>(
-        state: &'a State,
+        state: &'a GrainState,
         bodies: &'a Bodies,
         point: [f64; 2],
         reach: f64,

@@ -14,7 +14,7 @@ use crate::contact::loss::Loss;
 
 /// Work and losses since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct EnergyLedger {
+pub struct GrainLedger {
     /// Work of the boundary on the glued disks, -F_g.v_g h.
     pub interface: f64,
     /// Work of the vertical load on the wheel.
@@ -43,7 +43,7 @@ pub struct EnergyLedger {
     pub repair: f64,
 }
 
-impl EnergyLedger {
+impl GrainLedger {
     /// Names, roles and values of the terms of the balance; `stored` are kinetic, spring and bond energies since the start.
     pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 12] {
         let [kinetic, normal, tangential, bonds] = stored;
@@ -73,7 +73,7 @@ impl EnergyLedger {
     }
 
     /// Adds the losses of other contacts.
-    pub fn join(&mut self, losses: &EnergyLedger) {
+    pub fn join(&mut self, losses: &GrainLedger) {
         self.impact += losses.impact;
         self.friction += losses.friction;
         self.cohesion += losses.cohesion;
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
         let of = |wanted: Role| {
-            let terms = EnergyLedger::default().terms([0.0; 4]).into_iter();
+            let terms = GrainLedger::default().terms([0.0; 4]).into_iter();
             let names = terms.filter(|(_, role, _)| *role == wanted);
             names.map(|(name, ..)| name).collect::<Vec<_>>()
         };
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn losses_add_up_and_jumps_of_both_signs_do_not_cancel_in_size() {
-        let mut ledger = EnergyLedger::default();
+        let mut ledger = GrainLedger::default();
         for detection in [0.5, -2.0] {
             ledger.lose(&Loss {
                 impact: 1.0,
@@ -132,13 +132,13 @@ mod tests {
                 detection,
             });
         }
-        let expected = EnergyLedger {
+        let expected = GrainLedger {
             impact: 2.0,
             friction: 4.0,
             cohesion: 6.0,
             detection: -1.5,
             detection_size: 2.5,
-            ..EnergyLedger::default()
+            ..GrainLedger::default()
         };
         assert_eq!(ledger, expected);
     }

@@ -20,7 +20,7 @@ use crate::solver::Solver;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Overlap that stays, over the smallest radius: a contact at rest must not open, or a rebound would follow.
 const LEFT: f64 = 1e-6;
@@ -54,7 +54,7 @@ impl Repair {
     /// Moves the bodies of a state at the end of its step apart. Returns the verdict of the last solve, if it took any.
     pub fn make(
         &mut self,
-        state: &mut State,
+        state: &mut GrainState,
         step: &RepairInput,
     ) -> Result<Option<Convergence>, DemError> {
         let RepairInput { bodies, solved, .. } = *step;
@@ -83,7 +83,7 @@ impl Repair {
     }
 
     /// The contacts of the state as it is; returns the largest overlap (m).
-    fn detect(&mut self, bodies: &Bodies, state: &State) -> f64 {
+    fn detect(&mut self, bodies: &Bodies, state: &GrainState) -> f64 {
         let mut largest = 0.0f64;
         self.problem.contacts.clear();
         let positions = state.positions(bodies);
@@ -110,7 +110,7 @@ impl Repair {
     /// Solves for the displacements and makes them.
     fn displace(
         &mut self,
-        state: &mut State,
+        state: &mut GrainState,
         step: &RepairInput,
     ) -> Result<Option<Convergence>, DemError> {
         let RepairInput { bodies, solved, .. } = *step;
@@ -140,7 +140,7 @@ impl Repair {
 }
 
 /// Makes the displacements w (m) that replace velocities, and adds up the work of weight, m g.w, and load, -F w_y.
-fn move_bodies(state: &mut State, step: &RepairInput, displaced: &[BodyRecord]) {
+fn move_bodies(state: &mut GrainState, step: &RepairInput, displaced: &[BodyRecord]) {
     let bodies = step.bodies;
     let (mut weight, mut load) = (0.0, 0.0);
     let free = &mut state.centres[..bodies.free];
@@ -179,7 +179,7 @@ fn left(bodies: &Bodies) -> f64 {
 }
 
 /// Mean and largest overlap of the contacts that carry force, where the bodies are (m).
-pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
+pub fn overlaps(bodies: &Bodies, state: &GrainState) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
     let positions = state.positions(bodies);
     for slot in state.list.pressing() {

@@ -10,11 +10,11 @@ use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::VerletList;
 use crate::contact::initial_bonds::initial_bonds;
 use crate::sample::types::Disk;
-use crate::step::ledger::EnergyLedger;
+use crate::step::ledger::GrainLedger;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub struct State {
+pub struct GrainState {
     /// Centres of free grains, then of glued disks, then of the wheel's face (m).
     pub centres: Vec<[f64; 2]>,
     /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
@@ -34,7 +34,7 @@ pub struct State {
     /// Grains that are fed in.
     pub feed: Feed,
     /// Energy since the start, term by term.
-    pub ledger: EnergyLedger,
+    pub ledger: GrainLedger,
 }
 
 /// Position and velocity of the wheel.
@@ -46,15 +46,15 @@ pub struct WheelState {
     pub velocity: [f64; 2],
 }
 
-impl Clone for State {
-    fn clone(&self) -> State {
-        let mut copy = State::default();
+impl Clone for GrainState {
+    fn clone(&self) -> GrainState {
+        let mut copy = GrainState::default();
         copy.clone_from(self);
         copy
     }
 
     /// Reuses the buffers: a window is repeated thousands of times.
-    fn clone_from(&mut self, other: &State) {
+    fn clone_from(&mut self, other: &GrainState) {
         self.centres.clone_from(&other.centres);
         self.velocities.clone_from(&other.velocities);
         self.clusters.clone_from(&other.clusters);
@@ -68,10 +68,10 @@ impl Clone for State {
     }
 }
 
-impl State {
+impl GrainState {
     /// The start: grains where the sample puts them, the wheel on the first disk that it meets from above, and compliant contacts under
     /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
-    pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
+    pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> GrainState {
         let feed = Feed::new(bodies.injection.as_ref());
         let all = || free.iter().chain(glued);
         let present = free.len() - feed.waiting as usize;
@@ -79,7 +79,7 @@ impl State {
         let heights = there.filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
-        let mut state = State {
+        let mut state = GrainState {
             centres: all().map(|disk| disk.centre).collect(),
             velocities: free.iter().map(velocity).collect(),
             glued_velocity: vec![0.0; 2 * glued.len()],
@@ -89,7 +89,7 @@ impl State {
             },
             clusters: bodies.clusters.list.iter().map(|c| c.start).collect(),
             feed,
-            ..State::default()
+            ..GrainState::default()
         };
         for cluster in &bodies.clusters.list {
             state.velocities[cluster.leader()] = cluster.start_velocity;

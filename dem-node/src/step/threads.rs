@@ -4,7 +4,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::config::solver::Criteria;
 use crate::error::DemError;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use crate::step::{StepInput, StepSummary, Stepper};
 
 /// The threads of the contact solver, with its stopping criteria.
@@ -28,7 +28,7 @@ impl SolverThreads {
     pub fn advance(
         &self,
         stepper: &mut Stepper,
-        state: &mut State,
+        state: &mut GrainState,
         input: &StepInput,
     ) -> Result<StepSummary, DemError> {
         let pool = self.pool.as_ref().filter(|_| stepper.is_partitioned());

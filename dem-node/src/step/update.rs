@@ -10,8 +10,8 @@ use crate::contact::loss::{ContactStep, contact_loss};
 use crate::solver::contact::Contact;
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
-use crate::step::ledger::EnergyLedger;
-use crate::step::state::State;
+use crate::step::ledger::GrainLedger;
+use crate::step::state::GrainState;
 
 /// Contacts with all that a step changes of them: their slots, and the bonds of the state.
 struct UpdatePiece<'a> {
@@ -60,7 +60,7 @@ impl Stepper {
     /// Stores forces and springs, adds up the losses, sums forces and overlaps; in pieces, where there are many contacts.
     pub(super) fn update_contacts(
         &self,
-        state: &mut State,
+        state: &mut GrainState,
         input: &StepInput,
         parallel: bool,
     ) -> StepSummary {
@@ -87,7 +87,7 @@ impl Stepper {
             if first == 0 {
                 ledger
             } else {
-                EnergyLedger::default()
+                GrainLedger::default()
             }
         };
         let pieces = in_pieces(summary.listed, all, parallel, |range, piece| {
@@ -113,11 +113,11 @@ impl Stepper {
 
     fn update_piece(
         &self,
-        state: &State,
+        state: &GrainState,
         input: &StepInput,
         piece: UpdatePiece,
-        mut ledger: EnergyLedger,
-    ) -> (StepSummary, EnergyLedger) {
+        mut ledger: GrainLedger,
+    ) -> (StepSummary, GrainLedger) {
         let (bodies, h) = (input.bodies, input.step);
         let mut summary = StepSummary::default();
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
@@ -158,7 +158,7 @@ impl Stepper {
     #[inline(always)]
     fn contact_step(
         &self,
-        state: &State,
+        state: &GrainState,
         input: &StepInput,
         contact: &Contact,
         slot: &Slot,
@@ -195,7 +195,7 @@ impl Stepper {
     pub(super) fn relative_before(
         &self,
         bodies: &Bodies,
-        state: &State,
+        state: &GrainState,
         contact: &Contact,
     ) -> [f64; 2] {
         let a = velocity_before(bodies, state, contact.a as usize);
@@ -204,7 +204,7 @@ impl Stepper {
     }
 }
 
-fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
+fn velocity_before(bodies: &Bodies, state: &GrainState, body: usize) -> [f64; 3] {
     if body < bodies.free {
         return state.velocities[body];
     }

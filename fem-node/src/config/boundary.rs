@@ -22,7 +22,7 @@ pub struct BoundaryConfig(pub BTreeMap<String, SetConfig>);
 #[serde(deny_unknown_fields)]
 pub struct SetConfig {
     /// Components (tx, ty) of a traction on the reference edge (Pa), or `"free"` where there is none.
-    pub traction_pa: Option<[Component; 2]>,
+    pub traction_pa: Option<[PrescribedComponent; 2]>,
     /// Pressure on the reference edge, against its outward normal (Pa).
     pub pressure_pa: Option<f64>,
     /// Force of the whole set over time (s, N), spread evenly over its length: linear between the entries, constant beyond them.
@@ -30,9 +30,9 @@ pub struct SetConfig {
     /// Direction of that force, of any length but 0; when absent the only one that a motion leaves free, towards +x or +y.
     pub load_direction: Option<[f64; 2]>,
     /// Components of the velocity (m/s), or `"free"` where the set may move.
-    pub velocity_m_per_s: Option<[Component; 2]>,
+    pub velocity_m_per_s: Option<[PrescribedComponent; 2]>,
     /// Components of the displacement at the end of the ramp (m), or `"free"`.
-    pub displacement_m: Option<[Component; 2]>,
+    pub displacement_m: Option<[PrescribedComponent; 2]>,
     /// Duration of a linear ramp from zero (s), of tractions, pressures and motions alike; at once when absent or 0, which a
     /// displacement cannot be.
     #[schemars(range(min = 0.0))]
@@ -41,7 +41,7 @@ pub struct SetConfig {
 
 /// A component of a prescribed motion or traction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Component(
+pub struct PrescribedComponent(
     /// The prescribed number; none where it is left to the equations of motion.
     pub Option<f64>,
 );
@@ -49,7 +49,7 @@ pub struct Component(
 /// Load of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SetLoad<'a> {
-    Traction([Component; 2]),
+    Traction([PrescribedComponent; 2]),
     Pressure(f64),
     /// Force over time (s, N) and the unit vector along which it acts.
     Table(&'a LoadTable, [f64; 2]),
@@ -58,8 +58,8 @@ pub(crate) enum SetLoad<'a> {
 /// Motion of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SetMotion {
-    Velocity([Component; 2]),
-    Displacement([Component; 2]),
+    Velocity([PrescribedComponent; 2]),
+    Displacement([PrescribedComponent; 2]),
 }
 
 impl SetConfig {
@@ -113,7 +113,8 @@ impl SetConfig {
         }
         let ramp_key = format!("boundary.{set}.ramp_s");
         not_negative(&ramp_key, self.ramp_s, "s")?;
-        let moved = |shift: [Component; 2]| shift.iter().any(|d| d.0.is_some_and(|d| d != 0.0));
+        let moved =
+            |shift: [PrescribedComponent; 2]| shift.iter().any(|d| d.0.is_some_and(|d| d != 0.0));
         if self.displacement_m.is_some_and(moved) {
             positive(&ramp_key, self.ramp_s.unwrap_or(0.0), "s")?;
         }
@@ -229,7 +230,7 @@ impl SetLoad<'_> {
 
 impl SetMotion {
     /// Its components, (m/s) or (m).
-    pub(crate) fn components(self) -> [Component; 2] {
+    pub(crate) fn components(self) -> [PrescribedComponent; 2] {
         match self {
             SetMotion::Velocity(components) | SetMotion::Displacement(components) => components,
         }
@@ -246,7 +247,7 @@ impl SetMotion {
 }
 
 /// The components that are numbers.
-fn given(components: [Component; 2]) -> Vec<f64> {
+fn given(components: [PrescribedComponent; 2]) -> Vec<f64> {
     components.into_iter().filter_map(|c| c.0).collect()
 }
 
@@ -267,9 +268,9 @@ impl BoundaryConfig {
     }
 }
 
-impl JsonSchema for Component {
+impl JsonSchema for PrescribedComponent {
     fn schema_name() -> Cow<'static, str> {
-        "Component".into()
+        "PrescribedComponent".into()
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
@@ -277,8 +278,8 @@ impl JsonSchema for Component {
     }
 }
 
-impl<'de> Deserialize<'de> for Component {
+impl<'de> Deserialize<'de> for PrescribedComponent {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        number_or_word(deserializer, "free", "a number or \"free\"").map(Component)
+        number_or_word(deserializer, "free", "a number or \"free\"").map(PrescribedComponent)
     }
 }

@@ -5,12 +5,12 @@ use kit::keys::refuse_if;
 
 use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
-use super::keys::Config;
+use super::keys::FemConfig;
 use super::material::MaterialKind;
 use super::number::not_negative;
 use super::probe;
 
-impl Config {
+impl FemConfig {
     /// Checks every number that can be judged alone; mesh and step are judged where they are built.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.mesh.check()?;

@@ -8,23 +8,23 @@ use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start
 use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
-use super::plausible::PlausibleConfig;
+use super::plausible::FemPlausibleConfig;
 use super::probe::ProbeConfig;
 use super::statics::StaticsConfig;
-use super::time::TimeConfig;
-use super::wheel::{ContactConfig, WheelConfig};
+use super::time::FemTimeConfig;
+use super::wheel::{ContactConfig, FemWheelConfig};
 
 /// Keys of a body: geometry, material, time integration, loads and contact.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Config {
+pub struct FemConfig {
     /// Motion in time or equilibrium; motion when absent.
     #[serde(default)]
     pub analysis: Analysis,
     /// Way in which a body under a wheel comes under its load.
     #[serde(default)]
     pub start: Start,
-    /// Element; [`Config::element`] says which one when absent.
+    /// Element; [`FemConfig::element`] says which one when absent.
     pub element: Option<ElementKind>,
     /// Small strain when absent.
     #[serde(default)]
@@ -43,8 +43,8 @@ pub struct Config {
     /// Constitutive law and density.
     pub material: MaterialConfig,
     /// Time integration.
-    pub time: TimeConfig,
-    /// Loads and prescribed motions on named sets.
+    pub time: FemTimeConfig,
+    /// StaticLoads and prescribed motions on named sets.
     #[serde(default)]
     pub boundary: BoundaryConfig,
     /// Velocities at the start.
@@ -54,7 +54,7 @@ pub struct Config {
     #[serde(default)]
     pub probes: Vec<ProbeConfig>,
     /// The rigid wheel on the upper edge.
-    pub wheel: Option<WheelConfig>,
+    pub wheel: Option<FemWheelConfig>,
     /// Contact of the upper edge with the wheel.
     pub contact: Option<ContactConfig>,
     /// Increments of a static analysis or a static start.
@@ -66,10 +66,10 @@ pub struct Config {
     pub perturb_seed: Option<u64>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
-    pub plausible: PlausibleConfig,
+    pub plausible: FemPlausibleConfig,
 }
 
-impl Config {
+impl FemConfig {
     /// The element that is given; without one the fast `q4_1point`, and `q4_bbar` for a plastic material, whose flow keeps
     /// the volume.
     pub fn element(&self) -> ElementKind {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// `plausible`: bounds `[warn, suspect]` of each check, larger values being worse.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct PlausibleConfig {
+pub struct FemPlausibleConfig {
     /// Largest distance of the wheel's force from its load in the second half of the hold, over the load.
     pub wheel_force_rel: Bounds,
     /// Distance of the outermost node in contact from the middle of the upper edge, over that of the edge's end, where wheel
@@ -23,10 +23,10 @@ pub struct PlausibleConfig {
     pub plastic_element: Bounds,
 }
 
-impl Default for PlausibleConfig {
-    fn default() -> PlausibleConfig {
+impl Default for FemPlausibleConfig {
+    fn default() -> FemPlausibleConfig {
         let bounds = |warn, suspect| Bounds { warn, suspect };
-        PlausibleConfig {
+        FemPlausibleConfig {
             wheel_force_rel: bounds(0.05, 0.2),
             contact_reach_rel: bounds(0.5, 0.9),
             contact_resolution: bounds(0.3, 0.8),
@@ -36,7 +36,7 @@ impl Default for PlausibleConfig {
     }
 }
 
-impl PlausibleConfig {
+impl FemPlausibleConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let all = [
             ("wheel_force_rel", self.wheel_force_rel),

@@ -12,7 +12,7 @@ use super::number::{not_negative, number_or_word, number_or_word_schema, positiv
 /// Time integration.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TimeConfig {
+pub struct FemTimeConfig {
     /// Step (s), or `"auto"`: `safety` times the stability limit.
     pub step_s: StepChoice,
     /// Damping parameter b of the scheme, 0.5 (none) to 1.
@@ -51,7 +51,7 @@ pub enum StepChoice {
     Seconds(f64),
 }
 
-impl TimeConfig {
+impl FemTimeConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         if let StepChoice::Seconds(step) = self.step_s {
             positive("time.step_s", step, "s")?;

@@ -12,7 +12,7 @@ use super::number::{not_negative, positive};
 /// A rigid wheel that is pressed on the upper edge and moved sideways.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WheelConfig {
+pub struct FemWheelConfig {
     /// Vertical load (N).
     #[schemars(range(min = 0.0))]
     pub load_n: f64,
@@ -62,7 +62,7 @@ fn yes() -> bool {
     true
 }
 
-impl WheelConfig {
+impl FemWheelConfig {
     /// Its load and its motion over time.
     pub(crate) fn program(&self) -> WheelProgram {
         WheelProgram {

@@ -7,13 +7,13 @@ use super::dissipation::Dissipated;
 use super::front::Front;
 use super::load::Load;
 use super::scratch::Scratch;
-use super::state::State;
+use super::state::NodalState;
 use super::strip::{Columns, Part, split};
 use super::unstructured::Unstructured;
 use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::lanes::LANES;
-use crate::scheme::{Damping, Rule, Scheme};
+use crate::scheme::{Damping, NewmarkScheme, Rule};
 use crate::wheel::rigid::Wheel;
 use crate::wheel::run::WheelRun;
 
@@ -24,7 +24,7 @@ const ELEMENTS_PER_THREAD: usize = 2_500;
 /// Steps a body, on one thread or several, with the same bits for any number of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Integrator {
-    /// Scheme and mass damping of the step to come.
+    /// NewmarkScheme and mass damping of the step to come.
     pub(crate) rule: Rule,
     law: Option<NonlinearLaw>,
     scratch: Vec<Scratch>,
@@ -36,7 +36,7 @@ impl Integrator {
     /// An integrator for a body of `elements`, which may use up to `threads` threads.
     pub(crate) fn new(
         body: &Body,
-        scheme: Scheme,
+        scheme: NewmarkScheme,
         law: Option<NonlinearLaw>,
         elements: usize,
         threads: usize,
@@ -47,7 +47,7 @@ impl Integrator {
 
     fn with_strips(
         body: &Body,
-        scheme: Scheme,
+        scheme: NewmarkScheme,
         law: Option<NonlinearLaw>,
         strips: usize,
     ) -> Integrator {
@@ -75,7 +75,7 @@ impl Integrator {
     pub(crate) fn step(
         &mut self,
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         rows: [usize; 2],
@@ -113,7 +113,7 @@ impl Integrator {
     pub(crate) fn step_part(
         &mut self,
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         (front, increments): (&Front, &[f64]),
@@ -147,7 +147,7 @@ impl Integrator {
     pub(crate) fn step_cut(
         &mut self,
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         step: &CutStep,
@@ -165,7 +165,7 @@ impl Integrator {
     pub(crate) fn step_columns(
         &mut self,
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         columns: [usize; 2],
@@ -190,7 +190,7 @@ impl Integrator {
     fn sweep(
         &mut self,
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         part: Part,
@@ -225,7 +225,11 @@ mod tests {
     ];
 
     /// A skewed body of 9 x 7 elements with E = density = 1, stepped under two forces.
-    fn stepped(strips: usize, rows: [usize; 2], steps: usize) -> (State, Dissipated<Vec<f64>>) {
+    fn stepped(
+        strips: usize,
+        rows: [usize; 2],
+        steps: usize,
+    ) -> (NodalState, Dissipated<Vec<f64>>) {
         stepped_under(ElementKind::Q4OnePoint, None, strips, rows, steps)
     }
 
@@ -236,7 +240,7 @@ mod tests {
         strips: usize,
         rows: [usize; 2],
         steps: usize,
-    ) -> (State, Dissipated<Vec<f64>>) {
+    ) -> (NodalState, Dissipated<Vec<f64>>) {
         let mesh = Mesh::structured(9, 7, |i, j| [i as f64 + 0.2 * j as f64, -(j as f64)]);
         let material = MaterialConfig {
             yield_pa,
@@ -246,7 +250,7 @@ mod tests {
         let law = J2::new(&material, &elastic).map(NonlinearLaw::Plastic);
         let supports = Supports::default();
         let body = Body::new(&mesh, kind, &elastic, supports, 1.0);
-        let scheme = Scheme {
+        let scheme = NewmarkScheme {
             step: 0.3,
             damping: 0.75,
             mass_damping: 0.1,
@@ -256,7 +260,7 @@ mod tests {
         let mut load = Load::none(&body);
         load.add(body.layout.index([3, 0], 1), -1.0);
         load.add(body.layout.index([7, 0], 0), 0.5);
-        let mut state = State::at_rest_under(&body, law.as_ref());
+        let mut state = NodalState::at_rest_under(&body, law.as_ref());
         state.accelerate(&body, scheme.mass_damping, &load);
         let mechanisms = Mechanisms {
             numerical: true,

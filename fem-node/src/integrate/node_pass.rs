@@ -210,7 +210,7 @@ mod tests {
     use crate::material::Elastic;
     use crate::mesh::Mesh;
     use crate::pack::in_registers;
-    use crate::scheme::Scheme;
+    use crate::scheme::NewmarkScheme;
 
     /// Fields of a row of nodes.
     #[derive(Clone, Debug, PartialEq)]
@@ -230,7 +230,7 @@ mod tests {
     fn rule(damping: [f64; 2]) -> Rule {
         let [start, end] = damping;
         Rule {
-            scheme: Scheme {
+            scheme: NewmarkScheme {
                 step: 0.3,
                 damping: 0.7,
                 mass_damping: end,

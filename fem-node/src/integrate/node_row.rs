@@ -6,7 +6,7 @@ use super::dissipation::Dissipated;
 use crate::element::layout::Layout;
 use crate::pack::lanes::{LANES, Pack};
 use crate::pack::vectorised;
-use crate::scheme::{Damping, Rule, Scheme};
+use crate::scheme::{Damping, NewmarkScheme, Rule};
 
 /// A row of nodes whose displacements are new and whose other fields are still old.
 pub(crate) struct NodeRow<'a> {
@@ -28,7 +28,7 @@ pub(crate) struct NodeRow<'a> {
 
 impl NodeRow<'_> {
     /// Stiffness damping d' = (beta/h) (F' - F), which is taken off the load; adds [(1-b) d + b d'] du to the energies.
-    pub(crate) fn damp_stiffness(&mut self, scheme: &Scheme, spans: &[Range<usize>]) {
+    pub(crate) fn damp_stiffness(&mut self, scheme: &NewmarkScheme, spans: &[Range<usize>]) {
         if self.damping_force.is_empty() {
             return;
         }
@@ -149,7 +149,7 @@ impl NodeRow<'_> {
 
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
     #[inline(always)]
-    pub(crate) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+    pub(crate) fn accelerate(&mut self, scheme: &NewmarkScheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
@@ -163,7 +163,7 @@ impl NodeRow<'_> {
 
     /// Adds du dF - b h^2/2 da M da.
     #[inline(always)]
-    pub(crate) fn numerical_dissipation(&mut self, scheme: &Scheme) {
+    pub(crate) fn numerical_dissipation(&mut self, scheme: &NewmarkScheme) {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
@@ -179,7 +179,7 @@ impl NodeRow<'_> {
 
     /// Adds [(1-b) c v + b c' v'] M du.
     #[inline(always)]
-    pub(crate) fn mass_damping(&mut self, scheme: &Scheme, damping: Damping) {
+    pub(crate) fn mass_damping(&mut self, scheme: &NewmarkScheme, damping: Damping) {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let start = Pack::splat((1.0 - scheme.damping) * damping.start);
@@ -195,14 +195,14 @@ impl NodeRow<'_> {
 
     /// v' = v + h [(1-b) a + b a']
     #[inline(always)]
-    pub(crate) fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
+    pub(crate) fn new_velocity(&self, scheme: &NewmarkScheme, k: usize) -> Pack {
         let (old, new) = scheme.weights();
         Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * Pack::load(self.new_a, k))
     }
 
     /// The new fields become the old ones.
     #[inline(always)]
-    fn correct(&mut self, scheme: &Scheme) {
+    fn correct(&mut self, scheme: &NewmarkScheme) {
         for k in (0..self.new_a.len()).step_by(LANES) {
             self.new_velocity(scheme, k).store(self.v, k);
         }

@@ -11,10 +11,10 @@ use std::ops::Range;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::rings::Rings;
-use super::state::State;
+use super::state::NodalState;
 use super::tally::blocks_of;
 use crate::element::body::Body;
-use crate::scheme::Scheme;
+use crate::scheme::NewmarkScheme;
 
 /// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the record.
 const SHARE_MAX: f64 = 0.8;
@@ -130,9 +130,9 @@ impl Region {
     /// Takes the nodes that are stepped first back to the start of the window; the accelerations follow from it.
     pub(crate) fn begin(
         &self,
-        state: &mut State,
+        state: &mut NodalState,
         dissipated: &mut Dissipated<Vec<f64>>,
-        start: &State,
+        start: &NodalState,
     ) {
         for range in &self.begin {
             let fields = [
@@ -199,8 +199,8 @@ impl RingRecord {
     pub(crate) fn record_start(
         &mut self,
         ring: &Ring,
-        scheme: &Scheme,
-        state: &State,
+        scheme: &NewmarkScheme,
+        state: &NodalState,
         dissipated: &Dissipated<Vec<f64>>,
     ) {
         if state.history.is_empty() {
@@ -222,7 +222,7 @@ impl RingRecord {
     pub(crate) fn record_end(
         &mut self,
         ring: &Ring,
-        state: &State,
+        state: &NodalState,
         dissipated: &Dissipated<Vec<f64>>,
     ) {
         let [numerical, mass, stiffness] = dissipated.nodal();
@@ -240,7 +240,7 @@ impl RingRecord {
     pub(crate) fn read(
         &mut self,
         ring: &Ring,
-        state: &mut State,
+        state: &mut NodalState,
         dissipated: &mut Dissipated<Vec<f64>>,
         increments: &mut Vec<f64>,
     ) {

@@ -1,10 +1,10 @@
 //! Buffers for the forces of a strip of rows, and copies of the rows beside it.
 
-use super::state::State;
+use super::state::NodalState;
 use crate::element::body::Body;
 use crate::element::row_forces::RowForces;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::scheme::Scheme;
+use crate::scheme::NewmarkScheme;
 
 /// Buffers of one strip of rows.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub(super) struct Scratch {
     pub(super) elements: RowForces,
     pub(super) force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// Loads less the stiffness damping.
+    /// StaticLoads less the stiffness damping.
     pub(super) net: Vec<f64>,
     pub(super) above: Vec<f64>,
     pub(super) below: Vec<f64>,
@@ -70,8 +70,8 @@ impl Increments {
 /// Copies the rows beside `first .. end` as they will be after the prediction, and the history of the elements above.
 pub(super) fn copy_neighbours(
     body: &Body,
-    scheme: &Scheme,
-    state: &State,
+    scheme: &NewmarkScheme,
+    state: &NodalState,
     [first, end]: [usize; 2],
     buffers: &mut Scratch,
 ) {

@@ -12,7 +12,7 @@ use crate::pack::vectorised;
 
 /// The state of the body, every field in the order of [`crate::element::layout::Layout`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct NodalState {
     /// Displacement (m).
     pub u: Lines,
     /// Velocity (m/s).
@@ -27,24 +27,24 @@ pub struct State {
     pub history: Vec<f64>,
 }
 
-impl State {
+impl NodalState {
     /// At rest, undeformed, without history.
-    pub fn at_rest(body: &Body) -> State {
-        State::at_rest_under(body, None)
+    pub fn at_rest(body: &Body) -> NodalState {
+        NodalState::at_rest_under(body, None)
     }
 
     /// At rest, undeformed, under a law that may be nonlinear.
-    pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> State {
+    pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> NodalState {
         let zero = Lines::zeros(body.layout.len());
         let rows = body.layout.rows;
         let history = law.map_or(0, |law| rows * body.history_row_len(law));
-        State {
+        NodalState {
             u: zero.clone(),
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
             history: vec![0.0; history],
-            ..State::default()
+            ..NodalState::default()
         }
     }
 
@@ -65,7 +65,7 @@ impl State {
     }
 
     /// Takes over the start of a window; the accelerations follow from it.
-    pub fn restore(&mut self, start: &State) {
+    pub fn restore(&mut self, start: &NodalState) {
         self.u.copy_from_slice(&start.u);
         self.v.copy_from_slice(&start.v);
         self.force.copy_from_slice(&start.force);
@@ -74,7 +74,7 @@ impl State {
     }
 
     /// Takes over the start of a window, the accelerations included: contact forces do not jump there.
-    pub(crate) fn resume(&mut self, start: &State) {
+    pub(crate) fn resume(&mut self, start: &NodalState) {
         self.restore(start);
         self.a.copy_from_slice(&start.a);
     }

@@ -8,13 +8,13 @@ use super::load::Load;
 use super::node_pass::NodePass;
 use super::node_row::NodeRow;
 use super::scratch::{Scratch, copy_neighbours};
-use super::state::State;
+use super::state::NodalState;
 use crate::element::body::Body;
 use crate::element::corners::{CornerRows, StrainPath};
 use crate::element::layout::Layout;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::{in_registers, vectorised};
-use crate::scheme::{Rule, Scheme};
+use crate::scheme::{NewmarkScheme, Rule};
 use crate::wheel::rigid::Wheel;
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
@@ -72,8 +72,8 @@ impl Columns<'_> {
 /// rows next to it as they will be after the prediction, since their owner changes them at the same time.
 pub(super) fn split<'a>(
     body: &Body,
-    scheme: &Scheme,
-    state: &'a mut State,
+    scheme: &NewmarkScheme,
+    state: &'a mut NodalState,
     mut dissipated: Dissipated<&'a mut [f64]>,
     scratch: &'a mut [Scratch],
     [first, end]: [usize; 2],
@@ -225,7 +225,7 @@ impl Strip<'_> {
         }
     }
 
-    fn predict(&mut self, layout: Layout, scheme: &Scheme, local: usize) {
+    fn predict(&mut self, layout: Layout, scheme: &NewmarkScheme, local: usize) {
         let columns = self.columns(layout, local);
         let row = local * layout.row_len()..(local + 1) * layout.row_len();
         if self.part.is_none() && !self.scratch.increments.next.is_empty() {
@@ -251,7 +251,7 @@ impl Strip<'_> {
     }
 
     /// Predicts a whole row and keeps the increments, for a law with history.
-    fn predict_and_keep(&mut self, scheme: &Scheme, row: Range<usize>) {
+    fn predict_and_keep(&mut self, scheme: &NewmarkScheme, row: Range<usize>) {
         let next = self.scratch.increments.next.iter_mut();
         let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
         let fields = self.u[row].iter_mut().zip(next).zip(rates);
@@ -267,7 +267,7 @@ impl Strip<'_> {
     }
 
     /// Increments of the next row of a part, for a law with history.
-    fn keep_increment(&mut self, scheme: &Scheme, row: Range<usize>, columns: [usize; 2]) {
+    fn keep_increment(&mut self, scheme: &NewmarkScheme, row: Range<usize>, columns: [usize; 2]) {
         let next = &mut self.scratch.increments.next;
         if let Some(part) = self
             .part

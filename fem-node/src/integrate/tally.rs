@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::dissipation::Dissipated;
-use super::state::State;
+use super::state::NodalState;
 use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::pack::lanes::{LANES, Pack};
@@ -43,7 +43,12 @@ pub(crate) struct Tally {
 
 impl Tally {
     /// Adds up all blocks.
-    pub(crate) fn all(&mut self, body: &Body, state: &State, dissipated: &Dissipated<Vec<f64>>) {
+    pub(crate) fn all(
+        &mut self,
+        body: &Body,
+        state: &NodalState,
+        dissipated: &Dissipated<Vec<f64>>,
+    ) {
         let layout = body.layout;
         self.blocks.resize(count(layout), Sums::default());
         for (block, sums) in self.blocks.iter_mut().enumerate() {
@@ -67,7 +72,7 @@ impl Tally {
     pub(crate) fn again(
         &mut self,
         body: &Body,
-        state: &State,
+        state: &NodalState,
         dissipated: &Dissipated<Vec<f64>>,
         blocks: &[usize],
     ) {
@@ -184,7 +189,7 @@ fn components(layout: Layout, block: usize) -> Range<usize> {
 #[inline(always)]
 fn add_up(
     body: &Body,
-    state: &State,
+    state: &NodalState,
     dissipated: &Dissipated<Vec<f64>>,
     own: Range<usize>,
 ) -> Sums {

@@ -12,12 +12,12 @@ use super::dissipation::{Dissipated, cut};
 use super::front::PartOfNodes;
 use super::load::Load;
 use super::node_row::NodeRow;
-use super::state::State;
+use super::state::NodalState;
 use crate::element::body::{Body, ElementRow};
 use crate::element::gather::{CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::connectivity::Connectivity;
-use crate::scheme::{Rule, Scheme};
+use crate::scheme::{NewmarkScheme, Rule};
 use crate::wheel::rigid::Wheel;
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
@@ -39,7 +39,7 @@ pub(super) struct Unstructured {
     new_force: Vec<f64>,
     /// Accelerations at its end.
     new_a: Vec<f64>,
-    /// Loads less the stiffness damping; empty until there is any.
+    /// StaticLoads less the stiffness damping; empty until there is any.
     net: Vec<f64>,
     /// Increments of the displacements; empty under a law without history.
     increment: Vec<f64>,
@@ -82,7 +82,7 @@ impl Unstructured {
         &mut self,
         body: &Body,
         rule: &Rule,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         wheel: Option<(&Wheel, &mut WheelRun)>,
@@ -140,7 +140,7 @@ impl Unstructured {
         &mut self,
         body: &Body,
         rule: &Rule,
-        state: &mut State,
+        state: &mut NodalState,
         load: &Load,
         dissipated: &mut Dissipated<Vec<f64>>,
         (part, increments): (&PartOfNodes, &[f64]),
@@ -196,7 +196,7 @@ impl Unstructured {
         row.finish(rule, layout, &spans);
     }
 
-    fn predict(&mut self, scheme: &Scheme, state: &mut State) {
+    fn predict(&mut self, scheme: &NewmarkScheme, state: &mut NodalState) {
         for (increment, (v, a)) in self.increment.iter_mut().zip(state.v.iter().zip(&state.a)) {
             *increment = scheme.increment(*v, *a);
         }
@@ -209,7 +209,7 @@ impl Unstructured {
         });
     }
 
-    fn elements(&mut self, body: &Body, state: &mut State, mut dissipated: &mut [f64]) {
+    fn elements(&mut self, body: &Body, state: &mut NodalState, mut dissipated: &mut [f64]) {
         let layout = body.layout;
         let columns = layout.columns;
         let size = (self.row_history, layout.padded_columns());
@@ -252,7 +252,7 @@ impl Unstructured {
 /// Pieces of the nodes; those of the stiffness damping only where `net` is not empty.
 fn node_rows<'a>(
     body: &'a Body,
-    state: &'a mut State,
+    state: &'a mut NodalState,
     (new_force, new_a): (&'a [f64], &'a mut [f64]),
     load: &'a [f64],
     mut net: &'a mut [f64],

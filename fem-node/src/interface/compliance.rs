@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::interface::prescribed_velocity::PrescribedVelocity;
 use crate::model::Model;
 
@@ -74,8 +74,8 @@ fn each_column(
 
 /// Buffers for one column at a time.
 struct ColumnRun {
-    rest: State,
-    state: State,
+    rest: NodalState,
+    state: NodalState,
     load: Load,
     /// Nobody asks for the energies of a column.
     dissipated: Dissipated<Vec<f64>>,
@@ -85,7 +85,7 @@ struct ColumnRun {
 impl ColumnRun {
     fn new(model: &Model) -> ColumnRun {
         let (body, elements) = (&model.body, model.mesh.elements());
-        let rest = State::at_rest(body);
+        let rest = NodalState::at_rest(body);
         ColumnRun {
             state: rest.clone(),
             rest,

@@ -13,7 +13,7 @@
 
 use crate::element::body::Body;
 use crate::integrate::dissipation::Dissipated;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::scheme::Rule;
 
 /// Components of prescribed velocity during a window.
@@ -42,7 +42,7 @@ impl PrescribedVelocity {
     /// Starts from the velocities of a state whose accelerations are those without reactions: f = M (a_s - a_0).
     pub(crate) fn start(
         body: &Body,
-        state: &mut State,
+        state: &mut NodalState,
         ends: &[(usize, f64)],
         window_s: f64,
     ) -> PrescribedVelocity {
@@ -79,7 +79,7 @@ impl PrescribedVelocity {
         &mut self,
         body: &Body,
         rule: &Rule,
-        state: &mut State,
+        state: &mut NodalState,
         dissipated: &mut Dissipated<Vec<f64>>,
         share: f64,
     ) {

@@ -24,7 +24,7 @@ use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
 use crate::integrate::region::{Region, RingRecord};
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::integrate::tally::{Tally, kinetic_energy};
 use crate::interface::prescribed_velocity::PrescribedVelocity;
 use crate::interface::window::committed::Committed;
@@ -66,7 +66,7 @@ pub(crate) struct EnergyExcess {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WindowRun {
     /// The state at the end of the window.
-    pub(crate) state: State,
+    pub(crate) state: NodalState,
     /// The wheel at the end of the window.
     pub(crate) wheel: Option<WheelRun>,
     /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
@@ -96,7 +96,7 @@ pub(crate) struct WindowRun {
 
 impl WindowRun {
     /// For a run that begins in this state.
-    pub(crate) fn new(model: &Model, start: &State) -> WindowRun {
+    pub(crate) fn new(model: &Model, start: &NodalState) -> WindowRun {
         let body = &model.body;
         let dissipated = Dissipated::new(body.layout, model.dissipates());
         let mut tally = Tally::default();
@@ -106,7 +106,7 @@ impl WindowRun {
             start_strain: 0.5 * at_start.strain,
             start_kinetic: 0.5 * at_start.kinetic,
             wheel: model.wheel.as_ref().map(WheelRun::new),
-            state: State::at_rest_under(body, model.law.as_ref()),
+            state: NodalState::at_rest_under(body, model.law.as_ref()),
             load: Load::none(body),
             dissipated,
             tally,
@@ -166,7 +166,7 @@ impl WindowRun {
     }
 
     /// Displacement of a component since the start of the window (m), which began in this state.
-    pub(crate) fn moved(&self, model: &Model, start: &State, index: usize) -> f64 {
+    pub(crate) fn moved(&self, model: &Model, start: &NodalState, index: usize) -> f64 {
         match self.partition.held() {
             Some(pieces) => pieces.moved(model.body.layout, index),
             None => self.state.u[index] - start.u[index],
@@ -175,7 +175,7 @@ impl WindowRun {
 
     /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
     /// motion of some rows of nodes alone until [`catch_up`](WindowRun::catch_up).
-    pub(crate) fn accept(&mut self, state: &mut State, rows: &[usize]) {
+    pub(crate) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) {
         if !self.partition.accept(state, rows) {
             // The next window begins by taking the committed state over.
             std::mem::swap(state, &mut self.state);
@@ -184,12 +184,12 @@ impl WindowRun {
     }
 
     /// Brings the committed state of the body up to that of the pieces.
-    pub(crate) fn catch_up(&mut self, state: &mut State) {
+    pub(crate) fn catch_up(&mut self, state: &mut NodalState) {
         self.partition.catch_up(state);
     }
 
     /// The committed state where that of the body, which is given, is older than that of the pieces.
-    pub(crate) fn ahead_of(&self, state: &State) -> Option<State> {
+    pub(crate) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
         self.partition.ahead_of(state)
     }
 
@@ -325,7 +325,7 @@ impl WindowRun {
     }
 
     /// Work of the interface force since the start of the window (J).
-    fn force_work(&self, model: &Model, start: &State, input: &WindowInput) -> f64 {
+    fn force_work(&self, model: &Model, start: &NodalState, input: &WindowInput) -> f64 {
         let forces = input.interface.iter();
         forces
             .map(|(index, force)| force * self.moved(model, start, *index))

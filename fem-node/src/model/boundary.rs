@@ -1,4 +1,4 @@
-//! Loads and prescribed motions of named sets, turned into nodal forces and components.
+//! StaticLoads and prescribed motions of named sets, turned into nodal forces and components.
 //!
 //! A prescribed component is moved by whatever it takes: its mass counts as part of that drive, not of the body, so the
 //! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
@@ -9,9 +9,9 @@ use kit::keys::refuse_if;
 use kit::table::{LoadTable, load_at};
 use protocol::Cause;
 
-use crate::config::boundary::{Component, SetConfig, SetLoad, SetMotion};
+use crate::config::boundary::{PrescribedComponent, SetConfig, SetLoad, SetMotion};
 use crate::config::choice::Base;
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::mesh::Mesh;
@@ -19,7 +19,7 @@ use crate::mesh::Mesh;
 /// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
-    /// Component and force (N): at full load, or where the load of the set is a table, under 1 N of it.
+    /// PrescribedComponent and force (N): at full load, or where the load of the set is a table, under 1 N of it.
     pub forces: Vec<(usize, f64)>,
     pub(crate) history: LoadHistory,
 }
@@ -59,7 +59,7 @@ impl LoadHistory {
 pub struct PrescribedMotion {
     /// The set that is moved.
     pub set: String,
-    /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
+    /// PrescribedComponent, and the velocity after the ramp (m/s) or the displacement at its end (m).
     pub components: Vec<(usize, f64)>,
     quantity: PrescribedQuantity,
     pub(crate) ramp: Ramp,
@@ -126,7 +126,7 @@ impl PrescribedMotion {
 /// Tractions and prescribed motions of the scenario; components that a motion moves are taken out of the body's own
 /// masses.
 pub(crate) fn build(
-    config: &Config,
+    config: &FemConfig,
     mesh: &Mesh,
     body: &mut Body,
     thickness: f64,
@@ -159,7 +159,7 @@ pub(crate) fn build(
     Ok((tractions, motions))
 }
 
-fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
+fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
     let key = format!("boundary.{name}");
     refuse_if(
         name == "bottom" && config.base == Base::Clamped,
@@ -270,7 +270,7 @@ fn motion(
     ramp: Ramp,
 ) -> PrescribedMotion {
     let layout = body.layout;
-    let values: [Component; 2] = prescribed.components();
+    let values: [PrescribedComponent; 2] = prescribed.components();
     let quantity = match prescribed {
         SetMotion::Velocity(_) => PrescribedQuantity::Velocity,
         SetMotion::Displacement(_) => PrescribedQuantity::Displacement,

@@ -5,7 +5,7 @@ use kit::ConfigError;
 use crate::config::probe::ProbeConfig;
 use crate::element::layout::Layout;
 use crate::element::shape::{natural_coordinates, shape_functions};
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::mesh::Mesh;
 
 /// A point and the nodes around it.
@@ -72,7 +72,7 @@ impl ProbePoint {
     }
 
     /// Values of these signals (m, m/s), sum N_a u_a.
-    pub(crate) fn values(&self, layout: Layout, state: &State, moving: bool) -> Vec<f64> {
+    pub(crate) fn values(&self, layout: Layout, state: &NodalState, moving: bool) -> Vec<f64> {
         let fields = if moving {
             &[&state.u, &state.v][..]
         } else {

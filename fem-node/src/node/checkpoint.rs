@@ -4,7 +4,7 @@ use protocol::NodeError;
 
 use super::fem_node::FemNode;
 use super::foreign::foreign;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::interface::window::committed::Committed;
 use crate::wheel::state::WheelState;
 
@@ -31,7 +31,7 @@ impl FemNode {
 }
 
 /// Lengths of all fields.
-fn lengths(state: &State) -> [usize; 6] {
+fn lengths(state: &NodalState) -> [usize; 6] {
     // Empty until something has been damped.
     let damped = Some(&state.damping_force).filter(|force| !force.is_empty());
     let damped = damped.unwrap_or(&state.u);

@@ -5,10 +5,10 @@ use std::cell::OnceCell;
 use protocol::Setting;
 
 use crate::config::choice::Start;
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::interface::Interface;
 use crate::interface::window::WindowRun;
 use crate::interface::window::committed::Committed;
@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::output::ledger::Ledger;
 use crate::output::probe;
 use crate::output::snapshot::Snapshots;
-use crate::statics::history::{Loads, equilibrium};
+use crate::statics::history::{StaticLoads, equilibrium};
 use crate::wheel::state::WheelState;
 
 /// An elastic body in explicit dynamics.
@@ -40,12 +40,12 @@ pub struct FemNode {
     /// Rows of nodes whose motion each report needs.
     pub(super) reported_rows: Vec<usize>,
     /// The committed state as a whole, computed at the first request while it is in pieces.
-    pub(super) gathered: OnceCell<State>,
+    pub(super) gathered: OnceCell<NodalState>,
 }
 
 impl FemNode {
     /// Builds the body: undeformed, at rest or with its initial velocities, or in equilibrium with its wheel.
-    pub fn new(config: &Config, setting: &Setting) -> Result<FemNode, FemError> {
+    pub fn new(config: &FemConfig, setting: &Setting) -> Result<FemNode, FemError> {
         let model = Model::new(config, setting)?;
         let threads = setting.threads.max(1);
         let (state, wheel) = start_state(&model, config)?;
@@ -69,7 +69,7 @@ impl FemNode {
     }
 
     /// The committed state.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &NodalState {
         let state = &self.committed.state;
         match self.gathered.get() {
             Some(gathered) => gathered,
@@ -122,17 +122,20 @@ impl FemNode {
 }
 
 /// The body undeformed and the wheel just touching it, or both in equilibrium under the full load.
-fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelState>), FemError> {
+fn start_state(
+    model: &Model,
+    config: &FemConfig,
+) -> Result<(NodalState, Option<WheelState>), FemError> {
     let wheel = model.wheel.as_ref();
     if wheel.is_none() || config.start == Start::Ramp {
-        let mut state = State::at_rest_under(&model.body, model.law.as_ref());
+        let mut state = NodalState::at_rest_under(&model.body, model.law.as_ref());
         for (index, velocity) in &model.initial_velocity {
             state.v[*index] = *velocity;
         }
         model.body.layout.repeat_period(&mut state.v);
         return Ok((state, wheel.map(WheelState::at_rest)));
     }
-    let start = equilibrium(model, Loads::new(config).as_ref())?;
+    let start = equilibrium(model, StaticLoads::new(config).as_ref())?;
     let resting = wheel.zip(start.contact).map(|(wheel, contact)| {
         WheelState::resting(wheel, contact.approach, contact.node_contacts())
     });

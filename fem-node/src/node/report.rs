@@ -11,7 +11,7 @@ use crate::interface::window::extent::WindowInput;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 
 impl FemNode {
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
@@ -98,7 +98,7 @@ impl FemNode {
             let load = wheel.program.load_n;
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
-            let last = Profile::in_motion(model, &state.contacts);
+            let last = ContactProfile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             let sampled = held.unwrap_or(&last);
             findings.push(plausible::contact_resolution(model, sampled));
@@ -165,7 +165,7 @@ impl FemNode {
             contacts = &wheel.contacts;
             profile = Some(match &committed.hold_record {
                 Some(record) if name == HOLD => record.profile.clone(),
-                _ => Profile::in_motion(&self.model, contacts),
+                _ => ContactProfile::in_motion(&self.model, contacts),
             });
         }
         self.snapshots.write(

@@ -12,16 +12,16 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use super::foreign::foreign;
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
 use crate::output::plausible;
 use crate::output::probe;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 use crate::output::snapshot::Snapshots;
 use crate::statics::contact::DirectedStatus;
-use crate::statics::history::{IncrementState, Loads, StaticState, Statics};
+use crate::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
 
 /// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
 /// on it, upwards and towards +x.
@@ -47,7 +47,7 @@ pub struct StaticNode {
     pub model: Model,
     snapshots: Snapshots,
     statics: Statics,
-    loads: Option<Loads>,
+    loads: Option<StaticLoads>,
     cycling: Cycling,
     /// Increments done.
     done: u64,
@@ -84,9 +84,9 @@ struct CycleRecord {
 
 impl StaticNode {
     /// Builds and factorises the body; nothing is loaded yet.
-    pub fn new(config: &Config, setting: &Setting) -> Result<StaticNode, FemError> {
+    pub fn new(config: &FemConfig, setting: &Setting) -> Result<StaticNode, FemError> {
         let model = Model::new(config, setting)?;
-        let loads = Loads::new(config);
+        let loads = StaticLoads::new(config);
         let wheel = config
             .wheel
             .as_ref()
@@ -182,7 +182,7 @@ impl StaticNode {
         };
         let contact = state.contact.as_ref();
         let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
-        let profile = contact.map(|contact| Profile::new(&self.model, contact));
+        let profile = contact.map(|contact| ContactProfile::new(&self.model, contact));
         self.snapshots
             .write(name, &self.model, &state.state, &contacts, profile.as_ref())
     }
@@ -194,7 +194,8 @@ impl StaticNode {
             plausible::strain_so_far(largest, model, &state.state)
         });
         let contacts = states.iter().filter_map(|state| state.contact.as_ref());
-        let profiles: Vec<Profile> = contacts.map(|c| Profile::new(model, c)).collect();
+        let profiles: Vec<ContactProfile> =
+            contacts.map(|c| ContactProfile::new(model, c)).collect();
         let found = [
             plausible::strain(model, strain),
             plausible::contact_reach(model, profiles.iter()),
@@ -210,7 +211,7 @@ impl StaticNode {
         let mut results = BTreeMap::from(maxima.results());
         let mut add = |name: &str, value: f64| results.insert(name.to_string(), value);
         if let Some((loads, contact)) = self.loads.zip(held.contact.as_ref()) {
-            let profile = Profile::new(&self.model, contact);
+            let profile = ContactProfile::new(&self.model, contact);
             add("load_n", loads.load);
             add("approach_m", contact.approach);
             add("p0_pa", profile.peak());

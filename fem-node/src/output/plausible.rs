@@ -4,11 +4,11 @@ use protocol::{Finding, larger};
 
 use crate::config::choice::ElementKind;
 use crate::element::shape::GAUSS_POINTS;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::output::probe::largest_strain;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 use crate::pack::largest;
 use crate::statics::contact::DirectedStatus;
 
@@ -24,7 +24,7 @@ pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option
 }
 
 /// A curved contact must be wider than its nodes are apart.
-pub(crate) fn contact_resolution(model: &Model, profile: &Profile) -> Option<Finding> {
+pub(crate) fn contact_resolution(model: &Model, profile: &ContactProfile) -> Option<Finding> {
     let touching = profile.status.iter();
     let touching = touching.filter(|status| **status != DirectedStatus::Open);
     let nodes = touching.count();
@@ -47,7 +47,7 @@ fn is_curved(model: &Model) -> bool {
 /// A curved contact must end before the body does.
 pub(crate) fn contact_reach<'a>(
     model: &Model,
-    profiles: impl Iterator<Item = &'a Profile>,
+    profiles: impl Iterator<Item = &'a ContactProfile>,
 ) -> Option<Finding> {
     let nodes = model.mesh.edge(Edge::Top);
     let points = nodes.iter().map(|n| model.mesh.point(n[0], n[1]));
@@ -67,7 +67,7 @@ pub(crate) fn contact_reach<'a>(
 }
 
 /// The larger of a strain and the largest of a state; NaN if either is.
-pub(crate) fn strain_so_far(before: f64, model: &Model, state: &State) -> f64 {
+pub(crate) fn strain_so_far(before: f64, model: &Model, state: &NodalState) -> f64 {
     larger(before, largest_strain(model, state))
 }
 
@@ -84,7 +84,7 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
 }
 
 /// Plastic flow keeps the volume, which the element with one mean dilatation alone lets happen with all of its modes held.
-pub(crate) fn plastic_element(model: &Model, state: &State) -> Option<Finding> {
+pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Finding> {
     let law = model.plastic()?;
     let weakness = match model.element {
         ElementKind::Q4MeanDilatation => return None,
@@ -104,7 +104,7 @@ pub(crate) fn plastic_element(model: &Model, state: &State) -> Option<Finding> {
 }
 
 /// Largest equivalent plastic strain.
-fn largest_plastic_strain(model: &Model, state: &State) -> f64 {
+fn largest_plastic_strain(model: &Model, state: &NodalState) -> f64 {
     let at = |element, point| model.body.plastic_strain(&state.history, element, point)[3];
     let elements = model.mesh.element_indices();
     largest(elements.flat_map(|element| GAUSS_POINTS.map(|point| at(element, point))))
@@ -147,8 +147,8 @@ pub(crate) mod tests {
         }
     }
 
-    fn profile(nodes: &[(f64, DirectedStatus)]) -> Profile {
-        Profile {
+    fn profile(nodes: &[(f64, DirectedStatus)]) -> ContactProfile {
+        ContactProfile {
             x: nodes.iter().map(|(x, _)| *x).collect(),
             pressure: vec![0.0; nodes.len()],
             shear: vec![0.0; nodes.len()],
@@ -218,7 +218,7 @@ pub(crate) mod tests {
     fn the_largest_strain_of_all_times_is_judged() {
         let model = model(0.0);
         judges("strain", [0.1, 0.3], |value| strain(&model, value));
-        let mut state = State::at_rest_under(&model.body, None);
+        let mut state = NodalState::at_rest_under(&model.body, None);
         assert_eq!(strain_so_far(0.7, &model, &state), 0.7);
         for node in model.mesh.edge(Edge::Right) {
             // The last column, 1 mm wide, is made a tenth wider.

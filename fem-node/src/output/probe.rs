@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use crate::config::choice::ElementKind;
 use crate::element::layout::Layout;
 use crate::element::shape::{GAUSS_POINTS, jacobian, slopes};
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::material::nonlinear::{NonlinearLaw, stretch_at};
 use crate::mesh::{Edge, area};
 use crate::model::Model;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 use crate::wheel::rigid::Wheel;
 use crate::wheel::state::WheelState;
 
@@ -21,7 +21,7 @@ pub(crate) fn momentum_names(model: &Model) -> &'static [&'static str] {
 }
 
 /// Momentum of a body that nothing holds (kg m/s), empty for any other.
-pub(crate) fn momentum(model: &Model, state: &State) -> Vec<f64> {
+pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<f64> {
     let body = &model.body;
     let moving = state.v.iter().zip(&body.mass).map(|(v, m)| v * m);
     let mut sums = vec![0.0; momentum_names(model).len()];
@@ -60,7 +60,7 @@ pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
 }
 
 /// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m).
-pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
+pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<f64> {
     let nodes = model.mesh.edge(Edge::Top);
     if nodes.is_empty() {
         return Vec::new();
@@ -76,7 +76,7 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
 
 /// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the
 /// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
-pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
+pub(crate) fn outward_displacements(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     let mesh = &model.mesh;
     if mesh.connectivity.is_none() {
         return Vec::new();
@@ -129,7 +129,7 @@ impl PressureMaxima {
 pub(crate) struct HoldRecord {
     pub(crate) maxima: PressureMaxima,
     /// Tractions of the wheel on the upper edge.
-    pub(crate) profile: Profile,
+    pub(crate) profile: ContactProfile,
     /// Approach of the wheel since it touched the body (m).
     pub(crate) approach: f64,
 }
@@ -137,19 +137,19 @@ pub(crate) struct HoldRecord {
 /// Pressures and approach of a state.
 pub(crate) fn hold_record(
     model: &Model,
-    state: &State,
+    state: &NodalState,
     wheel: &Wheel,
     at: &WheelState,
 ) -> HoldRecord {
     HoldRecord {
         maxima: pressure_maxima(model, state),
-        profile: Profile::in_motion(model, &at.contacts),
+        profile: ContactProfile::in_motion(model, &at.contacts),
         approach: at.approach(wheel),
     }
 }
 
 /// Largest hydrostatic pressures of a state.
-pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
+pub fn pressure_maxima(model: &Model, state: &NodalState) -> PressureMaxima {
     let mut maxima = PressureMaxima {
         centroid: f64::NEG_INFINITY,
         gauss: f64::NEG_INFINITY,
@@ -176,7 +176,7 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 
 /// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
 /// kinematics the largest component of the stretch's strain. NaN where any entry is.
-pub fn largest_strain(model: &Model, state: &State) -> f64 {
+pub fn largest_strain(model: &Model, state: &NodalState) -> f64 {
     let mut largest: f64 = 0.0;
     for [column, row] in model.mesh.element_indices() {
         let (points, u) = corners(model, state, [column, row]);
@@ -199,7 +199,12 @@ pub fn largest_strain(model: &Model, state: &State) -> f64 {
 }
 
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
-pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
+pub fn stress(
+    model: &Model,
+    state: &NodalState,
+    element: [usize; 2],
+    natural: [f64; 2],
+) -> [f64; 3] {
     let strained = strained(model, state, element, natural);
     let [sxx, syy, sxy] = model.elastic.stress(strained.strain);
     let more = strained.pressure_stress;
@@ -210,7 +215,7 @@ pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 
 }
 
 /// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
-pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> f64 {
+pub fn pressure(model: &Model, state: &NodalState, element: [usize; 2], natural: [f64; 2]) -> f64 {
     let strained = strained(model, state, element, natural);
     let elastic = &model.elastic;
     elastic.pressure(elastic.stress(strained.strain))
@@ -230,7 +235,7 @@ struct Strained {
 /// Positions and displacements of the corners of the element (column, row) (m).
 fn corners(
     model: &Model,
-    state: &State,
+    state: &NodalState,
     [column, row]: [usize; 2],
 ) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
     let nodes = model.mesh.corners(column, row);
@@ -241,7 +246,7 @@ fn corners(
     )
 }
 
-fn strained(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> Strained {
+fn strained(model: &Model, state: &NodalState, element: [usize; 2], natural: [f64; 2]) -> Strained {
     let (points, u) = corners(model, state, element);
     let gradient = gradient(&points, &u, natural);
     let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
@@ -260,7 +265,7 @@ fn strained(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]
 /// 2 mu p, which plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure stays.
 fn plastic_stress(
     model: &Model,
-    state: &State,
+    state: &NodalState,
     element: [usize; 2],
     natural: [f64; 2],
 ) -> [f64; 3] {
@@ -322,6 +327,6 @@ fn gradient(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f
 }
 
 /// Displacement of the node (column, row) (m).
-pub(crate) fn displacement(layout: Layout, state: &State, node: [usize; 2]) -> [f64; 2] {
+pub(crate) fn displacement(layout: Layout, state: &NodalState, node: [usize; 2]) -> [f64; 2] {
     [0, 1].map(|k| state.u[layout.index(node, k)])
 }

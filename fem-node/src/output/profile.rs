@@ -16,7 +16,7 @@ const FIT: usize = 5;
 
 /// Tractions on the upper edge, node by node from left to right.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Profile {
+pub struct ContactProfile {
     /// Abscissa (m), undeformed.
     pub x: Vec<f64>,
     /// Normal force over the surface that belongs to the node (Pa).
@@ -27,15 +27,15 @@ pub struct Profile {
     pub status: Vec<DirectedStatus>,
 }
 
-impl Profile {
+impl ContactProfile {
     /// The profile of a contact in equilibrium.
-    pub fn new(model: &Model, contact: &WheelContact) -> Profile {
+    pub fn new(model: &Model, contact: &WheelContact) -> ContactProfile {
         let (normal, tangential) = (&contact.normal, &contact.tangential);
-        Profile::of_forces(model, [normal, tangential], contact.status.clone())
+        ContactProfile::of_forces(model, [normal, tangential], contact.status.clone())
     }
 
     /// The profile of a contact in motion.
-    pub(crate) fn in_motion(model: &Model, contacts: &[NodeContact]) -> Profile {
+    pub(crate) fn in_motion(model: &Model, contacts: &[NodeContact]) -> ContactProfile {
         let along =
             |force: fn(&NodeContact) -> f64| contacts.iter().map(force).collect::<Vec<f64>>();
         let (normal, dragging) = (along(NodeContact::pressing), along(NodeContact::dragging));
@@ -44,14 +44,14 @@ impl Profile {
             ContactStatus::Stick => DirectedStatus::Stick,
             ContactStatus::Slip => DirectedStatus::slipping(contact.dragging()),
         });
-        Profile::of_forces(model, [&normal, &dragging], status.collect())
+        ContactProfile::of_forces(model, [&normal, &dragging], status.collect())
     }
 
     fn of_forces(
         model: &Model,
         [normal, dragging]: [&[f64]; 2],
         status: Vec<DirectedStatus>,
-    ) -> Profile {
+    ) -> ContactProfile {
         let (nodes, lengths) = model.mesh.surface(Edge::Top);
         let areas = lengths.into_iter().map(|length| length * model.thickness);
         let areas: Vec<f64> = areas.collect();
@@ -60,7 +60,7 @@ impl Profile {
             pairs.map(|(force, area)| force / area).collect()
         };
         let x = nodes.iter().map(|n| model.mesh.point(n[0], n[1])[0]);
-        Profile {
+        ContactProfile {
             x: x.collect(),
             pressure: over_area(normal),
             shear: over_area(dragging),
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_uniform_pressure_has_no_half_width() {
         let x: Vec<f64> = (-7..=7).map(f64::from).collect();
-        let profile = Profile {
+        let profile = ContactProfile {
             pressure: vec![3.0; x.len()],
             shear: vec![0.0; x.len()],
             status: vec![DirectedStatus::Stick; x.len()],
@@ -134,7 +134,7 @@ mod tests {
     fn the_half_width_of_a_hertzian_pressure_is_exact() {
         // p^2 = 100 - x^2 vanishes at 10; a line through p^2 over x vanishes at 11.17.
         let x: Vec<f64> = (-9..=9).map(f64::from).collect();
-        let profile = Profile {
+        let profile = ContactProfile {
             pressure: x.iter().map(|x| (100.0 - x * x).sqrt()).collect(),
             shear: vec![0.0; x.len()],
             status: vec![DirectedStatus::Stick; x.len()],

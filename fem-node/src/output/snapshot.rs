@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use protocol::Setting;
 
 use crate::error::FemError;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::model::Model;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 use crate::output::vtu;
 use crate::output::vtu::EdgeContacts;
 use crate::wheel::node_contact::NodeContact;
@@ -38,9 +38,9 @@ impl Snapshots {
         &self,
         name: &str,
         model: &Model,
-        state: &State,
+        state: &NodalState,
         contacts: &[NodeContact],
-        profile: Option<&Profile>,
+        profile: Option<&ContactProfile>,
     ) -> Result<(), FemError> {
         let Some(folder) = &self.folder else {
             return Ok(());

@@ -3,13 +3,13 @@
 use std::iter::repeat_n;
 use std::path::Path;
 
-use kit::vtk::{Kind, VtkFile};
+use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::error::FemError;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::output::probe;
-use crate::output::profile::Profile;
+use crate::output::profile::ContactProfile;
 use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Type number of a quadrilateral in VTK.
@@ -19,7 +19,7 @@ const VTK_QUAD: f64 = 9.0;
 #[derive(Clone, Copy)]
 pub(crate) struct EdgeContacts<'a> {
     pub(crate) contacts: &'a [NodeContact],
-    pub(crate) profile: Option<&'a Profile>,
+    pub(crate) profile: Option<&'a ContactProfile>,
 }
 
 /// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
@@ -27,7 +27,7 @@ pub(crate) struct EdgeContacts<'a> {
 pub(crate) fn write(
     path: &Path,
     model: &Model,
-    state: &State,
+    state: &NodalState,
     edge: EdgeContacts,
 ) -> Result<(), FemError> {
     let mesh = &model.mesh;
@@ -38,7 +38,7 @@ pub(crate) fn write(
     let mut file = VtkFile::new("UnstructuredGrid", &sizes);
     file.section("Points", |file| {
         let points = mesh.points.iter().map(|p| [p[0], p[1], 0.0]);
-        file.array(Kind::Float64, "points", points);
+        file.array(DatasetKind::Float64, "points", points);
     });
     file.section("Cells", |file| cells(file, model));
     file.section("PointData", |file| {
@@ -58,21 +58,21 @@ fn cells(file: &mut VtkFile, model: &Model) {
     });
     // One number a tuple, or a reader takes the corners of an element for a vector.
     let corners = corners.flatten().map(|node| [node]);
-    file.array(Kind::Int64, "connectivity", corners);
+    file.array(DatasetKind::Int64, "connectivity", corners);
     let offsets = (1..=mesh.elements()).map(|k| [4.0 * k as f64]);
-    file.array(Kind::Int64, "offsets", offsets);
+    file.array(DatasetKind::Int64, "offsets", offsets);
     let types = repeat_n([VTK_QUAD], mesh.elements());
-    file.array(Kind::UInt8, "types", types);
+    file.array(DatasetKind::UInt8, "types", types);
 }
 
-fn point_data(file: &mut VtkFile, model: &Model, state: &State) {
+fn point_data(file: &mut VtkFile, model: &Model, state: &NodalState) {
     let layout = model.body.layout;
     for (name, field) in [("displacement_m", &state.u), ("velocity_m_per_s", &state.v)] {
         let vector = |node| {
             let [x, y] = [0, 1].map(|k| field[layout.index(node, k)]);
             [x, y, 0.0]
         };
-        file.array(Kind::Float64, name, model.mesh.nodes().map(vector));
+        file.array(DatasetKind::Float64, name, model.mesh.nodes().map(vector));
     }
 }
 
@@ -92,13 +92,13 @@ fn contact_data(file: &mut VtkFile, model: &Model, edge: EdgeContacts) {
             .map(|value| [value])
     };
     let statuses = contacts.iter().map(status).collect();
-    file.array(Kind::Int8, "node_status", edge(statuses, -1.0));
+    file.array(DatasetKind::Int8, "node_status", edge(statuses, -1.0));
     if let Some(profile) = profile {
         for (name, values) in [
             ("contact_pressure_pa", &profile.pressure),
             ("contact_shear_pa", &profile.shear),
         ] {
-            file.array(Kind::Float64, name, edge(values.clone(), 0.0));
+            file.array(DatasetKind::Float64, name, edge(values.clone(), 0.0));
         }
     }
 }
@@ -112,7 +112,7 @@ fn status(contact: &NodeContact) -> f64 {
     }
 }
 
-fn cell_data(file: &mut VtkFile, model: &Model, state: &State) {
+fn cell_data(file: &mut VtkFile, model: &Model, state: &NodalState) {
     const CENTROID: [f64; 2] = [0.0, 0.0];
     let elements = || model.mesh.element_indices();
     let pressures = elements().map(|element| probe::pressure(model, state, element, CENTROID));
@@ -120,21 +120,25 @@ fn cell_data(file: &mut VtkFile, model: &Model, state: &State) {
     let stresses = elements().map(|element| probe::stress(model, state, element, CENTROID));
     let stresses: Vec<[f64; 3]> = stresses.collect();
     let pressure = pressures.iter().map(|pressure| [*pressure]);
-    file.array(Kind::Float64, "hydrostatic_pressure_pa", pressure);
+    file.array(DatasetKind::Float64, "hydrostatic_pressure_pa", pressure);
     let names = ["sigma_xx_pa", "sigma_yy_pa", "sigma_xy_pa"];
     for (k, name) in names.into_iter().enumerate() {
         let component = stresses.iter().map(|stress| [stress[k]]);
-        file.array(Kind::Float64, name, component);
+        file.array(DatasetKind::Float64, name, component);
     }
     // The pressure is a third of the trace, out of the plane included.
     let across = stresses.iter().zip(&pressures);
     let across = across.map(|([xx, yy, _], pressure)| [-3.0 * pressure - xx - yy]);
-    file.array(Kind::Float64, "sigma_zz_pa", across);
+    file.array(DatasetKind::Float64, "sigma_zz_pa", across);
     if model.plastic().is_some() {
         let strain = |element: [usize; 2]| {
             let plastic = model.body.plastic_strain(&state.history, element, CENTROID);
             [plastic[3]]
         };
-        file.array(Kind::Float64, "plastic_strain", elements().map(strain));
+        file.array(
+            DatasetKind::Float64,
+            "plastic_strain",
+            elements().map(strain),
+        );
     }
 }

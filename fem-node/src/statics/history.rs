@@ -7,9 +7,9 @@ use super::contact::{DirectedStatus, WheelContact};
 use super::edge::{EdgeCompliance, KnownColumns};
 use super::face::Face;
 use super::factor::Factor;
-use crate::config::keys::Config;
+use crate::config::keys::FemConfig;
 use crate::error::FemError;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::model::Model;
 
 /// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
@@ -20,7 +20,7 @@ const SMOOTH_INCREMENTS: usize = 20;
 
 /// A wheel that is pressed on the upper edge, its load growing from zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loads {
+pub struct StaticLoads {
     /// Vertical force on the wheel (N).
     pub load: f64,
     /// Radius of its face (m); 0 = flat.
@@ -33,11 +33,11 @@ pub struct Loads {
     pub increments: usize,
 }
 
-impl Loads {
+impl StaticLoads {
     /// The loads of a scenario, where it has a wheel.
-    pub fn new(config: &Config) -> Option<Loads> {
+    pub fn new(config: &FemConfig) -> Option<StaticLoads> {
         let (wheel, contact) = config.wheel.as_ref().zip(config.contact.as_ref())?;
-        Some(Loads {
+        Some(StaticLoads {
             load: wheel.load_n,
             radius: wheel.radius_m,
             friction: contact.friction,
@@ -59,13 +59,13 @@ pub(crate) struct IncrementState {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StaticState {
     /// Displacements and internal forces; velocities and accelerations are zero.
-    pub state: State,
+    pub state: NodalState,
     /// Contact forces and the position of the wheel; absent without a wheel.
     pub contact: Option<WheelContact>,
 }
 
 /// The equilibrium of a body under its full tractions and, where there is one, its wheel.
-pub fn equilibrium(model: &Model, loads: Option<&Loads>) -> Result<StaticState, FemError> {
+pub fn equilibrium(model: &Model, loads: Option<&StaticLoads>) -> Result<StaticState, FemError> {
     let mut statics = Statics::new(model, loads.copied())?;
     for _ in 0..statics.loading_increments() {
         statics.load_increment(model)?;
@@ -75,7 +75,7 @@ pub fn equilibrium(model: &Model, loads: Option<&Loads>) -> Result<StaticState, 
 
 /// A body under a history of loads.
 pub struct Statics {
-    loads: Option<Loads>,
+    loads: Option<StaticLoads>,
     factor: Factor,
     edge: EdgeCompliance,
     face: Face,
@@ -85,7 +85,7 @@ pub struct Statics {
 
 impl Statics {
     /// Factorises the stiffness; nothing is loaded yet.
-    pub fn new(model: &Model, loads: Option<Loads>) -> Result<Statics, FemError> {
+    pub fn new(model: &Model, loads: Option<StaticLoads>) -> Result<Statics, FemError> {
         let factor = Factor::new(model)?;
         let face = Face::new(loads.map_or(0.0, |loads| loads.radius), model);
         let edge = EdgeCompliance::new(model, &factor);
@@ -244,7 +244,7 @@ impl Statics {
                 (0..2).for_each(|k| load[layout.index([node, 0], k)] += force[k]);
             }
         }
-        let mut state = State::at_rest(&model.body);
+        let mut state = NodalState::at_rest(&model.body);
         state.u.copy_from_slice(&self.factor.solve(&load));
         model.body.internal_force(&state.u, &mut state.force);
         StaticState { state, contact }

@@ -2,7 +2,7 @@
 
 use kit::wheel::WheelProgram;
 
-use crate::config::wheel::{ContactConfig, WheelConfig};
+use crate::config::wheel::{ContactConfig, FemWheelConfig};
 use crate::element::body::Body;
 use crate::mesh::{Edge, Mesh};
 
@@ -31,7 +31,7 @@ pub struct Wheel {
 impl Wheel {
     /// The wheel of a scenario, touching the undeformed body.
     pub fn new(
-        config: &WheelConfig,
+        config: &FemWheelConfig,
         contact: &ContactConfig,
         mesh: &Mesh,
         body: &Body,

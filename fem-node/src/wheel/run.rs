@@ -8,7 +8,7 @@ use super::rigid::Wheel;
 use super::round::{RoundFace, SWEEPS_MAX};
 use super::state::WheelState;
 use crate::error::FemError;
-use crate::scheme::{Rule, Scheme};
+use crate::scheme::{NewmarkScheme, Rule};
 use crate::wheel::upper_row::UpperRow;
 
 /// Steps the wheel along with the body.
@@ -130,7 +130,7 @@ impl WheelRun {
     pub(crate) fn add_energies(
         &mut self,
         wheel: &Wheel,
-        scheme: &Scheme,
+        scheme: &NewmarkScheme,
         moved: &StepMotion,
     ) -> f64 {
         let (h, b, m) = (scheme.step, scheme.damping, wheel.mass);

@@ -242,14 +242,14 @@ impl CycleStatistics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::wheel::{ContactConfig, WheelConfig};
+    use crate::config::wheel::{ContactConfig, FemWheelConfig};
     use crate::model::Model;
     use crate::output::plausible::tests::model;
     use kit::read_config;
     use serde_json::json;
 
     /// A wheel of 8 000 N, 0.5 ms of ramp and 0.4 ms of hold, then 2.25 cycles of 50 um at 300 Hz.
-    fn cycled() -> WheelConfig {
+    fn cycled() -> FemWheelConfig {
         read_config(&json!({
             "load_n": 8000.0, "mass_kg": 1.0, "ramp_s": 5e-4, "hold_s": 4e-4,
             "amplitude_m": 5e-5, "frequency_hz": 300.0, "cycles": 2.25,
@@ -264,7 +264,7 @@ mod tests {
     /// A wheel that is loaded and held for these times (s), seen every quarter of a second.
     fn wheel([ramp_s, hold_s]: [f64; 2]) -> Wheel {
         let Model { mesh, body, .. } = model(0.0);
-        let config = WheelConfig {
+        let config = FemWheelConfig {
             ramp_s,
             hold_s,
             ..cycled()

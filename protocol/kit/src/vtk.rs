@@ -9,7 +9,7 @@ use protocol::larger;
 
 /// Type of the numbers of an array, by its name in VTK.
 #[derive(Clone, Copy, Debug)]
-pub enum Kind {
+pub enum DatasetKind {
     /// Any number.
     Float64,
     /// A whole number below 2^53.
@@ -54,7 +54,7 @@ impl VtkFile {
     /// An array of tuples, with its range.
     pub fn array<const N: usize>(
         &mut self,
-        kind: Kind,
+        kind: DatasetKind,
         name: &str,
         tuples: impl Iterator<Item = [f64; N]>,
     ) {
@@ -93,14 +93,14 @@ impl VtkFile {
     }
 }
 
-impl Kind {
+impl DatasetKind {
     fn append(self, value: f64, bytes: &mut Vec<u8>) {
         match self {
-            Kind::Float64 => bytes.extend_from_slice(&value.to_le_bytes()),
-            Kind::Int64 => bytes.extend_from_slice(&(value as i64).to_le_bytes()),
-            Kind::Int32 => bytes.extend_from_slice(&(value as i32).to_le_bytes()),
-            Kind::Int8 => bytes.extend_from_slice(&(value as i8).to_le_bytes()),
-            Kind::UInt8 => bytes.push(value as u8),
+            DatasetKind::Float64 => bytes.extend_from_slice(&value.to_le_bytes()),
+            DatasetKind::Int64 => bytes.extend_from_slice(&(value as i64).to_le_bytes()),
+            DatasetKind::Int32 => bytes.extend_from_slice(&(value as i32).to_le_bytes()),
+            DatasetKind::Int8 => bytes.extend_from_slice(&(value as i8).to_le_bytes()),
+            DatasetKind::UInt8 => bytes.push(value as u8),
         }
     }
 }

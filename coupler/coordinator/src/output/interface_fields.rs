@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use kit::vtk::{Kind, VtkFile};
+use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::error::{Error, Result};
 use scheme::group::{Group, Patch};
@@ -31,26 +31,26 @@ pub fn write(
     let mut file = VtkFile::new("PolyData", &sizes);
     file.section("Points", |file| {
         let points = order.iter().map(|n| [nodes.x_m[*n], nodes.y_m[*n], 0.0]);
-        file.array(Kind::Float64, "points", points);
+        file.array(DatasetKind::Float64, "points", points);
     });
     file.section("Lines", |file| {
         let ends = (0..lines).flat_map(|line| [[line as f64], [(line + 1) as f64]]);
-        file.array(Kind::Int64, "connectivity", ends);
+        file.array(DatasetKind::Int64, "connectivity", ends);
         let offsets = (1..=lines).map(|line| [2.0 * line as f64]);
-        file.array(Kind::Int64, "offsets", offsets);
+        file.array(DatasetKind::Int64, "offsets", offsets);
     });
     file.section("PointData", |file| {
         let moved = order.iter().map(|node| {
             let [x, y] = [0, 1].map(|k| state.displacement[2 * node + k]);
             [x, y, 0.0]
         });
-        file.array(Kind::Float64, "displacement_m", moved);
+        file.array(DatasetKind::Float64, "displacement_m", moved);
         let vectors = tractions.iter().map(|[x, y]| [*x, *y, 0.0]);
-        file.array(Kind::Float64, "traction_pa", vectors);
+        file.array(DatasetKind::Float64, "traction_pa", vectors);
         let pressures = tractions.iter().map(|[_, y]| [-patch.outward_y * y]);
-        file.array(Kind::Float64, "pressure_pa", pressures);
+        file.array(DatasetKind::Float64, "pressure_pa", pressures);
         let shears = tractions.iter().map(|[x, _]| [*x]);
-        file.array(Kind::Float64, "shear_pa", shears);
+        file.array(DatasetKind::Float64, "shear_pa", shears);
     });
     file.write(path).map_err(Error::output(path.display()))
 }

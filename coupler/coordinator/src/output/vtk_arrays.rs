@@ -157,7 +157,7 @@ fn kind_of(kind: &str) -> Option<(usize, Value)> {
 mod tests {
     use super::*;
     use kit::scratch::Scratch;
-    use kit::vtk::{Kind, VtkFile};
+    use kit::vtk::{DatasetKind, VtkFile};
 
     fn file(name: &str) -> (Scratch, std::path::PathBuf) {
         let scratch = Scratch::new(name, 1);
@@ -170,14 +170,18 @@ mod tests {
         let mut file = VtkFile::new("PolyData", &[("NumberOfPoints", 2)]);
         file.section("Points", |file| {
             let points = [[0.1, 0.2, 0.0], [f64::MIN_POSITIVE, -1e300, 0.0]];
-            file.array(Kind::Float64, "points", points.into_iter());
+            file.array(DatasetKind::Float64, "points", points.into_iter());
         });
         file.section("PointData", |file| {
             let speeds = [[3.0, 4.0, 0.0], [0.0, -1.0, 0.0]];
-            file.array(Kind::Float64, "velocity_m_per_s", speeds.into_iter());
+            file.array(DatasetKind::Float64, "velocity_m_per_s", speeds.into_iter());
             let counts = [[-7.0], [2.0]];
-            file.array(Kind::Int64, "count", counts.into_iter());
-            file.array(Kind::Float64, "gap_m", std::iter::empty::<[f64; 1]>());
+            file.array(DatasetKind::Int64, "count", counts.into_iter());
+            file.array(
+                DatasetKind::Float64,
+                "gap_m",
+                std::iter::empty::<[f64; 1]>(),
+            );
         });
         file.write(path).expect("it can be written");
     }

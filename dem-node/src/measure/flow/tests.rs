@@ -11,10 +11,10 @@ const D: f64 = 1.0;
 const MASSES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const WEAR: f64 = 2.0;
 
-/// Grains 0 and 1 carry the wheel at -2 and 2; 2 hangs on 0, 3 is loose, 4 stands far away. Body 5 is glued, 6 the wheel.
+/// Grains 0 and 1 carry the wheel at -2 and 2; 2 hangs on 0, 3 is loose, 4 stands far away. FlowBody 5 is glued, 6 the wheel.
 struct Trial {
     bodies: Bodies,
-    state: State,
+    state: GrainState,
     scene: FlowScene,
     flow: Flow,
     time: f64,
@@ -32,9 +32,9 @@ impl Trial {
             ..Bodies::default()
         };
         let x = [-2.0, 2.0, 0.5, -1.0, 10.0, 0.0];
-        let mut state = State {
+        let mut state = GrainState {
             centres: x.iter().map(|x| [*x, 0.0]).collect(),
-            ..State::default()
+            ..GrainState::default()
         };
         let bond = |(a, b): (u32, u32)| Bond {
             a,
@@ -99,7 +99,7 @@ impl Trial {
         self.flow.zone.expect("the wheel is loaded").ends
     }
 
-    fn body(&self, grain: usize) -> Body {
+    fn body(&self, grain: usize) -> FlowBody {
         self.flow.grains[grain].body
     }
 }
@@ -107,8 +107,8 @@ impl Trial {
 #[test]
 fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
     let mut trial = Trial::new();
-    let bodies: Vec<Body> = trial.flow.bodies().collect();
-    use Body::{First, Stock, Third};
+    let bodies: Vec<FlowBody> = trial.flow.bodies().collect();
+    use FlowBody::{First, Stock, Third};
     assert_eq!(bodies, [First, First, First, Stock, First]);
     // 1 s: the zone comes to be, over the initial stock, which is no source.
     let stock = MassLedger {
@@ -311,7 +311,7 @@ fn a_cluster_that_loses_its_last_anchor_is_third_body_as_a_whole() {
     trial.set_adhesion((0, 5), 0.0);
     let gone = trial.step(&[]);
     assert_eq!([gone.source, gone.detached], [5.0, 5.0]);
-    assert_eq!([trial.body(0), trial.body(2)], [Body::Third; 2]);
+    assert_eq!([trial.body(0), trial.body(2)], [FlowBody::Third; 2]);
 }
 
 /// Grain 3 is fed into the zone, grain 4 outside: in store they are nowhere, and neither is a source or comes back.
@@ -336,7 +336,7 @@ fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
         ..inside
     };
     assert_eq!(trial.step(&[]), outside);
-    assert_eq!([trial.body(3), trial.body(4)], [Body::Fed; 2]);
+    assert_eq!([trial.body(3), trial.body(4)], [FlowBody::Fed; 2]);
     // Both cross an end of the zone by their own motion; grain 4 does for the first time.
     let crossed = MassLedger {
         ejected: 8.0,

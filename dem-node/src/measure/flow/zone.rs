@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// The zone, from one end to the other (m).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ impl Zone {
     ///
     /// By ascending x of the loads, the end is the first with which the sum of the normal forces exceeds half of what `zone_share`
     /// leaves; the other end likewise from the other side.
-    pub fn find(config: &FlowConfig, loads: &Loads, diameter: f64) -> Option<Zone> {
+    pub fn find(config: &FlowConfig, loads: &ZoneLoads, diameter: f64) -> Option<Zone> {
         let total: f64 = loads.cells.values().map(|[force, _]| force).sum();
         let dropped = 0.5 * (1.0 - config.zone_share) * total;
         let margin = config.margin_diameters * diameter;
@@ -55,15 +55,15 @@ impl Zone {
 /// The normal force on the wheel over x, averaged over some time: a loose layer carries it by few grains at a time, and by others
 /// after the next step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Loads {
+pub struct ZoneLoads {
     /// Force (N) and its mean x (m) in cells of a mean diameter each, by ascending x.
     cells: BTreeMap<i64, [f64; 2]>,
 }
 
-impl Loads {
+impl ZoneLoads {
     /// Takes the forces of a state into the exponential mean, whose older part loses this `share`; `diameter` is the mean
     /// one (m).
-    pub fn update(&mut self, bodies: &Bodies, state: &State, diameter: f64, share: f64) {
+    pub fn update(&mut self, bodies: &Bodies, state: &GrainState, diameter: f64, share: f64) {
         self.cells.retain(|_, [force, _]| {
             *force *= 1.0 - share;
             *force > 0.0

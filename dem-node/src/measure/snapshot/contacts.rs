@@ -1,6 +1,6 @@
 //! The contacts that press, and the bonds, as lines.
 
-use kit::vtk::{Kind, VtkFile};
+use kit::vtk::{DatasetKind, VtkFile};
 
 use super::parts::{FieldScene, cells, points, poly_data};
 use crate::bodies::positions::proximity;
@@ -37,14 +37,14 @@ pub(super) fn file(scene: &FieldScene) -> VtkFile {
     });
     file.section("CellData", |file| {
         let forces = lines.iter().map(|line| line.slot.force);
-        file.array(Kind::Float64, "force_n", forces);
+        file.array(DatasetKind::Float64, "force_n", forces);
         let gaps = lines.iter().map(|line| [line.gap]);
-        file.array(Kind::Float64, "gap_m", gaps);
+        file.array(DatasetKind::Float64, "gap_m", gaps);
         let statuses = lines.iter().map(|line| [status(scene, line)]);
-        file.array(Kind::UInt8, "status", statuses);
+        file.array(DatasetKind::UInt8, "status", statuses);
         if scene.bodies.law.cohesion.is_some() {
             let adhesion = lines.iter().map(|line| [line.adhesion]);
-            file.array(Kind::Float64, "adhesion", adhesion);
+            file.array(DatasetKind::Float64, "adhesion", adhesion);
         }
     });
     file

@@ -1,11 +1,11 @@
 //! Parts that the files of grains and of contacts share.
 
-use kit::vtk::{Kind, VtkFile};
+use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::bodies::Bodies;
 use crate::measure::flow::Flow;
 use crate::measure::loads::shown;
-use crate::step::state::State;
+use crate::step::state::GrainState;
 
 /// Everything that the fields of a moment show.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub struct FieldScene<'a> {
     /// The bodies.
     pub bodies: &'a Bodies,
     /// Their state.
-    pub state: &'a State,
+    pub state: &'a GrainState,
     /// The flows of third body, where they are followed.
     pub flow: Option<&'a Flow>,
     /// Centres of all disks at the start (m).
@@ -41,7 +41,7 @@ pub(super) fn points(file: &mut VtkFile, scene: &FieldScene, more: impl Iterator
         let [x, y] = shown(scene.bodies, point);
         [x, y, 0.0]
     });
-    file.array(Kind::Float64, "points", points);
+    file.array(DatasetKind::Float64, "points", points);
 }
 
 /// Cells of so many points each.
@@ -51,7 +51,7 @@ pub(super) fn cells(
     numbers: impl ExactSizeIterator<Item = f64>,
 ) {
     let cells = numbers.len() / points;
-    file.array(Kind::Int64, "connectivity", numbers.map(|n| [n]));
+    file.array(DatasetKind::Int64, "connectivity", numbers.map(|n| [n]));
     let offsets = (1..=cells).map(|cell| [(points * cell) as f64]);
-    file.array(Kind::Int64, "offsets", offsets);
+    file.array(DatasetKind::Int64, "offsets", offsets);
 }

@@ -17,16 +17,16 @@ fn slot(a: usize, b: usize, force: [f64; 2]) -> Slot {
     }
 }
 
-fn disks(centres: Vec<[f64; 2]>, period: Option<Period>) -> (Bodies, State) {
+fn disks(centres: Vec<[f64; 2]>, period: Option<Period>) -> (Bodies, GrainState) {
     let bodies = Bodies {
         free: centres.len(),
         radii: vec![R; centres.len()],
         period,
         ..Bodies::default()
     };
-    let state = State {
+    let state = GrainState {
         centres,
-        ..State::default()
+        ..GrainState::default()
     };
     (bodies, state)
 }
@@ -59,7 +59,7 @@ fn wall(normal: [f64; 2], offset: f64) -> RigidWall {
 }
 
 /// 8 x 8 disks in rows and columns between four walls, all contacts of a direction under the same force.
-fn square_lattice(across: f64, up: f64) -> (Bodies, State) {
+fn square_lattice(across: f64, up: f64) -> (Bodies, GrainState) {
     let place = |i: usize| [R + 2.0 * R * (i % 8) as f64, R + 2.0 * R * (i / 8) as f64];
     let (mut bodies, mut state) = disks((0..64).map(place).collect(), None);
     let far = -16.0 * R;

@@ -6,14 +6,14 @@ use crate::config::rail::{HeightAt, RailConfig};
 use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::cohesion::{Cohesion, HPrime};
-use crate::step::state::State;
+use crate::step::state::GrainState;
 use crate::step::{StepInput, Stepper};
 
 const RADII: [f64; 2] = [0.05e-3, 0.1e-3];
 const WIDTH: f64 = 65e-3;
 
-fn wheel(face: FaceKind) -> WheelConfig {
-    WheelConfig {
+fn wheel(face: FaceKind) -> DemWheelConfig {
+    DemWheelConfig {
         load_n: 8000.0,
         load_table: None,
         mass_kg: 0.01,
@@ -120,7 +120,7 @@ fn grain() -> [Disk; 1] {
 #[test]
 fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
     let bodies = in_a_valley(None, false);
-    let mut state = State::new(&bodies, &grain(), &[]);
+    let mut state = GrainState::new(&bodies, &grain(), &[]);
     let cosine = 5f64.sqrt() / 3.0;
     let height = 1e-3 + 3e-3 * cosine - 2e-3;
     assert!((state.wheel.position[1] - height).abs() < 1e-18);
@@ -155,7 +155,7 @@ fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
 #[test]
 fn the_disks_of_the_face_move_with_the_wheel() {
     let bodies = in_a_valley(None, false);
-    let mut state = State::new(
+    let mut state = GrainState::new(
         &bodies,
         &[Disk {
             centre: [1.0, 1e-3],
@@ -208,7 +208,7 @@ fn only_a_bonded_face_is_bonded() {
     };
     for (bonded, pairs) in [(false, vec![]), (true, vec![(0, 1), (0, 2)])] {
         let bodies = in_a_valley(Some(law), bonded);
-        let state = State::new(&bodies, &grain(), &[]);
+        let state = GrainState::new(&bodies, &grain(), &[]);
         let found: Vec<(u32, u32)> = state.bonds.iter().map(|bond| bond.pair()).collect();
         assert_eq!(found, pairs);
     }

@@ -308,7 +308,7 @@ impl ContactBatch {
         found
     }
 
-    /// Bounds of r_n; both are 0 on one branch of a bond.
+    /// StepBounds of r_n; both are 0 on one branch of a bond.
     #[inline(always)]
     fn bounds<F: Features>(&self, g: usize) -> [Doubles; 2] {
         if F::BONDS {

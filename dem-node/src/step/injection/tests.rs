@@ -51,13 +51,13 @@ fn between_walls() -> Bodies {
     }
 }
 
-fn march(bodies: &Bodies, end: f64, mut watch: impl FnMut(f64, &State)) -> State {
+fn march(bodies: &Bodies, end: f64, mut watch: impl FnMut(f64, &GrainState)) -> GrainState {
     let grain = Disk {
         centre: [5.0, 0.125],
         radius: 1.0,
         ..Disk::default()
     };
-    let mut state = State::new(bodies, &[grain], &[]);
+    let mut state = GrainState::new(bodies, &[grain], &[]);
     let mut stepper = Stepper::default();
     stepper.problem.boundary = CompliantBoundary::fixed(0);
     let criteria = Criteria {
@@ -160,13 +160,13 @@ fn a_grain_begins_above_the_base_and_below_the_face() {
         }
     });
     for (bodies, side) in [(base, 1.0), (face, -1.0)] {
-        let mut state = State {
+        let mut state = GrainState {
             centres: std::iter::once([5.0, 0.125])
                 .chain(places.clone())
                 .collect(),
             feed: Feed::new(bodies.injection.as_ref()),
             velocities: vec![[0.0; 3]],
-            ..State::default()
+            ..GrainState::default()
         };
         feed(&mut state, &bodies, DUE);
         assert_eq!(state.present(&bodies), 1);

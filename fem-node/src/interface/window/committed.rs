@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, PressureMaxima};
 use crate::wheel::state::WheelState;
@@ -10,7 +10,7 @@ use crate::wheel::state::WheelState;
 /// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Committed {
-    pub(crate) state: State,
+    pub(crate) state: NodalState,
     pub(crate) wheel: Option<WheelState>,
     pub(crate) ledger: Ledger,
     /// Own steps since the start.

@@ -3,7 +3,7 @@
 use super::extent::{Extent, WindowInput};
 use super::pieces::Pieces;
 use super::team::Team;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::integrate::tally::Tally;
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
@@ -70,7 +70,7 @@ impl Partition {
 
     /// Makes the end of the last window the committed state where they hold it; `state` gets the motion of some rows of nodes. False
     /// where they do not.
-    pub(super) fn accept(&mut self, state: &mut State, rows: &[usize]) -> bool {
+    pub(super) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) -> bool {
         if let Some(pieces) = self.pieces.as_mut().filter(|_| self.is_run) {
             pieces.accept();
             pieces.put_motion(state, rows);
@@ -81,14 +81,14 @@ impl Partition {
     }
 
     /// Brings the committed state of the body up to that of the pieces.
-    pub(super) fn catch_up(&mut self, state: &mut State) {
+    pub(super) fn catch_up(&mut self, state: &mut NodalState) {
         self.pieces
             .iter_mut()
             .for_each(|pieces| pieces.catch_up(state));
     }
 
     /// The committed state where that of the body, which is given, is an older one.
-    pub(super) fn ahead_of(&self, state: &State) -> Option<State> {
+    pub(super) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
         let pieces = self.pieces.as_ref().filter(|pieces| pieces.is_ahead())?;
         let mut ahead = state.clone();
         pieces.put(&mut ahead);

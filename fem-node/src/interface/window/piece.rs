@@ -11,7 +11,7 @@ use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
 use crate::integrate::region::{Region, RingRecord};
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::integrate::tally::{Tally, blocks_of};
 use crate::model::Model;
 
@@ -23,8 +23,8 @@ pub(super) struct Piece {
     pub(super) cut: Cut,
     body: Body,
     integrator: Integrator,
-    /// State at the end of the window in its own columns.
-    pub(super) state: State,
+    /// NodalState at the end of the window in its own columns.
+    pub(super) state: NodalState,
     load: Load,
     dissipated: Dissipated<Vec<f64>>,
     /// Sums over the blocks of its own columns.
@@ -65,7 +65,7 @@ impl Piece {
         Piece {
             index,
             integrator: Integrator::new(&body, model.scheme, model.law, elements, 1),
-            state: State::at_rest(&body),
+            state: NodalState::at_rest(&body),
             load: Load::none(&body),
             dissipated: Dissipated::new(body.layout, model.dissipates()),
             tally: Tally::sized(body.layout),
@@ -81,7 +81,7 @@ impl Piece {
     pub(super) fn start(&self) -> PieceStart {
         PieceStart {
             cut: self.cut.clone(),
-            state: State::at_rest(&self.body),
+            state: NodalState::at_rest(&self.body),
         }
     }
 

@@ -15,7 +15,7 @@ use super::start::PieceStart;
 use super::team::Team;
 use crate::element::layout::Layout;
 use crate::integrate::region::Region;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::integrate::tally::{BLOCK, Tally};
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
@@ -168,12 +168,12 @@ impl Pieces {
     }
 
     /// Puts the committed state into that of the body.
-    pub(super) fn put(&self, state: &mut State) {
+    pub(super) fn put(&self, state: &mut NodalState) {
         self.starts.iter().for_each(|start| start.put(state));
     }
 
     /// The same, after which the body has it too.
-    pub(super) fn catch_up(&mut self, state: &mut State) {
+    pub(super) fn catch_up(&mut self, state: &mut NodalState) {
         if self.is_ahead {
             self.put(state);
             self.is_ahead = false;
@@ -181,7 +181,7 @@ impl Pieces {
     }
 
     /// Puts committed displacements and velocities of some rows of nodes into the state of the body.
-    pub(super) fn put_motion(&self, state: &mut State, rows: &[usize]) {
+    pub(super) fn put_motion(&self, state: &mut NodalState, rows: &[usize]) {
         let starts = self.starts.iter();
         starts.for_each(|start| start.put_motion(state, rows));
     }

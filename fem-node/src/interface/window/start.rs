@@ -3,18 +3,18 @@
 use std::ops::Range;
 
 use crate::integrate::cut::Cut;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 
 /// The committed state in the own columns of a piece; in the others it is some older one.
 #[derive(Clone, Debug)]
 pub(super) struct PieceStart {
     pub(super) cut: Cut,
-    pub(super) state: State,
+    pub(super) state: NodalState,
 }
 
 impl PieceStart {
     /// Takes its columns out of the state of the body.
-    pub(super) fn take(&mut self, whole: &State) {
+    pub(super) fn take(&mut self, whole: &NodalState) {
         let (cut, own) = (&self.cut, &mut self.state);
         let damped = cut.piece.len().min(whole.damping_force.len());
         own.damping_force.resize(damped);
@@ -25,7 +25,7 @@ impl PieceStart {
     }
 
     /// Puts its columns into the state of the body.
-    pub(super) fn put(&self, whole: &mut State) {
+    pub(super) fn put(&self, whole: &mut NodalState) {
         let (cut, own) = (&self.cut, &self.state);
         let is_damped = !own.damping_force.is_empty();
         let damped = if is_damped { cut.body.len() } else { 0 };
@@ -36,7 +36,7 @@ impl PieceStart {
     }
 
     /// Puts displacements and velocities of its columns of some rows of nodes into the state of the body.
-    pub(super) fn put_motion(&self, whole: &mut State, rows: &[usize]) {
+    pub(super) fn put_motion(&self, whole: &mut NodalState, rows: &[usize]) {
         let (cut, own) = (&self.cut, &self.state);
         let lines = rows.iter().flat_map(|row| [2 * row, 2 * row + 1]);
         for line in lines {
@@ -50,7 +50,13 @@ impl PieceStart {
 
     /// Gives the columns of the body in one line, a component of a row of nodes, to the state of a piece, as far as they are its own
     /// and the piece has them.
-    pub(super) fn give(&self, line: usize, columns: &Range<usize>, to: &Cut, state: &mut State) {
+    pub(super) fn give(
+        &self,
+        line: usize,
+        columns: &Range<usize>,
+        to: &Cut,
+        state: &mut NodalState,
+    ) {
         let columns = columns.start.max(self.cut.own.start)..columns.end.min(self.cut.own.end);
         if columns.is_empty() {
             return;

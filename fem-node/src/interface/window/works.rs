@@ -5,7 +5,7 @@
 
 use super::extent::Extent;
 use crate::integrate::load::Load;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::model::boundary::{PrescribedMotion, Traction};
 
@@ -58,7 +58,7 @@ impl Works {
     }
 
     /// Begins a window, of which a repeat reaches only a part.
-    pub(super) fn begin(&mut self, load: &Load, state: &State, extent: &Extent) {
+    pub(super) fn begin(&mut self, load: &Load, state: &NodalState, extent: &Extent) {
         (self.applied, self.drive) = (0.0, 0.0);
         for tracked in self.loaded.iter_mut().chain(&mut self.driven) {
             tracked.from = match extent {
@@ -75,7 +75,7 @@ impl Works {
     }
 
     /// Enters displacements and reactions after step `k` of the components that step `reached` steps.
-    fn follow(&mut self, load: &Load, state: &State, k: u32, reached: u32) {
+    fn follow(&mut self, load: &Load, state: &NodalState, k: u32, reached: u32) {
         let u = |at: &TrackedComponent| state.u[at.index];
         enter(&mut self.displacements, &self.loaded, k, reached, u);
         let reaction = |at: &TrackedComponent| reaction(load, state, at.index);
@@ -84,7 +84,7 @@ impl Works {
 
     /// Sets the rates that take the prescribed components to their displacements at the end of the step that begins at `step`,
     /// the `k`th of the window.
-    pub(super) fn move_to(&self, model: &Model, state: &mut State, step: u64, k: u32) {
+    pub(super) fn move_to(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
         let h = model.scheme.step;
         let mut driven = self.driven.iter();
         for motion in &model.motions {
@@ -99,7 +99,7 @@ impl Works {
     }
 
     /// Gives the prescribed components their velocities after the step.
-    pub(super) fn settle(&self, model: &Model, state: &mut State, step: u64, k: u32) {
+    pub(super) fn settle(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
         let mut driven = self.driven.iter();
         for motion in &model.motions {
             let velocity = motion.velocity((step + 1) as f64 * model.scheme.step);
@@ -128,7 +128,14 @@ impl Works {
     }
 
     /// Adds the works of the step that began at `step`, the `k`th of the window.
-    pub(super) fn add(&mut self, model: &Model, load: &Load, state: &State, step: u64, k: u32) {
+    pub(super) fn add(
+        &mut self,
+        model: &Model,
+        load: &Load,
+        state: &NodalState,
+        step: u64,
+        k: u32,
+    ) {
         self.follow(load, state, k, k);
         let [before, after] = two_steps(&self.displacements, self.loaded.len(), k);
         self.applied += applied_work(model, step, before, after);
@@ -145,7 +152,7 @@ fn two_steps(values: &[f64], count: usize, k: u32) -> [&[f64]; 2] {
 }
 
 /// r = F(u) + d - f in a prescribed component (N).
-pub(crate) fn reaction(load: &Load, state: &State, index: usize) -> f64 {
+pub(crate) fn reaction(load: &Load, state: &NodalState, index: usize) -> f64 {
     let damping = state.damping_force.get(index).unwrap_or(&0.0);
     state.force[index] + damping - load.at(index)
 }

@@ -5,7 +5,7 @@ use protocol::Setting;
 use serde_json::{Value, json};
 
 use crate::integrate::integrator::Integrator;
-use crate::integrate::state::State;
+use crate::integrate::state::NodalState;
 use crate::interface::window::WindowRun;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::{Extent, WindowInput};
@@ -55,9 +55,9 @@ impl Flight {
         Flight {
             integrator: Integrator::new(&model.body, model.scheme, None, model.mesh.elements(), 1),
             team: Team::new(1).expect("its own thread"),
-            run: WindowRun::new(&model, &State::at_rest(&model.body)),
+            run: WindowRun::new(&model, &NodalState::at_rest(&model.body)),
             committed: Committed {
-                state: State::at_rest(&model.body),
+                state: NodalState::at_rest(&model.body),
                 wheel: Some(wheel),
                 ..Committed::default()
             },
