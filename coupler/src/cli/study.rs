@@ -47,7 +47,7 @@ enum StudyVerb {
     /// Write results.csv, front.csv and the pictures of what is done, also while others run.
     Collect(PlaceArguments),
     /// Do one task.
-    TaskCommand(ExecTaskArguments),
+    Exec(ExecTaskArguments),
 }
 
 /// The study and its folder.
@@ -162,7 +162,7 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
             let opened = place.open()?;
             collect(&opened, &opened.plan.tasks()?)
         }
-        StudyVerb::TaskCommand(arguments) => exec(arguments, registry),
+        StudyVerb::Exec(arguments) => exec(arguments, registry),
     }
 }
 
