@@ -7,7 +7,7 @@ use protocol::{BoundaryInertia, larger};
 use super::bar::Bar;
 use super::trial::{MOVING, Trial, largest, scheme, word};
 use coordinator::error::Error;
-use scheme::keys::{Dirichlet, Scheme, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use scheme::predict::linear_pair::LinearPair;
 use scheme::predict::prediction::{StabilityInputs, compliance, predict};
@@ -24,7 +24,7 @@ pub const ELEMENTS: usize = 10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
     /// Schemes, those with roles in both of them.
-    pub schemes: Vec<Scheme>,
+    pub schemes: Vec<CouplingScheme>,
     /// Theta of the masses on the wall.
     pub thetas: Vec<f64>,
     /// Mass on the wall over that of the bar.
@@ -191,7 +191,7 @@ pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let trial = &cell.trial;
     let response = trial.response();
-    let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
+    let repeated = matches!(trial.scheme, CouplingScheme::FixedPoint { .. });
     let model = trial.model(&response);
     let start = Disturbance {
         pair: LinearPair::new(model, MOVING).state,
