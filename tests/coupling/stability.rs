@@ -17,7 +17,7 @@ use lab::bench::stability::setup::scheme;
 use lab::bench::stability::{findings, limits};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
-use scheme::keys::{Dirichlet, Order, Scheme, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, Order, SchemeWord};
 use scheme::predict::sprung_mass::{Masses, SprungMass};
 
 #[test]
@@ -68,18 +68,22 @@ fn growth_by_matrix(cell: &Cell) -> f64 {
         response.compliance() * wall.stiffness()
     };
     let condition = match (trial.scheme, continuum) {
-        (Scheme::FixedPoint { relaxation, .. }, _)
+        (CouplingScheme::FixedPoint { relaxation, .. }, _)
             if (1.0 - relaxation * (1.0 + comes_back)).abs() >= 1.0 =>
         {
             return (1.0 - relaxation * (1.0 + comes_back)).abs();
         }
-        (Scheme::DualSchur { .. }, _) | (Scheme::FixedPoint { .. }, false) => Condition::Exact,
-        (Scheme::Velocity { .. }, _) | (Scheme::FixedPoint { .. }, true) => Condition::Velocity,
-        (Scheme::Staggered { order, .. }, false) => match order {
+        (CouplingScheme::DualSchur { .. }, _) | (CouplingScheme::FixedPoint { .. }, false) => {
+            Condition::Exact
+        }
+        (CouplingScheme::Velocity { .. }, _) | (CouplingScheme::FixedPoint { .. }, true) => {
+            Condition::Velocity
+        }
+        (CouplingScheme::Staggered { order, .. }, false) => match order {
             Order::Serial => Condition::LateForce,
             Order::Parallel => Condition::LateBoth,
         },
-        (Scheme::Staggered { order, .. }, true) => match order {
+        (CouplingScheme::Staggered { order, .. }, true) => match order {
             Order::Serial => Condition::LateVelocity,
             Order::Parallel => Condition::LateVelocityAndForce,
         },

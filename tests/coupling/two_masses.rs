@@ -21,7 +21,7 @@ use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
-use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
+use scheme::keys::{Acceleration, CouplingScheme, Dirichlet, Policy, SchemeKeys, SchemeWord};
 use scheme::ledger::InterfaceLedger;
 use scheme::participants::{Participants, Request};
 use scheme::predict::growth::growth;
@@ -136,7 +136,7 @@ impl Participants for Working<'_> {
     }
 }
 
-fn scheme(word: SchemeWord, keys: impl Fn(&mut SchemeKeys)) -> Scheme {
+fn scheme(word: SchemeWord, keys: impl Fn(&mut SchemeKeys)) -> CouplingScheme {
     let mut given = SchemeKeys::of(word);
     keys(&mut given);
     given.scheme()
@@ -151,7 +151,7 @@ struct Ran {
     ledger: InterfaceLedger,
 }
 
-fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError> {
+fn run(scheme: CouplingScheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError> {
     let bar = UnitBar {
         elements: 1,
         step_s: case.step_s,
@@ -175,7 +175,7 @@ fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError>
         forces.push(coupling.state.lambda[0]);
     }
     // A converged fixed point gives the nodes just the force that the mass and its point leave for them.
-    if matches!(scheme, Scheme::FixedPoint { .. }) {
+    if matches!(scheme, CouplingScheme::FixedPoint { .. }) {
         let residual = coupling.ledgers[0].force_residual_rel();
         assert!(residual <= 1e-6, "{scheme:?}: {residual:e}");
     }
@@ -188,7 +188,7 @@ fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError>
 
 fn model(
     response: &scheme::predict::response::Response,
-    scheme: Scheme,
+    scheme: CouplingScheme,
     case: Case,
 ) -> LinearModel<'_> {
     let continuum = scheme.dirichlet() == Dirichlet::ForceDriven;
@@ -207,7 +207,7 @@ fn model(
 }
 
 /// Compares the forces and the ledger of a scheme with those on paper, `window` being told its index.
-fn follows(scheme: Scheme, case: Case, window: impl Fn(&mut Two, usize)) {
+fn follows(scheme: CouplingScheme, case: Case, window: impl Fn(&mut Two, usize)) {
     let ran = run(scheme, case, 1e-13).expect("it converges");
     let (ours, ledger) = (ran.forces, ran.ledger);
     let mut paper = Two::new(case);
@@ -334,7 +334,7 @@ fn added_mass(case: Case) -> f64 {
     two.compliance() * case.mass_kg / (two.h() * two.h())
 }
 
-fn constant(relaxation: f64, dirichlet: Dirichlet) -> Scheme {
+fn constant(relaxation: f64, dirichlet: Dirichlet) -> CouplingScheme {
     scheme(SchemeWord::FixedPointSerial, |keys| {
         keys.acceleration = Some(Acceleration::Constant);
         keys.relaxation = Some(relaxation);

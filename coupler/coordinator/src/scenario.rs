@@ -15,8 +15,8 @@ pub mod source;
 
 pub use plausible::Plausible;
 pub use scheme::keys::{
-    Acceleration, CompliancePrior, Dirichlet, Interface, MappingKind, Order, Policy, Scheme,
-    SchemeKeys, SchemeWord, Update,
+    Acceleration, CompliancePrior, CouplingScheme, Dirichlet, Interface, MappingKind, Order,
+    Policy, SchemeKeys, SchemeWord, Update,
 };
 
 /// Longest deadline (s): a year.

@@ -19,8 +19,8 @@ use crate::participants::journal::Closed;
 use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Plausible, Scenario};
 use scheme::coupling::Coupling;
-use scheme::keys::Scheme;
-use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
+use scheme::keys::CouplingScheme;
+use scheme::ledger::{EnergySums, InterfaceLedger, ParticipantLedger, ratio};
 use scheme::predict::prediction::StabilityPrediction;
 
 mod spent;
@@ -83,7 +83,7 @@ pub struct Summary {
     pub log_predicted_bytes: Option<[u64; 2]>,
     /// Energies of points with masses of their own, of all interfaces.
     #[serde(skip)]
-    points: Option<EnergyLedger>,
+    points: Option<ParticipantLedger>,
     /// The participants that each interface of `interfaces` joins.
     #[serde(skip)]
     joins: Vec<Join>,
@@ -229,7 +229,7 @@ impl Summary {
             self.participants.push((participant.name.clone(), summary));
         }
         let naive = scenario.interface.iter().filter(|interface| {
-            interface.unsafe_window && matches!(interface.scheme, Scheme::Staggered { .. })
+            interface.unsafe_window && matches!(interface.scheme, CouplingScheme::Staggered { .. })
         });
         self.shown_to_fail = naive.map(|interface| interface.name.clone()).collect();
     }
@@ -265,7 +265,7 @@ impl Summary {
     }
 
     /// Enters the latest energies of all participants; points with masses of their own count as one more.
-    pub fn energies(&mut self, energies: &[EnergyLedger]) {
+    pub fn energies(&mut self, energies: &[ParticipantLedger]) {
         for ((_, participant), energy) in self.participants.iter_mut().zip(energies) {
             if energy.terms.is_empty() {
                 participant.ledger = Some(false);
@@ -280,7 +280,7 @@ impl Summary {
             return;
         }
         let all = energies.iter().chain(&self.points);
-        let total = EnergySums::together(all.map(EnergyLedger::sums));
+        let total = EnergySums::together(all.map(ParticipantLedger::sums));
         let balance = total.balance_rel();
         self.results.insert("energy_balance_rel".into(), balance);
     }
@@ -513,7 +513,7 @@ impl InterfaceSummary {
 }
 
 /// The values of a ledger (J) by the names of its terms.
-fn joules(prefix: &str, ledger: &EnergyLedger) -> Map<String, Value> {
+fn joules(prefix: &str, ledger: &ParticipantLedger) -> Map<String, Value> {
     let terms = ledger.terms.iter().zip(&ledger.values);
     terms
         .map(|(term, joules)| (format!("{prefix}{}_j", term.name), (*joules).into()))

@@ -16,13 +16,13 @@ use super::source::ComplianceSource;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Result, SchemeError, Unfit};
-use crate::keys::{Dirichlet, Policy, Scheme, SchemeWord};
+use crate::keys::{CouplingScheme, Dirichlet, Policy, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
 #[derive(Clone, Debug)]
 pub struct Coupling {
     name: String,
-    scheme: Scheme,
+    scheme: CouplingScheme,
     policy: Policy,
     group: Group,
     compliance: Compliance,
@@ -42,7 +42,7 @@ pub struct CouplingState {
 
 impl Coupling {
     /// All sides at rest and unloaded; messages speak of the interface `name`.
-    pub fn new(name: &str, scheme: Scheme, policy: Policy, group: Group) -> Coupling {
+    pub fn new(name: &str, scheme: CouplingScheme, policy: Policy, group: Group) -> Coupling {
         let cheap = scheme.word() == SchemeWord::DualSchurCheap;
         let factor = if cheap { dual_schur::CHEAP_FACTOR } else { 1.0 };
         Coupling {
@@ -62,7 +62,7 @@ impl Coupling {
     }
 
     /// The scheme with its data.
-    pub fn scheme(&self) -> &Scheme {
+    pub fn scheme(&self) -> &CouplingScheme {
         &self.scheme
     }
 
@@ -115,19 +115,21 @@ impl Coupling {
             participants,
         };
         match self.scheme {
-            Scheme::DualSchur {
+            CouplingScheme::DualSchur {
                 update,
                 repeats_max,
                 ..
             } => dual_schur::solve(problem, update, repeats_max, window),
-            Scheme::Velocity { repeats_max } => velocity::solve(problem, repeats_max, window),
-            Scheme::Staggered { order, dirichlet } => match dirichlet {
+            CouplingScheme::Velocity { repeats_max } => {
+                velocity::solve(problem, repeats_max, window)
+            }
+            CouplingScheme::Staggered { order, dirichlet } => match dirichlet {
                 Dirichlet::MotionDriven => staggered::solve(problem, order, window),
                 Dirichlet::ForceDriven => {
                     neumann_dirichlet::solve_staggered(problem, order, window)
                 }
             },
-            Scheme::FixedPoint {
+            CouplingScheme::FixedPoint {
                 order,
                 dirichlet,
                 acceleration,
@@ -208,7 +210,7 @@ impl Coupling {
         window: &Window,
         next: Option<Window>,
     ) -> Result<()> {
-        let next = next.filter(|_| matches!(self.scheme, Scheme::DualSchur { .. }));
+        let next = next.filter(|_| matches!(self.scheme, CouplingScheme::DualSchur { .. }));
         for side in &self.group.force_driven {
             participants.accept(side.peer, &side.window(window), &[])?;
             if let Some(next) = &next {

@@ -12,7 +12,7 @@ pub struct Interface {
     /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a boundary.
     pub between: [String; 2],
     /// The scheme with its own data.
-    pub scheme: Scheme,
+    pub scheme: CouplingScheme,
     /// Explicit steps in a window, at least 1.
     pub substeps: u32,
     /// Length of a window (s) where the continuum has no step of its own; `substeps` is then the number of equal parts that it may
@@ -81,7 +81,7 @@ pub fn connected(interfaces: &[Interface]) -> Vec<Vec<usize>> {
 
 /// A coupling scheme with the data that it needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scheme {
+pub enum CouplingScheme {
     /// One constant force a window, equal displacements at its end (the default choice).
     DualSchur {
         /// Treatment of the compliance from window to window.
@@ -119,31 +119,32 @@ pub enum Scheme {
     },
 }
 
-impl Scheme {
+impl CouplingScheme {
     /// The side that takes motion and answers force; the solver on the boundary in schemes without that choice.
     pub fn dirichlet(&self) -> Dirichlet {
         match self {
-            Scheme::FixedPoint { dirichlet, .. } | Scheme::Staggered { dirichlet, .. } => {
-                *dirichlet
+            CouplingScheme::FixedPoint { dirichlet, .. }
+            | CouplingScheme::Staggered { dirichlet, .. } => *dirichlet,
+            CouplingScheme::DualSchur { .. } | CouplingScheme::Velocity { .. } => {
+                Dirichlet::MotionDriven
             }
-            Scheme::DualSchur { .. } | Scheme::Velocity { .. } => Dirichlet::MotionDriven,
         }
     }
 
     /// Its word in a scenario.
     pub fn word(&self) -> SchemeWord {
         match self {
-            Scheme::DualSchur { update, .. } => match update {
+            CouplingScheme::DualSchur { update, .. } => match update {
                 Update::None => SchemeWord::DualSchur,
                 Update::Secant => SchemeWord::DualSchurSecant,
                 Update::Cheap => SchemeWord::DualSchurCheap,
             },
-            Scheme::Velocity { .. } => SchemeWord::Velocity,
-            Scheme::FixedPoint { order, .. } => match order {
+            CouplingScheme::Velocity { .. } => SchemeWord::Velocity,
+            CouplingScheme::FixedPoint { order, .. } => match order {
                 Order::Serial => SchemeWord::FixedPointSerial,
                 Order::Parallel => SchemeWord::FixedPointParallel,
             },
-            Scheme::Staggered { order, .. } => match order {
+            CouplingScheme::Staggered { order, .. } => match order {
                 Order::Serial => SchemeWord::StaggeredSerial,
                 Order::Parallel => SchemeWord::StaggeredParallel,
             },
@@ -221,21 +222,21 @@ impl SchemeKeys {
     }
 
     /// The scheme with the data that it needs.
-    pub fn scheme(&self) -> Scheme {
+    pub fn scheme(&self) -> CouplingScheme {
         let (repeats_max, dirichlet) = (self.repeats_max(), self.dirichlet());
-        let dual_schur = |update| Scheme::DualSchur {
+        let dual_schur = |update| CouplingScheme::DualSchur {
             update,
             compliance: self.compliance(),
             repeats_max,
         };
-        let fixed_point = |order| Scheme::FixedPoint {
+        let fixed_point = |order| CouplingScheme::FixedPoint {
             order,
             dirichlet,
             acceleration: self.acceleration(),
             relaxation: self.relaxation(),
             repeats_max,
         };
-        let staggered = |order| Scheme::Staggered { order, dirichlet };
+        let staggered = |order| CouplingScheme::Staggered { order, dirichlet };
         match self.scheme {
             SchemeWord::DualSchur => dual_schur(Update::None),
             SchemeWord::DualSchurSecant => dual_schur(Update::Secant),
@@ -244,7 +245,7 @@ impl SchemeKeys {
             SchemeWord::StaggeredParallel => staggered(Order::Parallel),
             SchemeWord::FixedPointSerial => fixed_point(Order::Serial),
             SchemeWord::FixedPointParallel => fixed_point(Order::Parallel),
-            SchemeWord::Velocity => Scheme::Velocity { repeats_max },
+            SchemeWord::Velocity => CouplingScheme::Velocity { repeats_max },
         }
     }
 
@@ -276,9 +277,9 @@ impl SchemeKeys {
     /// The keys that are given and mean nothing for the scheme.
     pub fn unused(&self) -> Vec<&'static str> {
         let scheme = self.scheme();
-        let fixed_point = matches!(scheme, Scheme::FixedPoint { .. });
-        let staggered = matches!(scheme, Scheme::Staggered { .. });
-        let dual_schur = matches!(scheme, Scheme::DualSchur { .. });
+        let fixed_point = matches!(scheme, CouplingScheme::FixedPoint { .. });
+        let staggered = matches!(scheme, CouplingScheme::Staggered { .. });
+        let dual_schur = matches!(scheme, CouplingScheme::DualSchur { .. });
         let (swaps, cheap) = (fixed_point || staggered, SchemeWord::DualSchurCheap);
         let repeats = !staggered && self.scheme != cheap;
         let keys = [
@@ -304,7 +305,7 @@ pub struct InterfaceKeys {
     between: [String; 2],
     /// The scheme that joins them.
     scheme: SchemeWord,
-    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `motion_driven` when absent.
+    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
     dirichlet: Option<Dirichlet>,
     /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
     #[schemars(range(min = 1))]
@@ -449,7 +450,7 @@ mod tests {
             interface("scheme = \"dual-schur\"\nrelaxation = 0.5\nacceleration = \"aitken\"");
         assert_eq!(
             dual.scheme,
-            Scheme::DualSchur {
+            CouplingScheme::DualSchur {
                 update: Update::None,
                 compliance: CompliancePrior::Columns,
                 repeats_max: 8
@@ -461,7 +462,7 @@ mod tests {
         assert_eq!(fixed.given.unused(), ["compliance"]);
         assert!(matches!(
             fixed.scheme,
-            Scheme::FixedPoint {
+            CouplingScheme::FixedPoint {
                 order: Order::Parallel,
                 relaxation: 0.2,
                 ..

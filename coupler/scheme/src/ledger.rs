@@ -101,14 +101,14 @@ impl InterfaceLedger {
     }
 
     /// Energies that the points have stored and lost, as a participant would tell it; nothing where they have no masses.
-    pub fn points(&self) -> Option<EnergyLedger> {
+    pub fn points(&self) -> Option<ParticipantLedger> {
         let values = [self.point_kinetic_j, self.point_loss_j];
         let term = |name: &str, role| Term {
             name: name.into(),
             role,
         };
         let told = values.iter().any(|value| *value != 0.0);
-        told.then(|| EnergyLedger {
+        told.then(|| ParticipantLedger {
             terms: vec![
                 term("kinetic", Role::Stored),
                 term("numerical_loss", Role::Dissipated),
@@ -189,14 +189,14 @@ pub fn ratio(a: f64, b: f64) -> f64 {
 
 /// Energies of one participant: its terms and their latest values (J).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct EnergyLedger {
+pub struct ParticipantLedger {
     /// Names and roles of the terms.
     pub terms: Vec<Term>,
     /// Cumulative values (J), one a term.
     pub values: Vec<f64>,
 }
 
-impl EnergyLedger {
+impl ParticipantLedger {
     /// Its sums.
     pub fn sums(&self) -> EnergySums {
         EnergySums::of(&self.terms, &self.values)
@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn a_leak_at_the_interface_shows_in_the_total() {
-        let side = |interface: f64, own: f64, stored: f64| EnergyLedger {
+        let side = |interface: f64, own: f64, stored: f64| ParticipantLedger {
             terms: vec![
                 term("interface", Role::InterfaceWork),
                 term("load", Role::Work),
@@ -380,8 +380,8 @@ mod tests {
             values: vec![interface, own, stored],
         };
         let sound = [side(3.0, 0.0, 3.0), side(-3.0, 10.0, 7.0)];
-        let total = |sides: &[EnergyLedger]| {
-            let all = sides.iter().map(EnergyLedger::sums);
+        let total = |sides: &[ParticipantLedger]| {
+            let all = sides.iter().map(ParticipantLedger::sums);
             EnergySums::together(all).balance_rel()
         };
         assert_eq!(total(&sound), 0.0);

@@ -24,7 +24,7 @@
 //! | du | increment of the nodes' displacement in a window | m | [`SolvedWindow::increment`](window::SolvedWindow::increment) |
 //! | N | motion of nodes to motion of points (points x nodes); N^T takes forces back | - | [`Mapping`](mapping::Mapping) |
 //! | C, D | compliance of the nodes over a window; impedance | m/N, kg/s | [`Compliance`](compliance::Compliance), [`source`] |
-//! | W_g, a_g | compliance of the points; their velocity without contact forces | 1/kg, m/s | [`WindowProblem`](problem::Problem) |
+//! | W_g, a_g | compliance of the points; their velocity without contact forces | 1/kg, m/s | [`WindowProblem`](problem::WindowProblem) |
 //! | F_g, v_g, p | force of the grains on the points; velocity of these; impulse H F_g | N, m/s, N s | [`Answer`](window::Answer) |
 //! | S, omega | resistance -dF_g/du of the grains; relaxation of a fixed point | N/m, - | [`predict`], key `relaxation` |
 //! | rho | growth of a disturbance from window to window | - | [`growth`](predict::growth) |
@@ -91,7 +91,7 @@
 //! | equation | function | source |
 //! |---|---|---|
 //! | lambda = N^T F_g, equal positions at the end of the window | [`dual_schur::solve`] | dual Schur complement; subcycling after Gravouil and Combescure (2001) |
-//! | a_g = N (du - C lambda) / H | [`WindowProblem::free_velocity`](problem::Problem::free_velocity) | derived in [`dual_schur`] |
+//! | a_g = N (du - C lambda) / H | [`WindowProblem::free_velocity`](problem::WindowProblem::free_velocity) | derived in [`dual_schur`] |
 //! | v_g = a_g + W_g p, W_g = N C N^T / H^2 | [`Compliance::prepare`](compliance::Compliance::prepare), [`Mapping::condense`](mapping::Mapping::condense) | derived in [`dual_schur`] |
 //! | C += y y^T / (y.s) - (C s)(C s)^T / (s.C s) | [`Compliance::update`](compliance::Compliance::update) | Broyden (1970), Fletcher (1970), Goldfarb (1970), Shanno (1970) |
 //! | C = H^2 / (2 m sqrt(substeps)) | [`source::mass_only`] | stated there |

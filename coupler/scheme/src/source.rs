@@ -7,7 +7,7 @@ use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
 use crate::error::{Result, SchemeError, Unfit};
-use crate::keys::{CompliancePrior, Dirichlet, Scheme};
+use crate::keys::{CompliancePrior, CouplingScheme, Dirichlet};
 
 /// Source of a matrix that is not known yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +28,13 @@ pub enum ComplianceSource {
 
 impl ComplianceSource {
     /// The source of the compliance that a scheme goes by.
-    pub fn of(scheme: &Scheme) -> ComplianceSource {
+    pub fn of(scheme: &CouplingScheme) -> ComplianceSource {
         match (scheme, scheme.dirichlet()) {
-            (Scheme::DualSchur { compliance, .. }, _) => match compliance {
+            (CouplingScheme::DualSchur { compliance, .. }, _) => match compliance {
                 CompliancePrior::Columns => ComplianceSource::Columns,
                 CompliancePrior::Mass => ComplianceSource::Mass,
             },
-            (Scheme::Velocity { .. }, _) => ComplianceSource::Impedance,
+            (CouplingScheme::Velocity { .. }, _) => ComplianceSource::Impedance,
             (_, Dirichlet::MotionDriven) => ComplianceSource::Rigid,
             (_, Dirichlet::ForceDriven) => ComplianceSource::Points,
         }

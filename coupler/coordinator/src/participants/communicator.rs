@@ -1,6 +1,6 @@
 //! Requests and answers between the coordinator and its participants.
 //!
-//! A request goes from the port of the schemes ([`Remote`](super::remote::Remote)) to [`send`](trait.Communicator.html) here, from
+//! A request goes from the port of the schemes ([`Remote`](super::remote::Remote)) to `send` of a [`Communicator`], from
 //! there to [`Peer::send`], and onto the link.
 
 use std::borrow::Cow;

@@ -11,7 +11,7 @@ use crate::participants::handshake::Greeted;
 use crate::scenario::Scenario;
 use exchange_log::{COUPLER, Volume};
 use scheme::clock::Clock;
-use scheme::keys::{CompliancePrior, Dirichlet, Scheme, Update};
+use scheme::keys::{CompliancePrior, CouplingScheme, Dirichlet, Update};
 
 /// Repeats of a window that are counted on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,11 +23,11 @@ pub enum Repeats {
 }
 
 impl Repeats {
-    fn of(self, scheme: &Scheme) -> u64 {
+    fn of(self, scheme: &CouplingScheme) -> u64 {
         match scheme {
-            Scheme::Staggered { .. } => 0,
-            Scheme::FixedPoint { repeats_max, .. }
-            | Scheme::DualSchur {
+            CouplingScheme::Staggered { .. } => 0,
+            CouplingScheme::FixedPoint { repeats_max, .. }
+            | CouplingScheme::DualSchur {
                 update: Update::Secant,
                 repeats_max,
                 ..
@@ -50,7 +50,7 @@ pub fn coupled(
         let scheme = &scenario.interface[members[0]].scheme;
         // Runs of each side in a window.
         let again = repeats.of(scheme);
-        let both_again = matches!(scheme, Scheme::FixedPoint { .. })
+        let both_again = matches!(scheme, CouplingScheme::FixedPoint { .. })
             && scheme.dirichlet() == Dirichlet::ForceDriven;
         let force_runs = 1 + again;
         let motion_runs = if both_again { 1 + again } else { again.max(1) };
@@ -132,11 +132,13 @@ fn report(description: &Description) -> usize {
 }
 
 /// Square matrices that a force-driven participant is asked for.
-fn matrices(scheme: &Scheme, gives_columns: bool) -> u64 {
+fn matrices(scheme: &CouplingScheme, gives_columns: bool) -> u64 {
     match scheme {
-        Scheme::DualSchur { compliance, .. } => u64::from(*compliance == CompliancePrior::Columns),
+        CouplingScheme::DualSchur { compliance, .. } => {
+            u64::from(*compliance == CompliancePrior::Columns)
+        }
         // Its impedance, and the columns for the prediction.
-        Scheme::Velocity { .. } => 1 + u64::from(gives_columns),
+        CouplingScheme::Velocity { .. } => 1 + u64::from(gives_columns),
         // Its impedance: for the prediction, and for the components that can move at all.
         _ if scheme.dirichlet() == Dirichlet::ForceDriven => 2,
         _ => 0,
@@ -144,10 +146,10 @@ fn matrices(scheme: &Scheme, gives_columns: bool) -> u64 {
 }
 
 /// Numbers that a force-driven participant answers for each component.
-fn answers(scheme: &Scheme) -> usize {
+fn answers(scheme: &CouplingScheme) -> usize {
     match scheme {
         // Force, increment and work.
-        Scheme::Velocity { .. } => 3,
+        CouplingScheme::Velocity { .. } => 3,
         _ if scheme.dirichlet() == Dirichlet::ForceDriven => 3,
         _ => 1,
     }

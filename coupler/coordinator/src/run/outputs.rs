@@ -26,7 +26,7 @@ use crate::rundir::RunDir;
 use crate::scenario::Plausible;
 use crate::scenario::load::Loaded;
 use crate::summary::Summary;
-use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger};
+use scheme::ledger::{EnergySums, InterfaceLedger, ParticipantLedger};
 use scheme::window::{AcceptedWindow, InterfaceSignals};
 
 /// Everything that is written while windows pass.
@@ -120,10 +120,10 @@ impl<'a> Outputs<'a> {
     }
 
     /// The latest energies of all participants.
-    pub fn energies(&self) -> Vec<EnergyLedger> {
+    pub fn energies(&self) -> Vec<ParticipantLedger> {
         let all = self.descriptions.iter().zip(self.state.energies.clone());
         let terms = |told: &Description| told.ledger.clone();
-        all.map(|(told, values)| EnergyLedger {
+        all.map(|(told, values)| ParticipantLedger {
             terms: terms(told),
             values,
         })

@@ -19,7 +19,7 @@ use coordinator::error::Error;
 use coordinator::output::tell;
 use map::{Axes, Cell};
 use protocol::larger;
-use scheme::keys::Scheme;
+use scheme::keys::CouplingScheme;
 use scheme::predict::prediction::NEUTRAL;
 
 pub mod bar;
@@ -86,7 +86,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let offered = |cell: &Cell| {
         let monolithic = matches!(
             cell.setup.scheme,
-            Scheme::DualSchur { .. } | Scheme::Velocity { .. }
+            CouplingScheme::DualSchur { .. } | CouplingScheme::Velocity { .. }
         );
         monolithic && cell.setup.boundary_inertia.theta == 1.0
     };

@@ -3,7 +3,7 @@
 use protocol::Description;
 
 use crate::error::{Result, Unfit};
-use crate::keys::{Dirichlet, Interface, Policy, Scheme};
+use crate::keys::{CouplingScheme, Dirichlet, Interface, Policy};
 use crate::source::ComplianceSource;
 
 /// Refuses a scheme that one of the sides, each with its name, cannot follow.
@@ -23,7 +23,7 @@ fn refuse_finer_than_solver(
     interface: &Interface,
     (name, layer): (&str, &Description),
 ) -> Result<()> {
-    let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
+    let through_answers = matches!(interface.scheme, CouplingScheme::FixedPoint { .. });
     match &layer.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
@@ -42,7 +42,7 @@ fn refuse_without_prescribed_velocity(
     (name, continuum): (&str, &Description),
 ) -> Result<()> {
     let key = match interface.scheme {
-        Scheme::Velocity { .. } => "scheme = \"velocity\"",
+        CouplingScheme::Velocity { .. } => "scheme = \"velocity\"",
         _ if interface.scheme.dirichlet() == Dirichlet::ForceDriven => "dirichlet = \"continuum\"",
         _ => return Ok(()),
     };
@@ -65,7 +65,7 @@ fn refuse_what_is_not_offered(
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
-        if !matches!(interface.scheme, Scheme::Staggered { .. }) {
+        if !matches!(interface.scheme, CouplingScheme::Staggered { .. }) {
             let problem = format!("{why}: take scheme = \"staggered-serial\"");
             return refuse("scheme", problem);
         }

@@ -11,7 +11,9 @@ use super::linear_pair::{LinearModel, LinearPair, PairState};
 use super::sprung_mass::Masses;
 use crate::coupling::Coupling;
 use crate::error::Result;
-use crate::keys::{Acceleration, CompliancePrior, Dirichlet, Order, Policy, Scheme, Update};
+use crate::keys::{
+    Acceleration, CompliancePrior, CouplingScheme, Dirichlet, Order, Policy, Update,
+};
 use crate::window::InterfaceState;
 
 /// Gap (m) to which fixed points are converged, under disturbances that move the interface by about 1 m.
@@ -21,7 +23,7 @@ const CONVERGED_M: f64 = 1e-14;
 const REPEATS: u32 = 50;
 
 /// Growth a window of a scheme on two linear sides, or a repeat where the repeats of a window do not converge.
-pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64> {
+pub fn growth(scheme: &CouplingScheme, model: LinearModel) -> Result<f64> {
     match growth_of_repeats(scheme, model)? {
         Some(repeats) if repeats >= 1.0 => Ok(repeats),
         _ => Ok(spectral_radius(Probe::learnt(scheme, model)?.map()?)),
@@ -30,9 +32,9 @@ pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64> {
 
 /// Factor of the residual a repeat, of a fixed point with constant relaxation; the others find their own: one unknown takes
 /// them two answers.
-pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>> {
+pub fn growth_of_repeats(scheme: &CouplingScheme, model: LinearModel) -> Result<Option<f64>> {
     let mut few = *scheme;
-    let Scheme::FixedPoint {
+    let CouplingScheme::FixedPoint {
         acceleration: Acceleration::Constant,
         repeats_max,
         ..
@@ -59,7 +61,7 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
 
 /// Forces (N) of `windows` windows that begin with a disturbance, by the window's map.
 pub fn forces_of_map(
-    scheme: &Scheme,
+    scheme: &CouplingScheme,
     model: LinearModel,
     start: &Disturbance,
     windows: usize,
@@ -87,18 +89,18 @@ pub struct Disturbance {
 /// The scheme with the exact compliance of the model, and a fixed point by the order and the acceleration that converge fastest:
 /// the fixed point itself depends on neither. (Quasi-Newton can stall in parallel order, whose first answer is to the motion of
 /// the window before and says nothing of the slope.)
-fn converged(scheme: &Scheme) -> Scheme {
+fn converged(scheme: &CouplingScheme) -> CouplingScheme {
     match *scheme {
-        Scheme::DualSchur { update, .. } => Scheme::DualSchur {
+        CouplingScheme::DualSchur { update, .. } => CouplingScheme::DualSchur {
             update,
             compliance: CompliancePrior::Columns,
             repeats_max: REPEATS,
         },
-        Scheme::FixedPoint {
+        CouplingScheme::FixedPoint {
             dirichlet,
             relaxation,
             ..
-        } => Scheme::FixedPoint {
+        } => CouplingScheme::FixedPoint {
             order: Order::Serial,
             dirichlet,
             acceleration: Acceleration::IqnIls,
@@ -124,13 +126,13 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(scheme: &Scheme, model: LinearModel<'a>, tolerance_m: f64) -> Probe<'a> {
+    fn new(scheme: &CouplingScheme, model: LinearModel<'a>, tolerance_m: f64) -> Probe<'a> {
         let coupling = Coupling::new("model", *scheme, Policy::Accept, model.group(tolerance_m));
         let n = model.response.push.len();
         let speed = 1.0 / model.window_s;
         let force = 1.0 / model.response.compliance();
         let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
-        let prescribes_velocity = matches!(scheme, Scheme::Velocity { .. })
+        let prescribes_velocity = matches!(scheme, CouplingScheme::Velocity { .. })
             || scheme.dirichlet() == Dirichlet::ForceDriven;
         // Masses (glued velocity, position, velocity), then lambda and last motion of the coupler, and its velocity and
         // displacement where the scheme goes by them.
@@ -154,9 +156,9 @@ impl<'a> Probe<'a> {
 
     /// A converged scheme after a window in which the masses arrive with their unit velocity: the compliance at its end is the one
     /// of later windows.
-    fn learnt(scheme: &Scheme, model: LinearModel<'a>) -> Result<Probe<'a>> {
+    fn learnt(scheme: &CouplingScheme, model: LinearModel<'a>) -> Result<Probe<'a>> {
         let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
-        if matches!(scheme, Scheme::DualSchur { update, .. } if *update != Update::None) {
+        if matches!(scheme, CouplingScheme::DualSchur { update, .. } if *update != Update::None) {
             let inner = model.response.push.len();
             let mut moving = DVector::zeros(probe.size());
             moving[inner] = 1.0;

@@ -7,7 +7,7 @@ use super::prediction::{StabilityInputs, StabilityPrediction, explain};
 use crate::coupling::Coupling;
 use crate::error::Result;
 use crate::group::{Group, Patch};
-use crate::keys::{Dirichlet, Scheme};
+use crate::keys::{CouplingScheme, Dirichlet};
 use crate::nodal_mass::{both_components, nodal_mass};
 use crate::participants::Participants;
 use crate::source::mass_only;
@@ -37,7 +37,7 @@ pub fn foresee(
 /// The inputs of one interface, `block` being its continuum's compliance (m/N) or impedance (kg/s).
 fn inputs(
     group: &Group,
-    scheme: &Scheme,
+    scheme: &CouplingScheme,
     patch: &Patch,
     block: &DMatrix<f64>,
     participants: &dyn Participants,

@@ -7,7 +7,7 @@ use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
 use super::response::{EquivalentBar, Response};
 use crate::error::{Result, SchemeError, Unfit};
-use crate::keys::{Dirichlet, Interface, Scheme};
+use crate::keys::{CouplingScheme, Dirichlet, Interface};
 
 /// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
 pub const NEUTRAL: f64 = 1e-9;
@@ -60,7 +60,7 @@ pub struct StabilityPrediction {
 }
 
 /// Predicts the stability of a scheme, and the factor by which more could stand on the boundary.
-pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
+pub fn explain(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<StabilityPrediction> {
     let mut prediction = predict(inputs, scheme)?;
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
@@ -76,7 +76,7 @@ pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPre
 }
 
 /// Predicts the stability of a scheme.
-pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
+pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<StabilityPrediction> {
     let window_s = inputs.window_s();
     let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
@@ -115,7 +115,7 @@ impl StabilityInputs {
 
     /// A window of the bar that agrees with the handshake. An undamped step keeps what a damped one would lose: it errs to the
     /// unstable side.
-    fn equivalent(&self, scheme: &Scheme) -> Response {
+    fn equivalent(&self, scheme: &CouplingScheme) -> Response {
         let limit = self.step_limit.as_ref();
         let bar = EquivalentBar::equivalent(
             self.step_s,
@@ -210,8 +210,8 @@ impl StabilityPrediction {
 
 /// Factor by which more could stand on the boundary, or less where the continuum takes the motion; nothing where that does not
 /// matter.
-fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>> {
-    let late = matches!(scheme, Scheme::Staggered { .. });
+fn added_mass_margin(scheme: &CouplingScheme, model: LinearModel) -> Result<Option<f64>> {
+    let late = matches!(scheme, CouplingScheme::Staggered { .. });
     if growth_of_repeats(scheme, model)?.is_none() && !late {
         return Ok(None);
     }
@@ -239,7 +239,7 @@ fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>>
 }
 
 /// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.
-pub fn compliance(scheme: &Scheme, response: &Response, window_s: f64) -> f64 {
+pub fn compliance(scheme: &CouplingScheme, response: &Response, window_s: f64) -> f64 {
     match scheme.dirichlet() {
         Dirichlet::MotionDriven => response.compliance(),
         Dirichlet::ForceDriven => response.prescribed_compliance(window_s),

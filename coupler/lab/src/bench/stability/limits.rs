@@ -4,14 +4,14 @@ use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
 use super::setup::{StabilitySetup, largest, scheme, word};
 use coordinator::error::Error;
-use scheme::keys::{Dirichlet, Scheme, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
 
 /// A limit, twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
-    pub scheme: Scheme,
+    pub scheme: CouplingScheme,
     /// The bisected quantity: `mass_ratio`, mass behind the boundary over that of the bar, or `cfl`, step over its limit.
     pub axis: &'static str,
     /// Steps in a window.
@@ -67,7 +67,7 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     Ok(limits)
 }
 
-fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
+fn setup(scheme: CouplingScheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
     StabilitySetup {
         bar: bar(cfl),
         substeps,
@@ -77,7 +77,7 @@ fn setup(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilityS
 }
 
 /// Heavy masses make schemes grow in which the boundary follows, light ones those in which the continuum does.
-fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+fn mass_limit(scheme: CouplingScheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     let at_low_end = scheme.dirichlet() == Dirichlet::MotionDriven;
     let response = bar(cfl).response(substeps);
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
@@ -98,7 +98,7 @@ fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     })
 }
 
-fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
+fn step_limit(scheme: CouplingScheme, substeps: u32) -> Result<Limit, Error> {
     let found = |cfl: f64| Ok(is_stable(&setup(scheme, substeps, cfl, 1.0)));
     Ok(Limit {
         scheme,
@@ -111,9 +111,9 @@ fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
 }
 
 /// Repeats that do not contract never end; windows may grow by the little that a run can show.
-fn level(scheme: &Scheme) -> f64 {
+fn level(scheme: &CouplingScheme) -> f64 {
     match scheme {
-        Scheme::FixedPoint { .. } => 1.0 + NEUTRAL,
+        CouplingScheme::FixedPoint { .. } => 1.0 + NEUTRAL,
         _ => GROWTH,
     }
 }

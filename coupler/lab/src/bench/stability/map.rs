@@ -6,7 +6,7 @@ use super::bar::UnitBar;
 use super::setup::{MOVING, StabilitySetup, largest, scheme, word};
 use crate::cores::on_all_cores;
 use coordinator::error::Error;
-use scheme::keys::{Dirichlet, Scheme, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use scheme::predict::linear_pair::LinearPair;
 use scheme::predict::prediction::{StabilityInputs, compliance, predict};
@@ -23,7 +23,7 @@ pub const ELEMENTS: usize = 10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
     /// Schemes, those with roles in both of them.
-    pub schemes: Vec<Scheme>,
+    pub schemes: Vec<CouplingScheme>,
     /// Theta of the masses behind the boundary.
     pub thetas: Vec<f64>,
     /// Mass behind the boundary over that of the bar.
@@ -45,7 +45,7 @@ const WITH_ROLES: [SchemeWord; 4] = [
 ];
 
 /// All schemes, those with roles in both of them.
-fn all_schemes() -> Vec<Scheme> {
+fn all_schemes() -> Vec<CouplingScheme> {
     use SchemeWord::{DualSchur, DualSchurCheap, DualSchurSecant, Velocity};
     let words = [DualSchur, DualSchurSecant, DualSchurCheap].into_iter();
     let words = words.chain(WITH_ROLES).chain([Velocity]);
@@ -179,7 +179,7 @@ pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityIn
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let setup = &cell.setup;
     let response = setup.response();
-    let repeated = matches!(setup.scheme, Scheme::FixedPoint { .. });
+    let repeated = matches!(setup.scheme, CouplingScheme::FixedPoint { .. });
     let model = setup.model(&response);
     let start = Disturbance {
         pair: LinearPair::new(model, MOVING).state,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::map::{Axes, Cell};
 use super::setup::word;
-use scheme::keys::{Dirichlet, Scheme};
+use scheme::keys::{CouplingScheme, Dirichlet};
 use scheme::predict::prediction::NEUTRAL;
 
 const BOX: f64 = 26.0;
@@ -58,7 +58,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     svg
 }
 
-fn name(scheme: &Scheme) -> String {
+fn name(scheme: &CouplingScheme) -> String {
     let word = word(scheme.word());
     match scheme.dirichlet() {
         Dirichlet::MotionDriven => word,

@@ -5,7 +5,7 @@ use protocol::{BoundaryInertia, larger};
 use super::bar::UnitBar;
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
-use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
+use scheme::keys::{Acceleration, CouplingScheme, Dirichlet, Policy, SchemeKeys, SchemeWord};
 use scheme::predict::growth::Disturbance;
 use scheme::predict::linear_pair::{LinearModel, LinearPair};
 use scheme::predict::response::Response;
@@ -19,7 +19,7 @@ pub struct StabilitySetup {
     /// Steps in a window.
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
-    pub scheme: Scheme,
+    pub scheme: CouplingScheme,
     /// The masses behind the boundary.
     pub boundary_inertia: BoundaryInertia,
 }
@@ -37,7 +37,7 @@ pub const MOVING: Masses = Masses {
 };
 
 /// A scheme of the bench, in which this side takes the motion.
-pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
+pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> CouplingScheme {
     SchemeKeys {
         dirichlet: Some(dirichlet),
         acceleration: Some(Acceleration::Constant),
