@@ -7,7 +7,7 @@ const LETTER: f64 = 7.0;
 
 /// One axis.
 #[derive(Clone, Debug)]
-pub struct Axis {
+pub struct PlotAxis {
     /// Words along it.
     pub words: String,
     /// Numbers that have labels.
@@ -17,10 +17,10 @@ pub struct Axis {
     logarithmic: bool,
 }
 
-impl Axis {
+impl PlotAxis {
     /// A linear axis between two numbers, with at most about `count` labels.
-    pub fn linear(words: &str, ends: [f64; 2], count: usize) -> Axis {
-        Axis {
+    pub fn linear(words: &str, ends: [f64; 2], count: usize) -> PlotAxis {
+        PlotAxis {
             words: words.into(),
             ticks: labelled(ends, count),
             ends,
@@ -29,9 +29,9 @@ impl Axis {
     }
 
     /// A linear axis that holds these numbers and a margin.
-    pub fn around(words: &str, numbers: impl Iterator<Item = f64>, count: usize) -> Axis {
+    pub fn around(words: &str, numbers: impl Iterator<Item = f64>, count: usize) -> PlotAxis {
         let Some([low, high]) = range(numbers) else {
-            return Axis::linear(words, [0.0, 1.0], count);
+            return PlotAxis::linear(words, [0.0, 1.0], count);
         };
         let (size, extent) = (low.abs().max(high.abs()), high - low);
         // A constant is a line in the middle, not the noise of its last digit.
@@ -40,11 +40,11 @@ impl Axis {
             (false, true) => 0.1 * size,
             (false, false) => 1.0,
         };
-        Axis::linear(words, [low - margin, high + margin], count)
+        PlotAxis::linear(words, [low - margin, high + margin], count)
     }
 
     /// A logarithmic axis that holds these numbers, those that are positive, and a margin.
-    pub fn logarithmic(words: &str, numbers: impl Iterator<Item = f64>) -> Axis {
+    pub fn logarithmic(words: &str, numbers: impl Iterator<Item = f64>) -> PlotAxis {
         let logarithms = numbers.filter(|x| *x > 0.0).map(f64::log10);
         let [low, high] = range(logarithms).unwrap_or([0.0; 2]);
         let margin = (0.06 * (high - low)).max(0.08);
@@ -52,7 +52,7 @@ impl Axis {
             true => [low - margin, high + margin],
             false => [low - 10.0 * margin, high + 10.0 * margin],
         };
-        Axis {
+        PlotAxis {
             words: words.into(),
             ticks: logarithmic_ticks(ends),
             ends,
@@ -60,7 +60,7 @@ impl Axis {
         }
     }
 
-    /// Share of its length at which a number lies: 0 to 1 between its ends, no number where it has no place on the axis.
+    /// Share of its length at which a number lies: 0 to 1 between its ends, not finite where it does not exist on the axis.
     pub fn share(&self, number: f64) -> f64 {
         let drawn = match self.logarithmic {
             true => number.log10(),
@@ -88,9 +88,9 @@ pub enum Grid {
 #[derive(Clone, Debug)]
 pub struct AxisPair {
     /// To the right.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// Upwards.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// Left and right edge of the area (pixels).
     pub across: [f64; 2],
     /// Upper and lower edge of the area (pixels).
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_are_round_and_told_apart() {
+    fn labels_are_round_and_differ() {
         let texts = |range, count| texts(labelled(range, count));
         assert_eq!(
             texts([-32.5, 32.5], 8),
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn logarithmic_axes_have_decades_or_parts_of_them() {
-        let axis = |numbers: &[f64]| Axis::logarithmic("e", numbers.iter().copied());
+        let axis = |numbers: &[f64]| PlotAxis::logarithmic("e", numbers.iter().copied());
         let long = axis(&[1e-9, 0.0, 1e-3, f64::NAN]);
         let decades = ["1e-9", "1e-8", "1e-7", "1e-6", "1e-5", "1e-4", "0.001"];
         assert_eq!(texts(long.ticks.clone()), decades);

@@ -15,7 +15,7 @@ const STOPS: [[f64; 3]; 6] = [
 /// Below zero, as light as zero and hatched.
 const BELOW: &str = "url(#below)";
 const HATCH: &str = "<pattern id=\"below\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><path fill=\"#edf3fa\" d=\"M0 0h6v6h-6z\"/><path fill=\"#a9bfd8\" d=\"M0 0h1v6h-1z\"/></pattern>";
-/// Shades that are told apart: shapes of one shade are one path of the file.
+/// Number of different shades: shapes of one shade are one path of the file.
 const SHADES: f64 = 40.0;
 
 /// A scale from 0 to `end`.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use crate::axis::{Axis, AxisPair, Grid};
+use crate::axis::{AxisPair, Grid, PlotAxis};
 use crate::colour::ColourScale;
 use crate::extent::Extent;
 use crate::svg::{Anchor, Svg, ellipse, short};
@@ -167,8 +167,8 @@ impl Panel {
             paths.collect::<String>()
         ));
         let axes = AxisPair {
-            x: Axis::linear("x (mm)", self.extent.x, (w / 90.0) as usize),
-            y: Axis::linear("y (mm)", self.extent.y, (h / 40.0).max(3.0) as usize),
+            x: PlotAxis::linear("x (mm)", self.extent.x, (w / 90.0) as usize),
+            y: PlotAxis::linear("y (mm)", self.extent.y, (h / 40.0).max(3.0) as usize),
             across: [left, left + w],
             down: [top, top + h],
         };

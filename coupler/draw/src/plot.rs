@@ -1,6 +1,6 @@
 //! Curves over a pair of axes.
 
-use crate::axis::{Axis, AxisPair, Grid};
+use crate::axis::{AxisPair, Grid, PlotAxis};
 use crate::svg::{Anchor, Svg};
 
 /// One line of a plot.
@@ -94,10 +94,10 @@ fn frame<'a>(
     let heights = points.clone().map(|point| point.1);
     let top = EDGE + LEGEND_LINE * lines as f64;
     let axes = AxisPair {
-        x: Axis::around(labels.x, points.map(|point| point.0), 7),
+        x: PlotAxis::around(labels.x, points.map(|point| point.0), 7),
         y: match labels.log_y {
-            true => Axis::logarithmic(labels.y, heights),
-            false => Axis::around(labels.y, heights, 6),
+            true => PlotAxis::logarithmic(labels.y, heights),
+            false => PlotAxis::around(labels.y, heights, 6),
         },
         across: [LEFT, SIZE[0] - EDGE],
         down: [top, top + SIZE[1] - BELOW - EDGE],

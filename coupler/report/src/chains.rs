@@ -200,11 +200,11 @@ mod tests {
         arrays.insert("force_n".into(), vec![5.0, 1.0, -2.0, 0.5]);
         arrays.insert("adhesion".into(), vec![0.0, 0.75]);
         let links = links(&arrays);
-        let told: Vec<(f64, Option<f64>)> = links
+        let read: Vec<(f64, Option<f64>)> = links
             .iter()
             .map(|link| (link.force, link.adhesion))
             .collect();
-        assert_eq!(told, [(5.0, Some(0.0)), (-2.0, Some(0.75))]);
+        assert_eq!(read, [(5.0, Some(0.0)), (-2.0, Some(0.75))]);
         assert_eq!(links[1].ends, [[1.0, 0.0], [2.0, 1.0]]);
         let extent = around(&links).expect("it has an extent");
         let shown = [Map::to_scale(extent, "")];

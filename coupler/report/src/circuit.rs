@@ -74,25 +74,25 @@ pub fn circuit(summary: &Value) -> Option<Picture> {
     for ([left, top, right, bottom], name, about) in STATIONS {
         svg.rectangle(BOX, [left, top], [right - left, bottom - top]);
         let middle = 0.5 * (left + right);
-        text(&mut svg, name, [middle, top + 20.0], Anchor::Middle, 17.0);
-        text(&mut svg, about, [middle, top + 44.0], Anchor::Middle, 12.0);
+        text(&mut svg, name, [middle, top + 20.0], Anchor::Middle, 14.0);
+        text(&mut svg, about, [middle, top + 44.0], Anchor::Middle, 10.0);
     }
     for (flow, mass_kg) in FLOWS.iter().zip(&masses) {
         arrow(&mut svg, flow, *mass_kg);
     }
     let held = format!("third body: {}", result("third_body_zone_kg"));
-    text(&mut svg, &held, [490.0, 244.0], Anchor::Middle, 15.0);
+    text(&mut svg, &held, [490.0, 244.0], Anchor::Middle, 12.0);
     let internal = format!(
         "Qi, through x = 0: {} net, {} in both directions",
         result("q_internal_net_kg"),
         result("q_internal_abs_kg")
     );
-    text(&mut svg, &internal, [490.0, 268.0], Anchor::Middle, 12.0);
+    text(&mut svg, &internal, [490.0, 268.0], Anchor::Middle, 10.0);
     let anywhere = format!(
         "detached anywhere: {}; real masses since the start, kg",
         result("q_detached_total_kg")
     );
-    text(&mut svg, &anywhere, [20.0, 430.0], Anchor::Start, 13.0);
+    text(&mut svg, &anywhere, [20.0, 430.0], Anchor::Start, 11.0);
     let each = FLOWS.iter().zip(&masses);
     let each = each.map(|(flow, mass_kg)| format!("{} {}", flow.words, mass(*mass_kg)));
     Some(Picture {
@@ -139,8 +139,8 @@ fn arrow(svg: &mut Svg, flow: &Flow, mass_kg: f64) {
         [0.0, _] => (x + 10.0, [y - 9.0, y + 9.0], Anchor::Start),
         _ => (x, [y - 26.0, y - 9.0], Anchor::Middle),
     };
-    text(svg, flow.words, [x, heights[0]], anchor, 14.0);
-    text(svg, &mass(mass_kg), [x, heights[1]], anchor, 13.0);
+    text(svg, flow.words, [x, heights[0]], anchor, 11.5);
+    text(svg, &mass(mass_kg), [x, heights[1]], anchor, 11.0);
 }
 
 #[cfg(test)]

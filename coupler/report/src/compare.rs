@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::page::table;
-use super::units::{four, told};
+use super::units::{four, with_unit_of};
 use coordinator::error::Error;
 use draw::svg::escape;
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
@@ -29,7 +29,8 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     html += &curves("Traction on the surface", &found.profile);
     let pairs = |title: &str, head: [&str; 4], all: &BTreeMap<String, NumberPair>, of: OfPair| {
         let rows = all.iter().map(|(name, pair)| {
-            let [own, other] = pair.map(|x| x.map_or("none".into(), |x| escape(&told(name, x))));
+            let [own, other] =
+                pair.map(|x| x.map_or("none".into(), |x| escape(&with_unit_of(name, x))));
             [
                 escape(name),
                 own,
@@ -64,9 +65,9 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
                 let part = |x: Option<f64>| x.map_or("none".into(), four);
                 rows.push([
                     escape(name),
-                    escape(&told(name, distance.rms)),
+                    escape(&with_unit_of(name, distance.rms)),
                     part(distance.l2_rel),
-                    escape(&told(name, distance.max)),
+                    escape(&with_unit_of(name, distance.max)),
                     part(distance.max_rel),
                 ]);
             }

@@ -154,19 +154,14 @@ impl Material {
             let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
             notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", whole.frames));
         }
-        if self
-            .files
-            .moments
-            .iter()
-            .any(|moment| moment.time_s.is_none())
-        {
+        let mut moments = self.files.moments.iter();
+        if moments.any(|moment| moment.time_s.is_none()) {
             notes.push("The run did not record the times of its fields: frames are in the order in which their files were written.".into());
         }
         notes.push(accuracy(&self.scene, ranges));
-        let title = if self.setup.name.is_empty() {
-            run.path.display().to_string()
-        } else {
-            self.setup.name.clone()
+        let title = match self.setup.name.as_str() {
+            "" => run.path.display().to_string(),
+            name => name.into(),
         };
         Words {
             title,
@@ -221,33 +216,27 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
     let size = BYTES_MOST / 1_000_000;
     let because = format!("so that the page stays below {size} MB");
     let mut notes = Vec::new();
-    let [frames, elements, grains] = [
-        (kept.frames, whole.frames),
-        (kept.elements, whole.elements),
-        (kept.grains, whole.grains),
+    let mut note = |kept: usize, whole: usize, what: &str, more: &str| {
+        if kept < whole {
+            notes.push(format!("{kept} of {whole} {what}, {because}{more}."));
+        }
+    };
+    let minute = match whole.frames > FRAMES_MOST {
+        true => " and goes through them in a minute",
+        false => "",
+    };
+    let [elements, grains] = [
+        "elements are drawn, those nearest to the contact, and the outline",
+        "grains are drawn, those nearest to the contact",
     ];
-    if frames.0 < frames.1 {
-        let few = if frames.1 > FRAMES_MOST {
-            " and goes through them in a minute"
-        } else {
-            ""
-        };
-        notes.push(format!(
-            "{} of {} moments are shown, evenly chosen, {because}{few}.",
-            frames.0, frames.1
-        ));
-    }
+    let moments = "moments are shown, evenly chosen";
+    note(kept.frames, whole.frames, moments, minute);
+    note(kept.elements, whole.elements, elements, "");
+    note(kept.grains, whole.grains, grains, "");
     if kept.colours < whole.colours {
-        notes.push(format!("Grains have no colours but pressure, {because}."));
-    }
-    if elements.0 < elements.1 {
-        notes.push(format!("{} of {} elements are drawn, those nearest to the contact, and the outline, {because}.", elements.0, elements.1));
-    }
-    if grains.0 < grains.1 {
-        notes.push(format!(
-            "{} of {} grains are drawn, those nearest to the contact, {because}.",
-            grains.0, grains.1
-        ));
+        let at = usize::from(kept.frames < whole.frames);
+        let note = format!("Grains have no colours but pressure, {because}.");
+        notes.insert(at, note);
     }
     notes
 }

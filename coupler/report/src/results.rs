@@ -1,7 +1,7 @@
 //! Results with their units, in groups, a sentence each: those of RESULTS.md.
 
 use super::page::table;
-use super::units::{told, words};
+use super::units::{with_unit_of, words};
 use draw::svg::escape;
 use runs::files::RunFiles;
 
@@ -70,7 +70,7 @@ pub(super) fn grouped(run: &RunFiles) -> String {
             let sentence = entries.get(*number).map_or("", |entry| entry.sentence);
             [
                 escape(&words(name)),
-                escape(&told(name, *value)),
+                escape(&with_unit_of(name, *value)),
                 escape(sentence),
                 format!("<code>{}</code>", escape(name)),
             ]

@@ -40,7 +40,7 @@ pub(super) fn unit(name: &str) -> &'static str {
 }
 
 /// A value with the unit of its name: `92.87 µm`, `0.1933`, `188`.
-pub(super) fn told(name: &str, value: f64) -> String {
+pub(super) fn with_unit_of(name: &str, value: f64) -> String {
     with_unit(value, unit(name))
 }
 
@@ -97,8 +97,8 @@ pub(super) fn four(value: f64) -> String {
 fn grouped(value: i64) -> String {
     let digits = value.unsigned_abs().to_string();
     let mut text = String::new();
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
             text.push('\u{202f}');
         }
         text.push(digit);
@@ -147,7 +147,7 @@ mod tests {
             ("approach_m", f64::NAN, "not a number"),
         ];
         for (name, value, expected) in all {
-            assert_eq!(told(name, value), expected, "{name}");
+            assert_eq!(with_unit_of(name, value), expected, "{name}");
         }
         assert_eq!(words("p_max_centroid_pa"), "p max centroid");
         assert_eq!(words("energy_balance_rel"), "energy balance rel");

@@ -210,7 +210,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn told(summary: serde_json::Value) -> String {
+    fn page_of(summary: serde_json::Value) -> String {
         let run = RunFiles {
             summary,
             ..RunFiles::default()
@@ -220,25 +220,25 @@ mod tests {
 
     #[test]
     fn the_verdict_follows_status_warnings_and_bounds() {
-        let sound = told(
+        let sound = page_of(
             json!({"status": "completed", "warnings": [], "results": {"energy_balance_rel": 1e-9}}),
         );
         assert!(
             sound.contains("no check found anything") && sound.contains("holds"),
             "{sound}"
         );
-        let off = told(
+        let off = page_of(
             json!({"status": "completed", "warnings": [{}], "results": {"energy_balance_rel": 0.02}}),
         );
         assert!(
             off.contains("one warning") && off.contains("beyond"),
             "{off}"
         );
-        let suspect = told(json!({"status": "suspect", "warnings": [{}]}));
+        let suspect = page_of(json!({"status": "suspect", "warnings": [{}]}));
         assert!(
             suspect.contains("beyond what can be trusted") && suspect.contains("verdict suspect")
         );
-        let lost = told(json!({"status": "peer_lost", "message": "participant `<rail>` died"}));
+        let lost = page_of(json!({"status": "peer_lost", "message": "participant `<rail>` died"}));
         assert!(
             lost.contains("(peer_lost): participant `&lt;rail&gt;` died. What follows"),
             "{lost}"

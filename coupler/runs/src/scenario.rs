@@ -74,12 +74,12 @@ impl Setup {
     }
 
     /// The set of a participant and the one that it is joined with, by the first of its interfaces.
-    pub fn partner(&self, participant: &str) -> Option<Joint<'_>> {
+    pub fn partner(&self, participant: &str) -> Option<JoinedSet<'_>> {
         self.joined.iter().find_map(|[a, b]| {
             let (a, b) = (a.split_once('.')?, b.split_once('.')?);
             let mut ordered = [(a, b), (b, a)].into_iter();
             let (own, other) = ordered.find(|(own, _)| own.0 == participant)?;
-            Some(Joint {
+            Some(JoinedSet {
                 set: own.1,
                 partner: other.0,
                 partner_set: other.1,
@@ -90,7 +90,7 @@ impl Setup {
 
 /// A set of a participant with the one that it is joined with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint<'a> {
+pub struct JoinedSet<'a> {
     /// The participant's own set.
     pub set: &'a str,
     /// The participant on the other side.

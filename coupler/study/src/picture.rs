@@ -4,7 +4,7 @@ use super::collect::Results;
 use super::front::Trade;
 use super::settings::StudySetting;
 use super::varied_keys::{VariedKey, percent};
-use draw::axis::{Axis, AxisPair, Grid};
+use draw::axis::{AxisPair, Grid, PlotAxis};
 use draw::svg::{Anchor, Svg};
 
 /// Size of a panel (pixels), and height of a line of words below it.
@@ -78,12 +78,12 @@ fn point(panel: &FrontPanel, trade: &Trade) -> (f64, f64) {
     (trade.cost, 100.0 * trade.error.max(BOTTOM * smallest))
 }
 
-fn front_axes(panel: &FrontPanel, cost: &str) -> [Axis; 2] {
+fn front_axes(panel: &FrontPanel, cost: &str) -> [PlotAxis; 2] {
     let all = || panel.trades.iter().chain(panel.fallen);
     let errors = all().map(|t| point(panel, t).1);
     [
-        Axis::logarithmic(cost, all().map(|t| t.cost)),
-        Axis::logarithmic(&format!("error_{} (%)", panel.measure), errors),
+        PlotAxis::logarithmic(cost, all().map(|t| t.cost)),
+        PlotAxis::logarithmic(&format!("error_{} (%)", panel.measure), errors),
     ]
 }
 
@@ -158,7 +158,7 @@ fn errors(knob: &VariedKey) -> impl Iterator<Item = f64> {
     drawn.flat_map(|p| p.errors.iter().flatten().copied())
 }
 
-fn knob_axes(knob: &VariedKey) -> [Axis; 2] {
+fn knob_axes(knob: &VariedKey) -> [PlotAxis; 2] {
     // Words that would overlap are numbered as digest.txt lists them.
     let letters = knob.positions.iter().map(|p| p.value.chars().count());
     let numbered = !knob.numeric && letters.sum::<usize>() > LETTERS;
@@ -167,7 +167,7 @@ fn knob_axes(knob: &VariedKey) -> [Axis; 2] {
         false => knob.key.clone(),
     };
     let numbers = 0..knob.positions.len();
-    let mut x = Axis::logarithmic(&title, numbers.clone().map(|k| number(knob, k)));
+    let mut x = PlotAxis::logarithmic(&title, numbers.clone().map(|k| number(knob, k)));
     let label = |k: usize| {
         let position = &knob.positions[k];
         let value = match numbered {
@@ -179,7 +179,7 @@ fn knob_axes(knob: &VariedKey) -> [Axis; 2] {
     };
     x.ticks = numbers.map(label).collect();
     let heights = errors(knob).map(|error| height(knob, error));
-    [x, Axis::logarithmic("error (%)", heights)]
+    [x, PlotAxis::logarithmic("error (%)", heights)]
 }
 
 fn draw_knob(svg: &mut Svg, axes: &AxisPair, knob: &VariedKey) {
@@ -236,7 +236,7 @@ impl Page {
     }
 
     /// Draws the next panel.
-    fn draw(&mut self, [x, y]: &[Axis; 2], content: impl Fn(&mut Svg, &AxisPair)) {
+    fn draw(&mut self, [x, y]: &[PlotAxis; 2], content: impl Fn(&mut Svg, &AxisPair)) {
         self.drawn += 1;
         self.lines = 0;
         let [left, top] = self.corner();
@@ -255,7 +255,7 @@ impl Page {
         let [left, top] = self.corner();
         let at = [left + 20.0, top + PANEL[1] + LINE * self.lines as f64 + 9.0];
         let words: String = words.chars().take(LINE_LETTERS).collect();
-        let style = format!("font-size=\"11\" fill=\"{colour}\"");
+        let style = format!("font-size=\"9.7\" fill=\"{colour}\"");
         self.svg.styled_text(&style, at, Anchor::Start, &words);
         self.lines += 1;
     }

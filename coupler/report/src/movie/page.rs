@@ -154,7 +154,7 @@ fn frame(
         "v": given(ranges.speed(), &shot.speed),
         "b": given(unit, &shot.body),
         "a": given(Codes::coarse([0.0, 1.0]), &shot.adhesion),
-        // Grains that grow are told anew; those of one size are in `radius`.
+        // Radii of grains that grow go with each frame; those that stay the same are in `radius`.
         "r": (shot.radius != still).then(|| coded(radius, &shot.radius)),
         "ends": whole(shot.lines.iter().flat_map(|line| line.ends)),
         "f": ranges.force().encode(shot.lines.iter().map(|line| line.force)),

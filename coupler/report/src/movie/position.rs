@@ -5,7 +5,7 @@
 //! moved to where its line of nodes meets the glued grains.
 
 use super::mesh::{MeshSide, QuadMesh, height};
-use runs::scenario::Joint;
+use runs::scenario::JoinedSet;
 
 /// Grains at the first moment, as a mesh lies beside them (m).
 #[derive(Clone, Debug, Default)]
@@ -35,7 +35,7 @@ pub struct MeshPosition {
 /// It cannot be known; the reason goes on from the name of the mesh.
 pub fn beside(
     mesh: &QuadMesh,
-    joint: &Joint,
+    joint: &JoinedSet,
     grains: &JoinedGrains,
 ) -> Result<MeshPosition, String> {
     let side = if joint.partner_set == "lid" {
@@ -124,8 +124,8 @@ mod tests {
         (mesh, grains)
     }
 
-    fn joint(set: &'static str, partner_set: &'static str) -> Joint<'static> {
-        Joint {
+    fn joint(set: &'static str, partner_set: &'static str) -> JoinedSet<'static> {
+        JoinedSet {
             set,
             partner: "layer",
             partner_set,
@@ -147,7 +147,12 @@ mod tests {
         let position = beside(&mesh, &joint("bottom", "lid"), &grains).expect("it is known");
         assert!((position.up - 1.51).abs() < 1e-12, "{}", position.up);
         assert_eq!(position.carries, Some(MeshSide::Bottom));
-        assert!(position.note.expect("it is told").contains("1510.000 mm"));
+        assert!(
+            position
+                .note
+                .expect("there is a remark")
+                .contains("1510.000 mm")
+        );
     }
 
     #[test]

@@ -66,7 +66,7 @@ impl Scene {
         scene
     }
 
-    /// The fields of a participant at the first moment that has them; files that cannot be read are told.
+    /// The fields of a participant at the first moment that has them; files that cannot be read become remarks.
     fn first(&mut self, files: &FieldFiles, source: &FieldSource) -> Option<Arrays> {
         for moment in &files.moments {
             match files.read(source, moment) {
