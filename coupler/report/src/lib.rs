@@ -8,6 +8,7 @@
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - `circuit`: the flows of third body; `times`: where the time went;
 //! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
+//! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
 
 use std::collections::HashSet;
@@ -33,6 +34,7 @@ mod page;
 mod provenance;
 mod results;
 mod scene;
+pub mod terminal;
 mod times;
 mod units;
 mod verdict;

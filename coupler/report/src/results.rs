@@ -54,8 +54,15 @@ fn number(entries: &[Entry], name: &str) -> Option<usize> {
 /// Group for results that the page does not know, which come from foreign solvers.
 const OTHERS: &str = "Others";
 
-/// Tables of the results of a run, a group each.
-pub(super) fn grouped(run: &RunFiles) -> String {
+/// Results of one heading of the page.
+pub(super) struct ResultGroup<'a> {
+    pub(super) title: &'static str,
+    /// Name, value and sentence of each.
+    pub(super) results: Vec<(&'a str, f64, &'static str)>,
+}
+
+/// The results of a run as the page orders them.
+pub(super) fn groups(run: &RunFiles) -> Vec<ResultGroup<'_>> {
     let entries = entries();
     let mut known: Vec<(usize, &str, f64)> = run
         .entries("results")
@@ -63,11 +70,25 @@ pub(super) fn grouped(run: &RunFiles) -> String {
         .map(|(name, value)| (number(&entries, name).unwrap_or(entries.len()), name, value))
         .collect();
     known.sort_by_key(|(number, name, _)| (*number, *name));
-    let group = |number: usize| entries.get(number).map_or(OTHERS, |entry| entry.group);
+    let title = |number: usize| entries.get(number).map_or(OTHERS, |entry| entry.group);
+    let sentence = |number: usize| entries.get(number).map_or("", |entry| entry.sentence);
+    let chunks = known.chunk_by(|a, b| title(a.0) == title(b.0));
+    chunks
+        .map(|chunk| ResultGroup {
+            title: title(chunk[0].0),
+            results: chunk
+                .iter()
+                .map(|(number, name, value)| (*name, *value, sentence(*number)))
+                .collect(),
+        })
+        .collect()
+}
+
+/// Tables of the results of a run, a group each.
+pub(super) fn grouped(run: &RunFiles) -> String {
     let mut html = String::new();
-    for of_group in known.chunk_by(|a, b| group(a.0) == group(b.0)) {
-        let rows = of_group.iter().map(|(number, name, value)| {
-            let sentence = entries.get(*number).map_or("", |entry| entry.sentence);
+    for group in groups(run) {
+        let rows = group.results.iter().map(|(name, value, sentence)| {
             [
                 escape(&words(name)),
                 escape(&with_unit_of(name, *value)),
@@ -75,7 +96,7 @@ pub(super) fn grouped(run: &RunFiles) -> String {
                 format!("<code>{}</code>", escape(name)),
             ]
         });
-        html += &format!("<h3>{}</h3>", escape(group(of_group[0].0)));
+        html += &format!("<h3>{}</h3>", escape(group.title));
         html += &table(["result", "value", "", "name"], &[1], rows);
     }
     html

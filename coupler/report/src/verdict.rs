@@ -118,25 +118,51 @@ const BALANCES: [Balance; 8] = [
 /// The number of windows that did not converge, whose share of all windows has the bound.
 const NOT_CONVERGED: &str = "coupling.not_converged_windows";
 
+/// A balance of a run.
+pub(super) struct JudgedBalance {
+    pub(super) name: &'static str,
+    pub(super) value: f64,
+    pub(super) bound: Option<f64>,
+    /// Whether it is within its bound, where it has one.
+    pub(super) holds: Option<bool>,
+    meaning: &'static str,
+}
+
+/// True for a number of summary.json that is a balance.
+pub(super) fn is_balance(object: &str, name: &str) -> bool {
+    let path = format!("{object}.{name}");
+    BALANCES.iter().any(|(_, known, _, _)| *known == path)
+}
+
+/// The balances that the run has.
+pub(super) fn balances(run: &RunFiles) -> Vec<JudgedBalance> {
+    let plausible = run.scenario().plausible;
+    let windows = run.number("windows").unwrap_or(1.0).max(1.0);
+    let judged = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
+        let value = run.number(path)?;
+        let share = if *path == NOT_CONVERGED { windows } else { 1.0 };
+        let bound = bound.map(|bound| bound(&plausible));
+        Some(JudgedBalance {
+            name,
+            value,
+            bound,
+            holds: bound.map(|bound| value / share <= bound),
+            meaning,
+        })
+    });
+    judged.collect()
+}
+
 /// The warnings, if there are any, and the balances that the run has.
 pub(super) fn judged(run: &RunFiles) -> String {
-    let plausible = run.scenario().plausible;
-    let balances = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
-        let value = run.number(path)?;
-        let windows = run.number("windows").unwrap_or(1.0).max(1.0);
-        let judged = if *path == NOT_CONVERGED {
-            value / windows
-        } else {
-            value
-        };
-        let bound = bound.map(|bound| bound(&plausible));
-        Some([
-            name.to_string(),
-            four(value),
-            bound.map_or(String::new(), four),
-            bound.map_or("", |bound| holds(judged <= bound)).into(),
-            meaning.to_string(),
-        ])
+    let balances = balances(run).into_iter().map(|balance| {
+        [
+            balance.name.to_string(),
+            four(balance.value),
+            balance.bound.map_or(String::new(), four),
+            balance.holds.map_or("", holds).into(),
+            balance.meaning.to_string(),
+        ]
     });
     let warnings = run.list("warnings").map(|warning| {
         let text = |key: &str| escape(warning[key].as_str().unwrap_or_default());

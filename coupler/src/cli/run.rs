@@ -1,11 +1,11 @@
 //! `thirdbody run`: launch, couple, record.
 
-use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::budget::BudgetArguments;
 use super::common::{ScenarioArguments, VerbResult, print_either};
 use super::start::options;
+use ::report::terminal::table;
 use coordinator::participants::Registry;
 use coordinator::run::session::{Ended, run as run_scenario};
 
@@ -46,45 +46,11 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
 
 /// Prints what came of a run; the exit code is the run's.
 pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
-    let printed = print_either(ending.json, || ended.summary.to_json(), || table(&ended));
+    let printed = print_either(
+        ending.json,
+        || ended.summary.to_json(),
+        || table(&ended.path, ended.summary.value()),
+    );
     let code = ended.summary.exit_code();
     ended.error.map_or(printed, Err).map(|()| code)
-}
-
-/// The summary for a person.
-fn table(ended: &Ended) -> String {
-    let (summary, value) = (&ended.summary, ended.summary.value());
-    let mut lines = vec![
-        format!("status    {}", value["status"].as_str().unwrap_or_default()),
-        format!("run       {}", ended.path.display()),
-        format!(
-            "simulated {:.6e} s in {} windows",
-            summary.sim_time_s, summary.windows
-        ),
-        format!(
-            "wall      {:.2} s",
-            value["wall_s"].as_f64().unwrap_or_default()
-        ),
-    ];
-    if let Some(coupling) = value["coupling"].as_object() {
-        lines.push("coupling".into());
-        lines.extend(coupling.iter().map(|(name, number)| row(name, number)));
-    }
-    if !summary.warnings.is_empty() {
-        lines.push("warnings".into());
-        let found = summary.warnings.iter();
-        lines.extend(found.map(|warning| format!("  {}", warning.line())));
-    }
-    lines.push("results".into());
-    lines.extend(
-        summary
-            .results
-            .iter()
-            .map(|(name, number)| row(name, number)),
-    );
-    lines.join("\n")
-}
-
-fn row(name: &str, number: impl Display) -> String {
-    format!("  {name:<24} {number}")
 }

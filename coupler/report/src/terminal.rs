@@ -1,0 +1,121 @@
+//! What came of a run, for a terminal: how it ended, what was judged, results in groups with their units.
+
+use std::path::Path;
+
+use super::results::groups;
+use super::units::{four, span, with_unit, with_unit_of};
+use super::verdict::{balances, is_balance};
+use runs::files::RunFiles;
+use serde_json::Value;
+
+/// The table that `run` ends with, of a run directory and its summary. Names are those of summary.json, numbers have four digits.
+pub fn table(path: &Path, summary: Value) -> String {
+    let run = RunFiles {
+        path: path.to_path_buf(),
+        summary,
+        ..RunFiles::default()
+    };
+    let number = |key: &str| run.number(key).unwrap_or_default();
+    let mut lines = vec![
+        format!("status    {}", run.text("status")),
+        format!("run       {}", path.display()),
+        format!(
+            "simulated {} in {} windows",
+            with_unit(number("sim_time_s"), "s"),
+            four(number("windows"))
+        ),
+        format!("wall      {}", span(number("wall_s"))),
+    ];
+    lines.extend(warnings(&run));
+    lines.extend(judged(&run));
+    let coupling = run.entries("coupling");
+    let rest = coupling.filter(|(name, _)| !is_balance("coupling", name));
+    let rest =
+        rest.filter_map(|(name, value)| Some(row(name, &with_unit_of(name, value.as_f64()?))));
+    let rest: Vec<String> = rest.collect();
+    if !rest.is_empty() {
+        lines.push("Coupling".into());
+        lines.extend(rest);
+    }
+    for group in groups(&run) {
+        lines.push(group.title.into());
+        let rows = group.results.iter();
+        lines.extend(rows.map(|(name, value, _)| row(name, &with_unit_of(name, *value))));
+    }
+    lines.join("\n")
+}
+
+fn warnings(run: &RunFiles) -> Vec<String> {
+    let text = |warning: &Value, key: &str| warning[key].as_str().unwrap_or_default().to_string();
+    let mut lines: Vec<String> = run
+        .list("warnings")
+        .map(|warning| {
+            let [code, place, words] = ["code", "where", "text"].map(|key| text(warning, key));
+            let [value, bound] = ["value", "bound"].map(|key| warning[key].as_f64());
+            let [value, bound] = [value, bound].map(|number| number.map_or("none".into(), four));
+            format!("  [{code}] {place}: {words} (value {value}, bound {bound})")
+        })
+        .collect();
+    if !lines.is_empty() {
+        lines.insert(0, "Warnings".into());
+    }
+    lines
+}
+
+fn judged(run: &RunFiles) -> Vec<String> {
+    let rows = balances(run).into_iter().map(|balance| {
+        let bound = balance.bound.zip(balance.holds).map(|(bound, holds)| {
+            let word = if holds { "within" } else { "BEYOND" };
+            format!("  {word} {}", four(bound))
+        });
+        row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
+    });
+    let mut lines: Vec<String> = rows.collect();
+    if !lines.is_empty() {
+        lines.insert(0, "Balances".into());
+    }
+    lines
+}
+
+fn row(name: &str, value: &str) -> String {
+    format!("  {name:<30} {value:>12}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn results_stand_in_groups_with_units_and_balances_beside_their_bounds() {
+        let summary = json!({
+            "status": "suspect", "sim_time_s": 1.7e-3, "windows": 2833, "wall_s": 2.5,
+            "warnings": [{"code": "overlap", "where": "layer", "text": "much", "value": 0.31, "bound": 0.25}],
+            "coupling": {"gap_max_rel": 2.1456e-16},
+            "results": {"energy_balance_rel": 0.5, "approach_m": 0.000092867740966822},
+        });
+        let table = table(Path::new("runs/a"), summary);
+        let lines: Vec<String> = table
+            .lines()
+            .map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "))
+            .collect();
+        for line in [
+            "status suspect",
+            "simulated 1.7 ms in 2\u{202f}833 windows",
+            "[overlap] layer: much (value 0.31, bound 0.25)",
+            "approach_m 92.87 µm",
+            "Load and approach",
+        ] {
+            let line: String = line.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(lines.contains(&line), "{line} in\n{table}");
+        }
+        assert!(
+            lines.iter().any(|l| l.starts_with("gap 2.146e-16 within")),
+            "{table}"
+        );
+        assert!(
+            lines.iter().any(|l| l.starts_with("energy 0.5 BEYOND")),
+            "{table}"
+        );
+    }
+}
