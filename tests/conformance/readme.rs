@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use coordinator::error::{Code, Explanation, explanation, explanations};
-use harness::source::{product_code, read_sources};
+use harness::source::{Sources, product_code, product_crates, read_sources};
 use proc_macro2::{Delimiter, TokenTree};
 
 /// Names of formats with their versions, `thirdbody.<format>/<version>`, in a text.
@@ -21,8 +21,10 @@ fn formats(text: &str) -> BTreeSet<&str> {
 #[test]
 fn the_versions_of_formats_are_those_that_the_code_writes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let sources = read_sources(&root.join("coupler"));
-    let written: BTreeSet<&str> = sources.values().flat_map(|text| formats(text)).collect();
+    let crates = product_crates().into_iter();
+    let sources: Vec<Sources> = crates.map(|(_, folder)| read_sources(&folder)).collect();
+    let texts = sources.iter().flat_map(|sources| sources.values());
+    let written: BTreeSet<&str> = texts.flat_map(|text| formats(text)).collect();
     let readme = std::fs::read_to_string(root.join("protocol/README.md")).expect("it is text");
     let named = formats(&readme);
     assert!(
@@ -76,8 +78,7 @@ fn first_text(arguments: &[TokenTree]) -> Option<String> {
 #[test]
 fn each_warning_of_the_code_has_an_entry_and_each_entry_a_warning() {
     let mut written = BTreeSet::new();
-    for name in ["protocol", "fem-node", "dem-node", "coupler"] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+    for (_, folder) in product_crates() {
         for (file, text) in read_sources(&folder) {
             // Files of tests alone are known by their names.
             if !file.ends_with("tests.rs") {

@@ -5,8 +5,10 @@
 
 use std::process::ExitCode;
 
-use protocol::{Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window};
 use kit::read_config;
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
+};
 use serde::Deserialize;
 
 /// The keys of `participant.<name>.config`.
