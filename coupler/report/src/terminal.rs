@@ -5,11 +5,12 @@ use std::path::Path;
 use super::results::groups;
 use super::units::{four, span, with_unit, with_unit_of};
 use super::verdict::{balances, is_balance};
+use coordinator::plausible::Warning;
 use runs::files::RunFiles;
 use serde_json::Value;
 
-/// The table that `run` ends with, of a run directory and its summary. Names are those of summary.json, numbers have four digits.
-pub fn table(path: &Path, summary: Value) -> String {
+/// The table that `run` ends with, of a run directory, its summary and what the run was warned of. Names are those of summary.json, numbers have four digits.
+pub fn table(path: &Path, summary: Value, warnings: &[Warning]) -> String {
     let run = RunFiles {
         path: path.to_path_buf(),
         summary,
@@ -26,7 +27,14 @@ pub fn table(path: &Path, summary: Value) -> String {
         ),
         format!("wall      {}", span(number("wall_s"))),
     ];
-    lines.extend(warnings(&run));
+    if !warnings.is_empty() {
+        lines.push("Warnings".into());
+        lines.extend(
+            warnings
+                .iter()
+                .map(|warning| format!("  {}", warning.line())),
+        );
+    }
     lines.extend(judged(&run));
     let coupling = run.entries("coupling");
     let rest = coupling.filter(|(name, _)| !is_balance("coupling", name));
@@ -43,23 +51,6 @@ pub fn table(path: &Path, summary: Value) -> String {
         lines.extend(rows.map(|(name, value, _)| row(name, &with_unit_of(name, *value))));
     }
     lines.join("\n")
-}
-
-fn warnings(run: &RunFiles) -> Vec<String> {
-    let text = |warning: &Value, key: &str| warning[key].as_str().unwrap_or_default().to_string();
-    let mut lines: Vec<String> = run
-        .list("warnings")
-        .map(|warning| {
-            let [code, place, words] = ["code", "where", "text"].map(|key| text(warning, key));
-            let [value, bound] = ["value", "bound"].map(|key| warning[key].as_f64());
-            let [value, bound] = [value, bound].map(|number| number.map_or("none".into(), four));
-            format!("  [{code}] {place}: {words} (value {value}, bound {bound})")
-        })
-        .collect();
-    if !lines.is_empty() {
-        lines.insert(0, "Warnings".into());
-    }
-    lines
 }
 
 fn judged(run: &RunFiles) -> Vec<String> {
@@ -90,11 +81,18 @@ mod tests {
     fn results_stand_in_groups_with_units_and_balances_beside_their_bounds() {
         let summary = json!({
             "status": "suspect", "sim_time_s": 1.7e-3, "windows": 2833, "wall_s": 2.5,
-            "warnings": [{"code": "overlap", "where": "layer", "text": "much", "value": 0.31, "bound": 0.25}],
             "coupling": {"gap_max_rel": 2.1456e-16},
             "results": {"energy_balance_rel": 0.5, "approach_m": 0.000092867740966822},
         });
-        let table = table(Path::new("runs/a"), summary);
+        let warning = Warning {
+            code: "overlap".into(),
+            about: "layer".into(),
+            text: "much".into(),
+            value: Some(0.31),
+            bound: Some(0.25),
+            suspect: false,
+        };
+        let table = table(Path::new("runs/a"), summary, &[warning]);
         let lines: Vec<String> = table
             .lines()
             .map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "))
@@ -102,7 +100,7 @@ mod tests {
         for line in [
             "status suspect",
             "simulated 1.7 ms in 2\u{202f}833 windows",
-            "[overlap] layer: much (value 0.31, bound 0.25)",
+            "warning[overlap]: layer: much (value 3.1000e-1, bound 2.5e-1)",
             "approach_m 92.87 µm",
             "Load and approach",
         ] {

@@ -49,7 +49,7 @@ pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
     let printed = print_either(
         ending.json,
         || ended.summary.to_json(),
-        || table(&ended.path, ended.summary.value()),
+        || table(&ended.path, ended.summary.value(), &ended.summary.warnings),
     );
     let code = ended.summary.exit_code();
     ended.error.map_or(printed, Err).map(|()| code)
