@@ -99,7 +99,12 @@ impl Bodies {
 
     /// True if the contacts of any law store energy in springs.
     pub fn has_springs(&self) -> bool {
-        self.law.springs.is_some() || self.pairs.has_springs()
+        self.any_law(|law| law.springs.is_some())
+    }
+
+    /// True if some law is of this kind.
+    pub fn any_law(&self, is: impl Fn(&Law) -> bool) -> bool {
+        is(&self.law) || self.pairs.laws().iter().any(is)
     }
 
     /// Number of all bodies.

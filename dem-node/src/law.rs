@@ -63,6 +63,41 @@ pub struct Springs {
     pub normal: f64,
     /// kt (N/m).
     pub tangential: f64,
+    /// Damping ratio zeta of the normal spring: a damper of c = 2 zeta sqrt(kn m) lies beside it, m being the reduced mass of
+    /// the pair. Contacts without bond have it while they overlap.
+    pub damping: f64,
+}
+
+impl Springs {
+    /// The same springs alone.
+    pub fn undamped(self) -> Springs {
+        Springs {
+            damping: 0.0,
+            ..self
+        }
+    }
+
+    /// Damping ratio under which a pair that meets leaves with this part e of its speed, 0.14 to 1, the contact ending where its
+    /// force vanishes: e = exp(-(pi - 2 phi) tan phi), zeta = sin phi (Schwager and Poschel 2007).
+    pub fn damping_ratio(restitution: f64) -> f64 {
+        let [mut low, mut high] = [0.0, std::f64::consts::FRAC_PI_2];
+        while high - low > f64::EPSILON {
+            let phi = 0.5 * (low + high);
+            let e = (-(std::f64::consts::PI - 2.0 * phi) * phi.tan()).exp();
+            *(if e > restitution { &mut low } else { &mut high }) = phi;
+        }
+        high.sin() * f64::from(u8::from(restitution < 1.0))
+    }
+
+    /// What the damper makes of a spring on overlapping surfaces in a step h (s), 1/m being the sum of the inverse masses (1/kg):
+    /// both 1/(kn h^2) and g/h become this part of themselves, since the force is -kn (g + h u_n) - c u_n. Between two bodies
+    /// that nothing moves there is no damper.
+    pub fn damped_share(&self, inverse_mass: f64, h: f64) -> f64 {
+        if inverse_mass == 0.0 {
+            return 1.0;
+        }
+        1.0 / (1.0 + 2.0 * self.damping / (self.normal * inverse_mass).sqrt() / h)
+    }
 }
 
 impl Law {

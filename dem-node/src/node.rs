@@ -56,6 +56,7 @@ impl Node for Dem {
             steps_at_once: steps_at_once(self.bodies.disks()),
             step_limit_s: self.bounds.limit(),
             step_limit_name: StepBounds::NAME.into(),
+            accuracy_limits: self.stiffness.limits(),
             end_s: self.end,
             phases: self
                 .program

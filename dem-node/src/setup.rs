@@ -131,6 +131,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
             normal: stiffness * thickness,
             // Without friction there is no tangential force and any stiffness will do.
             tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
+            damping: config.damping.map_or(0.0, Springs::damping_ratio),
         }),
         cohesion: cohesion(config, thickness),
         restitution: config.restitution,

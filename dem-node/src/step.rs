@@ -78,6 +78,8 @@ pub struct StepSummary {
     pub closed: usize,
     /// Mean and largest overlap of those at the end of the step (m).
     pub overlap: [f64; 2],
+    /// Largest force of a bond over its strength.
+    pub bond_load: f64,
     /// Force of the grains on the wheel (N).
     pub on_wheel: [f64; 2],
     /// Force of the grains on the boundary, summed over the glued disks (N).
@@ -96,6 +98,7 @@ impl StepSummary {
         self.closed += other.closed;
         self.overlap[0] += other.overlap[0];
         self.overlap[1] = larger(self.overlap[1], other.overlap[1]);
+        self.bond_load = larger(self.bond_load, other.bond_load);
         self.on_wheel[0] += other.on_wheel[0];
         self.on_wheel[1] += other.on_wheel[1];
     }
@@ -173,7 +176,7 @@ impl Stepper {
 
     /// Solves under the adhesion of the step's start, lowers adhesion as far as that solution asks, and solves again until
     /// no bond falls by more than the tolerance. Adhesion only goes down on the way: above the step of
-    /// [`bond::step_limit`] that picks the first solution on the way from the intact bond.
+    /// [`crate::setup::bounds::step_limit`] that picks the first solution on the way from the intact bond.
     fn solve_bonded(
         &mut self,
         state: &GrainState,

@@ -91,8 +91,8 @@ pub use finding::{Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    BoundaryAnswer, BoundaryInertia, Capabilities, Description, HeldLoad, Node, NodeError, Outcome,
-    Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
+    AccuracyLimit, BoundaryAnswer, BoundaryInertia, Capabilities, Description, HeldLoad, Node,
+    NodeError, Outcome, Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

@@ -158,6 +158,9 @@ pub struct Description {
     pub step_limit_s: Option<f64>,
     /// Name of the bound that `step_limit_s` is.
     pub step_limit_name: String,
+    /// Steps, or windows of a node without own step, above which its results lose accuracy.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accuracy_limits: Vec<AccuracyLimit>,
     /// End of its own load history (s).
     pub end_s: Option<f64>,
     /// Named parts of its load history, in order.
@@ -199,6 +202,15 @@ pub struct Description {
     /// The prepared sample that it starts from, where it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepared_sample: Option<PreparedSample>,
+}
+
+/// A step up to which a part of the physics of a node is resolved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AccuracyLimit {
+    /// Name of the bound, and what it is a bound of.
+    pub name: String,
+    /// The step (s).
+    pub limit_s: f64,
 }
 
 /// Origin of a sample that a recipe and a seed make, always the same.

@@ -65,9 +65,9 @@ impl Pairs {
         self.law(index).map(|law| (index, law))
     }
 
-    /// True if any of these laws has springs.
-    pub fn has_springs(&self) -> bool {
-        self.laws.iter().any(|law| law.springs.is_some())
+    /// The laws in the order of their indices.
+    pub fn laws(&self) -> &[Law] {
+        &self.laws
     }
 
     /// Coefficients of friction in the order of their indices.

@@ -25,6 +25,9 @@ pub struct LawConfig {
     /// kt / kn of compliant contacts with friction, above 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
+    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give; elastic when absent. Bonds have none.
+    #[schemars(range(min = 0.14, max = 1.0))]
+    pub damping: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
@@ -75,6 +78,9 @@ pub struct PairConfig {
     /// Stiffness of the contacts per thickness (Pa).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
+    /// Restitution that dampers beside the springs give.
+    #[schemars(range(min = 0.14, max = 1.0))]
+    pub damping: Option<f64>,
     /// kt / kn of compliant contacts.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
@@ -119,6 +125,7 @@ impl PairConfig {
             friction: self.friction.or(law.friction),
             restitution: self.restitution.or(law.restitution),
             contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
+            damping: self.damping.or(law.damping),
             tangential_stiffness_ratio: self
                 .tangential_stiffness_ratio
                 .or(law.tangential_stiffness_ratio),
@@ -146,6 +153,13 @@ impl LawConfig {
     /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
         within("law.restitution", self.restitution, [0.0, 1.0])?;
+        within("law.damping", self.damping, [0.14, 1.0])?;
+        refuse_if(
+            self.damping.is_some() && self.contact_stiffness_pa.is_none(),
+            "law.damping",
+            "is for springs, and rigid contacts have none: the key would have no effect",
+            "write law.restitution instead, or give law.contact_stiffness_pa",
+        )?;
         self.refuse_rigid_options_of_springs()?;
         self.validate_names()?;
         refuse_if(

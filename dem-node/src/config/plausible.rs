@@ -35,6 +35,14 @@ pub struct DemPlausibleConfig {
     pub contact_width_rel: Bounds,
     /// Largest residual of a contact solve. In `quick` the mean friction is off by 0.2 % at 1e-3, 1.8 % at 3e-3 and 4 % at 1e-2.
     pub contact_residual: Bounds,
+    /// Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond bore more than half its strength. Above it a bond
+    /// may hold with more than its fracture energy against it.
+    pub bond_step_rel: Bounds,
+    /// Distance of the energy that decohesion took from that of the surface which bonds gave up, over the latter.
+    pub bond_energy_rel: Bounds,
+    /// Part of all dissipation that the scheme took instead of friction, impacts, dampers and bonds, where dissipation is at least
+    /// a tenth of the work on the grains.
+    pub numerical_rel: Bounds,
     /// Mass that found no place to be fed in, over the mass that was due.
     pub injection_rel: Bounds,
     /// Steps of a run alone that were accepted without having converged, over all.
@@ -55,6 +63,9 @@ impl Default for DemPlausibleConfig {
             detection_rel: bounds(5e-3, 3e-2),
             contact_width_rel: bounds(0.71, 0.95),
             contact_residual: bounds(2e-3, 0.3),
+            bond_step_rel: bounds(1.0, 4.0),
+            bond_energy_rel: bounds(0.1, 0.5),
+            numerical_rel: bounds(0.1, 0.5),
             injection_rel: bounds(0.02, 0.5),
             not_converged_rel: bounds(0.0, 0.01),
         }
@@ -75,6 +86,9 @@ impl DemPlausibleConfig {
             ("boundary_force_rel", self.boundary_force_rel),
             ("contact_width_rel", self.contact_width_rel),
             ("contact_residual", self.contact_residual),
+            ("bond_step_rel", self.bond_step_rel),
+            ("bond_energy_rel", self.bond_energy_rel),
+            ("numerical_rel", self.numerical_rel),
             ("injection_rel", self.injection_rel),
             ("not_converged_rel", self.not_converged_rel),
         ];

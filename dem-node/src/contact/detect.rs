@@ -24,6 +24,20 @@ pub struct Slot {
     pub spring: f64,
     /// Gap, or opening of the bond, along its normal at the end of the last step (m); 0 without contact.
     pub last_gap: f64,
+    /// Gap at which the pair of a broken bond touches (m), until it has once come apart; 0 for all others.
+    pub reference: f64,
+}
+
+impl Slot {
+    /// Gap of the pair (m) at this distance of its surfaces. A broken bond leaves its pair touching at the bond's reference: at
+    /// the surfaces themselves it would meet an overlap or a void that the bond never knew, which makes or swallows
+    /// energy. Once the pair has come apart its surfaces are what touches.
+    pub fn gap(&mut self, distance: f64) -> f64 {
+        if distance > self.reference.max(0.0) {
+            self.reference = 0.0;
+        }
+        distance - self.reference
+    }
 }
 
 /// The Verlet list: all pairs that were closer than `reach` when it was built.
@@ -43,8 +57,8 @@ pub struct VerletList {
 
 impl VerletList {
     /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
-    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs stay
-    /// listed, however far apart.
+    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs, and those that
+    /// touch at the reference of a broken bond, stay listed, however far apart.
     pub fn refresh(
         &mut self,
         bodies: &Bodies,
@@ -64,7 +78,9 @@ impl VerletList {
         self.wheel = positions.wheel;
         self.wall_motion_time = positions.wall_motion_time;
         let mut listed = list_pairs(bodies, positions, self.reach);
-        add_bonded(&mut listed, bonded);
+        let touching = self.slots.iter().filter(|slot| slot.reference > 0.0);
+        let touching = touching.map(|slot| (slot.a, slot.b));
+        add_bonded(&mut listed, bonded.chain(touching));
         carry_over(&self.slots, &mut listed);
         self.slots = listed;
     }
@@ -145,6 +161,9 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
+            if slot.reference != 0.0 {
+                visit(slot.reference);
+            }
         }
     }
 }

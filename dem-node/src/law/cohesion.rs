@@ -63,6 +63,17 @@ impl Cohesion {
         0.5 * area * adhesion * adhesion * self.drive(opening, slip)
     }
 
+    /// Energy over the area of the bond that adhesion takes as it falls from a_0 to a_1 in a step h (s), viscosity included
+    /// (J/m2): the integral of w h' da, and b ((a_0 - a_1)/h)^p of power over the rest of the way.
+    pub fn surface(&self, [before, after]: [f64; 2], h: f64) -> f64 {
+        let fall = before - after;
+        let weight = match self.h_prime {
+            HPrime::One => 1.0,
+            HPrime::Adhesion => 0.5 * (before + after),
+        };
+        fall * (weight * self.energy + self.viscosity * (fall / h).powf(self.power))
+    }
+
     /// l Cn a^2 and l Ct a^2 (N/m).
     pub fn stiffness(&self, area: f64, adhesion: f64) -> [f64; 2] {
         [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)

@@ -5,11 +5,17 @@ use protocol::{Finding, HeldLoad, larger};
 use crate::bodies::Bodies;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::measure::report::{RunStatistics, lost_grains};
+use crate::setup::bounds::StiffnessBounds;
 use crate::step::state::GrainState;
 use kit::wheel::WheelProgram;
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
 const SETTLING: f64 = 0.01;
+
+/// Part of its strength above which a bond is near to breaking.
+const HALF_STRENGTH: f64 = 0.5;
+/// Part of the work on the grains above which what they lose decides.
+const DISSIPATIVE: f64 = 0.1;
 
 /// A run at its end.
 pub struct FinishedRun<'a> {
@@ -21,6 +27,10 @@ pub struct FinishedRun<'a> {
     pub state: &'a GrainState,
     /// Energies stored since its start (J).
     pub stored: [f64; 4],
+    /// Steps that bonds and contact springs ask for.
+    pub stiffness: StiffnessBounds,
+    /// Its step, or its windows (s).
+    pub step: f64,
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
@@ -42,6 +52,9 @@ impl FinishedRun<'_> {
             self.wheel_drift(),
             self.added_inertia(),
             self.detection(),
+            self.bond_step(),
+            self.bond_energy(),
+            self.numerical(),
             self.injection(),
             self.contact_width(),
             self.contact_residual(),
@@ -161,7 +174,12 @@ impl FinishedRun<'_> {
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
         let ledger = &self.state.ledger;
-        let lost = [ledger.impact, ledger.friction, ledger.cohesion];
+        let lost = [
+            ledger.impact,
+            ledger.numerical,
+            ledger.friction,
+            ledger.cohesion,
+        ];
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
         let jumps = ledger.detection_size;
@@ -169,6 +187,48 @@ impl FinishedRun<'_> {
         let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
         self.bounds.detection_rel.judge("detection", value, || {
             format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+        })
+    }
+
+    /// Judges the step where bonds came near to breaking.
+    fn bond_step(&self) -> Option<Finding> {
+        let limit = self.stiffness.bonds_s?;
+        let load = self.statistics.bond_load_max;
+        let value = if load > HALF_STRENGTH {
+            self.step / limit
+        } else {
+            0.0
+        };
+        self.bounds.bond_step_rel.judge("bond_step", value, || {
+            format!(
+                "bonds bore up to {load:.2} of their strength in steps of {:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale",
+                self.step
+            )
+        })
+    }
+
+    fn bond_energy(&self) -> Option<Finding> {
+        let share = self.state.ledger.decohesion_share()?;
+        self.bounds.bond_energy_rel.judge("bond_energy", (1.0 - share).abs(), || {
+            format!(
+                "bonds gave up a surface of {:.3e} J and took {share:.3} of that from the motion: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
+                self.state.ledger.surface
+            )
+        })
+    }
+
+    /// Judges the scheme's part of the dissipation, where that is a part of the energy balance at all.
+    fn numerical(&self) -> Option<Finding> {
+        let ledger = &self.state.ledger;
+        let share = ledger.numerical_share()?;
+        let counts = ledger.dissipated() > DISSIPATIVE * ledger.worked();
+        let value = if counts { share } else { 0.0 };
+        self.bounds.numerical_rel.judge("numerical", value, || {
+            let kept = self.stiffness.restitution(self.step);
+            let rebound = kept.map_or(String::new(), |[low, high]| {
+                format!(" (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)")
+            });
+            format!("the time scheme took {share:.3} of all the energy that the grains lost{rebound}: what friction, dampers and bonds do depends on the step; lower time.step_s (where there are windows, substeps), or give the contacts law.damping of their own")
         })
     }
 
@@ -325,6 +385,8 @@ mod tests {
                 bodies: &self.bodies,
                 state: &self.state,
                 stored: self.stored,
+                stiffness: StiffnessBounds::default(),
+                step: STEP,
                 statistics: &self.statistics(),
                 program: Some(&program),
                 alone: true,
@@ -378,6 +440,7 @@ mod tests {
             scene.bodies.law.springs = Some(Springs {
                 normal: 1.0,
                 tangential: 1.0,
+                damping: 0.0,
             });
             scene
         });
@@ -498,6 +561,7 @@ mod tests {
             force: [force, 0.0],
             spring: 0.0,
             last_gap: 0.0,
+            reference: 0.0,
         };
         let scene = |value: f64| {
             let mut scene = sound();

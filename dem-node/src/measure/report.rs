@@ -153,6 +153,8 @@ pub struct RunStatistics {
     pub overlap_max: f64,
     /// See `overlap_max`.
     pub overlap_mean_max: f64,
+    /// Largest force of a bond over its strength.
+    pub bond_load_max: f64,
     /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
     pub added_inertia: RecentRatio,
     /// Steps with a load, and those of them whose residual was measured against rounding.
@@ -187,6 +189,7 @@ impl RunStatistics {
         self.defect_max = larger(self.defect_max, step.momentum_defect);
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
+        self.bond_load_max = larger(self.bond_load_max, step.bond_load);
         let h = span.end - span.start;
         let loading = program.is_some_and(|program| span.start < program.ramp_s);
         if !loading {

@@ -23,7 +23,7 @@ use crate::sample::prepared::SampleStore;
 use crate::sample::types::Sample;
 use crate::sample::{perturb, wheel_face};
 use crate::setup;
-use crate::setup::bounds::StepBounds;
+use crate::setup::bounds::{StepBounds, StiffnessBounds};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
@@ -48,8 +48,8 @@ pub struct Dem {
     pub(super) opening: Option<PrescribedOpening>,
     /// Number of bonds at the start.
     pub(super) initial_bond_count: usize,
-    /// The longest step with a unique end (s).
-    pub(super) bond_step_limit: Option<f64>,
+    /// Steps that bonds and contact springs ask for.
+    pub(super) stiffness: StiffnessBounds,
     /// Origin of the sample, where a recipe made it.
     pub(super) prepared_sample: Option<PreparedSample>,
     pub(super) solid_fraction: f64,
@@ -154,7 +154,7 @@ impl Dem {
             solver: SolverThreads::new(config.solver, setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
-            bond_step_limit: bond::step_limit(&bodies, &state.bonds),
+            stiffness: StiffnessBounds::new(&bodies, &state.bonds),
             opening,
             start: match setting.fields {
                 Some(_) => state.centres.clone(),

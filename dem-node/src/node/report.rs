@@ -46,7 +46,8 @@ impl Dem {
         let clusters = &bodies.clusters;
         let moved = bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
         let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
-        let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
+        let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0)
+            || bodies.any_law(|law| law.springs.is_some_and(|s| s.damping > 0.0));
         let some = [
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
@@ -115,7 +116,15 @@ impl Dem {
             ("bonds_broken", broken),
             ("bonds_broken_share", broken.and_then(per_bond)),
             ("adhesion_mean", adhesion),
-            ("bond_step_limit_s", self.bond_step_limit),
+            ("bond_step_limit_s", self.stiffness.bonds_s),
+            ("bond_load_max", bonds.map(|_| statistics.bond_load_max)),
+            ("bond_energy_rel", state.ledger.decohesion_share()),
+            ("numerical_share", state.ledger.numerical_share()),
+            (
+                "spring_restitution",
+                step.and_then(|step| self.stiffness.restitution(step))
+                    .map(|[low, _]| low),
+            ),
             ("inertial_number", self.scaling.map(|s| s.inertial_number)),
             ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
             (
@@ -145,6 +154,8 @@ impl Dem {
             bodies: &self.bodies,
             state: &self.progress.state,
             stored: self.stored(),
+            stiffness: self.stiffness,
+            step: self.window.or(self.own_step).unwrap_or_default(),
             statistics: &self.progress.statistics,
             program: self.program.as_ref(),
             alone: self.interface.disks.is_empty(),

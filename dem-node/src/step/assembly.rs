@@ -45,7 +45,12 @@ impl Stepper {
                 at.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
             }
             let bond = bonds.find((slot.a, slot.b));
+            let gap = match bond {
+                Some((_, bond)) => at.gap - bond.reference,
+                None => slot.gap(at.gap),
+            };
             let mut contact = self.candidate(state, input, slot, at, compliance);
+            contact.gap = gap;
             if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
                 (slot.force, slot.last_gap) = ([0.0; 2], 0.0);
@@ -54,7 +59,6 @@ impl Stepper {
             if let Some((index, bond)) = bond {
                 let law = bodies.law_of(contact.a as usize, contact.b as usize);
                 contact.bond = self.problem.bonds.len() as u32;
-                contact.gap -= bond.reference;
                 contact.bias = [contact.gap / input.step, 0.0];
                 contact.compliance[1] = 0.0;
                 let bonded = BondContact::new(law, bond, index, input.step);
@@ -197,6 +201,13 @@ impl Stepper {
             return false;
         };
         contact.bias[0] = bias;
+        let damped = law.springs.filter(|springs| springs.damping > 0.0);
+        if let Some(springs) = damped.filter(|_| contact.gap < 0.0) {
+            let inverse = |body: u32| self.problem.records[body as usize].inverse_mass;
+            let share = springs.damped_share(inverse(contact.a) + inverse(contact.b), h);
+            contact.bias[0] *= share;
+            contact.compliance[0] *= share;
+        }
         true
     }
 }

@@ -130,7 +130,7 @@ impl Stepper {
             state.ledger.interface -= p * at_theta(*new, *old);
         }
         state.glued_velocity.copy_from_slice(&boundary.velocity);
-        state.ledger.impact += (theta - 0.5) * squared_change;
+        state.ledger.numerical += (theta - 0.5) * squared_change;
     }
 
     /// Work of moving walls on the grains in a step (J).

@@ -2,8 +2,8 @@
 //!
 //! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
 //! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
-//! interface; the second is the numerical loss of the scheme. Contacts turn their share into spring energy, friction
-//! and impact (see [`crate::contact::loss::contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::contact::bond::end_step`]).
+//! interface; the second is the numerical loss of the scheme, in which rigid contacts hide half of their impacts. Contacts turn
+//! their share into spring energy, friction and impact (see [`crate::contact::loss::contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::contact::bond::end_step`]).
 //! Between two steps nothing moves, and yet springs may change: by what detection finds otherwise than the step left it, and
 //! by a repair of overlaps. Both are terms of their own, so that neither work nor impact hides an error of the geometry.
 
@@ -25,16 +25,20 @@ pub struct GrainLedger {
     pub walls: f64,
     /// Work of fed grains that grow.
     pub injection: f64,
-    /// Lost in the damping of driven clusters.
+    /// Lost in the dampers of contacts and of driven clusters.
     pub damping: f64,
     /// Work of the grains' weight.
     pub weight: f64,
-    /// Lost in impacts and by the scheme.
+    /// Lost in impacts of rigid contacts.
     pub impact: f64,
+    /// Lost by the scheme: less of it in shorter steps.
+    pub numerical: f64,
     /// Lost in slip.
     pub friction: f64,
     /// Lost by falling adhesion.
     pub cohesion: f64,
+    /// Energy of the surface that bonds have given up, which `cohesion` comes close to in short steps.
+    pub surface: f64,
     /// Energy of springs and bonds that detection did not find again, less what it found too much.
     pub detection: f64,
     /// Size of `detection`, contact by contact and step by step: no sign hides another.
@@ -45,7 +49,7 @@ pub struct GrainLedger {
 
 impl GrainLedger {
     /// Names, roles and values of the terms of the balance; `stored` are kinetic, spring and bond energies since the start.
-    pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 12] {
+    pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 13] {
         let [kinetic, normal, tangential, bonds] = stored;
         [
             ("interface", Role::InterfaceWork, self.interface),
@@ -57,6 +61,7 @@ impl GrainLedger {
             ("springs_tangential", Role::Stored, tangential),
             ("bonds_elastic", Role::Stored, bonds),
             ("impact", Role::Dissipated, self.impact),
+            ("numerical", Role::Dissipated, self.numerical),
             ("friction", Role::Dissipated, self.friction),
             ("cohesion", Role::Dissipated, self.cohesion),
             ("detection", Role::Dissipated, self.detection),
@@ -66,8 +71,11 @@ impl GrainLedger {
     /// Adds the loss of a contact.
     pub fn lose(&mut self, loss: &Loss) {
         self.impact += loss.impact;
+        self.damping += loss.damping;
+        self.numerical += loss.numerical;
         self.friction += loss.friction;
         self.cohesion += loss.cohesion;
+        self.surface += loss.surface;
         self.detection += loss.detection;
         self.detection_size += loss.detection.abs();
     }
@@ -75,22 +83,56 @@ impl GrainLedger {
     /// Adds the losses of other contacts.
     pub fn join(&mut self, losses: &GrainLedger) {
         self.impact += losses.impact;
+        self.damping += losses.damping;
+        self.numerical += losses.numerical;
         self.friction += losses.friction;
         self.cohesion += losses.cohesion;
+        self.surface += losses.surface;
         self.detection += losses.detection;
         self.detection_size += losses.detection_size;
     }
 
+    /// Everything that was dissipated (J), but what detection and repairs make of it.
+    pub fn dissipated(&self) -> f64 {
+        self.impact + self.damping + self.numerical + self.friction + self.cohesion
+    }
+
+    /// Part of it that the scheme took and not the physics; `None` without dissipation.
+    pub fn numerical_share(&self) -> Option<f64> {
+        let all = self.dissipated();
+        (all > 0.0).then(|| self.numerical / all)
+    }
+
+    /// Energy that decohesion took over that of the surface which bonds gave up; `None` where none gave any.
+    pub fn decohesion_share(&self) -> Option<f64> {
+        (self.surface > 0.0).then(|| self.cohesion / self.surface)
+    }
+
+    /// Sizes of all works done on the grains (J).
+    pub fn worked(&self) -> f64 {
+        let works = [
+            self.interface,
+            self.load,
+            self.drive,
+            self.walls,
+            self.injection,
+            self.weight,
+        ];
+        works.iter().map(|work| work.abs()).sum()
+    }
+
     /// All terms but that of walls, which rarely move, in order.
-    pub fn numbers(&self) -> [f64; 10] {
+    pub fn numbers(&self) -> [f64; 12] {
         [
             self.interface,
             self.load,
             self.drive,
             self.weight,
             self.impact,
+            self.numerical,
             self.friction,
             self.cohesion,
+            self.surface,
             self.detection,
             self.detection_size,
             self.repair,
@@ -117,7 +159,7 @@ mod tests {
             "bonds_elastic",
         ];
         assert_eq!(of(Role::Stored), stored);
-        let dissipated = ["impact", "friction", "cohesion", "detection"];
+        let dissipated = ["impact", "numerical", "friction", "cohesion", "detection"];
         assert_eq!(of(Role::Dissipated), dissipated);
     }
 
@@ -129,6 +171,9 @@ mod tests {
                 impact: 1.0,
                 friction: 2.0,
                 cohesion: 3.0,
+                surface: 4.0,
+                damping: 5.0,
+                numerical: 6.0,
                 detection,
             });
         }
@@ -136,6 +181,9 @@ mod tests {
             impact: 2.0,
             friction: 4.0,
             cohesion: 6.0,
+            surface: 8.0,
+            damping: 10.0,
+            numerical: 12.0,
             detection: -1.5,
             detection_size: 2.5,
             ..GrainLedger::default()

@@ -221,14 +221,18 @@ impl GrainState {
             let bonded = bonds.find((slot.a, slot.b));
             let [normal, tangential] = slot.force;
             let force = match bonded {
-                None if normal == 0.0 && tangential == 0.0 => continue,
+                None if normal == 0.0 && tangential == 0.0 && slot.last_gap >= 0.0 => continue,
                 None => slot.force,
                 // Tension and shear are the bond's.
                 Some(_) => [normal.max(0.0), 0.0],
             };
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             let [normal, tangential] = law.stored(force);
-            stored[0] += normal;
+            // A damper is no spring.
+            stored[0] += match law.springs {
+                Some(s) if s.damping > 0.0 => 0.5 * s.normal * slot.last_gap.min(0.0).powi(2),
+                _ => normal,
+            };
             stored[1] += tangential;
             if let Some((_, bond)) = bonded {
                 stored[2] += bond.stored(bodies);

@@ -138,6 +138,7 @@ impl Stepper {
                     let law = bodies.law_of(slot.a as usize, slot.b as usize);
                     let adhesion = [before, during, after];
                     ledger.lose(&bond::end_step(law, bond, slot, &done, adhesion));
+                    summary.bond_load = larger(summary.bond_load, bond.load(law));
                 }
             }
             if done.impulse[0] > 0.0 {
@@ -164,14 +165,13 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        // It only counts with the weight 1 - theta.
-        let before = if input.theta == 1.0 {
+        let springs = input.bodies.law_at(contact.pair_law).springs;
+        // With springs it only counts with the weight 1 - theta.
+        let before = if input.theta == 1.0 && springs.is_some() {
             velocity
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let law = input.bodies.law_at(contact.pair_law);
-        let springs = law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
         let last_gap = if contact.glued && self.problem.boundary.is_compliant() {

@@ -26,6 +26,17 @@ pub fn fault_of_description(told: &Description) -> Option<String> {
             ));
         }
     }
+    if let Some(bound) = told
+        .accuracy_limits
+        .iter()
+        .find(|bound| wrong(bound.limit_s))
+    {
+        return Some(format!(
+            "says that the limit `{}` is {}: it must be a finite time above zero",
+            bound.name.escape_debug(),
+            bound.limit_s
+        ));
+    }
     for phase in &told.phases {
         let [start, end] = [phase.t0_s, phase.t1_s];
         if !(start >= 0.0 && end >= start && end.is_finite()) {

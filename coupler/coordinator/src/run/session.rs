@@ -38,6 +38,7 @@ use scheme::clock::Clock;
 use scheme::group::Group;
 use scheme::join::join;
 use scheme::predict::inputs::foresee;
+use scheme::predict::prediction::Bound;
 use scheme::window::AcceptedWindow;
 
 /// Circumstances of a run, beside the scenario.
@@ -439,6 +440,9 @@ impl RunSession<'_> {
                 "has no step of its own: give participant.{name}.config.time.step_s"
             ))
         })?;
+        let bounds = Bound::of_accuracy(&description.accuracy_limits, step_s);
+        let foreseen = &mut self.summary.foreseen;
+        foreseen.extend(bounds.map(|bound| format!("step of {step_s:.4e} s:{}", bound.line())));
         let at_once = description.steps_at_once.unwrap_or(u32::MAX).max(1);
         let clock = Clock {
             step_s,

@@ -78,6 +78,7 @@ fn inputs(
         step_limit: limit(continuum.step_limit_s, &continuum.step_limit_name),
         first_period_s: continuum.first_period_s.filter(positive),
         window_limit: limit(motion_driven.step_limit_s, &motion_driven.step_limit_name),
+        accuracy_limits: motion_driven.accuracy_limits.clone(),
         compliance,
         definite: definite(block),
         boundary_inertia: inertia.filter(|inertia| sensible(inertia, point_mass_kg)),

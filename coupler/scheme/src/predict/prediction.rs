@@ -1,6 +1,6 @@
 //! The prediction of stability: bounds, growth, and the verdict.
 
-use protocol::BoundaryInertia;
+use protocol::{AccuracyLimit, BoundaryInertia};
 use serde::Serialize;
 
 use super::growth::{growth, growth_of_repeats};
@@ -25,6 +25,8 @@ pub struct StabilityInputs {
     pub first_period_s: Option<f64>,
     /// The longest window that the layer's solver accepts (s), and its name.
     pub window_limit: Option<(f64, String)>,
+    /// Windows above which that solver's results lose accuracy.
+    pub accuracy_limits: Vec<AccuracyLimit>,
     /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
     /// H over the impedance of its stiffest one.
     pub compliance: f64,
@@ -45,6 +47,27 @@ pub struct Bound {
     pub margin: f64,
     /// True if breaking it costs stability; otherwise it costs accuracy.
     pub stability: bool,
+}
+
+impl Bound {
+    /// The bounds of a step or window (s) above which results lose accuracy.
+    pub fn of_accuracy(limits: &[AccuracyLimit], step_s: f64) -> impl Iterator<Item = Bound> {
+        limits.iter().map(move |limit| Bound {
+            name: limit.name.clone(),
+            margin: limit.limit_s / step_s,
+            stability: false,
+        })
+    }
+
+    /// The margin, the name and the kind, for people.
+    pub fn line(&self) -> String {
+        let kind = if self.stability {
+            "stability"
+        } else {
+            "accuracy"
+        };
+        format!("  margin {:>9.3}  {} ({kind})", self.margin, self.name)
+    }
 }
 
 /// A prediction.
@@ -98,6 +121,8 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
     if !inputs.definite {
         add("compliance that is nowhere negative", 0.0, true);
     }
+    let accuracy = Bound::of_accuracy(&inputs.accuracy_limits, window_s);
+    prediction.bounds.extend(accuracy);
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
         let model = inputs.model(&response, inertia);
@@ -157,7 +182,9 @@ impl StabilityPrediction {
         if self.stable() != Some(false) || interface.unsafe_window {
             return Ok(());
         }
-        let (name, bound) = (&interface.name, self.decides());
+        let name = &interface.name;
+        let bounds = self.bounds.iter().filter(|bound| bound.stability);
+        let bound = bounds.min_by(|a, b| a.margin.total_cmp(&b.margin));
         let bound = bound.map_or(String::new(), |bound| {
             format!(" ({}, margin {:.3})", bound.name, bound.margin)
         });
@@ -191,14 +218,7 @@ impl StabilityPrediction {
             first += &format!(", {} decides", bound.name);
         }
         let mut lines = vec![first];
-        lines.extend(self.bounds.iter().map(|bound| {
-            let kind = if bound.stability {
-                "stability"
-            } else {
-                "accuracy"
-            };
-            format!("  margin {:>9.3}  {} ({kind})", bound.margin, bound.name)
-        }));
+        lines.extend(self.bounds.iter().map(Bound::line));
         if let Some(ratio) = self.added_mass {
             lines.push(format!(
                 "  the wall resists a window's motion {ratio:.3} times as much as the continuum"

@@ -42,6 +42,7 @@ fn between_walls() -> Bodies {
             springs: Some(Springs {
                 normal: K,
                 tangential: K,
+                damping: 0.0,
             }),
             ..Law::default()
         },

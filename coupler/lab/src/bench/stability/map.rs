@@ -167,6 +167,7 @@ pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityIn
         step_limit: Some((UnitBar::LIMIT_S, "stability limit".into())),
         first_period_s: Some(setup.bar.first_period_s()),
         window_limit: None,
+        accuracy_limits: Vec::new(),
         compliance: compliance(&setup.scheme, response, setup.window_s()),
         definite: true,
         boundary_inertia: Some(setup.boundary_inertia),
