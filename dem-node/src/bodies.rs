@@ -102,6 +102,11 @@ impl Bodies {
         self.any_law(|law| law.springs.is_some())
     }
 
+    /// True if contacts or bonds store energy.
+    pub fn is_elastic(&self) -> bool {
+        self.law.cohesion.is_some() || self.has_springs()
+    }
+
     /// True if some law is of this kind.
     pub fn any_law(&self, is: impl Fn(&Law) -> bool) -> bool {
         is(&self.law) || self.pairs.laws().iter().any(is)

@@ -8,7 +8,9 @@
 //! and Cocou 1999), whatever gap it was made at; the implicit step takes 3/4 of the step's part of delta_0 less, and
 //! adhesion below 1e-4 counts as none, which leaves 5e-5. A pair that flies apart with the energy E keeps E - w l.
 
-use protocol::Node;
+use std::collections::BTreeMap;
+
+use protocol::{Node, Window};
 use serde_json::{Value, json};
 
 use crate::dem_support::{Report, THICKNESS, build, close, march, mass, scene};
@@ -240,4 +242,91 @@ fn steps_above_the_bound_of_bonds_are_judged_where_bonds_are_loaded() {
     let (found, load) = found(2.0, 1.5 * limit);
     assert_eq!(found, [false]);
     assert!(load > 0.5, "{load}");
+}
+
+/// A bonded block of rows of four grains between two glued rows, the upper of which moves: its velocity over x from its middle (m/s,
+/// m/s; 1/s). Returns the last report, the bonds that broke, the results and the codes of the findings.
+fn torn(
+    rows: i32,
+    [vx, vy, turn]: [f64; 3],
+    step: f64,
+    steps: u64,
+) -> (Report, usize, BTreeMap<String, f64>, Vec<String>) {
+    let position = |row: i32, column: i32| {
+        let x = 2.0 * R * (f64::from(column) - 1.5 + 0.5 * f64::from(row % 2));
+        [x, 3f64.sqrt() * R * f64::from(row)]
+    };
+    let disk = |(row, column): (i32, i32)| {
+        let [x, y] = position(row, column);
+        let (glued, lid) = (row == 0 || row == rows - 1, row == rows - 1);
+        json!({"x_m": x, "y_m": y, "radius_m": R, "glued": glued, "lid": lid})
+    };
+    let all = (0..rows).flat_map(|row| (0..4).map(move |column| (row, column)));
+    let sample = json!({"kind": "disks", "disks": all.map(disk).collect::<Vec<_>>()});
+    let mut law = law(true, "one");
+    law["friction"] = json!(0.3);
+    let overrides = json!({
+        "solver": {"kind": "nsgs", "tolerance": 1e-8, "max_iterations": 20_000, "min_iterations": 1},
+        "time": {"pressure_pa": 1.0, "unsafe_step": true},
+    });
+    let mut dem = build(&scene(law, step, sample, overrides));
+    let born = dem.state().bonds.len();
+    dem.couple("lid").expect("it is glued");
+    dem.set_boundary(step, &[0.0; 64]).expect("8 x 8 numbers");
+    let velocity = (0..4).flat_map(|column| [vx, vy + turn * position(rows - 1, column)[0]]);
+    let velocity: Vec<f64> = velocity.collect();
+    let mut values = Vec::new();
+    for index in 0..steps {
+        let [t0_s, t1_s] = [index, index + 1].map(|k| k as f64 * step);
+        let window = Window {
+            index,
+            substeps: 1,
+            step: index,
+            t0_s,
+            t1_s,
+            ..Window::default()
+        };
+        let answer = dem.solve(&window, &velocity).expect("it can be solved");
+        assert!(answer.converged);
+        let moved: Vec<f64> = velocity.iter().map(|v| v * t1_s).collect();
+        values = dem.commit(&window, &moved).expect("it was solved");
+    }
+    let report = Report::new(dem.describe(), values);
+    let left = dem.state().bonds.iter().filter(|bond| bond.holds()).count();
+    let outcome = dem.finish().expect("it ends");
+    let codes = outcome.findings.into_iter().map(|finding| finding.code);
+    (report, born - left, outcome.results, codes.collect())
+}
+
+/// What the bonds took over the surface that they gave up, sum of l w (1 - a): of first order in the step.
+#[test]
+fn a_block_that_is_torn_takes_its_surface_energy() {
+    let limit = 1.0 / (3.0 * AREA * CN * 2.0 / mass(R)).sqrt();
+    for (what, rows, velocity) in [
+        ("pulled", 5, [0.0, 4.0, 0.0]),
+        ("sheared", 5, [4.0, 0.0, 0.0]),
+        ("bent", 7, [0.0, 0.0, 4.0 / (3.0 * R)]),
+    ] {
+        let share = |part: f64| {
+            let step = part * limit;
+            let (report, broken, results, codes) =
+                torn(rows, velocity, step, (40e-6 / 4.0 / step) as u64);
+            assert!(broken >= 2, "{what}: {broken}");
+            for term in ["cohesion", "numerical", "friction"] {
+                assert!(report.energy(term) >= 0.0, "{what}: {term}");
+            }
+            assert!(
+                report.imbalance(0.0) < 1e-6,
+                "{what}: {:e}",
+                report.imbalance(0.0)
+            );
+            let told = codes.iter().any(|code| code == "bond_step");
+            assert_eq!(told, part > 1.0, "{what}: {codes:?}");
+            results["bond_energy_rel"]
+        };
+        let (short, long) = (share(0.05), share(1.5));
+        println!("{what}: {short} {} {} {long}", share(0.2), share(0.8));
+        assert!((0.99..=1.0).contains(&short), "{what}: {short}");
+        assert!(long < 0.95, "{what}: {long}");
+    }
 }

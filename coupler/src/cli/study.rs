@@ -276,6 +276,9 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
     write(&opened.folder.join("results.csv"), &results.csv())?;
     let digest = Digest::new(&results);
     write(&opened.folder.join("front.csv"), &digest.front_csv())?;
+    if let Some(means) = digest.means_csv() {
+        write(&opened.folder.join("means.csv"), &means)?;
+    }
     let missing = results
         .rows
         .iter()

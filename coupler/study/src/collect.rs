@@ -44,6 +44,8 @@ pub struct StudyRow {
     pub varied: Vec<bool>,
     /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
     pub deviations: Vec<Option<f64>>,
+    /// The result that each measure is of, where it is one.
+    pub numbers: Vec<Option<f64>>,
     /// Largest distance of a perturbed reference of its scene by each measure.
     pub floors: Vec<Option<f64>>,
     /// Costs by name.
@@ -139,6 +141,7 @@ impl Results {
         let measures = || self.file.measure.iter().enumerate();
         let errors = measures().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
         let floors = measures().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
+        let values = measures().map(|(k, m)| (format!("value_{}", m.name), row.numbers[k]));
         let named = |(name, cell): (&str, String)| (name.to_string(), cell);
         let first = [
             ("index", row.index.to_string()),
@@ -170,6 +173,7 @@ impl Results {
         cells.extend(
             errors
                 .chain(floors)
+                .chain(values)
                 .map(|(name, value)| (name, number(value))),
         );
         cells.extend(costs.into_iter().chain(last).map(named));
@@ -254,6 +258,7 @@ fn row(
         values: task.values.clone(),
         varied: task.varied.clone(),
         deviations: vec![None; measures.len()],
+        numbers: vec![None; measures.len()],
         floors: vec![None; measures.len()],
         cost: BTreeMap::new(),
         cost_rel: BTreeMap::new(),
@@ -264,6 +269,7 @@ fn row(
         return Ok(row);
     };
     for (k, measure) in measures.iter().enumerate() {
+        row.numbers[k] = measure.result(&run);
         match measure.deviation(&run, reference) {
             Ok(deviation) => row.deviations[k] = Some(deviation),
             Err(why) => add(&mut row.message, &format!("error_{}: {why}", measure.name)),

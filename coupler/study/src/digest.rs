@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::collect::{Results, line};
+use super::ensemble::{self, EnsembleMean, ensemble};
 use super::front::{Trade, front, knee};
 use super::picture::{self, FrontPanel};
 use super::settings::{StudySetting, settings};
@@ -35,6 +36,7 @@ pub struct Digest<'a> {
     fronts: Vec<MeasureFront>,
     keys: Vec<VariedKey>,
     measures: Vec<String>,
+    means: Vec<EnsembleMean>,
 }
 
 impl<'a> Digest<'a> {
@@ -79,7 +81,13 @@ impl<'a> Digest<'a> {
             settings,
             keys,
             measures,
+            means: ensemble(results),
         }
+    }
+
+    /// means.csv: means over the scenes with their intervals, where there are several.
+    pub fn means_csv(&self) -> Option<String> {
+        (!self.means.is_empty()).then(|| ensemble::csv(&self.means))
     }
 
     /// front.csv: the fronts of all measures, cheapest first.
@@ -101,8 +109,8 @@ impl<'a> Digest<'a> {
         lines
     }
 
-    /// front.svg and knobs.svg.
-    pub fn pictures(&self) -> [(&'static str, String); 2] {
+    /// front.svg, knobs.svg and, with several scenes, means.svg.
+    pub fn pictures(&self) -> Vec<(&'static str, String)> {
         let panels = self.fronts.iter().map(|of| FrontPanel {
             measure: &of.measure,
             trades: &of.trades,
@@ -114,7 +122,11 @@ impl<'a> Digest<'a> {
         let panels: Vec<FrontPanel> = panels.collect();
         let fronts = picture::fronts(&panels, &self.settings, self.results);
         let keys = picture::knobs(&self.keys, &self.measures);
-        [("front.svg", fronts), ("knobs.svg", keys)]
+        let mut pictures = vec![("front.svg", fronts), ("knobs.svg", keys)];
+        if !self.means.is_empty() {
+            pictures.push(("means.svg", picture::means(&self.means)));
+        }
+        pictures
     }
 
     /// All of it in words.
@@ -154,6 +166,14 @@ impl<'a> Digest<'a> {
             if !key.note.is_empty() {
                 let _ = writeln!(text, "    note: {}", key.note);
             }
+        }
+        if !self.means.is_empty() {
+            let _ = writeln!(text, "\nmeans over the scenes, with 95 % intervals");
+            text.extend(
+                self.means
+                    .iter()
+                    .map(|of| format!("  {}\n", ensemble::words(of))),
+            );
         }
         let told: Vec<String> = self.fallen().collect();
         if !told.is_empty() {

@@ -3,13 +3,14 @@
 //! - [`measure`]: the distance of two runs in a number;
 //! - [`mod@file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`heartbeats`] of who does it;
 //! - [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
-//! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`]: what they say; [`picture`], [`digest`]: in pictures and words;
+//! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`], [`mod@ensemble`]: what they say; [`picture`], [`digest`]: in pictures and words;
 //! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
 //!   [`budget`]: the setting that it has for one.
 
 pub mod budget;
 pub mod collect;
 pub mod digest;
+pub mod ensemble;
 pub mod file;
 pub mod forecast;
 pub mod front;

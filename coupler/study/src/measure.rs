@@ -107,6 +107,12 @@ impl Measure {
         }
     }
 
+    /// The result of a run that it is of, where it is of one.
+    pub fn result(&self, run: &RunFiles) -> Option<f64> {
+        let (_, name) = self.table().filter(|(table, _)| *table == "results")?;
+        result(run, name).ok()
+    }
+
     /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
     /// the deviation.
     pub fn deviation(&self, run: &RunFiles, held: ReferenceNumbers) -> Result<f64, String> {

@@ -1,6 +1,7 @@
 //! Pictures of a study: errors over costs with the front, and errors along each knob.
 
 use super::collect::Results;
+use super::ensemble::{EnsembleMean, words};
 use super::front::Trade;
 use super::settings::StudySetting;
 use super::varied_keys::{VariedKey, percent};
@@ -202,6 +203,46 @@ fn draw_knob(svg: &mut Svg, axes: &AxisPair, knob: &VariedKey) {
         }
         floor(svg, axes, *noise, colour);
     }
+}
+
+/// means.svg: a panel a measure; means over the scenes with their 95 % intervals, the values of single scenes pale.
+pub fn means(means: &[EnsembleMean]) -> String {
+    let panels: Vec<&[EnsembleMean]> = means.chunk_by(|a, b| a.measure == b.measure).collect();
+    let longest = panels.iter().map(|panel| panel.len()).max().unwrap_or(0);
+    let mut page = Page::new(panels.len(), longest);
+    for panel in panels {
+        let name = &panel[0].name;
+        let mut x = PlotAxis::linear(
+            "setting, as numbered below",
+            [0.5, panel.len() as f64 + 0.5],
+            2,
+        );
+        x.ticks = (1..=panel.len())
+            .map(|k| (k as f64, k.to_string()))
+            .collect();
+        let ends = panel.iter().flat_map(|of| {
+            let interval = [of.mean - of.half_width, of.mean + of.half_width];
+            of.values.iter().copied().chain(interval)
+        });
+        page.draw(&[x, PlotAxis::around(name, ends, 5)], |svg, axes| {
+            for (k, of) in panel.iter().enumerate() {
+                let at = |y: f64| axes.at((k as f64 + 1.0, y));
+                for value in &of.values {
+                    svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
+                }
+                let bar = [of.mean - of.half_width, of.mean + of.half_width].map(at);
+                svg.line(
+                    &format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]),
+                    bar,
+                );
+                svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(of.mean), 5.0);
+            }
+        });
+        for (k, of) in panel.iter().enumerate() {
+            page.words(BLACK, &format!("{}: {}", k + 1, words(of)));
+        }
+    }
+    page.svg()
 }
 
 /// Panels, two side by side, each with lines of words below it.

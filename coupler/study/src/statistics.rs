@@ -18,6 +18,11 @@ const STUDENT: [f64; 30] = [
     2.052, 2.048, 2.045, 2.042,
 ];
 
+/// Quantile 0.975 of Student's t for so many degrees of freedom, at least 1.
+pub fn student(freedom: usize) -> f64 {
+    STUDENT[freedom.clamp(1, STUDENT.len()) - 1]
+}
+
 /// Least degrees of freedom: with fewer a bound is many times the error.
 const LEAST_FREEDOM: usize = 3;
 
@@ -57,10 +62,7 @@ pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Err
     let at = DVector::from_vec(row(at));
     let h = (at.transpose() * &inverse * &at)[(0, 0)];
     let middle = b.dot(&at);
-    let t = STUDENT
-        .get(freedom - 1)
-        .copied()
-        .unwrap_or(STUDENT[STUDENT.len() - 1]);
+    let t = student(freedom);
     Some(ErrorPrediction {
         expected: middle.exp(),
         bound: (middle + t * scatter * (1.0 + h).sqrt()).exp(),

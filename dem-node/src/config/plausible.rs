@@ -43,6 +43,8 @@ pub struct DemPlausibleConfig {
     /// Part of all dissipation that the scheme took instead of friction, impacts, dampers and bonds, where dissipation is at least
     /// a tenth of the work on the grains.
     pub numerical_rel: Bounds,
+    /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.
+    pub flow_kinetic_rel: Bounds,
     /// Mass that found no place to be fed in, over the mass that was due.
     pub injection_rel: Bounds,
     /// Steps of a run alone that were accepted without having converged, over all.
@@ -66,6 +68,7 @@ impl Default for DemPlausibleConfig {
             bond_step_rel: bounds(1.0, 4.0),
             bond_energy_rel: bounds(0.1, 0.5),
             numerical_rel: bounds(0.1, 0.5),
+            flow_kinetic_rel: bounds(1e-2, 0.1),
             injection_rel: bounds(0.02, 0.5),
             not_converged_rel: bounds(0.0, 0.01),
         }
@@ -89,6 +92,7 @@ impl DemPlausibleConfig {
             ("bond_step_rel", self.bond_step_rel),
             ("bond_energy_rel", self.bond_energy_rel),
             ("numerical_rel", self.numerical_rel),
+            ("flow_kinetic_rel", self.flow_kinetic_rel),
             ("injection_rel", self.injection_rel),
             ("not_converged_rel", self.not_converged_rel),
         ];

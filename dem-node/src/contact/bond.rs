@@ -370,6 +370,7 @@ mod tests {
                 impulse: [0.0; 2],
                 velocity: [0.0; 2],
                 change: [0.0; 2],
+                elastic: true,
             };
             let (law, mut slot) = (law(springs), Slot::default());
             let loss = end_step(&law, &mut bond(), &mut slot, &contact, [0.8; 3]);
@@ -406,6 +407,7 @@ mod tests {
                 impulse: [2.4 * STEP, 0.0],
                 velocity: [0.0; 2],
                 change: [0.0; 2],
+                elastic: true,
             };
             let law = law(Some(SPRINGS));
             let loss = end_step(&law, &mut bond, &mut slot, &contact, [1.0, 1.0, 0.0]);

@@ -22,6 +22,9 @@ pub struct ContactStep {
     pub velocity: [f64; 2],
     /// Its change in the step (m/s).
     pub change: [f64; 2],
+    /// True in a scene with springs or bonds: the scheme's loss of a step has an account of its own there, and in it lie parts of
+    /// the impacts of rigid contacts.
+    pub elastic: bool,
 }
 
 impl ContactStep {
@@ -76,15 +79,21 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
     }
 }
 
-/// Loss of a rigid contact under an impulse (N s): the impulse times the mean of the velocities before and after (Kelvin), an
-/// impact along the normal and slip along the tangent. The scheme's loss of the whole step, (theta - 1/2) dv.M dv, holds
-/// (theta - 1/2) r du of it already.
+/// Loss of a rigid contact under an impulse (N s): an impact along the normal and slip along the tangent, at the velocity v_theta.
+/// The scheme's loss of the whole step, (theta - 1/2) dv.M dv, holds (theta - 1/2) r du of it. Where that has its own account
+/// the contact takes its part back, and has the impulse times the mean of the velocities before and after (Kelvin).
 pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     let ([u_n, u_t], [d_n, d_t]) = (contact.velocity, contact.change);
+    let own = if contact.elastic {
+        contact.theta - 0.5
+    } else {
+        0.0
+    };
+    let before = own + 1.0 - contact.theta;
     Loss {
-        impact: -r_n * (u_n - 0.5 * d_n),
-        friction: -r_t * (u_t - 0.5 * d_t),
-        numerical: (0.5 - contact.theta) * (r_n * d_n + r_t * d_t),
+        impact: -r_n * (u_n - before * d_n),
+        friction: -r_t * (u_t - before * d_t),
+        numerical: -own * (r_n * d_n + r_t * d_t),
         ..Loss::default()
     }
 }
@@ -132,6 +141,7 @@ mod tests {
             impulse: [2.0, -0.3],
             velocity: [-0.4, 1.0],
             change: [0.1, 0.2],
+            elastic: true,
         }
     }
 
@@ -202,5 +212,16 @@ mod tests {
             ..Loss::default()
         };
         close(contact_loss(&rigid, &step(-0.3)), expected);
+        // 2 (0.4 + 0.025); 0.3 (1 - 0.05).
+        let alone = ContactStep {
+            elastic: false,
+            ..step(-0.3)
+        };
+        let expected = Loss {
+            impact: 0.85,
+            friction: 0.285,
+            ..Loss::default()
+        };
+        close(contact_loss(&rigid, &alone), expected);
     }
 }

@@ -41,6 +41,10 @@ pub struct FlowScene {
     pub masses: Vec<f64>,
     /// Their mean diameter (m).
     pub diameter: f64,
+    /// `mass_scale`.
+    pub mass_scale: f64,
+    /// Mean height of the base (m).
+    pub base: f64,
 }
 
 /// Membership of a grain.
@@ -96,6 +100,9 @@ pub struct Flow {
     held: f64,
     /// Largest difference of that from the ledger (kg).
     defect: f64,
+    /// Twice the kinetic energy of the grains in the zone, scaled masses and all, and force on the wheel times its height above the base,
+    /// summed over steps (J).
+    kinetic: [f64; 2],
 }
 
 impl FlowScene {
@@ -105,6 +112,12 @@ impl FlowScene {
             config,
             masses: bodies.masses.iter().map(|m| m / mass_scale).collect(),
             diameter: 2.0 * bodies.mean_radius(),
+            mass_scale,
+            base: bodies.reference[..bodies.base]
+                .iter()
+                .map(|c| c[1])
+                .sum::<f64>()
+                / bodies.base as f64,
         }
     }
 }
@@ -242,7 +255,7 @@ impl Flow {
         let first = self.changed_bodies(bodies, state);
         let worn = end - scene.config.wear_s + ROUNDING * step;
         let ledger = &mut self.ledger;
-        self.held = 0.0;
+        let (mut held, mut kinetic) = (0.0, 0.0);
         let come = self.present..state.present(bodies);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
@@ -261,9 +274,16 @@ impl Flow {
             grain.wear(worn, mass, ledger);
             // Not by what was noted of the grain: this is what the ledger is checked against.
             if grain.is_third() && inside {
-                self.held += mass;
+                held += mass;
+            }
+            if inside {
+                let [vx, vy, _] = state.velocities[i];
+                kinetic += mass * (vx * vx + vy * vy);
             }
         }
+        self.held = held;
+        self.kinetic[0] += scene.mass_scale * kinetic;
+        self.kinetic[1] += self.loads.force() * (state.wheel.position[1] - scene.base);
         self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
     }
 
@@ -330,7 +350,18 @@ impl Flow {
         self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),
             ("flow_balance_rel", defect),
+            ("flow_kinetic_rel", self.kinetic_share()),
         ])
+    }
+
+    /// Kinetic stress of the grains in the zone over the pressure of the wheel: sum m v^2 / (2 V) over F / A, V = A H.
+    pub fn kinetic_share(&self) -> f64 {
+        let [twice, borne] = self.kinetic;
+        if borne > 0.0 {
+            0.5 * twice / borne
+        } else {
+            0.0
+        }
     }
 
     /// blake3 over another hash and every number, in hexadecimal.
@@ -358,6 +389,7 @@ impl Flow {
         self.ledger.named().iter().for_each(|(_, x)| visit(*x));
         visit(self.held);
         visit(self.defect);
+        self.kinetic.iter().for_each(|x| visit(*x));
     }
 }
 

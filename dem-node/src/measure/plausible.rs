@@ -4,6 +4,7 @@ use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
 use crate::config::plausible::DemPlausibleConfig;
+use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, lost_grains};
 use crate::setup::bounds::StiffnessBounds;
 use crate::step::state::GrainState;
@@ -12,8 +13,6 @@ use kit::wheel::WheelProgram;
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
 const SETTLING: f64 = 0.01;
 
-/// Part of its strength above which a bond is near to breaking.
-const HALF_STRENGTH: f64 = 0.5;
 /// Part of the work on the grains above which what they lose decides.
 const DISSIPATIVE: f64 = 0.1;
 
@@ -29,8 +28,8 @@ pub struct FinishedRun<'a> {
     pub stored: [f64; 4],
     /// Steps that bonds and contact springs ask for.
     pub stiffness: StiffnessBounds,
-    /// Its step, or its windows (s).
-    pub step: f64,
+    /// The flows of third body, where they are asked for.
+    pub flow: Option<&'a Flow>,
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
@@ -55,6 +54,7 @@ impl FinishedRun<'_> {
             self.bond_step(),
             self.bond_energy(),
             self.numerical(),
+            self.flow_kinetic(),
             self.injection(),
             self.contact_width(),
             self.contact_residual(),
@@ -193,16 +193,11 @@ impl FinishedRun<'_> {
     /// Judges the step where bonds came near to breaking.
     fn bond_step(&self) -> Option<Finding> {
         let limit = self.stiffness.bonds_s?;
-        let load = self.statistics.bond_load_max;
-        let value = if load > HALF_STRENGTH {
-            self.step / limit
-        } else {
-            0.0
-        };
+        let (load, step) = (self.statistics.bond_load_max, self.statistics.bond_step_max);
+        let value = step / limit;
         self.bounds.bond_step_rel.judge("bond_step", value, || {
             format!(
-                "bonds bore up to {load:.2} of their strength in steps of {:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale",
-                self.step
+                "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale"
             )
         })
     }
@@ -224,11 +219,18 @@ impl FinishedRun<'_> {
         let counts = ledger.dissipated() > DISSIPATIVE * ledger.worked();
         let value = if counts { share } else { 0.0 };
         self.bounds.numerical_rel.judge("numerical", value, || {
-            let kept = self.stiffness.restitution(self.step);
+            let kept = self.stiffness.restitution(self.statistics.step_max);
             let rebound = kept.map_or(String::new(), |[low, high]| {
                 format!(" (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)")
             });
             format!("the time scheme took {share:.3} of all the energy that the grains lost{rebound}: what friction, dampers and bonds do depends on the step; lower time.step_s (where there are windows, substeps), or give the contacts law.damping of their own")
+        })
+    }
+
+    fn flow_kinetic(&self) -> Option<Finding> {
+        let value = self.flow?.kinetic_share();
+        self.bounds.flow_kinetic_rel.judge("flow_kinetic", value, || {
+            format!("the kinetic stress of the grains in the contact zone was {value:.2e} of the wheel's pressure: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
         })
     }
 
@@ -386,7 +388,7 @@ mod tests {
                 state: &self.state,
                 stored: self.stored,
                 stiffness: StiffnessBounds::default(),
-                step: STEP,
+                flow: None,
                 statistics: &self.statistics(),
                 program: Some(&program),
                 alone: true,

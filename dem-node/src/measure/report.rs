@@ -68,6 +68,9 @@ pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     present - state.centres[..present].iter().filter(inside).count()
 }
 
+/// Part of its strength above which a bond is near to breaking.
+const HALF_STRENGTH: f64 = 0.5;
+
 /// A mean that is filled value by value.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Mean {
@@ -153,8 +156,12 @@ pub struct RunStatistics {
     pub overlap_max: f64,
     /// See `overlap_max`.
     pub overlap_mean_max: f64,
-    /// Largest force of a bond over its strength.
+    /// Largest force of a bond over its strength, and the longest step in which that was above a half (s).
     pub bond_load_max: f64,
+    /// See `bond_load_max`.
+    pub bond_step_max: f64,
+    /// The longest step (s).
+    pub step_max: f64,
     /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
     pub added_inertia: RecentRatio,
     /// Steps with a load, and those of them whose residual was measured against rounding.
@@ -189,8 +196,12 @@ impl RunStatistics {
         self.defect_max = larger(self.defect_max, step.momentum_defect);
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
-        self.bond_load_max = larger(self.bond_load_max, step.bond_load);
         let h = span.end - span.start;
+        self.step_max = larger(self.step_max, h);
+        self.bond_load_max = larger(self.bond_load_max, step.bond_load);
+        if step.bond_load > HALF_STRENGTH {
+            self.bond_step_max = larger(self.bond_step_max, h);
+        }
         let loading = program.is_some_and(|program| span.start < program.ramp_s);
         if !loading {
             self.added_inertia
@@ -291,11 +302,13 @@ impl RunStatistics {
         };
         let height = self.held_height.value().or(self.height_at_motion_start);
         let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let sink = self.height_at_motion_start.filter(|_| program.cycles > 0.0);
         let loop_area = program.last_full_cycle().map(|_| self.loop_work);
         results.extend(given([
             ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
+            ("wheel_sink_m", sink.map(|y| y - state.wheel.position[1])),
             ("friction_coefficient", self.friction.value()),
             ("wheel_y_range_over_r", range),
             ("loop_area_j", loop_area),

@@ -122,7 +122,8 @@ impl Dem {
             ("numerical_share", state.ledger.numerical_share()),
             (
                 "spring_restitution",
-                step.and_then(|step| self.stiffness.restitution(step))
+                self.stiffness
+                    .restitution(statistics.step_max)
                     .map(|[low, _]| low),
             ),
             ("inertial_number", self.scaling.map(|s| s.inertial_number)),
@@ -155,7 +156,7 @@ impl Dem {
             state: &self.progress.state,
             stored: self.stored(),
             stiffness: self.stiffness,
-            step: self.window.or(self.own_step).unwrap_or_default(),
+            flow: self.progress.flow.as_ref(),
             statistics: &self.progress.statistics,
             program: self.program.as_ref(),
             alone: self.interface.disks.is_empty(),

@@ -130,7 +130,12 @@ impl Stepper {
             state.ledger.interface -= p * at_theta(*new, *old);
         }
         state.glued_velocity.copy_from_slice(&boundary.velocity);
-        state.ledger.numerical += (theta - 0.5) * squared_change;
+        let ledger = &mut state.ledger;
+        let account = match bodies.is_elastic() {
+            true => &mut ledger.numerical,
+            false => &mut ledger.impact,
+        };
+        *account += (theta - 0.5) * squared_change;
     }
 
     /// Work of moving walls on the grains in a step (J).

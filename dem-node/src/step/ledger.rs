@@ -2,7 +2,7 @@
 //!
 //! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
 //! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
-//! interface; the second is the numerical loss of the scheme, in which rigid contacts hide half of their impacts. Contacts turn
+//! interface; the second is the numerical loss of the scheme: an impact, where all contacts are rigid. Contacts turn
 //! their share into spring energy, friction and impact (see [`crate::contact::loss::contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::contact::bond::end_step`]).
 //! Between two steps nothing moves, and yet springs may change: by what detection finds otherwise than the step left it, and
 //! by a repair of overlaps. Both are terms of their own, so that neither work nor impact hides an error of the geometry.

@@ -166,8 +166,10 @@ impl Stepper {
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let springs = input.bodies.law_at(contact.pair_law).springs;
-        // With springs it only counts with the weight 1 - theta.
-        let before = if input.theta == 1.0 && springs.is_some() {
+        let elastic = input.bodies.is_elastic();
+        // Otherwise it only counts with the weight 1 - theta.
+        let is_shared = elastic && springs.is_none();
+        let before = if input.theta == 1.0 && !is_shared {
             velocity
         } else {
             self.relative_before(input.bodies, state, contact)
@@ -188,6 +190,7 @@ impl Stepper {
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
+            elastic,
         }
     }
 

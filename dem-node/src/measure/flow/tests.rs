@@ -34,6 +34,7 @@ impl Trial {
         let x = [-2.0, 2.0, 0.5, -1.0, 10.0, 0.0];
         let mut state = GrainState {
             centres: x.iter().map(|x| [*x, 0.0]).collect(),
+            velocities: vec![[3.0, 4.0, 0.0]; x.len()],
             ..GrainState::default()
         };
         let bond = |(a, b): (u32, u32)| Bond {
@@ -102,6 +103,15 @@ impl Trial {
     fn body(&self, grain: usize) -> FlowBody {
         self.flow.grains[grain].body
     }
+}
+
+/// Grains 0 to 3 are in the zone: 0.5 x 100 x 15 kg x 25 m2/s2 over 200 N x 7.5 m.
+#[test]
+fn the_kinetic_stress_of_the_zone_is_measured_against_the_pressure() {
+    let mut trial = Trial::new();
+    trial.state.wheel.position[1] = 7.5;
+    trial.step(&[]);
+    assert_eq!(trial.flow.kinetic_share(), 12.5);
 }
 
 #[test]

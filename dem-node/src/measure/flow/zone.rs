@@ -22,7 +22,7 @@ impl Zone {
     /// By ascending x of the loads, the end is the first with which the sum of the normal forces exceeds half of what `zone_share`
     /// leaves; the other end likewise from the other side.
     pub fn find(config: &FlowConfig, loads: &ZoneLoads, diameter: f64) -> Option<Zone> {
-        let total: f64 = loads.cells.values().map(|[force, _]| force).sum();
+        let total = loads.force();
         let dropped = 0.5 * (1.0 - config.zone_share) * total;
         let margin = config.margin_diameters * diameter;
         let left = end(loads.cells.values(), dropped)?;
@@ -77,6 +77,11 @@ impl ZoneLoads {
             *force += added;
             *x += (at - *x) * (added / *force);
         }
+    }
+
+    /// The mean force on the wheel (N).
+    pub fn force(&self) -> f64 {
+        self.cells.values().map(|[force, _]| force).sum()
     }
 
     /// All its numbers.

@@ -1,0 +1,173 @@
+//! Means of results over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one draw, and
+//! only means can be told apart.
+
+use super::collect::{Results, line};
+use super::settings::{StudySetting, settings};
+use super::statistics::student;
+
+/// A result of a setting over all scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnsembleMean {
+    /// Index of its measure, and name of that.
+    pub measure: usize,
+    /// Name of the measure.
+    pub name: String,
+    /// The setting in words, and if it is the reference.
+    pub setting: String,
+    /// True for the reference.
+    pub reference: bool,
+    /// The values of the runs that are to be trusted.
+    pub values: Vec<f64>,
+    /// Their mean.
+    pub mean: f64,
+    /// Their standard deviation.
+    pub deviation: f64,
+    /// Half of the interval that holds the mean of all scenes in 95 of 100 cases, t s / sqrt(n).
+    pub half_width: f64,
+    /// Difference of the mean from that of the reference, and half of its interval (Welch 1947).
+    pub difference: Option<[f64; 2]>,
+}
+
+/// Mean, standard deviation and half of the 95 % interval of at least two values.
+fn mean_of(values: &[f64]) -> Option<[f64; 3]> {
+    let count = values.len() as f64;
+    let freedom = values.len().checked_sub(1).filter(|freedom| *freedom > 0)?;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let deviation = (squares / freedom as f64).sqrt();
+    Some([mean, deviation, student(freedom) * deviation / count.sqrt()])
+}
+
+/// Difference of two means, and half of its 95 % interval, variances not being the same (Welch 1947).
+fn difference(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
+    let [of_a, of_b] = [mean_of(a)?, mean_of(b)?];
+    let part = |of: [f64; 3], count: usize| of[1] * of[1] / count as f64;
+    let parts = [part(of_a, a.len()), part(of_b, b.len())];
+    let variance = parts[0] + parts[1];
+    let below = parts[0].powi(2) / (a.len() - 1) as f64 + parts[1].powi(2) / (b.len() - 1) as f64;
+    let freedom = (variance * variance / below).max(1.0);
+    let freedom = if freedom.is_finite() {
+        freedom as usize
+    } else {
+        1
+    };
+    Some([of_a[0] - of_b[0], student(freedom) * variance.sqrt()])
+}
+
+/// The means of all results that are measures, setting by setting, the reference last; none with a single scene.
+pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
+    let settings = settings(results);
+    let values = |setting: &StudySetting, measure: usize| -> Vec<f64> {
+        let rows = setting.rows.iter().filter(|row| row.is_trusted());
+        rows.filter_map(|row| row.numbers[measure]).collect()
+    };
+    let mut means = Vec::new();
+    for (measure, of) in results.file.measure.iter().enumerate() {
+        let reference = settings
+            .iter()
+            .find(|setting| setting.is_reference(results));
+        let reference = reference.map(|setting| values(setting, measure));
+        for setting in &settings {
+            let values = values(setting, measure);
+            let Some([mean, deviation, half_width]) = mean_of(&values) else {
+                continue;
+            };
+            let is_reference = setting.is_reference(results);
+            let held = reference.as_ref().filter(|_| !is_reference);
+            means.push(EnsembleMean {
+                measure,
+                name: of.name.clone(),
+                setting: setting.words(results),
+                reference: is_reference,
+                difference: held.and_then(|held| difference(&values, held)),
+                values,
+                mean,
+                deviation,
+                half_width,
+            });
+        }
+    }
+    means
+}
+
+/// means.csv.
+pub fn csv(means: &[EnsembleMean]) -> String {
+    let head = [
+        "measure",
+        "setting",
+        "scenes",
+        "mean",
+        "standard_deviation",
+        "half_width_95",
+        "difference",
+        "difference_half_width_95",
+    ];
+    let mut text = line(&head.map(String::from));
+    for of in means {
+        let number = |k: usize| {
+            of.difference
+                .map_or(String::new(), |d| format!("{:e}", d[k]))
+        };
+        let numbers = [of.mean, of.deviation, of.half_width].map(|x| format!("{x:e}"));
+        let [mean, deviation, half_width] = numbers;
+        text += &line(&[
+            of.name.clone(),
+            of.setting.clone(),
+            of.values.len().to_string(),
+            mean,
+            deviation,
+            half_width,
+            number(0),
+            number(1),
+        ]);
+    }
+    text
+}
+
+/// A line for people.
+pub fn words(of: &EnsembleMean) -> String {
+    let told = match of.difference {
+        None => "the reference".to_string(),
+        Some([difference, half]) => {
+            let share = 100.0 * difference / (of.mean - difference);
+            let verdict = if difference.abs() > half {
+                "beyond chance"
+            } else {
+                "within chance"
+            };
+            format!("{share:+.0} % from the reference, {verdict}")
+        }
+    };
+    format!(
+        "{}: {}: {:.4e} +- {:.1e} ({} scenes, scatter {:.1e}): {told}",
+        of.name,
+        of.setting,
+        of.mean,
+        of.half_width,
+        of.values.len(),
+        of.deviation
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means 2 and 5, deviations 1 and 2: variance 1/3 + 4/3, freedom (5/3)^2 / ((1/9)/2 + (16/9)/2) = 2.94, t = 4.303 of 2.
+    #[test]
+    fn means_and_their_differences_have_the_intervals_of_the_textbook() {
+        let [mean, deviation, half] = mean_of(&[1.0, 2.0, 3.0]).expect("three");
+        assert_eq!((mean, deviation), (2.0, 1.0));
+        assert!((half - 4.303 / 3f64.sqrt()).abs() < 1e-12, "{half}");
+        let [difference, half] = difference(&[1.0, 2.0, 3.0], &[3.0, 5.0, 7.0]).expect("both");
+        assert_eq!(difference, -3.0);
+        assert!((half - 4.303 * (5f64 / 3.0).sqrt()).abs() < 1e-12, "{half}");
+        assert_eq!(mean_of(&[1.0]), None);
+    }
+
+    #[test]
+    fn values_that_are_all_the_same_differ_beyond_chance_or_not_at_all() {
+        assert_eq!(difference(&[1.0, 1.0], &[1.0, 1.0]), Some([0.0, 0.0]));
+        assert_eq!(difference(&[2.0, 2.0], &[1.0, 1.0]), Some([1.0, 0.0]));
+    }
+}
