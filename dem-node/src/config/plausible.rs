@@ -68,7 +68,7 @@ impl Default for DemPlausibleConfig {
             bond_step_rel: bounds(1.0, 4.0),
             bond_energy_rel: bounds(0.1, 0.5),
             numerical_rel: bounds(0.1, 0.5),
-            flow_kinetic_rel: bounds(1e-2, 0.1),
+            flow_kinetic_rel: bounds(1e-3, 1e-2),
             injection_rel: bounds(0.02, 0.5),
             not_converged_rel: bounds(0.0, 0.01),
         }
