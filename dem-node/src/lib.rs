@@ -240,6 +240,7 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
         })?,
     };
     advice.extend(mass_scaling::advice(&config, setting.thickness_m));
+    advice.extend(mass_scaling::advice_on_flow(&config));
     if let SampleConfig::Layer(layer) = &config.sample {
         advice.extend(layer.advice(config.law.contact_stiffness_pa));
     }

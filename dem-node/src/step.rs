@@ -78,8 +78,8 @@ pub struct StepSummary {
     pub closed: usize,
     /// Mean and largest overlap of those at the end of the step (m).
     pub overlap: [f64; 2],
-    /// Largest force of a bond over its strength.
-    pub bond_load: f64,
+    /// Largest D over w of a bond, the square of its force over its strength until its adhesion falls.
+    pub bond_load_squared: f64,
     /// Force of the grains on the wheel (N).
     pub on_wheel: [f64; 2],
     /// Force of the grains on the boundary, summed over the glued disks (N).
@@ -98,7 +98,7 @@ impl StepSummary {
         self.closed += other.closed;
         self.overlap[0] += other.overlap[0];
         self.overlap[1] = larger(self.overlap[1], other.overlap[1]);
-        self.bond_load = larger(self.bond_load, other.bond_load);
+        self.bond_load_squared = larger(self.bond_load_squared, other.bond_load_squared);
         self.on_wheel[0] += other.on_wheel[0];
         self.on_wheel[1] += other.on_wheel[1];
     }

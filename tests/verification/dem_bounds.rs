@@ -149,3 +149,36 @@ fn wrong_keys_are_named_with_their_value() {
         assert!(message.contains(expected), "{pointer}: {message}");
     }
 }
+
+/// By hand: L sqrt(2 rho / P) = 8 mm x sqrt(2 x 7.8e6 / 1e9) = 1.0 ms of a cycle of 3.33 ms at a mass scale of 1000, 0.095 of one at 100.
+#[test]
+fn grains_that_are_too_heavy_to_leave_in_time_are_told_of() {
+    let advice = |mass_scale: f64, flow: bool| {
+        let mut config = scene(
+            json!({
+                "kind": "cohesion", "friction": 0.3, "contact_stiffness_pa": 2e11, "tangential_stiffness_ratio": 0.5,
+                "cn_pa_per_m": 6.4e15, "ct_pa_per_m": 2.56e15, "w_j_per_m2": 156.0, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one",
+                "alert_m": 8e-6,
+            }),
+            1e-9,
+            json!({
+                "kind": "layer", "thickness_m": 1e-3, "half_width_m": 8e-3, "crown_radius_m": 0.3, "radius_min_m": 0.05e-3,
+                "radius_max_m": 0.1e-3, "law": "surface_uniform",
+            }),
+            json!({"mass_scale": mass_scale, "wheel": {
+                "load_n": 8000.0, "mass_kg": 0.01, "amplitude_m": 5e-5, "frequency_hz": 300.0, "ramp_s": 1e-3, "hold_s": 1e-3,
+                "cycles": 1.0,
+            }}),
+        );
+        config["time"]["pressure_pa"] = json!(1e9);
+        if flow {
+            config["flow"] = json!({"wear_s": 4e-3});
+        }
+        let told = check(&config, &setting(1)).expect("it is valid");
+        told.into_iter().find(|text| text.contains("pressed out"))
+    };
+    let text = advice(1000.0, true).expect("1.0 ms are 0.30 of a cycle");
+    assert!(text.contains("0.30 of a cycle"), "{text}");
+    assert_eq!(advice(100.0, true), None);
+    assert_eq!(advice(1000.0, false), None);
+}

@@ -55,10 +55,10 @@ impl Bond {
         })
     }
 
-    /// Its force over its strength, at most 1; 1 once its adhesion falls.
-    pub fn load(&self, law: &Law) -> f64 {
+    /// D over w, the square of its force over its strength until its adhesion falls.
+    pub fn load_squared(&self, law: &Law) -> f64 {
         let drive = |law: &Cohesion| law.drive(self.opening, self.slip) / law.energy;
-        law.cohesion.as_ref().map_or(0.0, drive).sqrt().min(1.0)
+        law.cohesion.as_ref().map_or(0.0, drive)
     }
 
     /// True for one that holds enough to count as a bond.

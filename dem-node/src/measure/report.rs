@@ -198,8 +198,9 @@ impl RunStatistics {
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
         let h = span.end - span.start;
         self.step_max = larger(self.step_max, h);
-        self.bond_load_max = larger(self.bond_load_max, step.bond_load);
-        if step.bond_load > HALF_STRENGTH {
+        let bond_load = step.bond_load_squared.sqrt().min(1.0);
+        self.bond_load_max = larger(self.bond_load_max, bond_load);
+        if bond_load > HALF_STRENGTH {
             self.bond_step_max = larger(self.bond_step_max, h);
         }
         let loading = program.is_some_and(|program| span.start < program.ramp_s);

@@ -138,7 +138,8 @@ impl Stepper {
                     let law = bodies.law_of(slot.a as usize, slot.b as usize);
                     let adhesion = [before, during, after];
                     ledger.lose(&bond::end_step(law, bond, slot, &done, adhesion));
-                    summary.bond_load = larger(summary.bond_load, bond.load(law));
+                    let load = bond.load_squared(law);
+                    summary.bond_load_squared = larger(summary.bond_load_squared, load);
                 }
             }
             if done.impulse[0] > 0.0 {
