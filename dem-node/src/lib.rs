@@ -71,7 +71,12 @@
 //!
 //! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is
 //! solved, then lowered as far as that solution asks, and the problem solved anew until nothing falls any further; with
-//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`contact::bond::step_limit`]).
+//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`setup::bounds::step_limit`]). Above it this is the first
+//! solution on the way from the intact bond, the one that a descent of the incremental energy reaches: a bond may then hold
+//! against more than its fracture energy, and the run is warned of it where bonds came near to their strength.
+//!
+//! A bond takes w l as it breaks, less by some 0.2 h sqrt(3) omega. Its pair goes on touching at the gap at which the bond was made
+//! until it has come apart once ([`Slot::gap`](contact::detect::Slot::gap)): no overlap or void appears that was not there.
 //!
 //! # The base that yields
 //!
@@ -107,7 +112,8 @@
 //! - The natural-map residual of each step, above `solver.tolerance` an error, never a silent pass: a solve of few sweeps gives
 //!   garbage while the interface still reads a gap of zero.
 //! - Energy ([`step::ledger`]): work of loads, drives, weight and interface against kinetic energy, springs and bonds, and losses by
-//!   impact, friction and decohesion, each by its own formula. What detection finds otherwise than the step left it is a term too.
+//!   impact, friction, dampers and decohesion, each by its own formula. What the scheme loses, and what detection finds otherwise than
+//!   the step left it, are terms too.
 //! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
 //! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`measure::flow`]).
 //! - Plausibility: overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
@@ -155,11 +161,13 @@
 //! | block non-linear Gauss-Seidel, its criterion | [`solver::nsgs::solve`], [`solver::residual::Quad`] | RSB (8); Jourdan, Alart and Jean 1998; Jean 1999 |
 //! | projected conjugate gradient (CPG) | [`solver::pcg::solve`] | Renouf and Alart 2005 |
 //! | springs: U += g/h, W += 1/(k h^2) | [`law::Law::compliance`], [`law::Law::bias`] | LMGC90 (elastic repel) |
+//! | dampers: both times 1/(1 + c/(kn h)), c = 2 zeta sqrt(kn m) | [`law::Springs::damped_share`], [`law::Springs::damping_ratio`] | Schwager and Pöschel 2007 |
+//! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`setup::bounds::numerical_restitution`] | Jean 1999; this project |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
 //! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |
 //! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`law::cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
-//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`contact::bond::step_limit`] | [`contact::bond`] |
+//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`setup::bounds::step_limit`] | [`contact::bond`] |
 //! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
 //! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`step::state::GrainState::energies`] | [`step::ledger`] |
