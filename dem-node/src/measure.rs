@@ -4,10 +4,12 @@
 //! - [`loads`]: forces of the contacts grain by grain;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: flows of third body, from the graph of bonds;
+//! - [`cycles`]: the full cycles of the wheel's motion;
 //! - `trend`, [`drive_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
 //! - [`snapshot`]: the fields that are written.
 
+pub mod cycles;
 pub mod drive_means;
 pub mod flow;
 pub mod loads;

@@ -162,7 +162,6 @@ impl Node for Dem {
             ))?);
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
-        let drive_before = self.progress.state.ledger.drive;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let displacement = self.interface.scatter(displacement, self.bodies.glued());
         let glued = self.progress.state.centres[self.bodies.free..].iter_mut();
@@ -170,7 +169,7 @@ impl Node for Dem {
         for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
-        self.record(window.t0_s, window.t1_s, drive_before, &pending.summary);
+        self.record(window.t0_s, window.t1_s, &pending.summary);
         Ok(self.report(&pending.summary))
     }
 
@@ -190,13 +189,12 @@ impl Node for Dem {
         for index in window.step..window.step + u64::from(window.substeps) {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
-            let drive_before = self.progress.state.ledger.drive;
             summary = self.advance([start, end], step, &fixed, false)?;
             let stops = self.solver.criteria.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
                 return Err(NodeError::from(self.not_converged(window, &summary)));
             }
-            self.record(start, end, drive_before, &summary);
+            self.record(start, end, &summary);
         }
         Ok(self.report(&summary))
     }

@@ -9,6 +9,7 @@ mod dem_clusters;
 mod dem_cohesion;
 mod dem_column;
 mod dem_compliance;
+mod dem_cycles;
 mod dem_damping;
 mod dem_driven;
 mod dem_extremes;

@@ -2,8 +2,8 @@
 
 use crate::svg::{Anchor, FRAME, Svg};
 
-/// Width of a letter of a label (pixels), so that labels do not overlap.
-const LETTER: f64 = 7.0;
+/// Width of a letter (pixels), so that words do not overlap.
+pub(crate) const LETTER: f64 = 7.0;
 
 /// One axis.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use crate::axis::{AxisPair, Grid, PlotAxis};
+use crate::axis::{AxisPair, Grid, LETTER, PlotAxis};
 use crate::colour::ColourScale;
 use crate::extent::Extent;
 use crate::svg::{Anchor, Svg, ellipse, short};
@@ -188,11 +188,36 @@ pub fn maps(
     content: impl Fn(&mut Panel, usize),
 ) -> String {
     let mut svg = Svg::default();
-    let mut top = 0.0;
     if let Some(scale) = scale {
         scale.bar(&mut svg, WIDTH);
-        top += BAR;
     }
+    let top = if scale.is_some() { BAR } else { 0.0 };
+    draw_below(svg, top, maps, content)
+}
+
+/// The same below a legend: a colour and its words for each kind of things.
+pub fn maps_of_kinds(
+    maps: &[Map],
+    kinds: &[[&str; 2]],
+    content: impl Fn(&mut Panel, usize),
+) -> String {
+    let mut svg = Svg::default();
+    let mut x = SPACE[0];
+    for [colour, words] in kinds {
+        let style = format!("fill=\"{colour}\" stroke=\"#444\"");
+        svg.rectangle(&style, [x, 8.0], [18.0, 12.0]);
+        svg.text([x + 24.0, 19.0], Anchor::Start, words);
+        x += 60.0 + LETTER * words.chars().count() as f64;
+    }
+    draw_below(svg, BAR, maps, content)
+}
+
+fn draw_below(
+    mut svg: Svg,
+    mut top: f64,
+    maps: &[Map],
+    content: impl Fn(&mut Panel, usize),
+) -> String {
     for (number, map) in maps.iter().enumerate() {
         if !map.heading.is_empty() {
             svg.text([SPACE[0], top + 16.0], Anchor::Start, &map.heading);

@@ -6,7 +6,7 @@ use crate::svg::{Anchor, Svg};
 /// One line of a plot.
 #[derive(Clone, Debug)]
 pub struct PlotCurve {
-    /// Its words in the legend.
+    /// Its words in the legend; empty for a line like the one before.
     pub label: String,
     /// Its points.
     pub points: Vec<(f64, f64)>,
@@ -71,16 +71,25 @@ pub fn cloud(labels: Labels, points: &[(f64, f64)]) -> String {
 /// Lines, and their legend above the axes.
 pub fn plot(labels: Labels, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
-    let (axes, mut svg) = frame(labels, points, curves.len());
-    for (k, curve) in curves.iter().enumerate() {
+    let named = curves
+        .iter()
+        .filter(|curve| !curve.label.is_empty())
+        .count();
+    let (axes, mut svg) = frame(labels, points, named);
+    let mut y = 10.0;
+    for curve in curves {
         let style = STYLES[curve.style % STYLES.len()];
         let points = curve.points.iter().map(|point| axes.at(*point));
         let drawn = thinned(points);
         svg.line(&format!("stroke-linejoin=\"round\" {style}"), drawn);
-        let (right, y) = (SIZE[0] - EDGE, 10.0 + LEGEND_LINE * k as f64);
+        if curve.label.is_empty() {
+            continue;
+        }
+        let right = SIZE[0] - EDGE;
         let sample = format!("M{} {y}h30", right - 30.0);
         svg.path(&format!("fill=\"none\" {style}"), &sample);
         svg.text([right - 38.0, y + 4.5], Anchor::End, &curve.label);
+        y += LEGEND_LINE;
     }
     page(&axes, &svg)
 }

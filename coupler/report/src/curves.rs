@@ -1,5 +1,6 @@
 //! Curves of the tables of a run: loads and motion, friction, sliding nodes, traction, interface, energies, flows.
 
+use super::cycles;
 use super::units::with_unit;
 use coordinator::error::Error;
 use draw::picture::Picture;
@@ -15,6 +16,8 @@ const MEAN_SHARE: f64 = 0.05;
 const SHARE: &str = "share_of_amplitude_pct";
 const RISE: &str = "wheel_rise_m";
 const FRICTION: &str = "force_ratio";
+/// Mean of that over the cycle at hand, where it is a full one.
+const CYCLE_MEAN: &str = "force_ratio_of_cycle";
 /// Position of the wheel and its rise over the mean radius of the grains.
 const X_OVER_R: &str = "wheel_x_over_r";
 const RISE_OVER_R: &str = "wheel_rise_over_r";
@@ -33,7 +36,7 @@ pub(super) struct Chart {
 pub(super) type XAxis = (&'static str, &'static str, f64);
 
 const TIME: XAxis = ("t (ms)", "t_s", 1e3);
-const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
+pub(super) const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
 
 /// The axis upwards.
 #[derive(Clone, Copy)]
@@ -103,6 +106,9 @@ pub(super) fn signals(run: &RunFiles) -> Result<Table, Error> {
     if let [Some(tangential), Some(normal)] = forces {
         signals.add(FRICTION, ratios(tangential, normal));
     }
+    if let Some(means) = cycles::friction(run) {
+        signals.add(CYCLE_MEAN, means);
+    }
     Ok(signals)
 }
 
@@ -129,17 +135,11 @@ pub(super) fn wheel() -> Vec<Chart> {
             "friction-coefficient.svg",
             "Ratio of the forces on the wheel",
             YAxis::Linear("|F_T|/F_N", 1.0),
-            &[("|F_T|/F_N", FRICTION)],
+            &[
+                ("|F_T|/F_N", FRICTION),
+                ("mean of each full cycle", CYCLE_MEAN),
+            ],
         ),
-        Chart {
-            x: D,
-            ..over_time(
-                "friction.svg",
-                "Tangential force over the wheel's lateral position D: the loop's area is the work of a cycle",
-                YAxis::Linear("F_T (N)", 1.0),
-                &[("tangential force", "wheel_ft_n")],
-            )
-        },
         Chart {
             x: D,
             ..over_time(
@@ -186,7 +186,7 @@ pub(super) fn column<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
 }
 
 /// The same, of a signal that is not zero throughout.
-fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
+pub(super) fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     column(signals, name).filter(|values| values.iter().any(|value| *value != 0.0))
 }
 
@@ -225,7 +225,7 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
 }
 
 /// First style of the lines of the other run.
-const OTHERS: usize = 4;
+pub(super) const OTHERS: usize = 4;
 
 /// The lines of a chart, in styles from this one on.
 fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
@@ -250,17 +250,23 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
 
 /// The extent of each line, for a reader who cannot see them.
 fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
-    let is_linear = matches!(chart.y, YAxis::Linear(..));
-    let each = curves.iter().map(|curve| {
-        let heights = curve.points.iter().map(|(_, y)| *y);
-        let drawn = heights.filter(|y| y.is_finite() && (is_linear || *y > 0.0));
-        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-            (low.min(y), high.max(y))
-        });
-        format!("{} from {low:.4e} to {high:.4e}", curve.label)
-    });
-    let each = Vec::from_iter(each).join("; ");
+    let each = match chart.y {
+        YAxis::Linear(..) => ranges(curves, |(_, y)| *y),
+        YAxis::Log(_) => ranges(curves, |(_, y)| if *y > 0.0 { *y } else { f64::NAN }),
+    };
     format!("Curves over {}; {}: {each}.", chart.x.0, chart.y.words())
+}
+
+/// The extent of a number of the points of each line.
+pub(super) fn ranges(curves: &[PlotCurve], number: impl Fn(&(f64, f64)) -> f64) -> String {
+    let each = curves.iter().filter_map(|curve| {
+        let drawn = curve.points.iter().map(&number).filter(|x| x.is_finite());
+        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        });
+        (low <= high).then(|| format!("{} from {low:.4e} to {high:.4e}", curve.label))
+    });
+    Vec::from_iter(each).join("; ")
 }
 
 /// Pressure and shear on the surface at the sampled moment.

@@ -5,6 +5,7 @@
 //! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
 //! - `body`: the whole continuum, and which of its nodes stick;
+//! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - `circuit`: the flows of third body; `times`: where the time went;
 //! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
@@ -21,16 +22,19 @@ use page::Section;
 use runs::files::RunFiles;
 
 mod arrows;
+mod bodies;
 mod body;
 mod chains;
 mod circuit;
 mod compare;
 mod curves;
+mod cycles;
 mod grains;
 mod ledger;
 mod mesh;
 pub mod movie;
 mod page;
+mod profiles;
 mod provenance;
 mod results;
 mod scene;
@@ -92,7 +96,7 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         },
         Section {
             maps: third_body(run)?,
-            plots: plots(&tables, &ledger::third_body()),
+            plots: layer(run, &tables, other),
             ..Section::new("Third body")
         },
         Section {
@@ -135,6 +139,9 @@ fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 
 fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
     let mut all = plots(tables, &curves::wheel());
+    all.extend(cycles::loops(run, tables, other));
+    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
+    all.extend(plots(&by_cycle, &cycles::wheel()));
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(curves::traction(
         run,
@@ -150,5 +157,14 @@ fn third_body(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     maps.extend(arrows::at_last(run)?);
     maps.extend(arrows::displacements(run)?);
     maps.extend(circuit::circuit(&run.summary));
+    maps.extend(bodies::first_and_third(run)?);
     Ok(maps)
+}
+
+fn layer(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
+    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
+    let mut all = plots(tables, &ledger::third_body());
+    all.extend(plots(&by_cycle, &[cycles::flows()]));
+    all.extend(profiles::profiles(run));
+    all
 }

@@ -115,13 +115,8 @@ impl Scene {
         extents
     }
 
-    /// Centre and radius of each grain that is not in store (mm).
     fn circles(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
-        let all = self.grains.iter().flat_map(|arrays| {
-            let radii = numbers(arrays, "radius_m").iter().map(|r| 1e3 * r);
-            points_mm(arrays).into_iter().zip(radii)
-        });
-        all.filter(|(_, radius)| *radius > 0.0)
+        self.grains.iter().flat_map(circles)
     }
 
     /// Pressure at which the colours end (MPa): the largest in the continuum; without one, a value that 95 of 100 grains stay
@@ -144,13 +139,23 @@ impl Scene {
         }
         panel.layer();
         if let Some(arrays) = &self.grains {
-            disks(panel, arrays, scale);
+            let pressure = numbers(arrays, "pressure_pa");
+            let colour = |disk: usize| scale.colour(1e-6 * pressure.get(disk).unwrap_or(&0.0));
+            disks(panel, arrays, colour);
         }
     }
 }
 
-fn disks(panel: &mut Panel, arrays: &Arrays, scale: &ColourScale) {
-    let (glued, pressure) = (flags(arrays, "glued"), numbers(arrays, "pressure_pa"));
+/// Centre and radius of each grain that is not in store (mm).
+pub(super) fn circles(arrays: &Arrays) -> impl Iterator<Item = ([f64; 2], f64)> {
+    let radii = numbers(arrays, "radius_m").iter().map(|r| 1e3 * r);
+    let all = points_mm(arrays).into_iter().zip(radii);
+    all.filter(|(_, radius)| *radius > 0.0)
+}
+
+/// Draws the grains that a map shows, each in the colour of its number.
+pub(super) fn disks(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize) -> String) {
+    let glued = flags(arrays, "glued");
     let radii = numbers(arrays, "radius_m");
     let circles = points_mm(arrays).into_iter().zip(radii).enumerate();
     let there = circles.filter(|(_, (_, radius))| **radius > 0.0);
@@ -163,7 +168,7 @@ fn disks(panel: &mut Panel, arrays: &Arrays, scale: &ColourScale) {
             (true, _) => " stroke=\"#000\" stroke-width=\"2\"",
             (false, _) => " stroke=\"#555\" stroke-width=\".7\"",
         };
-        let colour = scale.colour(1e-6 * pressure.get(i).unwrap_or(&0.0));
+        let colour = colour(i);
         panel.disk(centre, 1e3 * radius, &format!("fill=\"{colour}\"{edge}"));
     }
 }

@@ -1,10 +1,11 @@
 //! Numbers as people read them: four digits, the unit of a name, prefixes.
 
 /// Units by the endings of names, longer endings first.
-const UNITS: [(&str, &str); 21] = [
+const UNITS: [(&str, &str); 22] = [
     ("_kg_m_per_s", "kg m/s"),
     ("_pa_per_m", "Pa/m"),
     ("_j_per_m2", "J/m²"),
+    ("_kg_per_m", "kg/m"),
     ("_n_per_m", "N/m"),
     ("_rad_per_s", "rad/s"),
     ("_m_per_s2", "m/s²"),
@@ -138,6 +139,7 @@ mod tests {
             ("loop_area_j", 0.09049096, "90.49 mJ"),
             ("q_wear_kg", 4.1234e-9, "4.123 µg"),
             ("q_wear_kg", 0.0, "0 kg"),
+            ("third_body_per_length_kg_per_m", 2.5e-3, "2.5 g/m"),
             ("energy_balance_rel", 5.906349345575321e-7, "5.906e-7"),
             ("disks", 73823.0, "73\u{202f}823"),
             ("sn_reversal_pct", 2.1360398860399368, "2.136 %"),

@@ -31,6 +31,8 @@ pub struct Setup {
     pub wheel: Option<SmoothWheel>,
     /// The participant that carries a wheel of any kind.
     pub wheel_of: Option<String>,
+    /// Frequency of the wheel's sideways motion, if there is one (1/s).
+    pub wheel_hz: Option<f64>,
     /// The sets that each interface joins, `participant.set`.
     pub joined: Vec<[String; 2]>,
 }
@@ -61,6 +63,7 @@ impl Setup {
             };
             Some([a.as_str()?.to_string(), b.as_str()?.to_string()])
         });
+        let motion = carrier.and_then(|p| config(p, "wheel")?.get("frequency_hz"));
         let run = table.get("run");
         Setup {
             name: run.map_or_else(String::new, |run| text(run, "name")),
@@ -68,6 +71,7 @@ impl Setup {
             plausible: key(run, "plausible"),
             wheel,
             wheel_of: carrier.map(name),
+            wheel_hz: motion.and_then(number).filter(|hz| *hz > 0.0),
             joined: joined.collect(),
             participants: participants.iter().map(name).collect(),
         }
@@ -136,13 +140,14 @@ mod tests {
     fn a_scenario_tells_who_carries_the_wheel_and_who_is_joined() {
         let setup = setup(
             "run.name = \"a\"\nrun.transport = \"channel\"\nrun.plausible.gap_rel = [0.5, 1]\n[[participant]]\nname = \"up\"\n[[participant]]\nname = \"layer\"\n\
-             config.wheel = { radius_m = 1 }\n[[interface]]\nbetween = [\"up.bottom\", \"layer.lid\"]",
+             config.wheel = { radius_m = 1, frequency_hz = 300 }\n[[interface]]\nbetween = [\"up.bottom\", \"layer.lid\"]",
         );
         assert_eq!(setup.participants, ["up", "layer"]);
         assert_eq!(setup.transport, TransportKind::Channel);
         assert_eq!(setup.plausible.gap_rel.warn, 0.5);
         let wheel = setup.wheel.as_ref().expect("it has a face");
         assert_eq!((wheel.participant.as_str(), wheel.radius_m), ("layer", 1.0));
+        assert_eq!(setup.wheel_hz, Some(300.0));
         let joint = setup.partner("up").expect("it is joined");
         assert_eq!(
             [joint.set, joint.partner, joint.partner_set],

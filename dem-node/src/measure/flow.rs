@@ -13,6 +13,9 @@
 //! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
 //! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; those
 //! in store are nowhere.
+//!
+//! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
+//! therefore the mass per length in its middle half, as that was when the wheel's motion began.
 
 pub mod graph;
 pub mod ledger;
@@ -23,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
+use crate::measure::report::given;
 use crate::step::state::GrainState;
 use ledger::MassLedger;
 use zone::{Zone, ZoneLoads};
@@ -45,6 +49,8 @@ pub struct FlowScene {
     pub mass_scale: f64,
     /// Mean height of the base (m).
     pub base: f64,
+    /// Time from which on the middle of the zone stays where it is (s).
+    pub middle_from: f64,
 }
 
 /// Membership of a grain.
@@ -103,11 +109,14 @@ pub struct Flow {
     /// Twice the kinetic energy of the grains in the zone, scaled masses and all, and force on the wheel times its height above the base,
     /// summed over steps (J).
     kinetic: [f64; 2],
+    /// The middle half of the zone, once the motion has begun, and third body in it (kg).
+    middle: Option<Zone>,
+    in_middle: f64,
 }
 
 impl FlowScene {
-    /// The constants of these bodies, whose masses are `mass_scale` times the real ones.
-    pub fn new(config: FlowConfig, bodies: &Bodies, mass_scale: f64) -> FlowScene {
+    /// The constants of these bodies, whose masses are `mass_scale` times the real ones, and whose wheel moves from this time on (s).
+    pub fn new(config: FlowConfig, bodies: &Bodies, mass_scale: f64, moves_from: f64) -> FlowScene {
         FlowScene {
             config,
             masses: bodies.masses.iter().map(|m| m / mass_scale).collect(),
@@ -118,6 +127,7 @@ impl FlowScene {
                 .map(|c| c[1])
                 .sum::<f64>()
                 / bodies.base as f64,
+            middle_from: moves_from,
         }
     }
 }
@@ -252,10 +262,15 @@ impl Flow {
     ) {
         let before = self.zone;
         self.follow_wheel(scene, (bodies, state), step);
+        if self.middle.is_none() && end + ROUNDING * step >= scene.middle_from {
+            let middle = self.zone.map(Zone::middle_half);
+            self.middle = middle.filter(|middle| middle.ends[0] < middle.ends[1]);
+        }
         let first = self.changed_bodies(bodies, state);
         let worn = end - scene.config.wear_s + ROUNDING * step;
         let ledger = &mut self.ledger;
         let (mut held, mut kinetic) = (0.0, 0.0);
+        self.in_middle = 0.0;
         let come = self.present..state.present(bodies);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
@@ -279,6 +294,9 @@ impl Flow {
             if inside {
                 let [vx, vy, _] = state.velocities[i];
                 kinetic += mass * (vx * vx + vy * vy);
+            }
+            if grain.is_third() && self.middle.is_some_and(|middle| middle.holds(x)) {
+                self.in_middle += mass;
             }
         }
         self.held = held;
@@ -329,17 +347,31 @@ impl Flow {
         self.grains.iter().map(|grain| grain.detached)
     }
 
-    /// The masses of the ledger, the third body in the zone and the ends of the zone, 0 before the wheel bears anything.
+    /// The masses since the start.
+    pub fn ledger(&self) -> &MassLedger {
+        &self.ledger
+    }
+
+    /// Third body per length in the middle half of the zone, as that was when the motion began (kg/m); 0 before.
+    pub fn per_length(&self) -> f64 {
+        let [left, right] = self.middle.map_or([0.0, 1.0], |middle| middle.ends);
+        self.in_middle / (right - left)
+    }
+
+    /// The masses of the ledger, the third body in the zone and in its middle, and the ends of the zone, 0 before the wheel bears
+    /// anything.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let [left, right] = self.zone.map_or([0.0; 2], |zone| zone.ends);
         self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),
+            ("third_body_per_length_kg_per_m", self.per_length()),
             ("zone_left_m", left),
             ("zone_right_m", right),
         ])
     }
 
-    /// The masses of the ledger, the third body in the zone, and the largest difference of that from the ledger over all that came and went.
+    /// The masses of the ledger, the third body in the zone, the largest difference of that from the ledger over all that came and
+    /// went, and the third body in the middle of the zone once the motion has begun.
     pub fn results(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let turnover = self.ledger.turnover();
         let defect = if turnover > 0.0 {
@@ -347,11 +379,13 @@ impl Flow {
         } else {
             self.defect
         };
-        self.ledger.named().into_iter().chain([
+        let middle = self.middle.map(|_| self.per_length());
+        let results = self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),
             ("flow_balance_rel", defect),
             ("flow_kinetic_rel", self.kinetic_share()),
-        ])
+        ]);
+        results.chain(given([("third_body_per_length_kg_per_m", middle)]))
     }
 
     /// Kinetic stress of the grains in the zone over the pressure of the wheel: sum m v^2 / (2 V) over F / A, V = A H.
@@ -384,12 +418,14 @@ impl Flow {
             visit(grain.left_at.unwrap_or(NEVER));
         }
         self.loads.numbers().for_each(&mut visit);
-        let ends = self.zone.map(|zone| zone.ends);
-        ends.iter().flatten().for_each(|end| visit(*end));
+        for zone in [self.zone, self.middle].into_iter().flatten() {
+            zone.ends.into_iter().for_each(&mut visit);
+        }
         self.ledger.named().iter().for_each(|(_, x)| visit(*x));
         visit(self.held);
         visit(self.defect);
         self.kinetic.iter().for_each(|x| visit(*x));
+        visit(self.in_middle);
     }
 }
 

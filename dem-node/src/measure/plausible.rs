@@ -372,7 +372,6 @@ mod tests {
                 let span = StepSpan {
                     start,
                     end: start + STEP,
-                    drive_work: 0.0,
                 };
                 statistics.record(Some(&program), &state, step, &span);
             }

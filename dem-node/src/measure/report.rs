@@ -116,15 +116,13 @@ impl RecentRatio {
     }
 }
 
-/// Times and work of a committed step.
+/// Times of a committed step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepSpan {
     /// Start of the step (s).
     pub start: f64,
     /// End of the step (s).
     pub end: f64,
-    /// Work of the sideways drive in the step (J).
-    pub drive_work: f64,
 }
 
 /// Gathers results over the committed steps.
@@ -147,7 +145,6 @@ pub struct RunStatistics {
     pub held_velocity: f64,
     friction: Mean,
     height_range: Option<[f64; 2]>,
-    loop_work: f64,
     /// Largest residual of a contact solve that was accepted.
     pub residual_max: f64,
     quad_max: f64,
@@ -251,10 +248,6 @@ impl RunStatistics {
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);
         }
-        if let Some([start, end]) = program.last_full_cycle() {
-            let shared = span.end.min(end) - span.start.max(start);
-            self.loop_work += span.drive_work * shared.max(0.0) / (span.end - span.start);
-        }
     }
 
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
@@ -303,16 +296,12 @@ impl RunStatistics {
         };
         let height = self.held_height.value().or(self.height_at_motion_start);
         let range = self.height_range.map(|[low, high]| (high - low) / radius);
-        let sink = self.height_at_motion_start.filter(|_| program.cycles > 0.0);
-        let loop_area = program.last_full_cycle().map(|_| self.loop_work);
         results.extend(given([
             ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
-            ("wheel_sink_m", sink.map(|y| y - state.wheel.position[1])),
             ("friction_coefficient", self.friction.value()),
             ("wheel_y_range_over_r", range),
-            ("loop_area_j", loop_area),
         ]));
         results
     }

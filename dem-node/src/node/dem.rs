@@ -13,6 +13,7 @@ use crate::config::stress::StressConfig;
 use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
+use crate::measure::cycles::WheelCycles;
 use crate::measure::drive_means::DriveMeans;
 use crate::measure::flow::{Flow, FlowScene};
 use crate::measure::profile::GrainProfile;
@@ -85,6 +86,7 @@ pub(super) struct Progress {
     /// The committed state.
     pub state: GrainState,
     pub statistics: RunStatistics,
+    pub cycles: WheelCycles,
     pub driven: DriveMeans,
     pub profile: GrainProfile,
     /// The stress at the end of the hold, once that is over.
@@ -163,11 +165,15 @@ impl Dem {
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
+                cycles: WheelCycles::new(state.wheel.position[1]),
                 flow: config.flow.map(|_| Flow::new(&bodies, &state)),
                 state,
                 ..Progress::default()
             },
-            flow: (config.flow).map(|flow| FlowScene::new(flow, &bodies, config.mass_scale)),
+            flow: config.flow.map(|flow| {
+                let moves = program.as_ref().map_or(0.0, WheelProgram::motion_start);
+                FlowScene::new(flow, &bodies, config.mass_scale, moves)
+            }),
             bodies,
             program,
             prepared_sample: prepared.origin,
@@ -260,17 +266,12 @@ impl Dem {
         }
     }
 
-    /// Records a committed step; `drive_before` is the account of the sideways drive at its start (J).
-    pub(super) fn record(
-        &mut self,
-        start: f64,
-        end: f64,
-        drive_before: f64,
-        summary: &StepSummary,
-    ) {
+    /// Records a committed step.
+    pub(super) fn record(&mut self, start: f64, end: f64, summary: &StepSummary) {
         let Progress {
             state,
             statistics,
+            cycles,
             driven,
             profile,
             held_stress,
@@ -288,15 +289,14 @@ impl Dem {
             let thickness = self.setting.thickness_m;
             *held_stress = StressMap::measure(config, &self.bodies, state, thickness);
         }
-        if let (Some(scene), Some(flow)) = (&self.flow, flow) {
+        if let (Some(scene), Some(flow)) = (&self.flow, flow.as_mut()) {
             flow.record(scene, (&self.bodies, state), end, end - start);
         }
         driven.record(&self.stepper.on_driven, start, self.end);
-        let span = StepSpan {
-            start,
-            end,
-            drive_work: state.ledger.drive - drive_before,
-        };
+        if let Some(program) = &self.program {
+            cycles.record(program, [start, end], (state, summary), flow.as_ref());
+        }
+        let span = StepSpan { start, end };
         statistics.record(self.program.as_ref(), state, summary, &span);
     }
 }

@@ -1,4 +1,4 @@
-//! Tables beside the fields: profiles over slices, stress in cells.
+//! Tables beside the fields: profiles over slices, cycles of the wheel, stress in cells.
 
 use std::path::Path;
 
@@ -8,11 +8,15 @@ use crate::measure::snapshot;
 use crate::measure::stress::StressMap;
 
 impl Dem {
-    /// Writes `<participant>-profile.csv` and `<participant>-stress.csv` beside the fields, where they are asked for.
+    /// Writes `<participant>-cycles.csv` beside the fields where the wheel has made one, `<participant>-profile.csv` and
+    /// `<participant>-stress.csv` where they are asked for.
     pub(super) fn write_maps(&self) -> Result<(), DemError> {
         let Some(folder) = &self.setting.fields else {
             return Ok(());
         };
+        if let Some(text) = self.progress.cycles.csv(self.flow.is_some()) {
+            self.write_map(folder, "cycles", &text)?;
+        }
         if let Some(config) = &self.profile {
             let text = self.progress.profile.csv(config, self.setting.thickness_m);
             self.write_map(folder, "profile", &text)?;

@@ -134,7 +134,8 @@ impl Dem {
             ),
         ]);
         let flow = self.progress.flow.iter().flat_map(Flow::results);
-        let results = results.into_iter().chain(own).chain(flow);
+        let cycles = self.progress.cycles.results(self.flow.is_some());
+        let results = results.into_iter().chain(cycles).chain(own).chain(flow);
         let results = results.map(|(name, x)| (name.to_string(), x));
         let profile = self.profile.iter().flat_map(|config| {
             let grains = (&self.bodies, state, self.setting.thickness_m);

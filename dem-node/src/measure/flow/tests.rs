@@ -60,7 +60,7 @@ impl Trial {
             wear_s: WEAR,
         };
         Trial {
-            scene: FlowScene::new(config, &bodies, 100.0),
+            scene: FlowScene::new(config, &bodies, 100.0, 0.0),
             flow: Flow::new(&bodies, &state),
             bodies,
             state,
@@ -356,4 +356,34 @@ fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
     assert_eq!(trial.step(&[(3, -3.5), (4, 2.5)]), crossed);
     let back = trial.step(&[(3, -1.0)]);
     assert_eq!([back.recirculated, trial.flow.held], [8.0, 24.0]);
+}
+
+/// The zone is [-3, 3] when the motion begins: its middle half is [-1.5, 1.5], 3 m long, wherever the zone goes then.
+#[test]
+fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
+    let name = "third_body_per_length_kg_per_m";
+    let mut trial = Trial::new();
+    trial.scene.middle_from = 2.0;
+    trial.step(&[]);
+    let result = |flow: &Flow| flow.results().find(|(known, _)| *known == name);
+    assert_eq!(result(&trial.flow), None);
+    assert!(trial.flow.signals().any(|signal| signal == (name, 0.0)));
+    trial.step(&[]);
+    assert_eq!(result(&trial.flow), Some((name, 8.0 / 3.0)));
+    trial.detach();
+    trial.step(&[]);
+    assert_eq!(trial.flow.per_length(), 4.0);
+    // Out of the middle, and still in the zone.
+    trial.step(&[(3, -1.6)]);
+    assert_eq!(
+        (trial.flow.per_length(), trial.flow.held),
+        (4.0 / 3.0, 12.0)
+    );
+    // The zone leaves grain 3 behind, then holds it again: the middle does not care.
+    trial.step(&[(3, -1.0), (0, 0.5)]);
+    assert_eq!(trial.ends(), [-0.5, 3.0]);
+    assert_eq!((trial.flow.per_length(), trial.flow.held), (4.0, 4.0));
+    trial.step(&[(0, -2.9)]);
+    assert_eq!((trial.flow.per_length(), trial.flow.held), (4.0, 12.0));
+    assert!(trial.flow.signals().any(|signal| signal == (name, 4.0)));
 }

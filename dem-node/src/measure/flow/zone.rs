@@ -46,6 +46,15 @@ impl Zone {
         }
     }
 
+    /// Its middle half.
+    pub fn middle_half(self) -> Zone {
+        let [left, right] = self.ends;
+        let quarter = 0.25 * (right - left);
+        Zone {
+            ends: [left + quarter, right - quarter],
+        }
+    }
+
     /// True for an x in the zone (m).
     pub fn holds(&self, x: f64) -> bool {
         (self.ends[0]..=self.ends[1]).contains(&x)

@@ -1,0 +1,160 @@
+//! First and third body: the grains by the body that they belong to, at the first marked moment and at the end.
+
+use super::scene::{circles, disks};
+use coordinator::error::Error;
+use draw::extent::Extent;
+use draw::map::{Map, maps_of_kinds};
+use draw::picture::Picture;
+use runs::fields::{Arrays, numbers};
+use runs::files::RunFiles;
+
+/// Colour and words of each body by its number in the fields: light what holds, dark what came off.
+const BODIES: [[&str; 2]; 4] = [
+    ["#f0ead8", "first body"],
+    ["#12355b", "third body, detached"],
+    ["#e27d1e", "third body from the start"],
+    ["#aabed2", "third body, fed in"],
+];
+
+/// The grains in the colours of their bodies at the first moment that has them and, where they have moved since, at the last. `None` of a
+/// run that follows no flows.
+pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    let mut shown: Vec<(String, Arrays)> = Vec::new();
+    for moment in run.moments() {
+        let arrays = run.fields(&moment.name, ".vtp")?;
+        if let Some(arrays) = arrays.filter(|arrays| arrays.contains_key("body")) {
+            shown.truncate(1);
+            shown.push((moment.words, arrays));
+        }
+    }
+    shown.dedup_by(|last, first| last.1["points"] == first.1["points"]);
+    let layer = shown
+        .first()
+        .map(|(_, arrays)| Extent::around(circles(arrays)));
+    let Some(layer) = layer.flatten() else {
+        return Ok(None);
+    };
+    // Grains that were thrown far away would make the others too small to be seen.
+    let height = layer.height();
+    let extent = layer.with_margin(0.2 * height, 0.1 * height, 0.4 * height);
+    let maps = shown
+        .iter()
+        .map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
+    let counts: Vec<[usize; 4]> = shown.iter().map(|(_, arrays)| counts(arrays)).collect();
+    let present = |body: &usize| counts.iter().any(|counts| counts[*body] > 0);
+    let kinds = (0..BODIES.len()).filter(present).map(|body| BODIES[body]);
+    let svg = maps_of_kinds(
+        &Vec::from_iter(maps),
+        &Vec::from_iter(kinds),
+        |panel, number| {
+            let arrays = &shown[number].1;
+            let bodies = numbers(arrays, "body");
+            disks(panel, arrays, |disk| BODIES[body(bodies, disk)][0].into());
+        },
+    );
+    let each = shown.iter().zip(&counts).map(|((words, _), counts)| {
+        let each = counts.iter().zip(BODIES).filter(|(count, _)| **count > 0);
+        let each = each.map(|(count, [_, words])| format!("{count} of {words}"));
+        format!(
+            "Grains at the {words}: {}.",
+            Vec::from_iter(each).join(", ")
+        )
+    });
+    let moments = shown.iter().map(|(words, _)| format!("at the {words}"));
+    Ok(Some(Picture {
+        file: "bodies.svg".into(),
+        caption: format!(
+            "First and third body {}, to scale. Thick outlines: glued grains.",
+            Vec::from_iter(moments).join(" and ")
+        ),
+        alternative: Vec::from_iter(each).join(" "),
+        svg,
+    }))
+}
+
+/// The body of a grain.
+fn body(bodies: &[f64], disk: usize) -> usize {
+    let body = bodies.get(disk).map_or(0, |body| *body as usize);
+    body.min(BODIES.len() - 1)
+}
+
+/// How many grains that are not in store belong to each body.
+fn counts(arrays: &Arrays) -> [usize; 4] {
+    let (bodies, radii) = (numbers(arrays, "body"), numbers(arrays, "radius_m"));
+    let mut counts = [0; 4];
+    for (disk, _) in radii
+        .iter()
+        .enumerate()
+        .filter(|(_, radius)| **radius > 0.0)
+    {
+        counts[body(bodies, disk)] += 1;
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+    use serde_json::json;
+
+    /// Three grains, of which the last is in store, in a file of a moment.
+    fn write(run: &RunFiles, moment: &str, x: f64, bodies: Option<&str>) {
+        let bodies = bodies.map_or(String::new(), |words| {
+            format!(
+                "<DataArray type=\"Float64\" Name=\"body\" format=\"ascii\">{words}</DataArray>"
+            )
+        });
+        let text = format!(
+            "<VTKFile type=\"PolyData\"><PolyData><Piece><Points><DataArray type=\"Float64\" Name=\"points\" NumberOfComponents=\"3\" format=\"ascii\">{x} 0 0 1e-3 0 0 0 0 0</DataArray></Points><PointData><DataArray type=\"Float64\" Name=\"radius_m\" format=\"ascii\">1e-4 1e-4 0</DataArray>{bodies}</PointData></Piece></PolyData></VTKFile>"
+        );
+        let folder = run.path.join("fields");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join(format!("layer-{moment}.vtp")), text).expect("a file");
+    }
+
+    fn run(scratch: &Scratch) -> RunFiles {
+        RunFiles {
+            path: scratch.path().into(),
+            summary: json!({"phases": [{"name": "hold", "picture": true}]}),
+            ..RunFiles::default()
+        }
+    }
+
+    #[test]
+    fn grains_stand_in_the_colours_of_their_bodies_at_the_hold_and_at_the_end() {
+        let scratch = Scratch::new("bodies", 1);
+        let run = run(&scratch);
+        write(&run, "hold", 0.0, Some("0 0 3"));
+        write(&run, "end", 1e-4, Some("1 2 3"));
+        let picture = first_and_third(&run).expect("it is readable");
+        let picture = picture.expect("there are bodies");
+        assert_eq!(
+            picture.alternative,
+            "Grains at the end of the hold: 2 of first body. \
+             Grains at the end of the run: 1 of third body, detached, 1 of third body from the start."
+        );
+        for words in ["At the end of the hold<", "At the end of the run<"] {
+            assert!(picture.svg.contains(words), "{words}");
+        }
+        // Twice: in the legend and as a grain; what is in store is neither.
+        for ([colour, words], times) in BODIES.iter().zip([2, 2, 2, 0]) {
+            let style = format!("fill=\"{colour}\"");
+            assert_eq!(picture.svg.matches(&style).count(), times, "{words}");
+        }
+    }
+
+    #[test]
+    fn a_run_that_ends_with_the_hold_has_one_map_and_one_without_flows_none() {
+        let scratch = Scratch::new("bodies-once", 1);
+        let run = run(&scratch);
+        write(&run, "hold", 0.0, None);
+        write(&run, "end", 0.0, None);
+        assert!(first_and_third(&run).expect("it is readable").is_none());
+        write(&run, "hold", 0.0, Some("0 1 0"));
+        write(&run, "end", 0.0, Some("0 1 0"));
+        let picture = first_and_third(&run).expect("it is readable");
+        let picture = picture.expect("there are bodies");
+        assert_eq!(picture.svg.matches("At the end of").count(), 1);
+    }
+}
