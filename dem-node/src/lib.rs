@@ -173,6 +173,7 @@
 //! | energy stored: kinetic, springs, bonds | [`step::state::GrainState::energies`] | [`step::ledger`] |
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`measure::snapshot::pressures`] | Love 1927; Weber 1966 |
 //! | stress of cells, -(1/V) sum f (x_c - x) | [`measure::stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
+//! | the part of a grain in a cell, by its tile | [`measure::tiles::tiles`] | Bagi 1996 |
 //! | fabric, mean of n (x) n | [`measure::structure::results`] | Satake 1982 |
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`kit::wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::StepBounds::new`], [`setup::bounds::StepBounds::assess`] | GDR MiDi 2004 |

@@ -1,7 +1,7 @@
 //! What a run measures, and what it writes.
 //!
 //! In reading order:
-//! - [`loads`]: forces of the contacts grain by grain;
+//! - [`loads`], [`tiles`]: forces of the contacts grain by grain, and the part of the plane that belongs to each;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: flows of third body, from the graph of bonds;
 //! - [`cycles`]: the full cycles of the wheel's motion;
@@ -19,4 +19,5 @@ pub mod report;
 pub mod snapshot;
 pub mod stress;
 pub mod structure;
+pub mod tiles;
 pub(crate) mod trend;

@@ -234,7 +234,7 @@ impl Node for Dem {
             )]),
             results: self.results(),
             state_hash: self.progress.hash(),
-            warnings: self.stress_advice().into_iter().collect(),
+            warnings: self.maps_advice(),
             findings: run.findings(),
             held_load: run.held_load(),
         })

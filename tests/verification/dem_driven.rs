@@ -133,7 +133,7 @@ fn pressed_strip() -> Value {
     });
     let law = json!({"kind": "coulomb", "friction": 0.4, "contact_stiffness_pa": 1e8,
         "tangential_stiffness_ratio": 0.5});
-    let profile = json!({"profile": {"axis": "y", "bins": 4, "start_s": 4e-2, "every_s": 1.0}});
+    let profile = json!({"profile": {"axis": "y", "bins": 4, "start_s": 4e-2, "every_s": 1e-2}});
     let mut config = scene(law, 1e-5, sample, profile);
     config["solver"]["tolerance"] = json!(1e-6);
     config["time"]["end_s"] = json!(5e-2);

@@ -8,7 +8,7 @@ use dem_node::Dem;
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
-use crate::dem_support::{THICKNESS, close, march, refusal, scene, setting};
+use crate::dem_support::{THICKNESS, build, close, march, refusal, scene, setting};
 
 const R: f64 = 1e-3;
 
@@ -107,6 +107,39 @@ fn the_shear_rate_of_a_row_of_speeds_is_their_slope_and_intervals_follow_each_ot
     let slope = (rows[2][3] - rows[0][3]) / (rows[2][2] - rows[0][2]);
     close("shear rate", rows[1][10], slope, 1e-9 * slope);
     assert!((38.0..42.0).contains(&slope), "{slope}");
+}
+
+/// Disks that fly apart: the slices of a later interval are thicker, and less full.
+#[test]
+fn an_interval_that_the_end_cuts_has_no_results() {
+    let disk = |i: u32| {
+        let y = 2.5 * R * f64::from(i);
+        json!({"x_m": 0.0, "y_m": y, "radius_m": R, "vy_m_per_s": 40.0 * y})
+    };
+    let sample = json!({"kind": "disks", "disks": (0..8).map(disk).collect::<Vec<_>>()});
+    let results = |steps: u32| {
+        let profile =
+            json!({"profile": {"axis": "y", "bins": 2, "start_s": 1e-3, "every_s": 3e-3}});
+        let law = json!({"kind": "signorini"});
+        let mut dem = build(&scene(law, 1e-3, sample.clone(), profile));
+        march(&mut dem, 0, steps);
+        let outcome = dem.finish().expect("the run can end");
+        let solid = outcome.results.get("profile_solid_fraction").copied();
+        (solid, outcome.warnings)
+    };
+    let (none, told) = results(3);
+    assert_eq!(none, None);
+    assert!(
+        told.len() == 1 && told[0].contains("profile.every_s"),
+        "{told:?}"
+    );
+    assert_eq!(results(1).0, None, "it has not begun");
+    let (first, told) = results(4);
+    assert!(first.is_some() && told.is_empty(), "{first:?} {told:?}");
+    for steps in [5, 6] {
+        assert_eq!(results(steps).0, first, "after {steps} steps");
+    }
+    assert!(results(7).0 < first, "the second interval is over");
 }
 
 #[test]

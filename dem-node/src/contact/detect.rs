@@ -168,7 +168,8 @@ impl VerletList {
     }
 }
 
-fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
+/// The pairs that are closer than `reach` (m), by their numbers; two disks that are glued, or of one cluster, are none.
+pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
     let mut slots = Vec::new();
     let mut near = NearPairs::new(
         positions.centres,

@@ -3,7 +3,8 @@
 //! Grains are the free disks and the clusters that nothing drives. A disk counts in each slice with the part of its area
 //! that lies there; velocities are means over areas. The stress is that of the contacts, compression positive,
 //! sigma_ij = -(1/V) sum f_i l_j, f being the force on a grain and l from its centre to the contact (Love 1927; Weber 1966),
-//! each l shared out among the slices that it crosses. The part of the velocity fluctuations is not in it.
+//! each l shared out among the slices that it crosses, so that in equilibrium each of them, however thin, passes on what lies
+//! beyond it. The part of the velocity fluctuations is not in it. Only intervals that are over have results.
 
 use std::fmt::Write as _;
 
@@ -95,20 +96,31 @@ impl GrainProfile {
         }
     }
 
-    /// All slices, those of the interval that is being filled too.
-    fn all(&self, axis: ProfileAxis, thickness: f64) -> Vec<Slice> {
-        let open = self.interval.iter();
-        let open = open.flat_map(|interval| interval.slices(axis, thickness));
-        self.slices.iter().copied().chain(open).collect()
+    /// The slices of the intervals that are over, and of the one that is being filled if it may be `open`.
+    fn all(&self, config: &ProfileConfig, thickness: f64, open: bool) -> Vec<Slice> {
+        let last = self.interval.iter();
+        let last = last.filter(|interval| open || interval.is_over(config));
+        let last = last.flat_map(|interval| interval.slices(config.axis, thickness));
+        self.slices.iter().copied().chain(last).collect()
     }
 
-    /// The slices as CSV, a line each.
+    /// Advice on a run that ended within its first interval.
+    pub fn advice(&self, config: &ProfileConfig) -> Option<String> {
+        self.all(config, 1.0, false).is_empty().then(|| {
+            format!(
+                "profile: the run ended within its first interval of {:e} s from {:e} s on, so that there are no results; make profile.every_s shorter, or the run longer",
+                config.every_s, config.start_s
+            )
+        })
+    }
+
+    /// The slices as CSV, a line each, those of an interval that the end of the run cut too.
     pub fn csv(&self, config: &ProfileConfig, thickness: f64) -> String {
         let mut text = format!(
             "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s\n",
             config.axis.letter()
         );
-        for slice in self.all(config.axis, thickness) {
+        for slice in self.all(config, thickness, true) {
             let numbers = (slice.times.into_iter().chain([slice.position]))
                 .chain(slice.velocity)
                 .chain([slice.solid_fraction])
@@ -120,7 +132,7 @@ impl GrainProfile {
         text
     }
 
-    /// Means over the middle half of the slices in the last interval.
+    /// Means over the middle half of the slices in the last interval that is over.
     ///
     /// - `profile_solid_fraction`, `profile_shear_rate_per_s`;
     /// - `profile_normal_stress_pa` along the axis, and `profile_shear_over_normal`, the size of the shear stress over it: the
@@ -132,7 +144,7 @@ impl GrainProfile {
         config: &ProfileConfig,
         (bodies, state, thickness): (&Bodies, &GrainState, f64),
     ) -> Vec<(&'static str, f64)> {
-        let all = self.all(config.axis, thickness);
+        let all = self.all(config, thickness, false);
         let bins = config.bins as usize;
         let Some(last) = all.len().checked_sub(bins).map(|first| &all[first..]) else {
             return Vec::new();
@@ -182,6 +194,13 @@ impl Interval {
             steps: 0,
             sums: vec![SliceSums::default(); config.bins as usize],
         }
+    }
+
+    /// True if the middle of another step would lie beyond it.
+    fn is_over(&self, config: &ProfileConfig) -> bool {
+        let [start, end] = self.times;
+        let next = end + 0.5 * (end - start) / self.steps as f64;
+        next >= config.start_s + (self.number + 1) as f64 * config.every_s
     }
 
     fn add(&mut self, axis: ProfileAxis, bodies: &Bodies, state: &GrainState) {

@@ -46,8 +46,17 @@ impl Dem {
         results.map(|(name, x)| (name.to_string(), x))
     }
 
-    /// Advice on stresses that were asked for and are not there.
-    pub(super) fn stress_advice(&self) -> Option<String> {
+    /// Advice on profiles and stresses that were asked for and are not there.
+    pub(super) fn maps_advice(&self) -> Vec<String> {
+        let profile = &self.progress.profile;
+        let profile = self
+            .profile
+            .as_ref()
+            .and_then(|config| profile.advice(config));
+        profile.into_iter().chain(self.stress_advice()).collect()
+    }
+
+    fn stress_advice(&self) -> Option<String> {
         let asked = self.stress.is_some();
         let missing = asked
             && !self
