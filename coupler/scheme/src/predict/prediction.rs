@@ -171,9 +171,9 @@ impl StabilityPrediction {
         if kept { bounded } else { Some(false) }
     }
 
-    /// The bound with the smallest margin.
+    /// The bound of stability with the smallest margin.
     pub fn decides(&self) -> Option<&Bound> {
-        let bounds = self.bounds.iter();
+        let bounds = self.bounds.iter().filter(|bound| bound.stability);
         bounds.min_by(|a, b| a.margin.total_cmp(&b.margin))
     }
 
@@ -182,9 +182,7 @@ impl StabilityPrediction {
         if self.stable() != Some(false) || interface.unsafe_window {
             return Ok(());
         }
-        let name = &interface.name;
-        let bounds = self.bounds.iter().filter(|bound| bound.stability);
-        let bound = bounds.min_by(|a, b| a.margin.total_cmp(&b.margin));
+        let (name, bound) = (&interface.name, self.decides());
         let bound = bound.map_or(String::new(), |bound| {
             format!(" ({}, margin {:.3})", bound.name, bound.margin)
         });
