@@ -36,7 +36,7 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     };
     // Grains that were thrown far away would make the others too small to be seen.
     let height = layer.height();
-    let extent = layer.with_margin(0.2 * height, 0.1 * height, 0.4 * height);
+    let extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
     let maps = shown
         .iter()
         .map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
@@ -60,11 +60,16 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
             Vec::from_iter(each).join(", ")
         )
     });
+    let beyond = shown.iter().flat_map(|(_, arrays)| circles(arrays));
+    let beyond = match beyond.filter(|(at, _)| !extent.holds(*at)).count() {
+        0 => String::new(),
+        count => format!(" Too far away to be drawn: {count}."),
+    };
     let moments = shown.iter().map(|(words, _)| format!("at the {words}"));
     Ok(Some(Picture {
         file: "bodies.svg".into(),
         caption: format!(
-            "First and third body {}, to scale. Thick outlines: glued grains.",
+            "First and third body {}, to scale. Thick outlines: glued grains.{beyond}",
             Vec::from_iter(moments).join(" and ")
         ),
         alternative: Vec::from_iter(each).join(" "),
@@ -126,7 +131,7 @@ mod tests {
         let scratch = Scratch::new("bodies", 1);
         let run = run(&scratch);
         write(&run, "hold", 0.0, Some("0 0 3"));
-        write(&run, "end", 1e-4, Some("1 2 3"));
+        write(&run, "end", 0.1, Some("1 2 3"));
         let picture = first_and_third(&run).expect("it is readable");
         let picture = picture.expect("there are bodies");
         assert_eq!(
@@ -134,11 +139,16 @@ mod tests {
             "Grains at the end of the hold: 2 of first body. \
              Grains at the end of the run: 1 of third body, detached, 1 of third body from the start."
         );
+        assert!(
+            picture
+                .caption
+                .ends_with("glued grains. Too far away to be drawn: 1.")
+        );
         for words in ["At the end of the hold<", "At the end of the run<"] {
             assert!(picture.svg.contains(words), "{words}");
         }
-        // Twice: in the legend and as a grain; what is in store is neither.
-        for ([colour, words], times) in BODIES.iter().zip([2, 2, 2, 0]) {
+        // In the legend and as a grain, but for the one that is far away; what is in store is neither.
+        for ([colour, words], times) in BODIES.iter().zip([2, 1, 2, 0]) {
             let style = format!("fill=\"{colour}\"");
             assert_eq!(picture.svg.matches(&style).count(), times, "{words}");
         }

@@ -127,6 +127,7 @@ fn name(run: &RunFiles) -> String {
 
 fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     let mut maps = Vec::from_iter(scene::contact(run)?);
+    maps.extend(bodies::first_and_third(run)?);
     let bodies = body::pressures(run)?;
     // A single body without grains is its own scene.
     let own = bodies.len() == 1 && maps.iter().all(|scene| !scene.caption.contains("grains"));
@@ -157,7 +158,6 @@ fn third_body(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     maps.extend(arrows::at_last(run)?);
     maps.extend(arrows::displacements(run)?);
     maps.extend(circuit::circuit(&run.summary));
-    maps.extend(bodies::first_and_third(run)?);
     Ok(maps)
 }
 

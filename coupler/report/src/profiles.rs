@@ -35,7 +35,7 @@ const PROFILES: [Profile; 3] = [
     ),
     (
         "profile-stress.svg",
-        "Stress of the grains, compression positive",
+        "Stress of the grains (compression positive)",
         "stress (MPa)",
         1e-6,
         &[
@@ -139,7 +139,7 @@ impl Slices {
         Some(Picture {
             file: file.to_string(),
             caption: format!(
-                "{what} in slices along {axis}, mean from {} to {} ms",
+                "{what} in slices along {axis}, means from {} to {} ms",
                 four(1e3 * start?),
                 four(1e3 * end?)
             ),
@@ -195,7 +195,7 @@ mod tests {
         };
         assert_eq!(
             velocity.caption,
-            "Velocity of the grains in slices along y, mean from 1\u{202f}000 to 2\u{202f}000 ms"
+            "Velocity of the grains in slices along y, means from 1\u{202f}000 to 2\u{202f}000 ms"
         );
         assert_eq!(
             velocity.alternative,

@@ -54,8 +54,8 @@ const QUANTITIES: [(&str, &str, &str, bool); 8] = [
     ("wear_kg", "cycle_wear_kg", "all_cycles_wear_kg", false),
     (
         "third_body_per_length_kg_per_m",
-        "cycle_third_body_per_length_kg_per_m",
-        "all_cycles_third_body_per_length_kg_per_m",
+        "cycle_third_body_kg_per_m",
+        "all_cycles_third_body_kg_per_m",
         true,
     ),
 ];
