@@ -96,7 +96,7 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         },
         Section {
             maps: third_body(run)?,
-            plots: layer(run, &tables, other),
+            plots: layer(run, &tables),
             ..Section::new("Third body")
         },
         Section {
@@ -140,9 +140,6 @@ fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 
 fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
     let mut all = plots(tables, &curves::wheel());
-    all.extend(cycles::loops(run, tables, other));
-    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
-    all.extend(plots(&by_cycle, &cycles::wheel()));
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(curves::traction(
         run,
@@ -161,10 +158,9 @@ fn third_body(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(maps)
 }
 
-fn layer(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
-    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
+fn layer(run: &RunFiles, tables: &Tables) -> Vec<Picture> {
     let mut all = plots(tables, &ledger::third_body());
-    all.extend(plots(&by_cycle, &[cycles::flows()]));
+    all.extend(cycles::flows(run));
     all.extend(profiles::profiles(run));
     all
 }
