@@ -198,7 +198,12 @@ fn cycles_of_a_sheared_layer_are_the_differences_of_its_signals() {
     };
     let name = "third_body_per_length_kg_per_m";
     let held = mean(&signal(name), &|_| true);
-    close(name, results[&format!("cycle_{name}")], held, 1e-9 * held);
+    close(
+        name,
+        results["cycle_third_body_kg_per_m"],
+        held,
+        1e-9 * held,
+    );
     let ratio = mean(
         &|report| report.signal("wheel_ft_n").abs() / report.signal("wheel_fn_n"),
         &|report| report.signal("wheel_fn_n") > 0.0,

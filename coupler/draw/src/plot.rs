@@ -6,9 +6,9 @@ use crate::svg::{Anchor, Svg};
 /// One line of a plot.
 #[derive(Clone, Debug)]
 pub struct PlotCurve {
-    /// Its words in the legend; empty for a line like the one before.
+    /// Its words in the legend.
     pub label: String,
-    /// Its points.
+    /// Its points; it has a gap where there is no number (NaN).
     pub points: Vec<(f64, f64)>,
     /// Number of its style: colour and dashes.
     pub style: usize,
@@ -71,25 +71,18 @@ pub fn cloud(labels: Labels, points: &[(f64, f64)]) -> String {
 /// Lines, and their legend above the axes.
 pub fn plot(labels: Labels, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
-    let named = curves
-        .iter()
-        .filter(|curve| !curve.label.is_empty())
-        .count();
-    let (axes, mut svg) = frame(labels, points, named);
-    let mut y = 10.0;
-    for curve in curves {
+    let (axes, mut svg) = frame(labels, points, curves.len());
+    for (k, curve) in curves.iter().enumerate() {
         let style = STYLES[curve.style % STYLES.len()];
-        let points = curve.points.iter().map(|point| axes.at(*point));
-        let drawn = thinned(points);
-        svg.line(&format!("stroke-linejoin=\"round\" {style}"), drawn);
-        if curve.label.is_empty() {
-            continue;
+        let is_gap = |(x, y): &(f64, f64)| x.is_nan() || y.is_nan();
+        for piece in curve.points.split(is_gap).filter(|piece| !piece.is_empty()) {
+            let drawn = thinned(piece.iter().map(|point| axes.at(*point)));
+            svg.line(&format!("stroke-linejoin=\"round\" {style}"), drawn);
         }
-        let right = SIZE[0] - EDGE;
+        let (right, y) = (SIZE[0] - EDGE, 10.0 + LEGEND_LINE * k as f64);
         let sample = format!("M{} {y}h30", right - 30.0);
         svg.path(&format!("fill=\"none\" {style}"), &sample);
         svg.text([right - 38.0, y + 4.5], Anchor::End, &curve.label);
-        y += LEGEND_LINE;
     }
     page(&axes, &svg)
 }
@@ -141,6 +134,21 @@ fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_has_a_gap_where_there_is_no_number() {
+        let curve = PlotCurve {
+            label: "a".into(),
+            points: [1.0, 2.0, f64::NAN, 3.0, 4.0].map(|y| (y, y)).to_vec(),
+            style: 0,
+        };
+        let labels = Labels {
+            x: "x",
+            y: "y",
+            log_y: false,
+        };
+        assert_eq!(plot(labels, &[curve]).matches("<polyline").count(), 2);
+    }
 
     #[test]
     fn a_thinned_line_keeps_its_peaks_and_ends() {

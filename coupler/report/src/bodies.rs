@@ -36,35 +36,29 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     };
     // Grains that were thrown far away would make the others too small to be seen.
     let height = layer.height();
-    let extent = layer.with_margin(0.2 * height, 0.1 * height, 0.4 * height);
+    let extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
     let maps = shown
         .iter()
         .map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
-    let counts: Vec<[usize; 4]> = shown.iter().map(|(_, arrays)| counts(arrays)).collect();
-    let present = |body: &usize| counts.iter().any(|counts| counts[*body] > 0);
-    let kinds = (0..BODIES.len()).filter(present).map(|body| BODIES[body]);
-    let svg = maps_of_kinds(
-        &Vec::from_iter(maps),
-        &Vec::from_iter(kinds),
-        |panel, number| {
-            let arrays = &shown[number].1;
-            let bodies = numbers(arrays, "body");
-            disks(panel, arrays, |disk| BODIES[body(bodies, disk)][0].into());
-        },
-    );
-    let each = shown.iter().zip(&counts).map(|((words, _), counts)| {
-        let each = counts.iter().zip(BODIES).filter(|(count, _)| **count > 0);
-        let each = each.map(|(count, [_, words])| format!("{count} of {words}"));
+    let svg = maps_of_kinds(&Vec::from_iter(maps), &BODIES, |panel, number| {
+        let arrays = &shown[number].1;
+        disks(panel, arrays, |disk| BODIES[body(arrays, disk)][0].into());
+    });
+    let each = shown.iter().map(|(words, arrays)| {
+        let radii = numbers(arrays, "radius_m").iter().enumerate();
+        let there = radii.filter(|(_, radius)| **radius > 0.0);
+        let bodies: Vec<usize> = there.map(|(disk, _)| body(arrays, disk)).collect();
+        let third = bodies.iter().filter(|body| **body > 0).count();
         format!(
-            "Grains at the {words}: {}.",
-            Vec::from_iter(each).join(", ")
+            "At the {words} {third} of {} grains are third body.",
+            bodies.len()
         )
     });
     let moments = shown.iter().map(|(words, _)| format!("at the {words}"));
     Ok(Some(Picture {
         file: "bodies.svg".into(),
         caption: format!(
-            "First and third body {}, to scale. Thick outlines: glued grains.",
+            "First and third body {}, to scale. Thick outlines: glued grains. What is more than the layer's height beyond its ends is not drawn.",
             Vec::from_iter(moments).join(" and ")
         ),
         alternative: Vec::from_iter(each).join(" "),
@@ -73,23 +67,9 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
 }
 
 /// The body of a grain.
-fn body(bodies: &[f64], disk: usize) -> usize {
-    let body = bodies.get(disk).map_or(0, |body| *body as usize);
-    body.min(BODIES.len() - 1)
-}
-
-/// How many grains that are not in store belong to each body.
-fn counts(arrays: &Arrays) -> [usize; 4] {
-    let (bodies, radii) = (numbers(arrays, "body"), numbers(arrays, "radius_m"));
-    let mut counts = [0; 4];
-    for (disk, _) in radii
-        .iter()
-        .enumerate()
-        .filter(|(_, radius)| **radius > 0.0)
-    {
-        counts[body(bodies, disk)] += 1;
-    }
-    counts
+fn body(arrays: &Arrays, disk: usize) -> usize {
+    let body = numbers(arrays, "body").get(disk);
+    body.map_or(0, |body| (*body as usize).min(BODIES.len() - 1))
 }
 
 #[cfg(test)]
@@ -126,19 +106,18 @@ mod tests {
         let scratch = Scratch::new("bodies", 1);
         let run = run(&scratch);
         write(&run, "hold", 0.0, Some("0 0 3"));
-        write(&run, "end", 1e-4, Some("1 2 3"));
+        write(&run, "end", 0.1, Some("1 2 3"));
         let picture = first_and_third(&run).expect("it is readable");
         let picture = picture.expect("there are bodies");
         assert_eq!(
             picture.alternative,
-            "Grains at the end of the hold: 2 of first body. \
-             Grains at the end of the run: 1 of third body, detached, 1 of third body from the start."
+            "At the end of the hold 0 of 2 grains are third body. At the end of the run 2 of 2 grains are third body."
         );
         for words in ["At the end of the hold<", "At the end of the run<"] {
             assert!(picture.svg.contains(words), "{words}");
         }
-        // Twice: in the legend and as a grain; what is in store is neither.
-        for ([colour, words], times) in BODIES.iter().zip([2, 2, 2, 0]) {
+        // In the legend and as a grain, but for the one that is far away; what is in store is neither.
+        for ([colour, words], times) in BODIES.iter().zip([2, 1, 2, 1]) {
             let style = format!("fill=\"{colour}\"");
             assert_eq!(picture.svg.matches(&style).count(), times, "{words}");
         }

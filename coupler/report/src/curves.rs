@@ -16,8 +16,6 @@ const MEAN_SHARE: f64 = 0.05;
 const SHARE: &str = "share_of_amplitude_pct";
 const RISE: &str = "wheel_rise_m";
 const FRICTION: &str = "force_ratio";
-/// Mean of that over the cycle at hand, where it is a full one.
-const CYCLE_MEAN: &str = "force_ratio_of_cycle";
 /// Position of the wheel and its rise over the mean radius of the grains.
 const X_OVER_R: &str = "wheel_x_over_r";
 const RISE_OVER_R: &str = "wheel_rise_over_r";
@@ -30,13 +28,15 @@ pub(super) struct Chart {
     pub(super) y: YAxis,
     /// Words of the legend and signal of each line.
     pub(super) lines: Vec<(String, String)>,
+    /// Styles of the first lines, of a chart that has other ones than the first styles.
+    pub(super) styles: &'static [usize],
 }
 
 /// Words along x, the signal there, and the factor from SI to the unit of the words.
 pub(super) type XAxis = (&'static str, &'static str, f64);
 
 const TIME: XAxis = ("t (ms)", "t_s", 1e3);
-pub(super) const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
+const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
 
 /// The axis upwards.
 #[derive(Clone, Copy)]
@@ -71,6 +71,7 @@ pub(super) fn over_time(file: &str, caption: &str, y: YAxis, lines: &[(&str, &st
         x: TIME,
         y,
         lines: lines.iter().map(line).collect(),
+        styles: &[],
     }
 }
 
@@ -106,9 +107,7 @@ pub(super) fn signals(run: &RunFiles) -> Result<Table, Error> {
     if let [Some(tangential), Some(normal)] = forces {
         signals.add(FRICTION, ratios(tangential, normal));
     }
-    if let Some(means) = cycles::friction(run) {
-        signals.add(CYCLE_MEAN, means);
-    }
+    cycles::add(run, &mut signals);
     Ok(signals)
 }
 
@@ -137,9 +136,22 @@ pub(super) fn wheel() -> Vec<Chart> {
             YAxis::Linear("|F_T|/F_N", 1.0),
             &[
                 ("|F_T|/F_N", FRICTION),
-                ("mean of each full cycle", CYCLE_MEAN),
+                ("mean of each full cycle", cycles::MEAN),
             ],
         ),
+        Chart {
+            x: D,
+            styles: &[BACKGROUND, 0],
+            ..over_time(
+                "friction.svg",
+                "Tangential force over the wheel's lateral position D: the area of a loop is the work of its cycle",
+                YAxis::Linear("F_T (N)", 1.0),
+                &[
+                    ("tangential force", cycles::OTHERS),
+                    ("in the last full cycle", cycles::LAST),
+                ],
+            )
+        },
         Chart {
             x: D,
             ..over_time(
@@ -185,9 +197,9 @@ pub(super) fn column<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     })
 }
 
-/// The same, of a signal that is not zero throughout.
-pub(super) fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
-    column(signals, name).filter(|values| values.iter().any(|value| *value != 0.0))
+/// The same, of a signal that is a number other than zero somewhere.
+fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
+    column(signals, name).filter(|values| values.iter().any(|x| *x != 0.0 && x.is_finite()))
 }
 
 /// The charts whose signals the run has, that along x not being zero throughout; lines of nothing but zeros are left out.
@@ -225,7 +237,7 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
 }
 
 /// First style of the lines of the other run.
-pub(super) const OTHERS: usize = 4;
+const OTHERS: usize = 4;
 
 /// The lines of a chart, in styles from this one on.
 fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
@@ -242,31 +254,29 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
         Some(PlotCurve {
             label: label.clone(),
             points: points.map(point).collect(),
-            style: styles + k,
+            style: styles + chart.styles.get(k).unwrap_or(&k),
         })
     });
-    curves.collect()
+    let mut curves: Vec<PlotCurve> = curves.collect();
+    if let [only] = &mut curves[..] {
+        only.style = styles;
+    }
+    curves
 }
 
 /// The extent of each line, for a reader who cannot see them.
 fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
-    let each = match chart.y {
-        YAxis::Linear(..) => ranges(curves, |(_, y)| *y),
-        YAxis::Log(_) => ranges(curves, |(_, y)| if *y > 0.0 { *y } else { f64::NAN }),
-    };
-    format!("Curves over {}; {}: {each}.", chart.x.0, chart.y.words())
-}
-
-/// The extent of a number of the points of each line.
-pub(super) fn ranges(curves: &[PlotCurve], number: impl Fn(&(f64, f64)) -> f64) -> String {
-    let each = curves.iter().filter_map(|curve| {
-        let drawn = curve.points.iter().map(&number).filter(|x| x.is_finite());
-        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
+    let is_linear = matches!(chart.y, YAxis::Linear(..));
+    let each = curves.iter().map(|curve| {
+        let heights = curve.points.iter().map(|(_, y)| *y);
+        let drawn = heights.filter(|y| y.is_finite() && (is_linear || *y > 0.0));
+        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+            (low.min(y), high.max(y))
         });
-        (low <= high).then(|| format!("{} from {low:.4e} to {high:.4e}", curve.label))
+        format!("{} from {low:.4e} to {high:.4e}", curve.label)
     });
-    Vec::from_iter(each).join("; ")
+    let each = Vec::from_iter(each).join("; ");
+    format!("Curves over {}; {}: {each}.", chart.x.0, chart.y.words())
 }
 
 /// Pressure and shear on the surface at the sampled moment.

@@ -1,106 +1,64 @@
 //! Cycle by cycle of the wheel's motion: friction loops, and what each of them took off, ejected and wore.
 
-use super::curves::{Chart, D, OTHERS, Tables, YAxis, column, moving, over_time, ranges};
+use super::curves::{Tables, YAxis, column, over_time, plots};
 use draw::picture::Picture;
-use draw::plot::{BACKGROUND, Labels, PlotCurve, plot};
 use runs::files::RunFiles;
 use runs::table::Table;
 
+/// Columns that the signals get: |F_T|/F_N, the mean of the full cycle at hand; F_T in the last full cycle, and at other times of the motion.
+pub(super) const MEAN: &str = "force_ratio_of_cycle";
+pub(super) const LAST: &str = "wheel_ft_of_last_cycle";
+pub(super) const OTHERS: &str = "wheel_ft_of_other_cycles";
+
 /// Part of a period by which the reports may end before a cycle does.
 const ROUNDING: f64 = 1e-6;
-/// Style of a cycle that the end cut.
-const CUT: usize = 9;
 
-/// Tangential force over the position of the wheel while it moves: the last full cycle before the paler ones beside it.
-pub(super) fn loops(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Option<Picture> {
-    let mut curves = Motion::of(run, &tables.own)?.curves();
-    let alternative = format!(
-        "Curves over {}, F_T (N): {}.",
-        D.0,
-        ranges(&curves, |(_, force)| *force)
-    );
-    if let (Some(other), Some((signals, name))) = (other, &tables.other)
-        && let Some(motion) = Motion::of(other, signals)
-    {
-        let last = motion.curves().pop();
-        curves.extend(last.map(|curve| PlotCurve {
-            label: format!("{}, {name}", curve.label),
-            style: OTHERS,
-            ..curve
-        }));
-    }
-    let labels = Labels {
-        x: D.0,
-        y: "F_T (N)",
-        log_y: false,
+/// Adds the columns, which are NaN where they have nothing to tell.
+pub(super) fn add(run: &RunFiles, signals: &mut Table) {
+    let [t, x, force] = ["t_s", "wheel_x_m", "wheel_ft_n"].map(|name| column(signals, name));
+    let (Some(t), Some(x), Some(force)) = (t, x, force) else {
+        return;
     };
-    Some(Picture {
-        file: "friction.svg".into(),
-        caption: "Tangential force over the wheel's lateral position D: the area of a loop is the work of its cycle".into(),
-        alternative,
-        svg: plot(labels, &curves),
-    })
-}
-
-/// The moving wheel.
-struct Motion {
-    /// D (mm) and F_T (N) at each report of the motion.
-    points: Vec<(f64, f64)>,
-    /// The report with which each full cycle begins, and the one with which the last of them ends.
-    starts: Vec<usize>,
-}
-
-impl Motion {
-    fn of(run: &RunFiles, signals: &Table) -> Option<Motion> {
-        let (x, force) = (moving(signals, D.1)?, column(signals, "wheel_ft_n")?);
-        let t = signals.get("t_s")?;
-        // The last report before the wheel moves is the start of its first loop.
-        let began = x.iter().position(|x| *x != 0.0)?.saturating_sub(1);
-        let mut phases = run.list("phases").filter(|p| p["name"] == "cycling");
-        let start = phases.next().and_then(|phase| phase["t0_s"].as_f64());
-        let cycles = start.zip(run.scenario().wheel_hz);
-        let starts = cycles.map_or(Vec::new(), |(start, hz)| {
-            let done = hz * (t[t.len() - 1] - start);
-            let ends = (0..=(done + ROUNDING) as usize).map(|k| {
-                let time = start + (k as f64 - ROUNDING) / hz;
-                t.partition_point(|t| *t < time).min(t.len() - 1)
-            });
-            ends.map(|row| row.max(began) - began).collect()
+    let end = t.len() - 1;
+    // The last report before the wheel moves is the start of its first loop.
+    let began = x
+        .iter()
+        .position(|x| *x != 0.0)
+        .unwrap_or(0)
+        .saturating_sub(1);
+    let last = last_cycle(run, t);
+    let is_last = |row: usize| last.is_some_and(|[from, to]| (from..=to).contains(&row));
+    let is_other = |row: usize| match last {
+        Some([from, to]) => from > began && row <= from || to < end && row >= to,
+        None => true,
+    };
+    let among = |rows: &dyn Fn(usize) -> bool| {
+        let values = force.iter().enumerate();
+        let values = values.map(|(row, f)| {
+            if row >= began && rows(row) {
+                *f
+            } else {
+                f64::NAN
+            }
         });
-        let points = x.iter().zip(force).skip(began);
-        Some(Motion {
-            points: points.map(|(x, f)| (D.2 * x, *f)).collect(),
-            starts,
-        })
+        Vec::from_iter(values)
+    };
+    let columns = [(LAST, among(&is_last)), (OTHERS, among(&is_other))];
+    let means = means(&written(run), t);
+    for (name, values) in columns.into_iter().chain([(MEAN, means)]) {
+        signals.add(name, values);
     }
+}
 
-    /// The cycles before the last full one, what the end cut, and the last full one; one curve of all without a full cycle.
-    fn curves(&self) -> Vec<PlotCurve> {
-        let end = self.points.len() - 1;
-        let curve = |label: String, style: usize, [from, to]: [usize; 2]| PlotCurve {
-            label,
-            points: self.points[from..=to].to_vec(),
-            style,
-        };
-        let [.., before, last] = self.starts[..] else {
-            return vec![curve("tangential force".into(), 0, [0, end])];
-        };
-        let full = self.starts.len() - 1;
-        let mut curves = Vec::new();
-        if full > 1 {
-            let label = match full {
-                2 => "cycle 1".into(),
-                _ => format!("cycles 1 to {}", full - 1),
-            };
-            curves.push(curve(label, BACKGROUND, [self.starts[0], before]));
-        }
-        if last < end {
-            let label = format!("after cycle {full}, cut by the end");
-            curves.push(curve(label, CUT, [last, end]));
-        }
-        curves.push(curve(format!("cycle {full}"), 0, [before, last]));
-        curves
-    }
+/// The reports with which the last full cycle begins and ends.
+fn last_cycle(run: &RunFiles, t: &[f64]) -> Option<[usize; 2]> {
+    let mut phases = run
+        .list("phases")
+        .filter(|phase| phase["name"] == "cycling");
+    let (start, hz) = (phases.next()?["t0_s"].as_f64()?, run.scenario().wheel_hz?);
+    let full = (hz * (t.last()? - start) + ROUNDING).floor();
+    let report = |cycle: f64| t.partition_point(|t| hz * (t - start) < cycle - ROUNDING);
+    (full >= 1.0).then(|| [full - 1.0, full].map(|cycle| report(cycle).min(t.len() - 1)))
 }
 
 /// The full cycles of a run as its participant wrote them; empty without any.
@@ -110,68 +68,37 @@ fn written(run: &RunFiles) -> Table {
     table.unwrap_or_default()
 }
 
-/// The mean |F_T|/F_N of the cycle at hand at each report; NaN outside of the full cycles.
-pub(super) fn friction(run: &RunFiles) -> Option<Vec<f64>> {
-    let cycles = written(run);
+/// The mean |F_T|/F_N of the cycle at hand at these times.
+fn means(cycles: &Table, t: &[f64]) -> Vec<f64> {
     let [starts, ends, means] =
-        ["t0_s", "t1_s", "friction_coefficient"].map(|name| cycles.get(name));
-    let (starts, ends, means) = (starts?, ends?, means?);
+        ["t0_s", "t1_s", "friction_coefficient"].map(|name| cycles.get(name).unwrap_or_default());
     let mean = |t: &f64| {
         let cycle = ends.partition_point(|end| end < t);
         let found = means.get(cycle).filter(|_| starts[cycle] <= *t);
         found.copied().unwrap_or(f64::NAN)
     };
-    Some(run.signals.get("t_s")?.iter().map(mean).collect())
+    t.iter().map(mean).collect()
 }
 
 /// The cycles as steps over time: each number at the start and at the end of its cycle. Empty without two of them.
-pub(super) fn tables(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Tables {
-    let steps = |run: &RunFiles| {
-        let mut cycles = written(run);
-        let [Some(starts), Some(ends)] = ["t0_s", "t1_s"].map(|name| cycles.get(name)) else {
-            return Table::default();
-        };
-        if starts.len() < 2 {
-            return Table::default();
-        }
-        let times = starts
-            .iter()
-            .zip(ends)
-            .flat_map(|(start, end)| [*start, *end])
-            .collect();
-        for (_, numbers) in &mut cycles.columns {
-            *numbers = numbers.iter().flat_map(|x| [*x; 2]).collect();
-        }
-        cycles.add("t_s", times);
-        cycles
-    };
-    Tables {
-        own: steps(run),
-        other: other.map(|(other, name)| (steps(other), name)),
+fn steps(mut cycles: Table) -> Table {
+    let [starts, ends] = ["t0_s", "t1_s"].map(|name| cycles.get(name).unwrap_or_default());
+    let pairs = starts.iter().zip(ends);
+    let times: Vec<f64> = pairs.flat_map(|(start, end)| [*start, *end]).collect();
+    if times.len() < 4 {
+        return Table::default();
     }
+    for (_, numbers) in &mut cycles.columns {
+        *numbers = numbers.iter().flat_map(|x| [*x; 2]).collect();
+    }
+    cycles.add("t_s", times);
+    cycles
 }
 
-/// What each cycle did to the wheel.
-pub(super) fn wheel() -> [Chart; 2] {
-    [
-        over_time(
-            "cycle-sink.svg",
-            "Height that the wheel lost in each full cycle",
-            YAxis::Linear("sink (µm)", 1e6),
-            &[("sink", "sink_m")],
-        ),
-        over_time(
-            "cycle-tangential.svg",
-            "Tangential force where the wheel passes D = 0, mean of the two times in each full cycle",
-            YAxis::Linear("|F_T| at D = 0 (N)", 1.0),
-            &[("|F_T| at D = 0", "tangential_at_zero_n")],
-        ),
-    ]
-}
-
-/// What each cycle did to the third body.
-pub(super) fn flows() -> Chart {
-    over_time(
+/// The flows of third body of each cycle.
+pub(super) fn flows(run: &RunFiles) -> Vec<Picture> {
+    let own = steps(written(run));
+    let chart = over_time(
         "cycle-flows.svg",
         "Flows of third body in each full cycle, real masses",
         YAxis::Linear("mass a cycle (µg)", 1e9),
@@ -180,12 +107,13 @@ pub(super) fn flows() -> Chart {
             ("ejected", "ejected_kg"),
             ("Qw, worn", "wear_kg"),
         ],
-    )
+    );
+    plots(&Tables { own, other: None }, &[chart])
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::curves::{plots, signals, wheel as wheel_charts};
+    use super::super::curves::{signals, wheel as wheel_charts};
     use super::*;
     use kit::scratch::Scratch;
     use serde_json::json;
@@ -215,65 +143,65 @@ mod tests {
                        1,1,2,3e-6,20,0.25,2e-9,1e-9,0\n2,2,3,1e-6,30,0.5,4e-9,3e-9,0\n";
     const ONE: &str = "cycle,t0_s,t1_s,friction_coefficient\n1,1,2,0.25\n";
 
-    /// Label and first and last force (N) of each curve; the force counts the reports.
-    fn loops_of(run: &RunFiles) -> Vec<(String, f64, f64)> {
-        let curves = Motion::of(run, &run.signals).expect("it moves").curves();
-        let ends = |curve: PlotCurve| {
-            let points = curve.points;
-            (curve.label, points[0].1, points[points.len() - 1].1)
-        };
-        curves.into_iter().map(ends).collect()
+    /// First and last force of each piece of both columns of loops (N); the force counts the reports.
+    fn loops_of(run: &RunFiles) -> [Vec<(f64, f64)>; 2] {
+        let signals = signals(run).expect("it is readable");
+        [OTHERS, LAST].map(|name| {
+            let values = signals.get(name).expect("it is there");
+            let pieces = values
+                .split(|x| x.is_nan())
+                .filter(|piece| !piece.is_empty());
+            pieces
+                .map(|piece| (piece[0], piece[piece.len() - 1]))
+                .collect()
+        })
     }
 
     #[test]
     fn the_last_full_cycle_stands_before_those_beside_it() {
         let scratch = Scratch::new("loops", 1);
-        let expected = |all: &[(&str, f64, f64)]| {
-            let all = all
-                .iter()
-                .map(|(words, from, to)| (words.to_string(), *from, *to));
-            Vec::from_iter(all)
-        };
         let found = |until: f64| loops_of(&run(&scratch, until, ""));
-        let cut = [
-            ("cycles 1 to 2", 8.0, 24.0),
-            ("after cycle 3, cut by the end", 32.0, 34.0),
-            ("cycle 3", 24.0, 32.0),
-        ];
-        assert_eq!(found(4.25), expected(&cut));
         assert_eq!(
-            found(3.0),
-            expected(&[("cycle 1", 8.0, 16.0), ("cycle 2", 16.0, 24.0)])
+            found(4.25),
+            [vec![(8.0, 24.0), (32.0, 34.0)], vec![(24.0, 32.0)]]
         );
-        assert_eq!(found(2.0), expected(&[("cycle 1", 8.0, 16.0)]));
-        assert_eq!(found(1.5), expected(&[("tangential force", 8.0, 12.0)]));
+        assert_eq!(found(3.0), [vec![(8.0, 16.0)], vec![(16.0, 24.0)]]);
+        assert_eq!(found(2.0), [vec![], vec![(8.0, 16.0)]]);
+        assert_eq!(found(1.5), [vec![(8.0, 12.0)], vec![]]);
+        let drawn = |until: f64| {
+            let own = signals(&run(&scratch, until, "")).expect("it is readable");
+            let pictures = plots(&Tables { own, other: None }, &wheel_charts());
+            let found = pictures
+                .into_iter()
+                .find(|picture| picture.file == "friction.svg");
+            found.expect("it is drawn").svg
+        };
+        let [both, one] = [3.0, 1.5].map(drawn);
+        assert!(both.contains(">tangential force<") && both.contains(">in the last full cycle<"));
+        assert!(one.contains(">tangential force<") && !one.contains("full cycle"));
         // A program of its own moves the wheel, and nobody knows how.
         let run = run(&scratch, 4.25, "");
         std::fs::remove_file(scratch.path().join("scenario.toml")).expect("it is there");
-        assert_eq!(loops_of(&run), expected(&[("tangential force", 8.0, 34.0)]));
+        assert_eq!(loops_of(&run), [vec![(8.0, 34.0)], vec![]]);
     }
 
     #[test]
     fn numbers_of_cycles_are_steps_over_their_times() {
         let scratch = Scratch::new("cycle-steps", 1);
-        let tables_of = |table: &str| tables(&run(&scratch, 3.5, table), None);
-        let two = tables_of(TWO);
-        assert_eq!(two.own.get("t_s"), Some([1.0, 2.0, 2.0, 3.0].as_slice()));
-        assert_eq!(
-            two.own.get("sink_m"),
-            Some([3e-6, 3e-6, 1e-6, 1e-6].as_slice())
-        );
-        let [flows] = &plots(&two, &[flows()])[..] else {
+        let two = run(&scratch, 3.5, TWO);
+        let table = steps(written(&two));
+        assert_eq!(table.get("t_s"), Some([1.0, 2.0, 2.0, 3.0].as_slice()));
+        let sources = [2e-9, 2e-9, 4e-9, 4e-9];
+        assert_eq!(table.get("source_kg"), Some(sources.as_slice()));
+        let [picture] = &flows(&two)[..] else {
             panic!("there is one picture");
         };
         assert_eq!(
-            flows.alternative,
+            picture.alternative,
             "Curves over t (ms); mass a cycle (µg): Qs, detached from 2.0000e0 to 4.0000e0; ejected from 1.0000e0 to 3.0000e0."
         );
-        assert_eq!(plots(&two, &wheel()).len(), 2);
         for table in [ONE, ""] {
-            let few = tables_of(table);
-            assert!(plots(&few, &wheel()).is_empty() && plots(&few, &[super::flows()]).is_empty());
+            assert!(flows(&run(&scratch, 3.5, table)).is_empty());
         }
     }
 
@@ -281,7 +209,8 @@ mod tests {
     fn the_ratio_of_the_forces_has_the_mean_of_each_cycle() {
         let scratch = Scratch::new("cycle-mean", 1);
         let with = run(&scratch, 3.5, TWO);
-        let means = friction(&with).expect("there are cycles");
+        let own = signals(&with).expect("it is readable");
+        let means = own.get(MEAN).expect("there are cycles");
         assert!(
             means[..7]
                 .iter()

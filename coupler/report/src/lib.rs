@@ -96,7 +96,7 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         },
         Section {
             maps: third_body(run)?,
-            plots: layer(run, &tables, other),
+            plots: layer(run, &tables),
             ..Section::new("Third body")
         },
         Section {
@@ -127,6 +127,7 @@ fn name(run: &RunFiles) -> String {
 
 fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     let mut maps = Vec::from_iter(scene::contact(run)?);
+    maps.extend(bodies::first_and_third(run)?);
     let bodies = body::pressures(run)?;
     // A single body without grains is its own scene.
     let own = bodies.len() == 1 && maps.iter().all(|scene| !scene.caption.contains("grains"));
@@ -139,9 +140,6 @@ fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 
 fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
     let mut all = plots(tables, &curves::wheel());
-    all.extend(cycles::loops(run, tables, other));
-    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
-    all.extend(plots(&by_cycle, &cycles::wheel()));
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(curves::traction(
         run,
@@ -157,14 +155,12 @@ fn third_body(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     maps.extend(arrows::at_last(run)?);
     maps.extend(arrows::displacements(run)?);
     maps.extend(circuit::circuit(&run.summary));
-    maps.extend(bodies::first_and_third(run)?);
     Ok(maps)
 }
 
-fn layer(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
-    let by_cycle = cycles::tables(run, other.map(|other| (other, name(other))));
+fn layer(run: &RunFiles, tables: &Tables) -> Vec<Picture> {
     let mut all = plots(tables, &ledger::third_body());
-    all.extend(plots(&by_cycle, &[cycles::flows()]));
+    all.extend(cycles::flows(run));
     all.extend(profiles::profiles(run));
     all
 }

@@ -1,152 +1,101 @@
 //! Profiles across a layer of grains: velocity, solid fraction and stress in slices, means over intervals.
 
-use super::curves::ranges;
+use super::curves::{Chart, Tables, YAxis, over_time, plots};
 use super::units::four;
 use draw::picture::Picture;
-use draw::plot::{BACKGROUND, Labels, PlotCurve, plot};
 use runs::files::RunFiles;
 use runs::table::Table;
 
-/// Most earlier intervals that are drawn.
-const EARLIER: usize = 5;
-/// Styles of their quantities.
-const PALE: [usize; 2] = [BACKGROUND, 9];
 /// An interval below this part of the longest one was cut by the end of the run.
 const WHOLE: f64 = 0.9;
 
-/// A picture: its file, its words, those of its axis with the factor from SI, and its quantities: words and column, in both of which `A` stands
-/// for the axis and `B` for the direction across it.
-type Profile<'a> = (&'a str, &'a str, &'a str, f64, &'a [[&'a str; 2]]);
-
-const PROFILES: [Profile; 3] = [
-    (
-        "profile-velocity.svg",
-        "Velocity of the grains",
-        "velocity (m/s)",
-        1.0,
-        &[["along B", "vB_m_per_s"], ["along A", "vA_m_per_s"]],
-    ),
-    (
-        "profile-solid-fraction.svg",
-        "Solid fraction of the grains",
-        "solid fraction",
-        1.0,
-        &[["solid fraction", "solid_fraction"]],
-    ),
-    (
-        "profile-stress.svg",
-        "Stress of the grains, compression positive",
-        "stress (MPa)",
-        1e-6,
-        &[
-            ["normal stress", "stress_AA_pa"],
-            ["shear stress", "stress_BA_pa"],
-        ],
-    ),
-];
-
-/// The profiles of the first participant that wrote them: those of the last whole interval before paler ones of earlier intervals.
+/// The profiles of the first participant that wrote them: those of the last whole interval before paler ones of the earlier intervals.
 pub(super) fn profiles(run: &RunFiles) -> Vec<Picture> {
     let files = run.field_files("-profile.csv");
     let tables = files.iter().map(|file| Table::read_whole_rows(file));
-    let layer = tables.filter_map(Slices::of).next();
-    layer.map_or(Vec::new(), |layer| {
-        PROFILES.iter().filter_map(|of| layer.picture(of)).collect()
-    })
+    let found = tables.filter_map(|slices| drawn(&slices)).next();
+    found.unwrap_or_default()
 }
 
-/// The slices of a layer.
-struct Slices {
-    table: Table,
-    /// True for slices along y, which are drawn upwards.
-    upward: bool,
-    /// First and last row of each interval that is drawn.
-    intervals: Vec<[usize; 2]>,
-}
-
-impl Slices {
-    /// `None` of a table of something else, or without an interval.
-    fn of(table: Table) -> Option<Slices> {
-        table.get("solid_fraction")?;
-        let (starts, ends) = (table.get("t0_s")?, table.get("t1_s")?);
-        let rows: Vec<usize> = (0..starts.len()).collect();
-        let intervals = rows.chunk_by(|a, b| starts[*a] == starts[*b]);
-        let all: Vec<[usize; 2]> = intervals
-            .map(|rows| [rows[0], rows[rows.len() - 1]])
-            .collect();
-        let length = |rows: &[usize; 2]| ends[rows[0]] - starts[rows[0]];
-        let longest = all.iter().map(length).fold(0.0, f64::max);
-        let whole: Vec<_> = all
-            .into_iter()
-            .filter(|rows| length(rows) >= WHOLE * longest)
-            .collect();
-        let (last, earlier) = whole.split_last()?;
-        let stride = earlier.len().div_ceil(EARLIER).max(1);
-        let mut intervals: Vec<_> = earlier.iter().rev().step_by(stride).copied().collect();
-        intervals.insert(0, *last);
-        intervals.reverse();
-        Some(Slices {
-            upward: table.get("y_m").is_some(),
-            intervals,
-            table,
-        })
-    }
-
-    fn picture(&self, (file, what, words, factor, quantities): &Profile) -> Option<Picture> {
-        let (axis, across) = if self.upward { ("y", "x") } else { ("x", "y") };
-        let (position, words_of_position) = (
-            self.table.get(&format!("{axis}_m"))?,
-            format!("{axis} (mm)"),
-        );
-        let mut curves = Vec::new();
-        for (number, [from, to]) in self.intervals.iter().enumerate() {
-            let is_last = number + 1 == self.intervals.len();
-            for (k, [quantity, column]) in quantities.iter().enumerate() {
-                let [quantity, column] =
-                    [quantity, column].map(|name| name.replace('A', axis).replace('B', across));
-                let values = self.table.get(&column)?;
-                let point = |row: usize| match (1e3 * position[row], factor * values[row]) {
-                    (at, value) if self.upward => (value, at),
-                    point => point,
-                };
-                curves.push(PlotCurve {
-                    label: match (is_last, number) {
-                        (true, _) => quantity,
-                        (false, 0) => format!("{quantity}, earlier"),
-                        (false, _) => String::new(),
-                    },
-                    points: (*from..=*to).map(point).collect(),
-                    style: if is_last { k } else { PALE[k] },
-                });
-            }
-        }
-        let last = &curves[curves.len() - quantities.len()..];
-        let ranges = ranges(last, |(x, y)| if self.upward { *x } else { *y });
-        let row = self.intervals.last()?[0];
-        let [start, end] = ["t0_s", "t1_s"].map(|name| self.table.get(name).map(|t| t[row]));
-        let labels = match self.upward {
-            true => Labels {
-                x: words,
-                y: &words_of_position,
-                log_y: false,
-            },
-            false => Labels {
-                x: &words_of_position,
-                y: words,
-                log_y: false,
-            },
+/// `None` of a table of something else, or without an interval.
+fn drawn(slices: &Table) -> Option<Vec<Picture>> {
+    let (starts, ends) = (slices.get("t0_s")?, slices.get("t1_s")?);
+    let length = |row: &usize| ends[*row] - starts[*row];
+    let longest = (0..starts.len())
+        .map(|row| length(&row))
+        .fold(0.0, f64::max);
+    let whole = (0..starts.len()).filter(|row| length(row) >= WHOLE * longest);
+    let rows: Vec<usize> = whole.collect();
+    let last = *rows.last()?;
+    let [axis, across] = match slices.get("y_m") {
+        Some(_) => ["y", "x"],
+        None => ["x", "y"],
+    };
+    let mut own = Table::default();
+    for (name, column) in [
+        ("position", format!("{axis}_m")),
+        ("velocity", format!("v{across}_m_per_s")),
+        ("fraction", "solid_fraction".into()),
+        ("normal", format!("stress_{axis}{axis}_pa")),
+        ("shear", format!("stress_{across}{axis}_pa")),
+    ] {
+        let numbers = slices.get(&column)?;
+        // With a gap after each interval.
+        let among = |chosen: &dyn Fn(usize) -> bool| {
+            let number = |row: &usize| {
+                if chosen(*row) {
+                    numbers[*row]
+                } else {
+                    f64::NAN
+                }
+            };
+            let intervals = rows.chunk_by(|a, b| starts[*a] == starts[*b]);
+            let all = intervals.flat_map(|rows| rows.iter().map(number).chain([f64::NAN]));
+            Vec::from_iter(all)
         };
-        Some(Picture {
-            file: file.to_string(),
-            caption: format!(
-                "{what} in slices along {axis}, mean from {} to {} ms",
-                four(1e3 * start?),
-                four(1e3 * end?)
-            ),
-            alternative: format!("Curves over {axis}; {words}: {ranges}."),
-            svg: plot(labels, &curves),
-        })
+        let is_last = |row: usize| starts[row] == starts[last];
+        own.add(name, among(&|row| name == "position" || is_last(row)));
+        own.add(&format!("earlier.{name}"), among(&|row| !is_last(row)));
     }
+    let [start, end] = [starts, ends].map(|times| four(1e3 * times[last]));
+    let words = if axis == "y" { "y (mm)" } else { "x (mm)" };
+    let chart = |file: &str, what: &str, y: YAxis, lines: &[(&str, &str)]| {
+        let caption = format!("{what} in slices, means from {start} to {end} ms");
+        Chart {
+            x: (words, "position", 1e3),
+            styles: &[3, 0, 9, 1],
+            ..over_time(file, &caption, y, lines)
+        }
+    };
+    let charts = [
+        chart(
+            "profile-velocity.svg",
+            "Velocity of the grains along the layer",
+            YAxis::Linear("velocity (m/s)", 1.0),
+            &[("earlier", "earlier.velocity"), ("velocity", "velocity")],
+        ),
+        chart(
+            "profile-solid-fraction.svg",
+            "Solid fraction of the grains",
+            YAxis::Linear("solid fraction", 1.0),
+            &[
+                ("earlier", "earlier.fraction"),
+                ("solid fraction", "fraction"),
+            ],
+        ),
+        chart(
+            "profile-stress.svg",
+            "Stress of the grains (compression positive)",
+            YAxis::Linear("stress (MPa)", 1e-6),
+            &[
+                ("earlier", "earlier.normal"),
+                ("normal stress", "normal"),
+                ("earlier", "earlier.shear"),
+                ("shear stress", "shear"),
+            ],
+        ),
+    ];
+    Some(plots(&Tables { own, other: None }, &charts))
 }
 
 #[cfg(test)]
@@ -170,7 +119,7 @@ mod tests {
         text
     }
 
-    fn drawn(purpose: &str, files: &[(&str, &str)]) -> Vec<Picture> {
+    fn drawn_of(purpose: &str, files: &[(&str, &str)]) -> Vec<Picture> {
         let scratch = Scratch::new(purpose, 1);
         let fields = scratch.path().join("fields");
         std::fs::create_dir_all(&fields).expect("a folder");
@@ -190,61 +139,53 @@ mod tests {
             ("a-hold-profile.csv", traction),
             ("layer-profile.csv", &table("y")),
         ];
-        let [velocity, fraction, stress] = &drawn("profiles", &files)[..] else {
+        let [velocity, fraction, stress] = &drawn_of("profiles", &files)[..] else {
             panic!("there are three pictures");
         };
         assert_eq!(
             velocity.caption,
-            "Velocity of the grains in slices along y, mean from 1\u{202f}000 to 2\u{202f}000 ms"
+            "Velocity of the grains along the layer in slices, means from 1\u{202f}000 to 2\u{202f}000 ms"
         );
-        assert_eq!(
-            velocity.alternative,
-            "Curves over y; velocity (m/s): along x from 2.0000e0 to 3.0000e0."
-        );
-        assert_eq!(
-            fraction.alternative,
-            "Curves over y; solid fraction: solid fraction from 8.0000e-1 to 8.0000e-1."
-        );
-        assert_eq!(
-            stress.alternative,
-            "Curves over y; stress (MPa): normal stress from 4.0000e0 to 4.0000e0; shear stress from 2.0000e0 to 2.0000e0."
-        );
-        for words in [
-            ">normal stress, earlier<",
-            ">shear stress, earlier<",
-            ">y (mm)<",
-            ">stress (MPa)<",
+        for (picture, words) in [
+            (
+                velocity,
+                "velocity (m/s): earlier from 0.0000e0 to 1.0000e0; velocity from 2.0000e0 to 3.0000e0",
+            ),
+            (
+                fraction,
+                "solid fraction: earlier from 8.0000e-1 to 8.0000e-1; solid fraction from 8.0000e-1 to 8.0000e-1",
+            ),
+            (
+                stress,
+                "stress (MPa): earlier from 4.0000e0 to 4.0000e0; normal stress from 4.0000e0 to 4.0000e0; \
+                 earlier from 2.0000e0 to 2.0000e0; shear stress from 2.0000e0 to 2.0000e0",
+            ),
         ] {
-            assert!(stress.svg.contains(words), "{words}");
+            assert_eq!(picture.alternative, format!("Curves over y (mm); {words}."));
         }
-        let [_, _, stress] = &drawn("profiles-x", &[("layer-profile.csv", &table("x"))])[..] else {
+        let [_, _, stress] = &drawn_of("profiles-x", &[("layer-profile.csv", &table("x"))])[..]
+        else {
             panic!("there are three pictures");
         };
-        assert!(
-            stress
-                .alternative
-                .contains("normal stress from 1.0000e0 to 1.0000e0; shear stress from 3.0000e0")
-        );
+        for words in ["normal stress from 1.0000e0", "shear stress from 3.0000e0"] {
+            assert!(stress.alternative.contains(words), "{words}");
+        }
     }
 
     #[test]
     fn a_run_without_profiles_has_no_pictures_of_them() {
         let traction = "x_m,pressure_pa,shear_pa,status\n0,1,1,open\n";
-        assert!(drawn("profiles-none", &[("rail-hold-profile.csv", traction)]).is_empty());
-        let header = table("y")
-            .lines()
-            .next()
-            .map(str::to_string)
-            .expect("a header");
-        assert!(drawn("profiles-empty", &[("layer-profile.csv", &header)]).is_empty());
+        assert!(drawn_of("profiles-none", &[("rail-hold-profile.csv", traction)]).is_empty());
+        let text = table("y");
+        let header = text.lines().next().expect("a header");
+        assert!(drawn_of("profiles-empty", &[("layer-profile.csv", header)]).is_empty());
     }
 
-    /// Ten whole intervals: the last one and five of those before it, the newest first.
+    /// Each whole interval is a line of its own, and the legend has two more.
     #[test]
-    fn a_few_earlier_intervals_stand_for_many() {
-        let rows = (0..11).map(|k| format!("{k},{},0,0.8\n", k + 1));
-        let text = format!("t0_s,t1_s,y_m,solid_fraction\n{}", rows.collect::<String>());
-        let slices = Slices::of(Table::parse(&text).expect("a table")).expect("there are slices");
-        assert_eq!(slices.intervals, [1, 3, 5, 7, 9, 10].map(|row| [row, row]));
+    fn no_line_joins_two_intervals() {
+        let text = table("y").replace("2.3", "3");
+        let pictures = drawn_of("profiles-three", &[("layer-profile.csv", &text)]);
+        assert_eq!(pictures[1].svg.matches("<polyline").count(), 3);
     }
 }

@@ -134,8 +134,7 @@ impl Dem {
             ),
         ]);
         let flow = self.progress.flow.iter().flat_map(Flow::results);
-        let cycles = self.progress.cycles.results(self.flow.is_some());
-        let results = results.into_iter().chain(cycles).chain(own).chain(flow);
+        let results = results.into_iter().chain(own).chain(flow);
         let results = results.map(|(name, x)| (name.to_string(), x));
         let profile = self.profile.iter().flat_map(|config| {
             let grains = (&self.bodies, state, self.setting.thickness_m);
@@ -143,6 +142,7 @@ impl Dem {
         });
         let profile = profile.map(|(name, x)| (name.to_string(), x));
         results
+            .chain(self.progress.cycles.results(self.flow.is_some()))
             .chain(self.driven_results())
             .chain(profile)
             .chain(self.stress_results())

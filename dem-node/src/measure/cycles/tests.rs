@@ -171,7 +171,8 @@ fn a_wheel_in_the_air_has_no_friction() {
         work: 0.0,
     };
     let all = cycles(1.0, 2.5e-4, 48, falling);
-    let names: Vec<&str> = all.results(false).iter().map(|(name, _)| *name).collect();
+    let results = all.results(false);
+    let names: Vec<&str> = results.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(result(&all, "full_cycles"), 1.0);
     assert!(!names.contains(&"cycle_friction_coefficient"), "{names:?}");
     assert!(all.csv(false).expect("there is one").contains("NaN"));
