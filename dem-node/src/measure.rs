@@ -4,6 +4,7 @@
 //! - [`loads`]: forces of the contacts grain by grain;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: flows of third body, from the graph of bonds;
+//! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`drive_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
 //! - [`snapshot`]: the fields that are written.
@@ -18,3 +19,4 @@ pub mod snapshot;
 pub mod stress;
 pub mod structure;
 pub(crate) mod trend;
+pub mod wheel_contacts;

@@ -297,7 +297,8 @@ impl Dem {
             end,
             drive_work: state.ledger.drive - drive_before,
         };
-        statistics.record(self.program.as_ref(), state, summary, &span);
+        let grains = (&self.bodies, &*state);
+        statistics.record(self.program.as_ref(), grains, summary, &span);
     }
 }
 
