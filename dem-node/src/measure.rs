@@ -5,6 +5,7 @@
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: flows of third body, from the graph of bonds;
 //! - [`cycles`]: the full cycles of the wheel's motion;
+//! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`drive_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
 //! - [`snapshot`]: the fields that are written.
@@ -21,3 +22,4 @@ pub mod stress;
 pub mod structure;
 pub mod tiles;
 pub(crate) mod trend;
+pub mod wheel_contacts;

@@ -9,10 +9,10 @@
 //! Exact by kinematics (v = V/2, spin = -V/2R) and statics (F_N = load). Were the wheel's inverse mass in x not
 //! zero, a wheel of a microgram would be carried along by friction. Tolerance: the true residual 1e-12.
 
-use protocol::Node;
+use protocol::{Finding, Node};
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, march, mass, scene};
+use crate::dem_support::{THICKNESS, build, close, march, mass, scene};
 
 const RADIUS: f64 = 1e-3;
 const LOAD: f64 = 2.0;
@@ -135,10 +135,46 @@ fn results_tell_load_force_and_loop() {
         0.0,
         1e-9,
     );
+    for name in [
+        "wheel_contacts",
+        "wheel_contacts_90",
+        "wheel_contacts_90_motion",
+    ] {
+        assert_eq!(result(name), 1.0, "{name}");
+    }
+    let told: Vec<&Finding> = outcome.findings.iter().collect();
+    assert!(
+        matches!(told[..], [one] if one.code == "wheel_contacts" && !one.suspect && one.value == 1.0),
+        "{told:?}"
+    );
     // Rolling costs nothing but the inertia of the disk, which gives back what it took.
     assert!(result("loop_area_j").abs() < 1e-6 * LOAD * AMPLITUDE);
     assert_eq!(outcome.steps, 2020);
     assert!(outcome.work["contact_iterations"] > 2020.0);
     let phases: Vec<String> = dem.describe().phases.into_iter().map(|p| p.name).collect();
     assert_eq!(phases, ["ramp", "hold", "cycling"]);
+}
+
+/// Disks side by side between wheel and floor, each with a spring k to either: one of the radius r + F / k carries F more than one of
+/// the radius r. Of F = 0.32, 0.6 and 0.08 of the load two carry 0.92 of it; of 0.5, 0.3 and 0.2 three are needed.
+#[test]
+fn contacts_are_counted_from_the_strongest_until_nine_tenths_are_carried() {
+    const STIFFNESS: f64 = 1e5;
+    for (shares, needed) in [([0.32, 0.6, 0.08], 2.0), ([0.5, 0.3, 0.2], 3.0)] {
+        let disks = shares.iter().zip(-1..).map(|(share, place)| {
+            let radius = RADIUS + share * LOAD / STIFFNESS;
+            json!({"x_m": 3.0 * RADIUS * f64::from(place), "y_m": radius, "radius_m": radius})
+        });
+        let mut config = roller(0.0, 1e-3);
+        config["law"] = json!({"kind": "signorini", "contact_stiffness_pa": STIFFNESS / THICKNESS});
+        config["sample"]["disks"] = disks.collect();
+        config["wheel"]["hold_s"] = json!(0.1);
+        config["wheel"]["cycles"] = json!(0.0);
+        let mut dem = build(&config);
+        march(&mut dem, 0, 1010);
+        let results = dem.finish().expect("it finishes").results;
+        assert_eq!(results["wheel_contacts"], 3.0);
+        assert_eq!(results["wheel_contacts_90"], needed, "{shares:?}");
+        assert!(!results.contains_key("wheel_contacts_90_motion"));
+    }
 }

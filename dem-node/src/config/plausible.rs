@@ -33,6 +33,9 @@ pub struct DemPlausibleConfig {
     /// Half-width of 98 % of the wheel's force over that of a layer that ends there. Against the rail alone, two loads that
     /// rub with partial slip lost 6 % of their friction loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
     pub contact_width_rel: Bounds,
+    /// One over the fewest contacts that carry 0.9 of the wheel's force, the mean over the second half of the hold or, if those are
+    /// fewer, over the motion. It never exceeds 1: what few disks carry may be meant so.
+    pub wheel_contact_share: Bounds,
     /// Largest residual of a contact solve. In `quick` the mean friction is off by 0.2 % at 1e-3, 1.8 % at 3e-3 and 4 % at 1e-2.
     pub contact_residual: Bounds,
     /// Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond bore more than half its strength. Above it a bond
@@ -64,6 +67,7 @@ impl Default for DemPlausibleConfig {
             added_inertia_rel: bounds(0.1, 0.4),
             detection_rel: bounds(5e-3, 3e-2),
             contact_width_rel: bounds(0.71, 0.95),
+            wheel_contact_share: bounds(0.2, 1.0),
             contact_residual: bounds(2e-3, 0.3),
             bond_step_rel: bounds(1.0, 4.0),
             bond_energy_rel: bounds(0.1, 0.5),
@@ -88,6 +92,7 @@ impl DemPlausibleConfig {
             ("detection_rel", self.detection_rel),
             ("boundary_force_rel", self.boundary_force_rel),
             ("contact_width_rel", self.contact_width_rel),
+            ("wheel_contact_share", self.wheel_contact_share),
             ("contact_residual", self.contact_residual),
             ("bond_step_rel", self.bond_step_rel),
             ("bond_energy_rel", self.bond_energy_rel),

@@ -57,6 +57,7 @@ impl FinishedRun<'_> {
             self.flow_kinetic(),
             self.injection(),
             self.contact_width(),
+            self.wheel_contacts(),
             self.contact_residual(),
             self.not_converged(),
         ];
@@ -246,6 +247,19 @@ impl FinishedRun<'_> {
         })
     }
 
+    /// Friction and pressure below a wheel on a few contacts are those of so many grains.
+    fn wheel_contacts(&self) -> Option<Finding> {
+        self.program.filter(|program| program.load_n > 0.0)?;
+        let carrying = self.statistics.carrying_contacts();
+        let fewest = carrying.into_iter().flatten().reduce(f64::min)?;
+        let bounds = self.bounds.wheel_contact_share;
+        bounds.judge("wheel_contacts", 1.0 / fewest, || {
+            format!(
+                "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so"
+            )
+        })
+    }
+
     fn contact_width(&self) -> Option<Finding> {
         let half_width = self.half_width?;
         let pressed = pressed_half_width(self.bodies, self.state)?;
@@ -306,6 +320,8 @@ mod tests {
         steps: Vec<StepSummary>,
         heights: Vec<f64>,
         first_height: f64,
+        /// Contacts that share the wheel's force in each step.
+        carriers: Vec<u32>,
     }
 
     /// Nothing to find, each value being at hand for every check.
@@ -352,6 +368,16 @@ mod tests {
             steps: vec![step; STEPS],
             heights: vec![0.0; STEPS],
             first_height: 1.0,
+            carriers: vec![10; STEPS],
+        }
+    }
+
+    fn slot(a: u32, b: usize, force: f64) -> Slot {
+        Slot {
+            a,
+            b: b as u32,
+            force: [force, 0.0],
+            ..Slot::default()
         }
     }
 
@@ -362,18 +388,21 @@ mod tests {
             let steps = self.steps.iter().zip(&self.heights);
             for (index, (step, height)) in steps.enumerate() {
                 let start = index as f64 * STEP;
-                let state = GrainState {
+                let mut state = GrainState {
+                    centres: vec![[0.0; 2]; GRAINS],
                     wheel: WheelState {
                         position: [0.0, *height],
                         velocity: [0.0; 2],
                     },
                     ..GrainState::default()
                 };
+                let carriers = 0..self.carriers[index];
+                state.list.slots = carriers.map(|a| slot(a, GRAINS, LOAD)).collect();
                 let span = StepSpan {
                     start,
                     end: start + STEP,
                 };
-                statistics.record(Some(&program), &state, step, &span);
+                statistics.record(Some(&program), (&self.bodies, &state), step, &span);
             }
             statistics
         }
@@ -556,14 +585,6 @@ mod tests {
 
     #[test]
     fn nearly_all_of_the_force_must_lie_within_the_layer() {
-        let slot = |a: usize, b: usize, force: f64| Slot {
-            a: a as u32,
-            b: b as u32,
-            force: [force, 0.0],
-            spring: 0.0,
-            last_gap: 0.0,
-            reference: 0.0,
-        };
         let scene = |value: f64| {
             let mut scene = sound();
             let centres = &mut scene.state.centres;
@@ -575,6 +596,28 @@ mod tests {
             scene
         };
         judges("contact_width", [0.71, 0.95], scene);
+    }
+
+    /// Of equal contacts 5 are the fewest that carry 0.9, and 4 if there are no more.
+    #[test]
+    fn a_wheel_that_few_contacts_carry_is_warned_of_in_the_hold_and_in_the_motion() {
+        let warned = [("wheel_contacts".to_string(), false)];
+        let mut scene = sound();
+        scene.carriers = vec![1; REST];
+        scene.carriers.extend([5; STEPS - REST]);
+        assert_eq!(scene.found(), [], "what came before the hold");
+        scene.carriers[REST] = 4;
+        assert_eq!(scene.found(), warned, "4.75 in the mean");
+        scene.carriers.fill(1);
+        assert_eq!(scene.found(), warned, "a single one");
+        scene.carriers.fill(10);
+        (scene.program.ramp_s, scene.program.hold_s) = (1.0, 1.0);
+        scene.carriers[REST..].fill(0);
+        assert_eq!(scene.found(), [], "a wheel in the air");
+        scene.carriers[16..].fill(4);
+        assert_eq!(scene.found(), warned, "in its motion");
+        scene.carriers.fill(0);
+        assert_eq!(scene.found(), [], "nothing ever touched it");
     }
 
     #[test]

@@ -7,8 +7,9 @@ use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
+use crate::measure::wheel_contacts;
 use crate::step::StepSummary;
-use crate::step::state::{GrainState, WheelState};
+use crate::step::state::GrainState;
 use kit::wheel::WheelProgram;
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
@@ -143,6 +144,10 @@ pub struct RunStatistics {
     before_motion: Option<f64>,
     /// Vertical velocity of the wheel before the motion (m/s).
     pub held_velocity: f64,
+    /// Contacts that press on the wheel and the fewest that carry 0.9 of its force, over the second half of the hold.
+    held_contacts: [Mean; 2],
+    /// The same over the motion.
+    moved_contacts: [Mean; 2],
     friction: Mean,
     height_range: Option<[f64; 2]>,
     /// Largest residual of a contact solve that was accepted.
@@ -184,7 +189,7 @@ impl RunStatistics {
     pub fn record(
         &mut self,
         program: Option<&WheelProgram>,
-        state: &GrainState,
+        grains: (&Bodies, &GrainState),
         step: &StepSummary,
         span: &StepSpan,
     ) {
@@ -213,19 +218,19 @@ impl RunStatistics {
         self.accepted_steps += u64::from(!step.convergence.converged);
         self.last = *step;
         if let Some(program) = program {
-            self.record_wheel(program, state.wheel, step, span);
+            self.record_wheel(program, grains, step, span);
         }
     }
 
     fn record_wheel(
         &mut self,
         program: &WheelProgram,
-        wheel: WheelState,
+        (bodies, state): (&Bodies, &GrainState),
         step: &StepSummary,
         span: &StepSpan,
     ) {
         let force = step.on_wheel;
-        let height = wheel.position[1];
+        let height = state.wheel.position[1];
         let middle = 0.5 * (span.start + span.end);
         let motion = program.motion_start();
         if middle <= motion {
@@ -236,15 +241,17 @@ impl RunStatistics {
                 self.held_trend.add(middle, height);
                 self.held_boundary.add(-step.on_boundary[1]);
                 self.held_range = Some(wider(self.held_range, force[1]));
+                add_contacts(&mut self.held_contacts, bodies, state);
             }
             if 2.0 * span.end - middle >= motion {
                 self.before_motion = Some(force[1]);
             }
-            self.held_velocity = wheel.velocity[1];
+            self.held_velocity = state.wheel.velocity[1];
             return;
         }
         self.before_motion.get_or_insert(0.0);
         self.height_range = Some(wider(self.height_range, height));
+        add_contacts(&mut self.moved_contacts, bodies, state);
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);
         }
@@ -262,6 +269,11 @@ impl RunStatistics {
         let lost = -self.held_trend.change()?;
         let height = self.held_height.value()?;
         Some([lost, self.first_height - height])
+    }
+
+    /// Fewest contacts that carry 0.9 of the wheel's force: means over the second half of the hold, and over the motion.
+    pub fn carrying_contacts(&self) -> [Option<f64>; 2] {
+        [&self.held_contacts, &self.moved_contacts].map(|means| means[1].value())
     }
 
     /// Share of the loaded steps in which rounding decided that the contact solve had converged.
@@ -296,12 +308,16 @@ impl RunStatistics {
         };
         let height = self.held_height.value().or(self.height_at_motion_start);
         let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let [held_90, moved_90] = self.carrying_contacts();
         results.extend(given([
             ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),
             ("wheel_y_range_over_r", range),
+            ("wheel_contacts", self.held_contacts[0].value()),
+            ("wheel_contacts_90", held_90),
+            ("wheel_contacts_90_motion", moved_90),
         ]));
         results
     }
@@ -313,6 +329,14 @@ pub fn given<const N: usize>(
 ) -> impl Iterator<Item = (&'static str, f64)> {
     let named = named.into_iter();
     named.filter_map(|(name, value)| Some((name, value?)))
+}
+
+/// A step in which nothing presses on the wheel counts in neither mean.
+fn add_contacts(means: &mut [Mean; 2], bodies: &Bodies, state: &GrainState) {
+    let counts = wheel_contacts::count(bodies, state).into_iter().flatten();
+    for (mean, count) in means.iter_mut().zip(counts) {
+        mean.add(count as f64);
+    }
 }
 
 fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {

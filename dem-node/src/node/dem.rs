@@ -297,7 +297,8 @@ impl Dem {
             cycles.record(program, [start, end], (state, summary), flow.as_ref());
         }
         let span = StepSpan { start, end };
-        statistics.record(self.program.as_ref(), state, summary, &span);
+        let grains = (&self.bodies, &*state);
+        statistics.record(self.program.as_ref(), grains, summary, &span);
     }
 }
 
