@@ -6,7 +6,7 @@ use super::settings::{StudySetting, settings};
 use super::statistics::student;
 
 /// A result of a setting over all scenes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnsembleMean {
     /// Index of its measure, and name of that.
     pub measure: usize,
@@ -63,31 +63,37 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
     };
     let mut means = Vec::new();
     for (measure, of) in results.file.measure.iter().enumerate() {
-        let reference = settings
-            .iter()
-            .find(|setting| setting.is_reference(results));
+        let mut all = settings.iter();
+        let reference = all.find(|setting| setting.is_reference(results));
         let reference = reference.map(|setting| values(setting, measure));
-        for setting in &settings {
-            let values = values(setting, measure);
-            let Some([mean, deviation, half_width]) = mean_of(&values) else {
-                continue;
-            };
+        means.extend(settings.iter().filter_map(|setting| {
             let is_reference = setting.is_reference(results);
-            let held = reference.as_ref().filter(|_| !is_reference);
-            means.push(EnsembleMean {
+            let held = reference.as_deref().filter(|_| !is_reference);
+            Some(EnsembleMean {
                 measure,
                 name: of.name.clone(),
                 setting: setting.words(results),
                 reference: is_reference,
-                difference: held.and_then(|held| difference(&values, held)),
-                values,
-                mean,
-                deviation,
-                half_width,
-            });
-        }
+                ..EnsembleMean::of(values(setting, measure), held)?
+            })
+        }));
     }
     means
+}
+
+impl EnsembleMean {
+    /// That of at least two values, nameless, and its difference from those of a reference.
+    pub fn of(values: Vec<f64>, reference: Option<&[f64]>) -> Option<EnsembleMean> {
+        let [mean, deviation, half_width] = mean_of(&values)?;
+        Some(EnsembleMean {
+            difference: reference.and_then(|held| difference(&values, held)),
+            values,
+            mean,
+            deviation,
+            half_width,
+            ..EnsembleMean::default()
+        })
+    }
 }
 
 /// means.csv.
