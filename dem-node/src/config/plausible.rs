@@ -41,10 +41,11 @@ pub struct DemPlausibleConfig {
     /// Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond bore more than half its strength. Above it a bond
     /// may hold with more than its fracture energy against it.
     pub bond_step_rel: Bounds,
-    /// Distance of the energy that decohesion took from that of the surface which bonds gave up, over the latter.
+    /// Energy that decohesion took less than that of the surface which bonds gave up, over the latter, where that is a thousandth of what the
+    /// grains were given.
     pub bond_energy_rel: Bounds,
-    /// Part of all dissipation that the scheme took instead of friction, impacts, dampers and bonds, where dissipation is at least
-    /// a tenth of the work on the grains.
+    /// Energy that the scheme took over that of what moves the grains: drives, walls, weight, and their flight at the start. Judged where that is
+    /// a tenth of all that they were given.
     pub numerical_rel: Bounds,
     /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.
     pub flow_kinetic_rel: Bounds,

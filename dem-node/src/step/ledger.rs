@@ -108,6 +108,11 @@ impl GrainLedger {
         (self.surface > 0.0).then(|| self.cohesion / self.surface)
     }
 
+    /// Works of what moves grains and does not only load them (J).
+    pub fn moved(&self) -> f64 {
+        self.drive.abs() + self.walls.abs() + self.weight.max(0.0)
+    }
+
     /// Sizes of all works done on the grains (J).
     pub fn worked(&self) -> f64 {
         let works = [
