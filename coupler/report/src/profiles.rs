@@ -112,7 +112,7 @@ mod tests {
             let (start, slice) = (f64::from(row / 2), f64::from(row % 2));
             let end = if row < 4 { start + 1.0 } else { start + 0.3 };
             text += &format!(
-                "{start},{end},{},{row},NaN,0.8,1e6,2e6,3e6,4e6,0\n",
+                "{start},{end},{},{row},0.5,0.8,1e6,2e6,3e6,4e6,0\n",
                 1e-3 * slice
             );
         }
