@@ -107,7 +107,11 @@ pub(super) fn signals(run: &RunFiles) -> Result<Table, Error> {
     if let [Some(tangential), Some(normal)] = forces {
         signals.add(FRICTION, ratios(tangential, normal));
     }
-    cycles::add(run, &mut signals);
+    let wheel = ["t_s", "wheel_x_m", "wheel_ft_n"];
+    let wheel = wheel.map(|name| column(&signals, name).map(Vec::from));
+    if let [Some(t), Some(x), Some(force)] = wheel {
+        cycles::add(run, &mut signals, [&t, &x, &force]);
+    }
     Ok(signals)
 }
 
@@ -185,6 +189,22 @@ fn rise(heights: &[f64], began: usize) -> Vec<f64> {
     let first = heights.get(began).copied().unwrap_or(0.0);
     let since = |(row, height): (usize, &f64)| if row < began { 0.0 } else { height - first };
     heights.iter().enumerate().map(since).collect()
+}
+
+/// The flows of third body of each cycle.
+pub(super) fn cycle_flows(run: &RunFiles) -> Vec<Picture> {
+    let own = cycles::steps(cycles::written(run));
+    let chart = over_time(
+        "cycle-flows.svg",
+        "Flows of third body in each full cycle, real masses",
+        YAxis::Linear("mass a cycle (µg)", 1e9),
+        &[
+            ("Qs, detached", "source_kg"),
+            ("ejected", "ejected_kg"),
+            ("Qw, worn", "wear_kg"),
+        ],
+    );
+    plots(&Tables { own, other: None }, &[chart])
 }
 
 /// The column of this name, or the first participant's or interface's.

@@ -1,7 +1,5 @@
 //! Cycle by cycle of the wheel's motion: friction loops, and what each of them took off, ejected and wore.
 
-use super::curves::{Tables, YAxis, column, over_time, plots};
-use draw::picture::Picture;
 use runs::files::RunFiles;
 use runs::table::Table;
 
@@ -13,12 +11,8 @@ pub(super) const OTHERS: &str = "wheel_ft_of_other_cycles";
 /// Part of a period by which the reports may end before a cycle does.
 const ROUNDING: f64 = 1e-6;
 
-/// Adds the columns, which are NaN where they have nothing to tell.
-pub(super) fn add(run: &RunFiles, signals: &mut Table) {
-    let [t, x, force] = ["t_s", "wheel_x_m", "wheel_ft_n"].map(|name| column(signals, name));
-    let (Some(t), Some(x), Some(force)) = (t, x, force) else {
-        return;
-    };
+/// Adds the columns, which are NaN where they have nothing to tell, to signals with these times, positions and forces F_T of the wheel.
+pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3]) {
     let end = t.len() - 1;
     // The last report before the wheel moves is the start of its first loop.
     let began = x
@@ -62,7 +56,7 @@ fn last_cycle(run: &RunFiles, t: &[f64]) -> Option<[usize; 2]> {
 }
 
 /// The full cycles of a run as its participant wrote them; empty without any.
-fn written(run: &RunFiles) -> Table {
+pub(super) fn written(run: &RunFiles) -> Table {
     let files = run.field_files("-cycles.csv");
     let table = files.first().map(|file| Table::read_whole_rows(file));
     table.unwrap_or_default()
@@ -81,7 +75,7 @@ fn means(cycles: &Table, t: &[f64]) -> Vec<f64> {
 }
 
 /// The cycles as steps over time: each number at the start and at the end of its cycle. Empty without two of them.
-fn steps(mut cycles: Table) -> Table {
+pub(super) fn steps(mut cycles: Table) -> Table {
     let [starts, ends] = ["t0_s", "t1_s"].map(|name| cycles.get(name).unwrap_or_default());
     let pairs = starts.iter().zip(ends);
     let times: Vec<f64> = pairs.flat_map(|(start, end)| [*start, *end]).collect();
@@ -95,25 +89,9 @@ fn steps(mut cycles: Table) -> Table {
     cycles
 }
 
-/// The flows of third body of each cycle.
-pub(super) fn flows(run: &RunFiles) -> Vec<Picture> {
-    let own = steps(written(run));
-    let chart = over_time(
-        "cycle-flows.svg",
-        "Flows of third body in each full cycle, real masses",
-        YAxis::Linear("mass a cycle (µg)", 1e9),
-        &[
-            ("Qs, detached", "source_kg"),
-            ("ejected", "ejected_kg"),
-            ("Qw, worn", "wear_kg"),
-        ],
-    );
-    plots(&Tables { own, other: None }, &[chart])
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::curves::{signals, wheel as wheel_charts};
+    use super::super::curves::{Tables, cycle_flows, plots, signals, wheel as wheel_charts};
     use super::*;
     use kit::scratch::Scratch;
     use serde_json::json;
@@ -193,7 +171,7 @@ mod tests {
         assert_eq!(table.get("t_s"), Some([1.0, 2.0, 2.0, 3.0].as_slice()));
         let sources = [2e-9, 2e-9, 4e-9, 4e-9];
         assert_eq!(table.get("source_kg"), Some(sources.as_slice()));
-        let [picture] = &flows(&two)[..] else {
+        let [picture] = &cycle_flows(&two)[..] else {
             panic!("there is one picture");
         };
         assert_eq!(
@@ -201,7 +179,7 @@ mod tests {
             "Curves over t (ms); mass a cycle (µg): Qs, detached from 2.0000e0 to 4.0000e0; ejected from 1.0000e0 to 3.0000e0."
         );
         for table in [ONE, ""] {
-            assert!(flows(&run(&scratch, 3.5, table)).is_empty());
+            assert!(cycle_flows(&run(&scratch, 3.5, table)).is_empty());
         }
     }
 

@@ -160,7 +160,7 @@ fn third_body(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 
 fn layer(run: &RunFiles, tables: &Tables) -> Vec<Picture> {
     let mut all = plots(tables, &ledger::third_body());
-    all.extend(cycles::flows(run));
+    all.extend(curves::cycle_flows(run));
     all.extend(profiles::profiles(run));
     all
 }
