@@ -169,11 +169,8 @@ impl<'a> Digest<'a> {
         }
         if !self.means.is_empty() {
             let _ = writeln!(text, "\nmeans over the scenes, with 95 % intervals");
-            text.extend(
-                self.means
-                    .iter()
-                    .map(|of| format!("  {}\n", ensemble::words(of))),
-            );
+            let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, ensemble::words(of));
+            text.extend(self.means.iter().map(line));
         }
         let told: Vec<String> = self.fallen().collect();
         if !told.is_empty() {

@@ -130,28 +130,26 @@ pub fn csv(means: &[EnsembleMean]) -> String {
     text
 }
 
-/// A line for people.
+/// A line for people, without the name of the measure.
 pub fn words(of: &EnsembleMean) -> String {
     let told = match of.difference {
-        None => "the reference".to_string(),
+        None if of.reference => ": the reference".to_string(),
+        None => String::new(),
         Some([difference, half]) => {
             let share = 100.0 * difference / (of.mean - difference);
-            let verdict = if difference.abs() > half {
-                "beyond chance"
+            let chance = if difference.abs() > half {
+                "beyond"
             } else {
-                "within chance"
+                "within"
             };
-            format!("{share:+.0} % from the reference, {verdict}")
+            format!(": {share:+.0} % from the reference, {chance} chance")
         }
     };
+    let [mean, half, scatter] = [of.mean, of.half_width, of.deviation];
+    let count = of.values.len();
     format!(
-        "{}: {}: {:.4e} +- {:.1e} ({} scenes, scatter {:.1e}): {told}",
-        of.name,
-        of.setting,
-        of.mean,
-        of.half_width,
-        of.values.len(),
-        of.deviation
+        "{}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}){told}",
+        of.setting
     )
 }
 
