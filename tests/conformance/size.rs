@@ -11,8 +11,13 @@ const ALL: usize = 59_450;
 /// Lines of the largest crate.
 const CRATE: usize = 14_000;
 
-/// Room that an open issue names for itself, by its name.
-const ROOM: [(&str, usize); 0] = [];
+/// Room that an open issue names for itself, by its name and the crate that takes it.
+const ROOM: [(&str, &str, usize); 4] = [
+    ("A third body that converges", "dem-node", 690),
+    ("A third body that converges", "report", 210),
+    ("A third body that converges", "study", 200),
+    ("A third body that converges", "others", 100),
+];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.
 const BESIDE: usize = 3_100;
@@ -25,15 +30,17 @@ fn the_crates_have_no_more_lines_than_the_limit() {
         .collect();
     let total: usize = counts.iter().map(|(_, lines)| lines).sum();
     println!("{total} lines of code: {counts:?}");
-    let limit = ALL + ROOM.iter().map(|(_, lines)| lines).sum::<usize>();
+    let limit = ALL + ROOM.iter().map(|(_, _, lines)| lines).sum::<usize>();
     assert!(
         total <= limit,
         "{total} lines, more than {limit}: {counts:?}"
     );
     for (name, lines) in &counts {
+        let own = ROOM.iter().filter(|(_, of, _)| of == name);
+        let limit = CRATE + own.map(|(_, _, lines)| lines).sum::<usize>();
         assert!(
-            *lines <= CRATE,
-            "{name} has {lines} lines, more than {CRATE}"
+            *lines <= limit,
+            "{name} has {lines} lines, more than {limit}"
         );
     }
 }

@@ -44,8 +44,8 @@ pub struct DemPlausibleConfig {
     /// Energy that decohesion took less than that of the surface which bonds gave up, over the latter, where that is a thousandth of what the
     /// grains were given.
     pub bond_energy_rel: Bounds,
-    /// Energy that the scheme took over that of what moves the grains: drives, walls, weight, and their flight at the start. Judged where that is
-    /// a tenth of all that they were given.
+    /// Energy that the scheme took over all that the grains were given, where drives, walls, weight or their flight at the start gave a tenth of
+    /// that at least.
     pub numerical_rel: Bounds,
     /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.
     pub flow_kinetic_rel: Bounds,

@@ -224,14 +224,14 @@ impl FinishedRun<'_> {
         self.state.ledger.worked() + (-self.stored[0]).max(0.0)
     }
 
-    /// Judges what the scheme took of the energy of motions, of drives, walls, weight and flight: rebounds and flows depend on it. What rings
-    /// under a load comes to rest whatever takes its energy.
+    /// Judges what the scheme took of the energy of the grains where drives, walls, weight or flight gave a part of that: rebounds and flows
+    /// depend on it. What only rings under a load comes to rest whatever takes its energy.
     fn numerical(&self) -> Option<Finding> {
-        let ledger = &self.state.ledger;
+        let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + (-self.stored[0]).max(0.0);
-        let counts = ledger.numerical > 0.0 && moved > MOVING * self.energy_in();
+        let counts = ledger.numerical > 0.0 && moved > MOVING * given;
         let value = if counts {
-            ledger.numerical / moved
+            ledger.numerical / given
         } else {
             0.0
         };
@@ -240,7 +240,7 @@ impl FinishedRun<'_> {
             let rebound = kept.map_or(String::new(), |[low, high]| {
                 format!(" (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)")
             });
-            format!("the time scheme took {value:.3} of the energy of what moves the grains{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping to rest by")
+            format!("the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping to rest by")
         })
     }
 
