@@ -67,6 +67,9 @@ impl Cohesion {
     /// (J/m2): the integral of w h' da, and b ((a_0 - a_1)/h)^p of power over the rest of the way.
     pub fn surface(&self, [before, after]: [f64; 2], h: f64) -> f64 {
         let fall = before - after;
+        if fall == 0.0 {
+            return 0.0;
+        }
         let weight = match self.h_prime {
             HPrime::One => 1.0,
             HPrime::Adhesion => 0.5 * (before + after),
