@@ -147,7 +147,8 @@ fn cycles_of_a_sheared_layer_are_the_differences_of_its_signals() {
         at(&reports, end, value) - at(&reports, from, value)
     };
     let signal = |name: &'static str| move |report: &Report| report.signal(name);
-    let sums: [(&str, Box<dyn Fn(&Report) -> f64>, f64); 5] = [
+    type Value = Box<dyn Fn(&Report) -> f64>;
+    let sums: [(&str, Value, f64); 5] = [
         ("sink_m", Box::new(signal("wheel_y_m")), -1.0),
         ("source_kg", Box::new(signal("q_source_kg")), 1.0),
         ("ejected_kg", Box::new(signal("q_ejected_kg")), 1.0),

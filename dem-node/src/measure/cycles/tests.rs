@@ -69,7 +69,7 @@ fn close(value: f64, expected: f64) {
 fn a_straight_history_is_exact_between_the_ends_of_steps() {
     let history = |number: u32, t: f64| {
         let tangential = 5.0 - 400.0 * (t - 2e-3);
-        let pressed = f64::from(u8::from(number % 3 != 0));
+        let pressed = f64::from(u8::from(!number.is_multiple_of(3)));
         Step {
             height: 1.0 - 0.3 * t,
             force: [tangential, 4.0 * pressed * tangential.abs()],
