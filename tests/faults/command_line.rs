@@ -72,6 +72,11 @@ fn short_forms_of_published_benchmarks_hold() {
 }
 
 #[test]
+fn valid_scenes_end_without_a_warning() {
+    suite_holds(&["--suite", "variants", "--only", "two-rails"], 18);
+}
+
+#[test]
 fn a_suite_without_a_chosen_case_is_refused() {
     let output = thirdbody(&["validate", "--suite", "scenes", "--only", "nothing"]);
     assert_eq!(output.status.code(), Some(2));

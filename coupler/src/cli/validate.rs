@@ -49,6 +49,8 @@ enum Suite {
     Benchmarks,
     /// Inputs at their limits: right, refused by name, or detected.
     Extremes,
+    /// Shipped scenes with other seeds, loads, layers, friction and substeps: nothing to warn of; takes minutes.
+    Variants,
     /// The shipped scenes as they are, against their published and measured figures; takes minutes.
     Scenes,
     /// Processes that are killed and stopped, places that are full, files that are damaged: found, named, and resumed.
@@ -61,6 +63,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         Suite::Verification => "verification",
         Suite::Benchmarks => "benchmarks",
         Suite::Extremes => "extremes",
+        Suite::Variants => "variants",
         Suite::Scenes => "",
         Suite::Faults => return faults(arguments),
     };
