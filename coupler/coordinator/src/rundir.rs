@@ -190,10 +190,10 @@ fn processor() -> Option<String> {
 }
 
 /// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
-/// first, to the disk, then renamed, and the new name to the disk as well.
+/// first, which is this process's own, to the disk, then renamed, and the new name to the disk as well.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    let temporary = path.with_extension("part");
+    let temporary = path.with_extension(format!("{}.part", std::process::id()));
     let written = File::create(&temporary)
         .and_then(|mut file| {
             file.write_all(bytes)?;
