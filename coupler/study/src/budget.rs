@@ -50,9 +50,16 @@ impl Budget {
         let (number, factor) = value
             .strip_suffix('%')
             .map_or((value, 1.0), |number| (number, 0.01));
+        let error = positive(number, factor)?;
+        if error >= 1.0 {
+            return Err(format!(
+                "`{text}` allows an error of {} %: it must be below 100 %, and per cent carry their sign, as in error=2%",
+                percent(error)
+            ));
+        }
         Ok(Budget::Error {
             measure: (name != "error").then(|| name.to_string()),
-            error: positive(number, factor)?,
+            error,
         })
     }
 }
@@ -241,6 +248,9 @@ mod tests {
             "wall=0",
             "wall=1d",
             "error=nan",
+            "error=5",
+            "error=1",
+            "traction=150%",
         ] {
             assert!(Budget::parse(wrong).is_err(), "{wrong}");
         }
