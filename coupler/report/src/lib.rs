@@ -36,7 +36,7 @@ pub mod movie;
 mod page;
 mod profiles;
 mod provenance;
-mod results;
+pub mod results;
 mod scene;
 pub mod terminal;
 mod times;

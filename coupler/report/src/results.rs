@@ -36,6 +36,11 @@ fn entries() -> Vec<Entry> {
     all
 }
 
+/// The names of all results that the page explains, some with a `<set>` in front.
+pub fn names() -> Vec<&'static str> {
+    entries().iter().map(|entry| entry.name).collect()
+}
+
 impl Entry {
     fn explains(&self, name: &str) -> bool {
         match self.name.strip_prefix("<set>") {

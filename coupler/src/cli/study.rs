@@ -13,7 +13,8 @@ use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::run::session::RunOptions;
 use coordinator::rundir::write_whole;
-use study::collect::{Results, line};
+use runs::files::RunFiles;
+use study::collect::{DAMAGED, Results, line};
 use study::digest::Digest;
 use study::forecast::Forecast;
 use study::plan::{Plan, Task, runs};
@@ -75,7 +76,7 @@ struct EngineArguments {
     /// Tasks at a time; by default the cores of the machine over the threads of a run, and as many as Slurm gives.
     #[arg(long)]
     jobs: Option<u16>,
-    /// Do failed runs again.
+    /// Do failed and damaged runs again.
     #[arg(long)]
     retry: bool,
     /// A further argument of sbatch: --sbatch=--partition=short.
@@ -181,7 +182,7 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     let tasks = opened.plan.tasks()?;
     let planned = keep_list(opened, &tasks)?;
     print(&listed(opened, &tasks))?;
-    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
+    let forecast = foretell(opened, &tasks, registry)?;
     coordinator::output::tell(&format!(
         "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
         runs(&tasks).len(),
@@ -191,6 +192,15 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
         forecast.memory_bytes as f64 * 1e-6
     ));
     Ok(0)
+}
+
+/// What the first task costs, and reports of all that is measured.
+fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Forecast, Error> {
+    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
+    let measures = &opened.plan.file.measure;
+    let checked = forecast.check(measures, &tasks[0], &report::results::names());
+    checked.map_err(|why| Refusal::file(&opened.plan.path, why))?;
+    Ok(forecast)
 }
 
 fn listed(opened: &Opened, tasks: &[Task]) -> String {
@@ -230,7 +240,8 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
     }
     let watch = listen()?;
     let stopped = || watch.interrupted().is_some();
-    let mut progress = StudyProgress::new(&tasks, &opened.folder);
+    let mut progress = StudyProgress::new(&tasks, &opened.plan.file.measure, &opened.folder);
+    let forecast = foretell(&opened, &tasks, registry)?;
     match engine.engine {
         Engine::Local => {
             let cores = threads(None) / usize::from(threads_of(&opened));
@@ -238,7 +249,6 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
             pool::run(&mut progress, &exec, jobs, stopped)?;
         }
         Engine::Slurm => {
-            let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened, registry)?)?;
             let slurm = Slurm {
                 exec,
                 arrays: SlurmArrays {
@@ -257,12 +267,13 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
     watch.interrupted().map_or(Ok(code), Err)
 }
 
-/// Failed runs are to be done again; suspect ones are not failed.
+/// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.
 fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
     for task in runs(tasks) {
         let folder = TaskFolder::new(&opened.folder, &task.id);
         if let TaskStage::Done(outcome) = folder.stage()?
-            && !["completed", "suspect"].contains(&outcome.status.as_str())
+            && (!["completed", "suspect"].contains(&outcome.status.as_str())
+                || RunFiles::read(&folder.run()).is_err())
         {
             folder.forget()?;
         }
@@ -270,7 +281,7 @@ fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes and prints what came out; the exit code is that of a failed check where a run is missing or the reference does not stand.
+/// Writes and prints what came out; the exit code is that of a failed check where a run is missing or damaged, or the reference does not stand.
 fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
     let results = Results::read(&opened.plan, tasks, &opened.folder)?;
     write(&opened.folder.join("results.csv"), &results.csv())?;
@@ -299,11 +310,13 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
         print("")?;
     }
     let code = status(opened, tasks)?;
-    let fell = (0..results.scenes()).any(|scene| {
-        results
-            .reference(scene)
-            .is_some_and(|row| !row.is_trusted())
-    });
+    let damaged = results.rows.iter().any(|row| row.status == DAMAGED);
+    let fell = damaged
+        || (0..results.scenes()).any(|scene| {
+            results
+                .reference(scene)
+                .is_some_and(|row| !row.is_trusted())
+        });
     Ok(if fell { CHECK_FAILED } else { code })
 }
 

@@ -7,9 +7,13 @@ use std::path::Path;
 use super::file::StudyFile;
 use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
+use super::stored::leaves;
 use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
 use runs::files::RunFiles;
+
+/// Status of a run whose files cannot be read any more.
+pub const DAMAGED: &str = "damaged";
 
 /// Costs in the order of their columns.
 pub const COSTS: [&str; 6] = [
@@ -32,7 +36,7 @@ pub struct StudyRow {
     pub scene: usize,
     /// Hash of scenario and build.
     pub id: String,
-    /// `waiting`, `running`, or that of the run.
+    /// `waiting`, `running`, `damaged`, or that of the run.
     pub status: String,
     /// Exit code of the run, once it is done.
     pub exit_code: Option<i32>,
@@ -93,7 +97,7 @@ impl Results {
     /// Looks at the tasks of a study in its folder, done or not.
     ///
     /// # Errors
-    /// A file of a task, or the reference, cannot be read.
+    /// The state of a task, or the run that is given as the reference, cannot be read. A damaged run is a row.
     pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
         let file = &plan.file;
         let given = file.reference.run.as_ref();
@@ -101,8 +105,8 @@ impl Results {
         let given = given.transpose()?;
         let mut rows = Vec::new();
         for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
-            let own = tasks.iter().find(|task| task.role == TaskRole::Reference);
-            let own = own.map_or(Ok(None), |task| finished(folder, task))?;
+            let task = tasks.iter().find(|task| task.role == TaskRole::Reference);
+            let own = task.and_then(|task| finished(folder, task).ok().flatten());
             // What a run is warned of so much that it is suspect is nothing to hold others against.
             let own = own.filter(|run| run.status() == "completed");
             let reference = own.as_ref().or(given.as_ref());
@@ -113,6 +117,10 @@ impl Results {
             };
             let of_scene = tasks.iter().map(|task| row(task, file, numbers, folder));
             let mut of_scene = of_scene.collect::<Result<Vec<_>, Error>>()?;
+            for (row, other) in of_scene.iter_mut().zip(tasks) {
+                let told = task.and_then(|task| other_load(other, task));
+                add(&mut row.message, &told.unwrap_or_default());
+            }
             relate(&mut of_scene, file, reference);
             rows.extend(of_scene);
         }
@@ -222,6 +230,35 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&RunFiles>)
     }
 }
 
+/// Keys of scenarios that give loads and imposed motions.
+const LOADS: [&str; 7] = [
+    "load_n",
+    "load_table",
+    "amplitude_m",
+    "traction_pa",
+    "pressure_pa",
+    "velocity_m_per_s",
+    "displacement_m",
+];
+
+/// The load of a task that its reference does not have, if there is one: its deviation is the effect of that, and no error.
+fn other_load(task: &Task, reference: &Task) -> Option<String> {
+    let [own, other] = [task, reference].map(|task| {
+        let leaves = leaves(&task.loaded.resolved.parse().unwrap_or_default());
+        let named = leaves.into_iter().map(|(key, value)| {
+            let name = key.split('.').find(|part| LOADS.contains(part));
+            (name.map(String::from), key, value)
+        });
+        named
+            .filter_map(|(name, key, value)| Some(((name?, value), key)))
+            .collect::<BTreeMap<_, _>>()
+    });
+    let ((_, value), key) = own.iter().find(|(load, _)| !other.contains_key(load))?;
+    Some(format!(
+        "{key} = {value} is not the load of the reference: what stands as an error is its effect; with `scene = true` each load has a reference of its own"
+    ))
+}
+
 /// The run of a task that came to its end.
 fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     let of = TaskFolder::new(folder, &task.id);
@@ -241,12 +278,19 @@ fn row(
 ) -> Result<StudyRow, Error> {
     let measures = &file.measure;
     let of = TaskFolder::new(folder, &task.id);
-    let run = finished(folder, task)?;
-    let (status, exit_code, message) = match of.stage()? {
+    let (mut status, exit_code, mut message) = match of.stage()? {
         TaskStage::Waiting => ("waiting".to_string(), None, String::new()),
         TaskStage::Running => ("running".to_string(), None, String::new()),
         TaskStage::Done(done) => (done.status, Some(done.exit_code), done.message),
     };
+    let run = finished(folder, task).unwrap_or_else(|why| {
+        status = DAMAGED.into();
+        add(
+            &mut message,
+            &format!("{why}; `study run --retry` does the run anew"),
+        );
+        None
+    });
     let mut row = StudyRow {
         index: task.index,
         role: task.role,

@@ -174,7 +174,7 @@ impl<'a> Digest<'a> {
         }
         let told: Vec<String> = self.fallen().collect();
         if !told.is_empty() {
-            let _ = writeln!(text, "\noutside of the fronts");
+            let _ = writeln!(text, "\noutside of the fronts, or to be read with care");
             text.extend(told.iter().map(|line| format!("  {line}\n")));
         }
         text.trim_end().to_string()

@@ -105,6 +105,9 @@ impl Reference {
 /// Perturbed references of a reference.
 const PERTURBED: u64 = 3;
 
+/// Most runs of a study: a list of so many tasks is made in seconds.
+pub(super) const MOST_RUNS: u64 = 100_000;
+
 /// A key and its values, in one of four ways.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -295,6 +298,12 @@ impl Vary {
             set: case.set.clone(),
             scenario: case.scenario.clone(),
         };
+        let counted = self.seeds.or(self.log.map(|log| log.count as u64));
+        if let Some(count) = counted.filter(|count| *count > MOST_RUNS) {
+            return Err(format!(
+                "{count} values, and a study has at most {MOST_RUNS} runs"
+            ));
+        }
         match (&self.values, &self.log, self.seeds, &self.case) {
             (Some(values), None, None, None) => Ok(values.iter().map(choice).collect()),
             (None, Some(log), None, None) => {

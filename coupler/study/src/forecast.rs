@@ -5,12 +5,15 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::measure::Measure;
 use super::plan::Task;
 use super::slurm::SlurmRequest;
 use coordinator::error::Error;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
-use coordinator::rundir::BUILD;
+use coordinator::rundir::{BUILD, write_whole};
+use kit::keys::proposal;
 use kit::scratch::Scratch;
+use runs::table::Table;
 
 /// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
 /// machine. A task that runs into its limit is given twice as much.
@@ -29,6 +32,8 @@ pub struct Forecast {
     pub wall_s: f64,
     /// Peak memory of all processes together (bytes).
     pub memory_bytes: u64,
+    /// Columns of its signals.
+    signals: Vec<String>,
 }
 
 impl Forecast {
@@ -53,17 +58,52 @@ impl Forecast {
         if let Some(error @ Error::Interrupted { .. }) = ended.error {
             return Err(error);
         }
+        let signals = Table::read_whole_rows(&scratch.path().join("signals.csv"));
         let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
         let forecast = Forecast {
             build: BUILD.into(),
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
+            signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
         };
         let text = serde_json::to_string_pretty(&forecast).unwrap_or_default();
-        fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&path, text))
-            .map_err(Error::output(path.display()))?;
+        fs::create_dir_all(folder).map_err(Error::output(path.display()))?;
+        write_whole(&path, text.as_bytes())?;
         Ok(forecast)
+    }
+
+    /// Refuses a measure of nothing that the task reports, before runs are made for it. `results` are the names of results that the
+    /// shipped solvers know, some with a `<set>` in front; only the end of a run tells which of them it has.
+    ///
+    /// # Errors
+    /// The measure, and what was perhaps meant.
+    pub fn check(&self, measures: &[Measure], task: &Task, results: &[&str]) -> Result<(), String> {
+        let signals: Vec<&str> = self.signals.iter().map(String::as_str).collect();
+        let mut participants = task.loaded.scenario.participant.iter();
+        let others = participants.any(|participant| participant.command.is_some());
+        for measure in measures {
+            let (known, what) = match measure.table() {
+                Some(("signals", _)) => (&signals[..], "its signals"),
+                Some(("results", _)) if !others => (results, "results"),
+                _ => continue,
+            };
+            let name = measure.table().map_or("", |(_, name)| name);
+            let end = format!(".{name}");
+            let is_it = |known: &&str| match known.strip_prefix("<set>") {
+                Some(ending) => name.ends_with(ending),
+                None => *known == name || known.ends_with(&end),
+            };
+            if !known.is_empty() && !known.iter().any(is_it) {
+                let mut last: Vec<&str> = known.iter().flat_map(|k| k.rsplit('.').next()).collect();
+                last.dedup();
+                let meant = proposal(name, what, &last);
+                return Err(format!(
+                    "measure `{}`: no run reports {}; {meant}",
+                    measure.name, measure.of
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Resources asked of Slurm for a task.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::file::{KeyValue, Mode, Small, StudyFile, Vary, shown};
+use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
@@ -78,7 +78,9 @@ pub struct Task {
 pub struct Plan {
     /// The study.
     pub file: StudyFile,
-    /// Folder of the study file.
+    /// The study file.
+    pub path: PathBuf,
+    /// Its folder.
     pub beside: PathBuf,
     entries: Vec<Entry>,
 }
@@ -98,6 +100,13 @@ impl Plan {
             .unwrap_or_default();
         let common = [&file.study.set[..], &small.set, set].concat();
         let axes = axes(&file, &small).map_err(|why| Refusal::file(path, why))?;
+        let count = count(&file, &axes);
+        if count > MOST_RUNS as f64 {
+            let why = format!(
+                "plans {count} runs, and a study has at most {MOST_RUNS}: give its keys fewer values, or `mode = \"one-at-a-time\"`"
+            );
+            return Err(Refusal::file(path, why).into());
+        }
         let scenario = found(&beside, &file.study.scenario);
         let perturbations = match &file.reference.set {
             Some(set) => {
@@ -151,6 +160,7 @@ impl Plan {
         }
         Ok(Plan {
             file,
+            path: path.clone(),
             beside,
             entries,
         })
@@ -282,6 +292,24 @@ fn axes(file: &StudyFile, small: &Small) -> Result<Vec<Vec<KeyValue>>, String> {
         })
     };
     file.vary.iter().map(axis).collect()
+}
+
+/// Number of tasks of a study whose keys have these values.
+fn count(file: &StudyFile, axes: &[Vec<KeyValue>]) -> f64 {
+    let lengths = |scene: bool| {
+        let of = file.vary.iter().zip(axes);
+        let of = of.filter(move |(vary, _)| vary.scene == scene);
+        of.map(|(_, axis)| axis.len() as f64)
+    };
+    let points: f64 = match file.study.mode {
+        Mode::Grid => lengths(false).product(),
+        Mode::OneAtATime => lengths(false).sum(),
+    };
+    let references = match file.reference.set {
+        Some(_) => 1.0 + file.reference.perturbed() as f64,
+        None => 0.0,
+    };
+    lengths(true).product::<f64>() * (points + references)
 }
 
 /// At most so many values: the first, the last, and some between.

@@ -6,11 +6,13 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::plan::{Task, runs};
+use super::measure::{Measure, ReferenceNumbers};
+use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
-use coordinator::error::Error;
+use coordinator::error::{Error, Refusal};
 use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
 use coordinator::output::{Count, tell, tell_progress};
+use runs::files::RunFiles;
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;
@@ -18,6 +20,7 @@ pub const MOST_ATTEMPTS: usize = 5;
 /// Counts and words of a study under way.
 pub struct StudyProgress<'a> {
     tasks: &'a [Task],
+    measures: &'a [Measure],
     folder: PathBuf,
     total: usize,
     done: BTreeSet<String>,
@@ -29,11 +32,12 @@ pub struct StudyProgress<'a> {
 }
 
 impl<'a> StudyProgress<'a> {
-    /// The runs of these tasks in a folder.
-    pub fn new(tasks: &'a [Task], folder: &Path) -> StudyProgress<'a> {
+    /// The runs of these tasks in a folder, for these measures.
+    pub fn new(tasks: &'a [Task], measures: &'a [Measure], folder: &Path) -> StudyProgress<'a> {
         let total = runs(tasks).len();
         StudyProgress {
             tasks,
+            measures,
             folder: folder.to_path_buf(),
             total,
             done: BTreeSet::new(),
@@ -78,15 +82,32 @@ impl<'a> StudyProgress<'a> {
     /// The stage of a run; one that ended is announced, once.
     ///
     /// # Errors
-    /// Its folder cannot be read.
+    /// Its folder cannot be read; or it is the first reference, without what is measured.
     pub fn stage(&mut self, task: &Task) -> Result<TaskStage, Error> {
         let stage = self.folder(task).stage()?;
         if let TaskStage::Done(outcome) = &stage
             && self.done.insert(task.id.clone())
         {
             self.ended(task.index, outcome);
+            let first = task.role == TaskRole::Reference && task.scene == 0;
+            if first && outcome.status == "completed" {
+                self.check(task)?;
+            }
         }
         Ok(stage)
+    }
+
+    /// Refuses measures that the first reference does not have: no other run could be held against it.
+    fn check(&self, task: &Task) -> Result<(), Error> {
+        let run = RunFiles::read(&self.folder(task).run())?;
+        for measure in self.measures {
+            if let Err(why) = measure.deviation(&run, ReferenceNumbers::Run(&run)) {
+                let name = &measure.name;
+                let problem = format!("measure `{name}`: {why} in the reference, which has ended");
+                return Err(Refusal::file(&run.path, problem).into());
+            }
+        }
+        Ok(())
     }
 
     fn ended(&mut self, index: usize, outcome: &TaskOutcome) {

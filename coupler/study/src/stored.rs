@@ -315,7 +315,7 @@ fn number(value: &toml::Value) -> Option<f64> {
 }
 
 /// All values of a table by their keys, entries of lists by their names.
-fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
+pub(super) fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
     fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
         let dot = if key.is_empty() { "" } else { "." };
         let below = |name: &str| format!("{key}{dot}{name}");
