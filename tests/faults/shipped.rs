@@ -46,6 +46,28 @@ fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
     assert_eq!(manifest["scenario_file"], "quick (built in)");
 }
 
+/// Rows of the signals, as many as there were windows; the traction of the end of the hold, in the run directory and beside the fields.
+#[test]
+fn every_table_of_a_run_can_be_checked_by_its_summary() {
+    let work = Scratch::new("tables");
+    let past_the_hold = ["run.end_s=8.3e-4"];
+    let summary = run(work.path(), "wheel-rail-fe-small", "out", &past_the_hold);
+    let tables = summary["tables"].as_object().expect("a table of tables");
+    let names: Vec<&str> = tables.keys().map(String::as_str).collect();
+    let hold = "fields/rail-hold-profile.csv";
+    assert!(names.contains(&hold), "{names:?}");
+    for (name, table) in tables {
+        let bytes = std::fs::read(work.path().join("out").join(name)).expect(name);
+        let lines = bytes.iter().filter(|byte| **byte == b'\n').count();
+        assert_eq!(table["bytes"], bytes.len(), "{name}");
+        assert_eq!(table["rows"], lines - 1, "{name}");
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        assert_eq!(table["blake3"], hash, "{name}");
+    }
+    assert_eq!(tables["signals.csv"]["rows"], summary["windows"]);
+    assert_eq!(tables["profile.csv"], tables[hold]);
+}
+
 /// The scenario's own hash holds the place of the mesh; what was computed does not.
 #[test]
 fn a_mesh_inside_the_program_is_found_again_by_a_replay() {

@@ -65,7 +65,14 @@ pub(crate) fn shipped(name: &str) -> PathBuf {
 /// Parts that two runs must have in common: hashes, results, and every file but those that hold wall-clock times.
 fn assert_same(one: &Ended, other: &Ended) {
     let (a, b) = (one.summary.value(), other.summary.value());
-    for key in ["hashes", "results", "windows", "sim_time_s", "repeats_mean"] {
+    for key in [
+        "hashes",
+        "tables",
+        "results",
+        "windows",
+        "sim_time_s",
+        "repeats_mean",
+    ] {
         assert_eq!(a[key], b[key], "{key}");
     }
     for (name, participant) in a["participants"].as_object().expect("a table") {

@@ -14,6 +14,7 @@ use crate::cost::prediction::Pace;
 use crate::error::{CHECK_FAILED, Error};
 use crate::output::collection::FieldsSummary;
 use crate::output::sample::load_history;
+use crate::output::table::Written;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
 use crate::plausible::{self, InterfaceWorks, Warning};
@@ -59,6 +60,8 @@ pub struct Summary {
     /// Results by name, unit in the name.
     pub results: BTreeMap<String, f64>,
     hashes: Hashes,
+    /// What each table can be checked by.
+    pub tables: BTreeMap<String, Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     phases: Vec<Phase>,
     #[serde(skip_serializing_if = "Option::is_none")]

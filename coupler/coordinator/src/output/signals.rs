@@ -7,16 +7,21 @@ use std::path::Path;
 
 use protocol::Description;
 
+use super::table::{Growing, Written};
 use crate::error::{Error, Refusal, Result};
 use crate::rundir::RunDir;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
+
+/// Name of the file.
+pub const SIGNALS: &str = "signals.csv";
 
 /// The open file.
 pub struct SignalsFile {
     file: BufWriter<File>,
     name: String,
     line: String,
+    table: Growing,
 }
 
 impl SignalsFile {
@@ -28,7 +33,7 @@ impl SignalsFile {
         descriptions: &[&Description],
         interfaces: &[Interface],
     ) -> Result<SignalsFile> {
-        let path = rundir.path().join("signals.csv");
+        let path = rundir.path().join(SIGNALS);
         let name = path.display().to_string();
         let file = File::create(&path).map_err(Error::output(&name))?;
         let mut header = vec!["t_s".to_string()];
@@ -50,6 +55,7 @@ impl SignalsFile {
             file: BufWriter::new(file),
             name,
             line: header.join(","),
+            table: Growing::default(),
         };
         signals.end_line()?;
         Ok(signals)
@@ -66,6 +72,8 @@ impl SignalsFile {
             self.file.write_all(&rows)
         });
         copied.map_err(Error::output(&self.name))?;
+        self.table = Growing::default();
+        self.table.add(&rows);
         let found = rows.len() as u64;
         if found == bytes {
             return Ok(());
@@ -102,14 +110,16 @@ impl SignalsFile {
         self.end_line()
     }
 
-    /// Writes out what is buffered.
-    pub fn finish(&mut self) -> Result<()> {
-        self.file.flush().map_err(Error::output(&self.name))
+    /// Writes out what is buffered; returns what the file can be checked by.
+    pub fn finish(&mut self) -> Result<Written> {
+        let flushed = self.file.flush().map_err(Error::output(&self.name));
+        flushed.map(|()| self.table.written())
     }
 
     fn end_line(&mut self) -> Result<()> {
         self.line.push('\n');
         let written = self.file.write_all(self.line.as_bytes());
+        self.table.add(self.line.as_bytes());
         self.line.clear();
         written.map_err(Error::output(&self.name))
     }

@@ -17,6 +17,7 @@ use crate::output::profile::{self, InterfaceTraction, LoadedNodes};
 use crate::output::progress::ProgressSpan;
 use crate::output::run_progress::RunProgress;
 use crate::output::sample::load_history;
+use crate::output::signals::SIGNALS;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -111,7 +112,7 @@ impl<'a> Outputs<'a> {
     /// Takes over what the resumed run wrote.
     pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
-        let signals = restart.run.join("signals.csv");
+        let signals = restart.run.join(SIGNALS);
         self.signals
             .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;

@@ -19,7 +19,9 @@ use super::time_loop::{
 use crate::cost::memory::own_cpu_s;
 use crate::error::{Error, Refusal, Result};
 use crate::output::progress::{Progress, prepare};
+use crate::output::signals::SIGNALS;
 use crate::output::stderr::{leave, tell_of};
+use crate::output::table::tables;
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
@@ -147,6 +149,10 @@ pub fn run_among(
         leave();
     }
     let mut summary = session.summary;
+    for (name, table) in tables(rundir.path()) {
+        // What was written says more of signals.csv than what is read back.
+        summary.tables.entry(name).or_insert(table);
+    }
     let wall_s = start.elapsed().as_secs_f64();
     summary.coordinator(start_cpu_s);
     if let Some(budget) = &options.budget {
@@ -269,7 +275,8 @@ impl RunSession<'_> {
         self.summary.interface_works();
         let fields = outputs.fields.summary();
         let fields = fields.map(|fields| self.summary.fields = fields);
-        outputs.signals.finish()?;
+        let signals = outputs.signals.finish()?;
+        self.summary.tables.insert(SIGNALS.into(), signals);
         // The reason of an early end goes before that of a file that cannot be read.
         result.and(fields)?;
         let communicator: &mut dyn Communicator = recorded;
