@@ -235,7 +235,7 @@ impl Error {
     pub fn exit_code(&self) -> i32 {
         match self {
             // Of the own process of a participant, whose fault the coordinator has heard by then.
-            Error::Refused(_) => 2,
+            Error::Refused(refusal) if refusal.code() != Code::TableDamaged => 2,
             Error::Interrupted { signal } => self.code().exit_code() + signal,
             _ => self.code().exit_code(),
         }

@@ -44,13 +44,14 @@ mod units;
 mod verdict;
 
 /// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given; returns the names of
-/// the files.
+/// the files, and what table is not what its run wrote.
 ///
 /// # Errors
 /// A file of a run is missing or damaged, or one cannot be written.
-pub fn write(run: &Path, other: Option<&Path>) -> Result<Vec<String>, Error> {
+pub fn write(run: &Path, other: Option<&Path>) -> Result<(Vec<String>, Option<Error>), Error> {
     let run = RunFiles::read_for_page(run)?;
     let other = other.map(RunFiles::read_for_page).transpose()?;
+    let damage = run.damage().or(other.as_ref().and_then(RunFiles::damage));
     let sections = sections(&run, other.as_ref())?;
     let mut names = Vec::new();
     let mut known = HashSet::new();
@@ -60,10 +61,11 @@ pub fn write(run: &Path, other: Option<&Path>) -> Result<Vec<String>, Error> {
             names.push(picture.file.clone());
         }
     }
-    let html = page::page(run.text("scenario"), &verdict::verdict(&run), &sections);
+    let verdict = verdict::verdict(&run, damage.as_ref());
+    let html = page::page(run.text("scenario"), &verdict, &sections);
     save(&run.path.join("report.html"), &html)?;
     names.push("report.html".into());
-    Ok(names)
+    Ok((names, damage))
 }
 
 fn save(path: &Path, text: &str) -> Result<(), Error> {

@@ -2,28 +2,33 @@
 
 use super::page::table;
 use super::units::{four, span, with_unit};
+use coordinator::error::Error;
 use coordinator::scenario::Plausible;
 use draw::svg::escape;
 use runs::files::RunFiles;
 
 /// The box at the top of the page.
-pub(super) fn verdict(run: &RunFiles) -> String {
+pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
     let status = run.text("status");
     let warnings = run.list("warnings").count();
-    let class = match status {
-        "completed" => "completed",
-        "suspect" => "suspect",
+    let class = match (status, damage) {
+        ("completed" | "suspect", Some(_)) | ("suspect", None) => "suspect",
+        ("completed", None) => "completed",
         _ => "failed",
     };
     let ended = match (status, warnings) {
+        ("completed" | "suspect", _) if damage.is_some() => "The run went to its end, but a table is no longer what it wrote: do not use the figures below that are drawn from it.".into(),
         ("completed", 0) => "The run completed, and no check found anything to warn of.".into(),
         ("completed", 1) => "The run completed, with one warning.".into(),
         ("completed", count) => format!("The run completed, with {count} warnings."),
         ("suspect", _) => "The run went to its end, but values lie beyond what can be trusted: do not use its results before the warnings are understood.".into(),
         (other, _) => format!("The run did not complete ({}): {} What follows holds up to where it came.", escape(other), escape(&sentence(run.text("message")))),
     };
+    let damage = damage.map_or(String::new(), |damage| {
+        format!("<p>{}</p>", escape(&sentence(&damage.to_string())))
+    });
     format!(
-        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{}</strong></p><p>{}</p></div>",
+        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{}</strong></p>{damage}<p>{}</p></div>",
         ended,
         extent(run)
     )
@@ -241,7 +246,7 @@ mod tests {
             summary,
             ..RunFiles::default()
         };
-        verdict(&run) + &judged(&run)
+        verdict(&run, None) + &judged(&run)
     }
 
     #[test]

@@ -8,7 +8,8 @@ use serde_json::Value;
 use super::fields::{Arrays, flags, numbers, read};
 use super::scenario::Setup;
 use super::table::Table;
-use coordinator::error::{Error, Refusal};
+use coordinator::error::{Code, Error, Refusal};
+use coordinator::output::table::Written;
 
 /// Files of a run directory.
 #[derive(Clone, Debug, Default)]
@@ -36,14 +37,40 @@ impl RunFiles {
     /// Reads a run that has ended.
     ///
     /// # Errors
-    /// There is no summary.json: the run goes on still, or was killed; or a file is damaged.
+    /// There is no summary.json: the run goes on still, or was killed; or a table is not what the run wrote.
     pub fn read(run: &Path) -> Result<RunFiles, Error> {
-        Ok(RunFiles {
+        let found = RunFiles {
             path: run.to_path_buf(),
             summary: read_summary(run)?,
+            ..RunFiles::default()
+        };
+        found.damage().map_or(Ok(()), Err)?;
+        Ok(RunFiles {
             signals: Table::read(&run.join("signals.csv"))?.unwrap_or_default(),
             profile: Table::read(&run.join("profile.csv"))?,
+            ..found
         })
+    }
+
+    /// The first of its tables that is not what the run wrote, by `tables` of summary.json, which runs of older builds do not have.
+    pub fn damage(&self) -> Option<Error> {
+        let problem = |(name, written): (&String, &Value)| {
+            let path = self.path.join(name);
+            let written: Written = serde_json::from_value(written.clone()).ok()?;
+            let text = path.is_file().then(|| std::fs::read(&path).ok()).flatten();
+            let why = match text.map(|text| Written::of(&text)) {
+                None => "cannot be read; the run wrote it".into(),
+                Some(found) if found == written => return None,
+                Some(found) if found.rows != written.rows => format!(
+                    "has {} rows, and the run wrote {}",
+                    found.rows, written.rows
+                ),
+                Some(_) => "was changed since the run wrote it".into(),
+            };
+            let text = format!("{}: {why}", path.display());
+            Some(Refusal::other(Code::TableDamaged, text).into())
+        };
+        self.entries("tables").find_map(problem)
     }
 
     /// Reads a run that has ended, and of its tables what can be read.

@@ -18,16 +18,17 @@ pub struct ReportArguments {
 }
 
 /// Writes report.html and its pictures, or movie.html, into the run directory. They do not show the log; one that is damaged has
-/// exit code 6.
+/// exit code 6, as a table that is not what the run wrote.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
-    let names = if arguments.movie {
-        vec![report::movie::write(&arguments.run)?]
+    let (names, damage) = if arguments.movie {
+        (vec![report::movie::write(&arguments.run)?], None)
     } else {
         report::write(&arguments.run, arguments.compare.as_deref())?
     };
     for name in names {
         print(&arguments.run.join(name).display().to_string())?;
     }
+    damage.map_or(Ok(()), Err)?;
     let damage = exchange_log::damage(&arguments.run.join("exchange.mcap"))?;
     damage.map_or(Ok(0), |damage| Err(damage.into()))
 }

@@ -72,6 +72,7 @@ codes! {
     PeerLost, "peer-lost", 4, "peer_lost", "A participant that is gone.";
     DeadlineMissed, "deadline-missed", 5, "deadline", "A participant that did not answer in time.";
     LogCorrupt, "log-corrupt", DAMAGED, "log_corrupt", "A log that is damaged.";
+    TableDamaged, "table-damaged", DAMAGED, "refused", "A table of a run that is not what the run wrote.";
     NotALog, "not-a-log", DAMAGED, "log_corrupt", "A file that is no exchange log.";
     LogStalled, "log-stalled", 9, "output_failed", "A disk that takes nothing.";
     Interrupted, "interrupted", 128, "interrupted", "A signal that ended the run.";
