@@ -1,5 +1,6 @@
-//! Disks, shared memory and terminals that are not what a run needs.
+//! Disks, shared memory, terminals and neighbours that are not what a run needs.
 
+use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -8,6 +9,7 @@ use nix::sys::signal::Signal;
 use super::resumes::resumes;
 use super::row::{FaultOutcome, FaultResult};
 use super::trial::FaultTrial;
+use coordinator::error::Error;
 
 /// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
 const BLOCK: u64 = 512;
@@ -91,4 +93,34 @@ pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
         }),
         _ => Err(format!("{status} {}", trial.log()).into()),
     }
+}
+
+/// Runs a study beside itself, begun at the same time in a folder that is not there yet. Right: both end with code 0, and no run was
+/// made twice.
+pub fn studies(trial: &mut FaultTrial) -> FaultResult {
+    trial.write_study()?;
+    let words = [
+        "study",
+        "run",
+        "study.toml",
+        "--out",
+        "study",
+        "--jobs",
+        "1",
+    ];
+    let mut beside = Command::new(&trial.undisturbed.program);
+    beside.args(words).current_dir(trial.path(""));
+    beside.stdin(Stdio::null()).stdout(Stdio::null());
+    let beside = beside.stderr(Stdio::null()).spawn();
+    let mut beside = beside.map_err(Error::input("starting a study"))?;
+    let own = trial.verb(&words);
+    if own.is_err() {
+        let _ = beside.kill();
+    }
+    let other = beside.wait().map_err(Error::input("waiting for a study"))?;
+    let rows = fs::read_to_string(trial.path("study/results.csv")).unwrap_or_default();
+    if own? == Some(0) && other.success() && rows.matches(",completed,0,1,").count() == 3 {
+        return Ok(FaultOutcome::of("completed"));
+    }
+    Err(format!("one {}, the other {other}: {rows}", trial.said()).into())
 }

@@ -168,6 +168,17 @@ impl FaultTrial<'_> {
         command
     }
 
+    /// Writes `study.toml`: the scene with two seeds.
+    pub fn write_study(&self) -> Result<(), Error> {
+        let text = format!(
+            "[study]\nname = \"fault\"\nscenario = \"quick\"\nset = {SCENE:?}\n[reference]\nset = []\nperturb = 0\n\
+             [[vary]]\nkey = \"run.seed\"\nseeds = 2\n\
+             [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"max\"\n"
+        );
+        let path = self.path("study.toml");
+        fs::write(&path, text).map_err(Error::output(path.display()))
+    }
+
     /// Starts the scene, its words going to files.
     pub fn start(&mut self, sets: &[&str]) -> Result<(), Error> {
         self.spawn(self.run_command(sets))
