@@ -19,7 +19,7 @@ pub use self::core::{Core, Yield};
 /// Frames arrive in order, once, and whole. The coordinator may send one request ahead, while the answer to the one before
 /// is still to come, so that two requests may wait on a link. Every call ends within its `patience`.
 pub trait Link: Send {
-    /// Hands over one frame.
+    /// Hands over one frame. After [`LinkError::Full`] the same frame can be sent again: a part of it that was handed over stays so.
     fn send(&mut self, frame: &Frame, patience: Duration) -> Result<(), LinkError>;
 
     /// The next frame, or `None` if none came within `patience`.

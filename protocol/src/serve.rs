@@ -220,6 +220,7 @@ impl<'a> Server<'a> {
         Ok(())
     }
 
+    /// Sends an answer, with the patience of [`Server::next_frame`].
     fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
         let header = Header {
             kind: kind as u32,
@@ -230,7 +231,16 @@ impl<'a> Server<'a> {
         let mut frame = Frame::new(header, payload);
         frame.stamp(self.requests - 1);
         let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
-        Ok(self.link.send(&frame, patience)?)
+        let mut left = patience;
+        while !left.is_zero() {
+            let slice = left.min(SLICE);
+            match self.link.send(&frame, slice) {
+                Err(LinkError::Full { .. }) => left -= slice,
+                sent => return Ok(sent?),
+            }
+        }
+        let seconds = patience.as_secs_f64();
+        Err(LinkError::Full { seconds }.into())
     }
 
     /// Tells the coordinator of an error, which ends this participant.

@@ -1,5 +1,6 @@
 //! The suite that any link passes.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ pub fn check(pair: impl Fn() -> Pair) {
     frames_arrive_in_order_once_and_whole(pair());
     every_bit_of_a_payload_arrives(pair());
     every_length_arrives(pair());
+    a_frame_that_was_cut_off_goes_on(pair());
     a_header_arrives_as_it_was_sent(pair());
     silence_ends_with_the_patience(pair());
     a_peer_that_takes_nothing_ends_with_the_patience(pair());
@@ -111,6 +113,65 @@ fn every_length_arrives((mut left, mut right): Pair) {
         assert!(frame.payload == payload(length), "{length} doubles");
     }
     sender.join().expect("the sender ends");
+}
+
+/// A sender that looks up from its work every two milliseconds, a receiver that looks every eight, beside threads that want all cores.
+/// A piece of a link over shared memory holds 16 384 doubles, and four of them may wait.
+fn a_frame_that_was_cut_off_goes_on((left, right): Pair) {
+    const LENGTHS: [usize; 13] = [
+        0, 1, 16_383, 16_384, 16_385, 32_767, 32_768, 32_769, 65_535, 65_536, 65_537, 81_920,
+        300_000,
+    ];
+    const LOOK: Duration = Duration::from_millis(2);
+    let frame = |length: usize| {
+        let payload = (0..length).map(|i| i as f64 - 0.25);
+        numbered(length as u64, payload.collect())
+    };
+    let one_way = |mut from: Box<dyn Link>, mut to: Box<dyn Link>| {
+        let sender = thread::spawn(move || {
+            let mut cut = 0;
+            for frame in LENGTHS.map(frame) {
+                while let Err(error) = from.send(&frame, LOOK) {
+                    assert!(matches!(error, LinkError::Full { .. }), "{error}");
+                    cut += 1;
+                }
+            }
+            (from, cut)
+        });
+        for expected in LENGTHS.map(frame) {
+            let start = Instant::now();
+            let arrived = loop {
+                thread::sleep(4 * LOOK);
+                match to.receive(Duration::ZERO).expect("the link works") {
+                    Some(arrived) => break arrived,
+                    None => assert!(start.elapsed() < AMPLE, "it never arrives"),
+                }
+            };
+            assert!(arrived == expected, "{} doubles", expected.payload.len());
+        }
+        let (from, cut) = sender.join().expect("the sender ends");
+        println!("cut off {cut} times");
+        assert!(cut > 0, "this tries nothing");
+        (from, to)
+    };
+    let ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| while !ended.load(Ordering::Relaxed) {});
+        }
+        let _ended = SetWhenDropped(&ended);
+        let (left, right) = one_way(left, right);
+        one_way(right, left);
+    });
+}
+
+/// Ends the busy threads, also of a test that fails.
+struct SetWhenDropped<'a>(&'a AtomicBool);
+
+impl Drop for SetWhenDropped<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Also a wrong one: to judge frames is the business of those who read them.

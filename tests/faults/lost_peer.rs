@@ -1,7 +1,7 @@
 //! Processes that are killed, stopped or interrupted in the middle of a run.
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use harness::runs::Scratch;
 use nix::sys::signal::{Signal, kill};
@@ -90,6 +90,47 @@ fn a_stopped_node_is_told_from_a_dead_one() {
         ],
     );
     gone_within(&pids, PROMPT);
+}
+
+/// A plastic rail under 211 grains tells its compliance anew in most windows, and the layer is told 178 000 numbers each time: 11 pieces,
+/// of which 4 wait at most. On a busy machine the layer does not look for longer than the coordinator's patience of 50 ms.
+#[test]
+fn a_node_that_stands_still_in_the_middle_of_a_long_frame_is_waited_for() {
+    let sets = [
+        "run.end_s=1.2e-5",
+        "interface.layer-base.scheme=dual-schur-secant",
+        "interface.layer-base.substeps=5",
+        "participant.rail.config.element=q4_bbar",
+        "participant.rail.config.material={ kind = \"j2\", young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0, yield_pa = 1e6 }",
+        "participant.rail.config.mesh.size_m=0.8e-3",
+        "participant.rail.config.mesh.fine_depth_m=2.4e-3",
+        "participant.rail.config.mesh.side_columns=6",
+        "participant.rail.config.mesh.depth_rows=5",
+        "participant.third-body.config.sample.radius_min_m=0.03e-3",
+        "participant.third-body.config.sample.radius_max_m=0.06e-3",
+    ];
+    let [alone, stopped] = [Scratch::new("alone"), Scratch::new("still")];
+    let undisturbed = completed(&mut short_quick(alone.path(), &sets));
+    let out = stopped.path().join("out");
+    let mut running = Running::start(&mut short_quick(stopped.path(), &sets), &out);
+    running.wait_for("participant `third-body`");
+    let layer = running.participants()[1];
+    let (mut stops, start) = (0, Instant::now());
+    while running.child.try_wait().expect("it is our child").is_none() {
+        for (signal, millis) in [(Signal::SIGSTOP, 120), (Signal::SIGCONT, 20)] {
+            // It may have ended since.
+            stops += usize::from(kill(Pid::from_raw(layer), signal).is_ok());
+            std::thread::sleep(Duration::from_millis(millis));
+        }
+        let waited = start.elapsed() < Duration::from_secs(120);
+        assert!(waited, "it never ends: {}", running.log());
+    }
+    let (output, took) = running.end_within(PROMPT);
+    println!("{stops} signals, ended {took:?} after the last");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let summary = harness::runs::parse_json(&output.stdout);
+    assert_eq!(summary["hashes"], undisturbed["hashes"]);
 }
 
 #[test]

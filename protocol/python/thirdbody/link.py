@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import time
-from typing import Optional
+from typing import Optional, Tuple
 
 import iceoryx2 as iox2
 
@@ -22,6 +22,10 @@ LOOKS = 20
 
 class LinkError(Exception):
     """The coordinator has left, or shared memory does not work."""
+
+
+class LinkFull(LinkError):
+    """No sample was taken in time. The same frame can be sent again, and goes on where it was cut off."""
 
 
 class _Header(ctypes.Structure):
@@ -78,6 +82,7 @@ class Link:
         self._polling_s = POLLING_S if polls else POLLING_ON_SHARED_CORE_S
         self._slice = iox2.Duration.from_secs_f64(SLICE_S)
         self._connected = False
+        self._begun: Optional[Tuple[bytes, int]] = None
         self._arriving = b""
 
     def _name(self, way: str) -> iox2.ServiceName:
@@ -127,13 +132,16 @@ class Link:
         self._connect(deadline)
         packed = header.pack()
         full = 8 * SAMPLE_DOUBLES
-        at = 0
+        begun, at = self._begun or (packed, 0)
+        if begun != packed:
+            raise LinkError("an earlier frame was cut off half-way, nothing but its rest can follow it")
         while True:
             part = payload[at : at + full] if at or len(payload) >= full else payload
             self._send_sample(packed, part, deadline)
-            if len(part) < full:
-                return
             at += full
+            self._begun = (packed, at) if len(part) == full else None
+            if self._begun is None:
+                return
 
     def _send_sample(self, header: bytes, part: bytes, deadline: float) -> None:
         while True:
@@ -146,7 +154,7 @@ class Link:
             if self._has_left():
                 raise LinkError("the coordinator closed the connection")
             if time.monotonic() >= deadline:
-                raise LinkError("the coordinator took no frame in time")
+                raise LinkFull("the coordinator took no frame in time")
             time.sleep(5e-5)
 
     def _take(self) -> Optional[Frame]:

@@ -19,7 +19,7 @@ import numpy as np
 from .busy import BusyTimes
 from .config import Config, Setting
 from .errors import ConfigurationError, Diverged, Fault, ProtocolError, code_of
-from .link import Link, LinkError
+from .link import Link, LinkError, LinkFull
 from .node import Node, Window
 from .state import all_finite
 from .wire import NUMBERS, PROTOCOL_VERSION, Frame, Header, WireError, opened, pack_bytes, stamped
@@ -194,7 +194,16 @@ class Server:
             NUMBERS[word], PROTOCOL_VERSION, self._run_id, at.interface, at.iteration, at.window, at.step,
             at.substeps, 0, at.t0_s, at.t1_s,
         )
-        self._link.send(stamped(header, payload, max(self._turn, 0)), payload, self._patience_s)
+        stamp = stamped(header, payload, max(self._turn, 0))
+        left = self._patience_s
+        while True:
+            slice_s = min(left, SLICE_S)
+            try:
+                return self._link.send(stamp, payload, slice_s)
+            except LinkFull:
+                left -= slice_s
+                if left <= 0.0:
+                    raise
 
     def _send_json(self, word: str, document: Dict[str, Any]) -> None:
         self._send(word, pack_bytes(json.dumps(document, allow_nan=False).encode("utf-8")))

@@ -74,8 +74,9 @@ pub struct ShmLink {
     waiting: Waiting,
     /// Both ports of the other end were seen: from now on their absence means that it left.
     connected: bool,
-    /// A frame was cut off half-way, the other end would take the next one for its rest.
-    cut: bool,
+    /// The frame whose sender's patience ended half-way, and its doubles that were sent. Only its rest can follow: the other end
+    /// would take anything else for it.
+    begun: Option<(Header, usize)>,
     /// Samples of a long frame that have arrived.
     arriving: Vec<f64>,
 }
@@ -124,7 +125,7 @@ impl ShmLink {
             ports,
             waiting: Waiting::new(polls),
             connected: false,
-            cut: false,
+            begun: None,
             arriving: Vec::new(),
         }
     }
@@ -207,25 +208,29 @@ impl Link for ShmLink {
         if frame.payload.len() > MAX_DOUBLES {
             return Err(too_long(frame.payload.len()));
         }
-        if self.cut {
-            return Err(failed(
-                "an earlier frame was cut off half-way, nothing can follow it",
-            ));
-        }
+        let mut sent = match self.begun {
+            None => 0,
+            Some((header, sent)) if header == frame.header => sent,
+            Some(_) => {
+                return Err(failed(
+                    "an earlier frame was cut off half-way, nothing but its rest can follow it",
+                ));
+            }
+        };
         self.connect(&deadline)?;
         if self.has_left() {
             return Err(LinkError::Closed);
         }
-        let mut rest = frame.payload.as_slice();
         loop {
-            let (sample, later) = rest.split_at(rest.len().min(SAMPLE_DOUBLES));
-            let sent = self.send_sample(frame.header, sample, &deadline);
-            self.cut = sent.is_err() && rest.len() < frame.payload.len();
-            sent?;
-            if sample.len() < SAMPLE_DOUBLES {
+            let rest = &frame.payload[sent..];
+            let sample = &rest[..rest.len().min(SAMPLE_DOUBLES)];
+            self.send_sample(frame.header, sample, &deadline)?;
+            sent += sample.len();
+            let whole = sample.len() < SAMPLE_DOUBLES;
+            self.begun = (!whole).then_some((frame.header, sent));
+            if whole {
                 return Ok(());
             }
-            rest = later;
         }
     }
 
