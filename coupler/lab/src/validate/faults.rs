@@ -16,6 +16,7 @@
 //! | the coordinator stopped for 3 s | [`stops::coordinator_for`] |
 //! | the coordinator stopped for ever | [`stops::coordinator_for_ever`], `idle_s` + 1 s |
 //! | jitter | [`stops::jitter`] |
+//! | jitter in the middle of long frames | [`stops::long_frames`] |
 //! | a full disk | [`surroundings::disk`] |
 //! | full shared memory | [`surroundings::shared_memory`], 1 s |
 //! | a closed terminal | [`surroundings::terminal`], 1 s |
@@ -76,7 +77,7 @@ const AT_ONCE: Option<f64> = Some(1.0);
 const BY_DEADLINE: Option<f64> = Some(ANSWER_S + 1.0);
 
 /// Names, bounds of the time until the fault is found, where there is something to find, and how they are tried.
-const FAULTS: [(&str, Option<f64>, Fault); 15] = [
+const FAULTS: [(&str, Option<f64>, Fault); 16] = [
     ("rail killed", AT_ONCE, |t| kills::participant(t, "rail")),
     ("third-body killed", AT_ONCE, |t| {
         kills::participant(t, "third-body")
@@ -100,6 +101,7 @@ const FAULTS: [(&str, Option<f64>, Fault); 15] = [
         stops::coordinator_for_ever,
     ),
     ("jitter", None, stops::jitter),
+    ("long frames, jitter", None, stops::long_frames),
     ("full disk", None, surroundings::disk),
     ("full shared memory", AT_ONCE, surroundings::shared_memory),
     ("closed terminal", AT_ONCE, surroundings::terminal),

@@ -1,13 +1,16 @@
 //! Processes that are stopped (SIGSTOP), for a while or for ever.
 
+use std::fs;
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
+use serde_json::Value;
 
 use super::kills::outlived;
 use super::resumes::resumes;
 use super::row::{FaultOutcome, FaultResult, Wrong};
 use super::trial::{ANSWER_S, FaultTrial, HANGS, RunPhase, send};
+use coordinator::error::Error;
 
 /// A run that went on after a fault as if nothing had been.
 fn completed(trial: &mut FaultTrial) -> FaultResult {
@@ -89,23 +92,70 @@ pub fn coordinator_for_ever(trial: &mut FaultTrial) -> FaultResult {
 /// Stops one process after the other for 1 to 50 ms, all through the run. Right: it completes bit-equal.
 pub fn jitter(trial: &mut FaultTrial) -> FaultResult {
     trial.start(&[])?;
+    stop_and_go(trial, None, [[1e-3, 0.05]; 2])?;
+    completed(trial)
+}
+
+/// Keys of a scene whose rail yields and tells its compliance anew in most windows, so that the layer is told 178 000 numbers each time:
+/// 11 pieces, of which 4 wait at most.
+const LONG_FRAMES: [&str; 9] = [
+    "run.end_s=1.2e-5",
+    "interface.layer-base.scheme=dual-schur-secant",
+    "interface.layer-base.substeps=5",
+    "participant.rail.config.element=q4_bbar",
+    "participant.rail.config.material={ kind = \"j2\", young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0, yield_pa = 1e6 }",
+    "participant.rail.config.mesh.size_m=0.8e-3",
+    "participant.rail.config.mesh.fine_depth_m=2.4e-3",
+    "participant.third-body.config.sample.radius_min_m=0.03e-3",
+    "participant.third-body.config.sample.radius_max_m=0.06e-3",
+];
+
+/// Stops the layer for 120 of every 140 ms, longer than the coordinator's patience in the middle of a long frame, as a busy machine does.
+/// Right: the run completes with the hashes of the one that nobody stops.
+pub fn long_frames(trial: &mut FaultTrial) -> FaultResult {
+    trial.start(&LONG_FRAMES)?;
+    trial.end()?;
+    let (out, alone) = (trial.path("out"), trial.path("alone"));
+    fs::rename(&out, alone).map_err(Error::output(out.display()))?;
+    trial.start(&LONG_FRAMES)?;
+    stop_and_go(trial, Some("third-body"), [[0.12; 2], [0.02; 2]])?;
+    trial.end()?;
+    let [own, alone] = ["out", "alone"].map(|out| trial.hashes(out));
+    if own == alone && !own.contains(&Value::Null) {
+        return Ok(FaultOutcome::of("completed"));
+    }
+    Err(format!("{own:?} instead of {alone:?}: {}", trial.said()).into())
+}
+
+/// Stops processes one after the other until the run has completed: this participant, or each and the coordinator by chance. Times
+/// between limits (s): stopped, and going on.
+fn stop_and_go(
+    trial: &mut FaultTrial,
+    name: Option<&str>,
+    [stop_s, go_s]: [[f64; 2]; 2],
+) -> Result<(), Wrong> {
     let end = Instant::now() + HANGS / 4;
     let mut ended = false;
     while !ended && Instant::now() < end {
         let participants = trial.participants();
-        let which = trial.random.below(1 + participants.len() as u64) as usize;
-        let stopped = participants.get(which).map(|(pid, _)| *pid);
+        let any = trial.random.below(1 + participants.len() as u64) as usize;
+        let stopped = match name {
+            Some(name) => participants.iter().find(|(_, known)| known == name),
+            None => participants.get(any),
+        };
+        let stopped = stopped.map(|(pid, _)| *pid);
         let signal = |trial: &FaultTrial, signal| match stopped {
             Some(pid) => send(pid, signal),
-            None => trial.signal(signal),
+            None if name.is_none() => trial.signal(signal),
+            None => {}
         };
         signal(trial, Signal::SIGSTOP);
-        let time_s = trial.random.between(1e-3, 0.05);
+        let time_s = trial.random.between(stop_s[0], stop_s[1]);
         pause(trial, time_s)?;
         signal(trial, Signal::SIGCONT);
-        let time_s = trial.random.between(1e-3, 0.05);
+        let time_s = trial.random.between(go_s[0], go_s[1]);
         pause(trial, time_s)?;
         ended = trial.log().contains("completed");
     }
-    completed(trial)
+    Ok(())
 }
