@@ -53,7 +53,7 @@ where
         return Err(ParticipateError::NoChannel);
     };
     end_on_signals(session.coordinator_pid, root.clone(), prefix.clone())?;
-    end_with_coordinator(session.coordinator_pid, Signal::SIGTERM)?;
+    end_with_coordinator(&session, Signal::SIGTERM)?;
     let patience = Duration::from_secs_f64(session.idle_deadline_s);
     let mut link = ShmLink::participant(root, prefix, &session.setting.participant, patience)?;
     Ok(serve(&session, &mut link, build)?)
@@ -69,16 +69,14 @@ fn end_on_signals(
     let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(ParticipateError::Signals)?;
     // Behind a shell, this process has another parent.
     let its_child = is_child_of(coordinator_pid);
-    let is_there = move || {
-        if its_child {
-            is_child_of(coordinator_pid)
-        } else {
-            shm::is_running(coordinator_pid)
-        }
-    };
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            if !is_there() {
+            let is_there = if its_child {
+                is_child_of(coordinator_pid)
+            } else {
+                shm::is_alive(&prefix)
+            };
+            if !is_there {
                 let _ = shm::remove_run(&root, &prefix);
             }
             let _ = writeln!(std::io::stderr(), "ended by signal {signal}");
@@ -104,14 +102,19 @@ pub fn read_session() -> Result<Session, ParticipateError> {
 /// Ties the life of this process to the coordinator's: the system sends it `signal` when that ends. If it ended before
 /// the request took effect nothing would ever be sent, so the coordinator is looked at afterwards. Behind a shell, whose end the
 /// system then tells, it is not the parent.
-pub fn end_with_coordinator(coordinator_pid: u32, signal: Signal) -> Result<(), ParticipateError> {
+pub fn end_with_coordinator(session: &Session, signal: Signal) -> Result<(), ParticipateError> {
+    let lives =
+        || matches!(&session.transport, Transport::Shm { prefix, .. } if shm::is_alive(prefix));
+    let pid = session.coordinator_pid;
+    end_with_parent(pid, signal).or_else(|orphan| lives().then_some(()).ok_or(orphan))
+}
+
+/// The same for a process that has no run.
+pub fn end_with_parent(pid: u32, signal: Signal) -> Result<(), ParticipateError> {
     // Cannot fail with a valid signal, and the check below does not depend on it.
     let _ = set_pdeathsig(signal);
-    if is_child_of(coordinator_pid) || shm::is_running(coordinator_pid) {
-        Ok(())
-    } else {
-        Err(ParticipateError::Orphan(coordinator_pid))
-    }
+    let is_there = is_child_of(pid).then_some(());
+    is_there.ok_or(ParticipateError::Orphan(pid))
 }
 
 fn is_child_of(coordinator_pid: u32) -> bool {

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use protocol::link::shm::{
-    MAX_DOUBLES, ShmLink, WaitMode, remove_dead_runs, remove_run, run_prefix,
+    MAX_DOUBLES, ShmLink, WaitMode, is_alive, mark_alive, remove_dead_runs, remove_run, run_prefix,
 };
 use protocol::{Link, LinkError};
 
@@ -372,4 +372,46 @@ fn a_later_run_removes_the_files_of_a_killed_coordinator_and_spares_the_living()
     left.send(&numbered(1, vec![]), AMPLE)
         .expect("the living still speak");
     assert_eq!(receive(&mut right).header.window, 1);
+}
+
+/// Whoever shares the memory may know the coordinator by another number, or not at all.
+#[test]
+fn a_run_that_is_marked_alive_is_spared_whatever_its_process_number() {
+    let mut scene = Scene::new();
+    scene.prefix = run_prefix(u32::MAX, u64::from(std::process::id()));
+    assert!(!is_alive(&scene.prefix));
+    let mark = mark_alive(&scene.prefix).expect("shared memory is there");
+    let (mut left, mut right) = scene.pair("rail", WaitMode::Poll);
+    assert!(is_alive(&scene.prefix));
+    let removed = || remove_dead_runs(&scene.root).expect("removed");
+    assert!(!removed().contains(&scene.prefix));
+    left.send(&numbered(1, vec![]), AMPLE).expect("it is taken");
+    assert_eq!(receive(&mut right).header.window, 1);
+    drop(mark);
+    assert!(!is_alive(&scene.prefix));
+    assert!(removed().contains(&scene.prefix));
+    let mut left_over = scene.files();
+    left_over.retain(|file| !file.is_dir());
+    assert_eq!(left_over, Vec::<PathBuf>::new());
+}
+
+/// One that is about to lock its file, and one that removes what nobody has locked.
+#[test]
+fn a_mark_is_never_of_a_file_that_is_gone() {
+    let scene = Scene::new();
+    let ended = std::sync::atomic::AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                remove_dead_runs(&scene.root).expect("removed");
+            }
+        });
+        for _ in 0..2_000 {
+            let prefix = run_prefix(u32::MAX - 1, u64::from(std::process::id()));
+            let mark = mark_alive(&prefix).expect("shared memory is there");
+            assert!(is_alive(&prefix));
+            drop(mark);
+        }
+        ended.store(true, Ordering::Relaxed);
+    });
 }

@@ -1,9 +1,10 @@
 //! Processes that are killed, stopped or interrupted in the middle of a run.
 
 use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use harness::runs::Scratch;
+use harness::runs::{Scratch, program, thirdbody};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -70,6 +71,100 @@ fn killing_the_coordinator_ends_its_children_and_keeps_the_log() {
     let summary = completed(&mut short_quick(next.path(), &[]));
     assert_eq!(summary["status"], "completed");
     assert_eq!(shared_memory_of(coordinator), Vec::<String>::new());
+}
+
+/// Words that start a program in a PID namespace of its own; none where the system does not let us.
+fn unshare() -> Option<Vec<&'static str>> {
+    let pid = ["unshare", "--pid", "--fork", "--mount-proc", "--kill-child"];
+    let as_user = ["--user", "--map-current-user"];
+    let ways = [pid.to_vec(), [&pid[..], &as_user].concat()];
+    let works = |words: &Vec<&str>| {
+        let tried = Command::new(words[0])
+            .args(&words[1..])
+            .arg("true")
+            .status();
+        tried.is_ok_and(|status| status.success())
+    };
+    let found = ways.into_iter().find(works);
+    if found.is_none() {
+        println!("skipped: this system gives no PID namespaces");
+    }
+    found
+}
+
+/// Files in shared memory of the run in this folder.
+fn shared_memory_in(out: &Path) -> usize {
+    let session =
+        std::fs::read_to_string(out.join("logs/rail.session.json")).expect("it is written");
+    let session = harness::runs::parse_json(session.as_bytes());
+    let prefix = session["transport"]["prefix"].as_str().expect("a text");
+    let files = std::fs::read_dir("/dev/shm")
+        .expect("this is Linux")
+        .flatten();
+    let own = files.filter(|file| file.file_name().to_string_lossy().starts_with(prefix));
+    own.count()
+}
+
+/// Two hosts may share `/dev/shm` and know no process of each other.
+#[test]
+fn a_run_in_another_pid_namespace_is_spared_while_it_lives() {
+    let Some(words) = unshare() else { return };
+    let elsewhere = |work: &Path| {
+        let inner = short_quick(
+            work,
+            &["run.end_s=1e-3", "run.output.flush_every_windows=10"],
+        );
+        let mut command = Command::new(words[0]);
+        command.args(&words[1..]).arg(inner.get_program());
+        command.args(inner.get_args()).current_dir(work);
+        let mut running = Running::start(&mut command, &work.join("out"));
+        running.wait_for("windows of");
+        running
+    };
+    let here = || {
+        let work = Scratch::new("here");
+        completed(&mut short_quick(work.path(), &["run.end_s=1e-6"]));
+    };
+    let work = Scratch::new("elsewhere");
+    let running = elsewhere(work.path());
+    let before = shared_memory_in(&work.path().join("out"));
+    here();
+    assert!(before > 0);
+    assert_eq!(shared_memory_in(&work.path().join("out")), before);
+    let (output, _) = running.end_within(Duration::from_secs(60));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_eq!(shared_memory_in(&work.path().join("out")), 0);
+
+    let work = Scratch::new("elsewhere-killed");
+    let mut running = elsewhere(work.path());
+    send(running.child.id() as i32, Signal::SIGKILL);
+    running.child.wait().expect("it was killed");
+    // The system ends all of a namespace whose first process was killed, which takes a moment.
+    let start = Instant::now();
+    while shared_memory_in(&work.path().join("out")) > 0 {
+        assert!(start.elapsed() < Duration::from_secs(20), "its files stay");
+        here();
+    }
+}
+
+#[test]
+fn a_participant_in_a_pid_namespace_of_its_own_takes_part() {
+    let Some(mut words) = unshare() else { return };
+    let node = program("verification-node").display().to_string();
+    words.extend([node.as_str(), "bar"]);
+    let work = Scratch::new("namespace");
+    crate::commands::scene(work.path(), &words, 20);
+    let output = thirdbody(work.path()).args(["run", "."]).output();
+    let output = output.expect("the program starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
 /// not ours may have no answer to anything milder.
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
-    end_with_coordinator(session.coordinator_pid, Signal::SIGKILL).map_err(Refusal::from)?;
+    end_with_coordinator(&session, Signal::SIGKILL).map_err(Refusal::from)?;
     let failed = |what: &str| Error::input(format!("cannot start {what}"));
     let watcher = "the watcher of its process group";
     let own = std::env::current_exe().map_err(failed(watcher))?;
@@ -74,7 +74,7 @@ pub fn end_group() -> VerbResult {
     let _ = killpg(getpgrp(), Signal::SIGTERM);
     std::thread::sleep(GRACE);
     if let Transport::Shm { root, prefix } = &session.transport
-        && !shm::is_running(session.coordinator_pid)
+        && !shm::is_alive(prefix)
     {
         let _ = shm::remove_run(root, prefix);
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use nix::sys::signal::Signal;
-use protocol::participate::end_with_coordinator;
+use protocol::participate::end_with_parent;
 
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
@@ -399,7 +399,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
 /// Does one task; the exit code is that of its run.
 fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     if let Some(parent) = arguments.parent {
-        end_with_coordinator(parent, Signal::SIGTERM).map_err(Refusal::from)?;
+        end_with_parent(parent, Signal::SIGTERM).map_err(Refusal::from)?;
     }
     let opened = arguments.place.open()?;
     let Some(task) = opened.plan.task(arguments.index)? else {

@@ -32,7 +32,9 @@ mod cleanup;
 mod deadline;
 mod services;
 
-pub use cleanup::{is_running, left_by, remove_dead_runs, remove_run, run_prefix, run_root};
+pub use cleanup::{
+    is_alive, left_by, mark_alive, remove_dead_runs, remove_run, run_prefix, run_root,
+};
 use deadline::Deadline;
 use services::{Ports, SAMPLE_DOUBLES, Services, failed};
 

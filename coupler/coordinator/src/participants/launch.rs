@@ -65,7 +65,7 @@ impl Launcher<'_> {
         participant: &Participant,
         memory: &SharedMemory,
     ) -> Result<(Box<dyn Link>, OtherEnd)> {
-        let SharedMemory { root, prefix } = memory;
+        let SharedMemory { root, prefix, .. } = memory;
         let transport = Transport::Shm {
             root: root.clone(),
             prefix: prefix.clone(),

@@ -29,6 +29,8 @@ pub struct SharedMemory {
     pub root: PathBuf,
     /// Beginning of the names of this run's files.
     pub prefix: String,
+    /// Tells others that this run lives.
+    _alive: Option<File>,
 }
 
 impl SharedMemory {
@@ -36,9 +38,11 @@ impl SharedMemory {
     pub fn new(run_id: u64) -> SharedMemory {
         let root = shm::run_root();
         let _ = shm::remove_dead_runs(&root);
+        let prefix = shm::run_prefix(std::process::id(), run_id);
         SharedMemory {
             root,
-            prefix: shm::run_prefix(std::process::id(), run_id),
+            _alive: shm::mark_alive(&prefix).ok(),
+            prefix,
         }
     }
 }

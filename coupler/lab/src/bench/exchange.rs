@@ -62,10 +62,8 @@ pub fn bench(program: &Path) -> Result<Vec<ExchangeRow>, Error> {
 /// Answers every frame with its own payload, until the other end goes away.
 pub fn echo() -> Result<(), ParticipateError> {
     let session = read_session()?;
-    protocol::participate::end_with_coordinator(
-        session.coordinator_pid,
-        nix::sys::signal::Signal::SIGKILL,
-    )?;
+    let signal = nix::sys::signal::Signal::SIGKILL;
+    protocol::participate::end_with_coordinator(&session, signal)?;
     let Transport::Shm { root, prefix } = &session.transport else {
         return Err(ParticipateError::NoChannel);
     };
@@ -101,7 +99,7 @@ impl Bench {
         std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
         for index in 0..nodes {
             let name = format!("echo-{index}");
-            let SharedMemory { root, prefix } = &bench.memory;
+            let SharedMemory { root, prefix, .. } = &bench.memory;
             let link = ShmLink::coordinator(root, prefix, &name, wait)
                 .map_err(|error| Refusal::Benchmark(error.to_string()))?;
             let mut command = Command::new(program);

@@ -6,10 +6,13 @@
 //! - in the root: sockets of events; below `services` the static part of services; below `nodes` the monitors
 //!   (locked files that tell whether a process lives), and a folder for each node, the only name without prefix.
 //!
+//! Beside them is our own `<prefix>alive`, which the coordinator holds locked. The system gives the lock back when the process
+//! ends, and everybody who shares the memory sees it: numbers of processes mean something else in another PID namespace.
+//!
 //! A process that is killed leaves all that it created.
 
 use std::collections::BTreeSet;
-use std::fs::{self, DirBuilder};
+use std::fs::{self, DirBuilder, File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -22,6 +25,9 @@ const OURS: &str = "thirdbody_";
 
 /// End of the name of the one file that iceoryx2 keeps after its last user.
 const KEPT: &str = ".global_mgmt";
+
+/// End of the name of the file that a run's coordinator holds locked.
+const ALIVE: &str = "alive";
 
 /// The longest path below which the sockets of a run fit, given the longest prefix of [`run_prefix`].
 const ROOT_LENGTH: usize = 27;
@@ -38,12 +44,38 @@ pub fn run_root() -> PathBuf {
     }
 }
 
-/// The prefix of a run: it names the coordinator's process, by number and start time, so that
-/// [`remove_dead_runs`] knows later whether the run still lives. `run_id` tells the runs of one process apart.
+/// The prefix of a run: it names the coordinator's process, by number and start time. `run_id` tells the runs of one process apart.
 pub fn run_prefix(coordinator_pid: u32, run_id: u64) -> String {
     let start = start_time(coordinator_pid).unwrap_or(0);
     let run = (run_id ^ (run_id >> 32)) as u32;
     format!("{OURS}{coordinator_pid}_{start:x}_{run:x}_")
+}
+
+/// Marks a run as one that lives, for as long as the file is open and its process lives.
+pub fn mark_alive(prefix: &str) -> io::Result<File> {
+    let path = alive_file(prefix);
+    loop {
+        let file = File::create(&path)?;
+        file.lock()?;
+        // Whoever looked between the two took the run for dead, and has removed the file by now.
+        let is_there = fs::metadata(&path).is_ok_and(|there| {
+            let own = file.metadata();
+            own.is_ok_and(|own| own.ino() == there.ino())
+        });
+        if is_there {
+            return Ok(file);
+        }
+    }
+}
+
+/// True while the coordinator of a run lives.
+pub fn is_alive(prefix: &str) -> bool {
+    let held = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+    File::open(alive_file(prefix)).is_ok_and(held)
+}
+
+fn alive_file(prefix: &str) -> PathBuf {
+    Path::new(SHARED_MEMORY).join(format!("{prefix}{ALIVE}"))
 }
 
 /// Removes every file of this prefix from shared memory and from below `root`, with the folders of its nodes,
@@ -68,20 +100,28 @@ pub fn remove_run(root: &Path, prefix: &str) -> io::Result<usize> {
 /// Removes what belongs to coordinators of this user that no longer live, and returns their prefixes.
 pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
     let user = geteuid().as_raw();
-    let mut dead = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    let mut dead = Vec::new();
     for file in files_of(root)? {
         let Some(owner) = owner_of(name_of(&file)) else {
             continue;
         };
         let is_mine = fs::symlink_metadata(&file).is_ok_and(|data| data.uid() == user);
-        if is_mine && !dead.contains(owner.prefix) && start_time(owner.pid) != Some(owner.start) {
-            dead.insert(owner.prefix.to_string());
+        if !is_mine || !seen.insert(owner.prefix.to_string()) {
+            continue;
+        }
+        // Locked until all is removed: a run that is about to lock it notices.
+        let alive = File::open(alive_file(owner.prefix));
+        let is_dead = match &alive {
+            Ok(file) => file.try_lock().is_ok(),
+            Err(_) => start_time(owner.pid) != Some(owner.start),
+        };
+        if is_dead {
+            remove_run(root, owner.prefix)?;
+            dead.push(owner.prefix.to_string());
         }
     }
-    for prefix in &dead {
-        remove_run(root, prefix)?;
-    }
-    Ok(dead.into_iter().collect())
+    Ok(dead)
 }
 
 /// Files that a coordinator has in shared memory and below `root`.
@@ -162,11 +202,6 @@ fn owner_of(name: &str) -> Option<Owner<'_>> {
     let rest = parts.next()?;
     let prefix = &name[..name.len() - rest.len()];
     Some(Owner { prefix, pid, start })
-}
-
-/// True for a process that has not ended.
-pub fn is_running(pid: u32) -> bool {
-    start_time(pid).is_some()
 }
 
 /// Start of a process, in ticks since the start of the machine; `None` if it has ended.
