@@ -20,6 +20,7 @@
 //! | a full disk | [`surroundings::disk`] |
 //! | full shared memory | [`surroundings::shared_memory`], 1 s |
 //! | a closed terminal | [`surroundings::terminal`], 1 s |
+//! | a run beside it with process numbers of its own | [`surroundings::namespace`] |
 //! | a study begun twice at once | [`surroundings::studies`] |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
 //! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
@@ -77,7 +78,7 @@ const AT_ONCE: Option<f64> = Some(1.0);
 const BY_DEADLINE: Option<f64> = Some(ANSWER_S + 1.0);
 
 /// Names, bounds of the time until the fault is found, where there is something to find, and how they are tried.
-const FAULTS: [(&str, Option<f64>, Fault); 16] = [
+const FAULTS: [(&str, Option<f64>, Fault); 17] = [
     ("rail killed", AT_ONCE, |t| kills::participant(t, "rail")),
     ("third-body killed", AT_ONCE, |t| {
         kills::participant(t, "third-body")
@@ -105,6 +106,7 @@ const FAULTS: [(&str, Option<f64>, Fault); 16] = [
     ("full disk", None, surroundings::disk),
     ("full shared memory", AT_ONCE, surroundings::shared_memory),
     ("closed terminal", AT_ONCE, surroundings::terminal),
+    ("other process numbers", None, surroundings::namespace),
     ("study begun twice at once", None, surroundings::studies),
     ("damaged log", None, damage::log),
     ("damaged checkpoint", None, damage::checkpoint),

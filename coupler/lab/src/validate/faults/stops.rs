@@ -98,14 +98,17 @@ pub fn jitter(trial: &mut FaultTrial) -> FaultResult {
 
 /// Keys of a scene whose rail yields and tells its compliance anew in most windows, so that the layer is told 178 000 numbers each time:
 /// 11 pieces, of which 4 wait at most.
-const LONG_FRAMES: [&str; 9] = [
-    "run.end_s=1.2e-5",
+const LONG_FRAMES: [&str; 12] = [
+    "run.end_s=2.4e-5",
     "interface.layer-base.scheme=dual-schur-secant",
     "interface.layer-base.substeps=5",
     "participant.rail.config.element=q4_bbar",
     "participant.rail.config.material={ kind = \"j2\", young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0, yield_pa = 1e6 }",
     "participant.rail.config.mesh.size_m=0.8e-3",
     "participant.rail.config.mesh.fine_depth_m=2.4e-3",
+    "participant.rail.config.mesh.side_columns=6",
+    "participant.rail.config.mesh.depth_rows=5",
+    "participant.third-body.config.sample.half_width_m=6e-3",
     "participant.third-body.config.sample.radius_min_m=0.03e-3",
     "participant.third-body.config.sample.radius_max_m=0.06e-3",
 ];

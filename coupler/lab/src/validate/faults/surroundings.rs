@@ -124,3 +124,41 @@ pub fn studies(trial: &mut FaultTrial) -> FaultResult {
     }
     Err(format!("one {}, the other {other}: {rows}", trial.said()).into())
 }
+
+/// Runs the scene beside itself among processes with numbers of their own, as in a container with the same shared memory. Right: both
+/// complete bit-equal; not tried where the system forbids such a place.
+pub fn namespace(trial: &mut FaultTrial) -> FaultResult {
+    let apart = || {
+        let mut command = Command::new("unshare");
+        command.args([
+            "--user",
+            "--map-root-user",
+            "--pid",
+            "--fork",
+            "--mount-proc",
+        ]);
+        command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command
+    };
+    if !apart()
+        .arg("true")
+        .status()
+        .is_ok_and(|status| status.success())
+    {
+        return Ok(FaultOutcome::of("not tried"));
+    }
+    trial.begin(&[])?;
+    let mut beside = apart();
+    beside.arg(&trial.undisturbed.program);
+    trial.add_run(&mut beside, "beside", &[]);
+    let beside = beside.status().map_err(Error::input("unshare"))?;
+    let status = trial.end()?;
+    trial.is_bit_equal("beside")?;
+    match status.success() && beside.success() {
+        true => trial.completed(),
+        false => Err(format!("{status}, the other {beside}: {}", trial.said()).into()),
+    }
+}

@@ -160,12 +160,17 @@ impl FaultTrial<'_> {
     /// The scene with more keys, run into the folder `out`.
     pub fn run_command(&self, sets: &[&str]) -> Command {
         let mut command = Command::new(&self.undisturbed.program);
+        self.add_run(&mut command, "out", sets);
+        command
+    }
+
+    /// Adds the words that run the scene into a folder.
+    pub fn add_run(&self, command: &mut Command, out: &str, sets: &[&str]) {
         command.args(["run", "quick", "--json", "--out"]);
-        command.arg(self.path("out"));
+        command.arg(self.path(out));
         for set in SCENE.iter().chain(sets) {
             command.args(["--set", set]);
         }
-        command
     }
 
     /// Writes `study.toml`: the scene with two seeds.
