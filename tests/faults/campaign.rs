@@ -26,7 +26,7 @@ fn five_trials_of_every_fault_end_right() {
     println!("{rows:#}");
     assert_eq!(output.status.code(), Some(0), "{rows:#} {said}");
     let rows = rows["results"].as_array().expect("a list").clone();
-    assert_eq!(rows.len(), 18);
+    assert_eq!(rows.len(), 19);
     for row in rows {
         let trials = if row["name"] == "simulated network" {
             2500

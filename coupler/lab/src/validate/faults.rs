@@ -23,6 +23,7 @@
 //! | a run beside it with process numbers of its own | [`surroundings::namespace`] |
 //! | a study begun twice at once | [`surroundings::studies`] |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
+//! | a damaged table | [`damage::table`] |
 //! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
 //!
 //! - [`trial`]: one run of the program, and all that it started; [`row`]: the trials of a fault, counted;
@@ -78,7 +79,7 @@ const AT_ONCE: Option<f64> = Some(1.0);
 const BY_DEADLINE: Option<f64> = Some(ANSWER_S + 1.0);
 
 /// Names, bounds of the time until the fault is found, where there is something to find, and how they are tried.
-const FAULTS: [(&str, Option<f64>, Fault); 17] = [
+const FAULTS: [(&str, Option<f64>, Fault); 18] = [
     ("rail killed", AT_ONCE, |t| kills::participant(t, "rail")),
     ("third-body killed", AT_ONCE, |t| {
         kills::participant(t, "third-body")
@@ -110,6 +111,7 @@ const FAULTS: [(&str, Option<f64>, Fault); 17] = [
     ("study begun twice at once", None, surroundings::studies),
     ("damaged log", None, damage::log),
     ("damaged checkpoint", None, damage::checkpoint),
+    ("damaged table", None, damage::table),
 ];
 
 /// Runs all rows.

@@ -90,6 +90,30 @@ pub fn checkpoint(trial: &mut FaultTrial) -> FaultResult {
     Ok(FaultOutcome::of(word))
 }
 
+/// Flips a bit of the signals of a run, or cuts them off. Right: `report` ends with code 6 and names the table, and `resume` gives the
+/// tables of the undisturbed run, or names what it cannot go on with.
+pub fn table(trial: &mut FaultTrial) -> FaultResult {
+    whole(trial)?;
+    let written = trial.json("out/summary.json")["tables"].clone();
+    let harms = [Harm::Flip, Harm::Cut];
+    let chosen = harms[(trial.index % 2) as usize];
+    harm(&trial.path("out/signals.csv"), chosen, &mut trial.random)?;
+    let code = trial.verb(&["report", "out"])?;
+    if code != Some(6) || !trial.said().contains("signals.csv") {
+        return Err(format!("report ended with {code:?}: {}", trial.said()).into());
+    }
+    let code = trial.verb(&["resume", "out", "--out", "again", "--json"])?;
+    let said = trial.said();
+    match code {
+        Some(0) if trial.json("again/summary.json")["tables"] == written => {
+            trial.is_bit_equal("again")?;
+            Ok(FaultOutcome::of("resumed"))
+        }
+        Some(2) if said.contains("signals.csv") => Ok(FaultOutcome::of("refused")),
+        _ => Err(format!("resume ended with {code:?}: {said}").into()),
+    }
+}
+
 /// Lets a run complete, bit-equal.
 fn whole(trial: &mut FaultTrial) -> Result<(), Wrong> {
     trial.start(&[])?;
