@@ -157,7 +157,11 @@ fn a_frame_that_was_cut_off_goes_on((left, right): Pair) {
     let ended = AtomicBool::new(false);
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| while !ended.load(Ordering::Relaxed) {});
+            scope.spawn(|| {
+                while !ended.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
         }
         let _ended = SetWhenDropped(&ended);
         let (left, right) = one_way(left, right);
