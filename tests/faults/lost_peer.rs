@@ -1,6 +1,7 @@
 //! Processes that are killed, stopped or interrupted in the middle of a run.
 
 use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use harness::runs::{Scratch, program, thirdbody};
