@@ -120,6 +120,17 @@ fn points_that_are_mixed_up_are_rejected() {
     }
 }
 
+/// A rail that is clamped gives back what it stored under a load that comes and goes.
+#[test]
+fn losses_that_come_back_are_rejected() {
+    let path = crate::scene::folder("quick").join("scenario.toml");
+    let text = std::fs::read_to_string(path).expect("it ships");
+    for (harm, expected) in [("nothing", &[][..]), ("tenth-stored", &["balance"])] {
+        let rows = rows_of(&text, ["rail", harm], &["balance"]);
+        assert_eq!(broken(&rows), expected, "{harm}: {rows:#?}");
+    }
+}
+
 #[test]
 fn a_rule_that_does_not_exist_is_refused_by_name() {
     let work = Scratch::new("conform-only");

@@ -2,7 +2,8 @@
 
 use coordinator::run::session::Ended;
 use harness::broken::harmed;
-use harness::runs::run_in_process;
+use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
+use harness::scene::{bar, body, glue, head};
 use serde_json::Value;
 
 use crate::scene::folder;
@@ -15,6 +16,17 @@ fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
     let left = run_in_process(&text, &all.copied().collect::<Vec<_>>()).expect("it is valid");
     let summary = left.ended.summary.value();
     (left.ended, summary)
+}
+
+/// A bar with a chain that comes against its end.
+fn bar_and_body() -> String {
+    [
+        head("foreign", 1.0, ""),
+        bar("bar", 20, 0.5, ""),
+        body(20.0, 3.0, -1.0, "end_s = 500.0"),
+        glue("dual-schur", 5, "tolerance_rel = 1e-9"),
+    ]
+    .concat()
 }
 
 fn codes(summary: &Value) -> Vec<&str> {
@@ -92,6 +104,93 @@ fn surfaces_in_other_units_or_places_are_warned_of() {
     let (ended, summary) = with_rail("millimetres", &[]);
     assert!(codes(&summary).contains(&"surface_offset"), "{summary:#}");
     assert_eq!(ended.summary.exit_code(), 8, "{summary:#}");
+}
+
+#[test]
+fn masses_that_do_not_fit_the_columns_are_warned_of() {
+    for (harm, said) in [("heavy", true), ("light", true), ("nothing", false)] {
+        let (ended, summary) = with_rail(harm, &[]);
+        assert_eq!(
+            codes(&summary).contains(&"told_mass"),
+            said,
+            "{harm}: {summary:#}"
+        );
+        assert_eq!(ended.summary.exit_code(), 0, "{harm}: {summary:#}");
+    }
+}
+
+/// The bar is thrown into and comes back: what it stored it gives back.
+#[test]
+fn losses_that_come_back_are_warned_of() {
+    for (harm, said) in [("tenth-stored", true), ("nothing", false)] {
+        let left = run_in_process(&harmed(&bar_and_body(), ["bar", harm]), &[]);
+        let summary = left.expect("it is valid").ended.summary.value();
+        assert_eq!(
+            codes(&summary).contains(&"dissipation"),
+            said,
+            "{harm}: {summary:#}"
+        );
+    }
+}
+
+#[test]
+fn a_layer_whose_forces_are_not_those_of_its_state_is_found() {
+    let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
+    for (harm, code) in [
+        ("silent", "no_force"),
+        ("halves", "interface_work"),
+        ("freezes", "interface_work"),
+        ("tangential", "interface_work"),
+    ] {
+        let sets = [
+            "run.end_s=6e-5",
+            "interface.layer-base.on_not_converged=accept",
+        ];
+        let left = run_in_process(&harmed(&text, ["third-body", harm]), &sets);
+        let ended = left.expect("it is valid").ended;
+        let summary = ended.summary.value();
+        println!("{harm}: {:?} {}", codes(&summary), summary["message"]);
+        assert!(codes(&summary).contains(&code), "{harm}: {summary:#}");
+    }
+}
+
+/// Nothing in a run asks for one thing twice by itself.
+#[test]
+fn answers_with_noise_are_found_by_asking_twice() {
+    let node = program("verification-node").display().to_string();
+    let mut hashes = Vec::new();
+    for (participant, harm) in [("bar", "noise"), ("body", "noise"), ("bar", "nothing")] {
+        let work = Scratch::new("twice");
+        let mut table: toml::Table = harmed(&bar_and_body(), [participant, harm])
+            .parse()
+            .expect("it is TOML");
+        for one in table["participant"].as_array_mut().expect("a list") {
+            let kind = one["kind"].clone();
+            let words = vec![toml::Value::from(node.as_str()), kind];
+            one.as_table_mut()
+                .expect("a table")
+                .insert("command".into(), words.into());
+        }
+        std::fs::write(
+            work.path().join("scenario.toml"),
+            toml::to_string(&table).expect("it was TOML"),
+        )
+        .expect("it is writable");
+        let accept = "interface.glue.on_not_converged=accept";
+        let mut command = thirdbody(work.path());
+        let output = command
+            .args(["run", ".", "--json", "--out", "out", "--set", accept])
+            .output();
+        let output = output.expect("it starts");
+        let summary = parse_json(&output.stdout);
+        let said = codes(&summary).contains(&"repeat");
+        assert_eq!(said, harm == "noise", "{participant} {harm}: {summary:#}");
+        hashes.push(summary["hashes"]["exchange"].clone());
+    }
+    // What is asked for twice is in no log.
+    let left = run_in_process(&harmed(&bar_and_body(), ["bar", "nothing"]), &[]);
+    let plain = left.expect("it is valid").ended.summary.value();
+    assert_eq!(hashes[2], plain["hashes"]["exchange"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use kit::{ConfigError, read_config};
 use protocol::{
     BoundaryAnswer, Description, Node, NodeError, Outcome, Reaction, Role, Session, Setting,
-    Surface, Window,
+    Surface, Term, Window,
 };
 use serde::Deserialize;
 use serde_json::Value;
@@ -91,6 +91,22 @@ pub enum Harm {
     WrongPoints,
     /// A capability that is claimed: running alone.
     ClaimsAlone,
+    /// Masses a hundred times too large.
+    Heavy,
+    /// Masses a hundred times too small.
+    Light,
+    /// Motions and forces with 1e-3 of noise.
+    Noise,
+    /// A tenth of the stored energies, the rest being told as dissipated.
+    TenthStored,
+    /// A layer that answers no force, keeps no ledger and holds no load.
+    Silent,
+    /// A layer that answers half the force from window 60 on.
+    Halves,
+    /// A layer that answers the force of window 60 from then on.
+    Freezes,
+    /// A layer that adds three tenths of each normal force to the tangential one.
+    Tangential,
     /// No harm, but no columns either.
     NoColumns,
     /// No harm, but each window is asked for once.
@@ -127,6 +143,10 @@ pub fn harmed(text: &str, [participant, harm]: [&str; 2]) -> String {
 }
 
 struct Broken {
+    /// Requests so far.
+    requests: u64,
+    /// The force that is answered for ever.
+    frozen: Vec<f64>,
     node: Box<dyn Node>,
     harm: Harm,
     /// Increments of the last answer, and their sum over what was committed.
@@ -150,6 +170,8 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
         .get(&config.kind)
         .ok_or_else(|| NodeError::configuration(format!("no solver of kind `{}`", config.kind)))?;
     Ok(Box::new(Broken {
+        requests: 0,
+        frozen: Vec::new(),
         node: (solver.build)(&session)?,
         harm: config.harm,
         last: Vec::new(),
@@ -173,6 +195,13 @@ impl Broken {
             substeps,
             ..*window
         }
+    }
+
+    /// Numbers that are off by up to 1e-3, each time otherwise.
+    fn disturb(&mut self, numbers: &mut [f64]) {
+        self.requests += 1;
+        let factor = 1.0 + 1e-3 * (self.requests as f64).sin();
+        numbers.iter_mut().for_each(|number| *number *= factor);
     }
 
     /// Refuses a second window before the first is accepted, where none can be repeated.
@@ -202,6 +231,11 @@ impl Node for Broken {
                 told.capabilities.rigid_boundary = true;
             }
             Harm::NoStep => told.step_s = None,
+            Harm::Silent => told.ledger.clear(),
+            Harm::TenthStored => told.ledger.push(Term {
+                name: "lost_j".into(),
+                role: Role::Dissipated,
+            }),
             _ => {}
         }
         told
@@ -224,6 +258,8 @@ impl Node for Broken {
                 places.for_each(|place| *place *= 1e3);
             }
             Harm::Weightless => surface.mass_kg.fill(0.0),
+            Harm::Heavy => surface.mass_kg.iter_mut().for_each(|m| *m *= 100.0),
+            Harm::Light => surface.mass_kg.iter_mut().for_each(|m| *m /= 100.0),
             Harm::FarAway => surface.y_m.iter_mut().for_each(|y| *y += 1.0),
             _ => {}
         }
@@ -293,6 +329,7 @@ impl Node for Broken {
                 let factor = 1.0 + 1e-15 * self.life as f64;
                 increments.iter_mut().for_each(|du| *du *= factor);
             }
+            Harm::Noise => self.disturb(&mut increments),
             _ => {}
         }
         self.last.clone_from(&increments);
@@ -332,6 +369,18 @@ impl Node for Broken {
         match self.harm {
             Harm::Against => answer.force.iter_mut().for_each(|f| *f *= -1.0),
             Harm::NeverConverges => answer.converged = false,
+            Harm::Noise => self.disturb(&mut answer.force),
+            Harm::Silent => {
+                answer.force.fill(0.0);
+                answer.velocity = free_velocity.to_vec();
+            }
+            Harm::Halves if window.index >= 60 => answer.force.iter_mut().for_each(|f| *f *= 0.5),
+            Harm::Freezes if window.index >= 60 => answer.force.clone_from(&self.frozen),
+            Harm::Freezes => self.frozen.clone_from(&answer.force),
+            Harm::Tangential => {
+                let pairs = answer.force.chunks_exact_mut(2);
+                pairs.for_each(|force| force[0] += 0.3 * force[1].abs());
+            }
             _ => {}
         }
         Ok(answer)
@@ -351,6 +400,16 @@ impl Node for Broken {
             Harm::DoubleLedger => report[signals..].iter_mut().for_each(|j| *j *= 2.0),
             Harm::NoInterfaceWork => report[signals] = 0.0,
             Harm::ShortReport => drop(report.pop()),
+            Harm::Silent => report.truncate(signals),
+            Harm::TenthStored => {
+                let mut lost = 0.0;
+                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                for (joules, _) in energies.filter(|(_, term)| term.role == Role::Stored) {
+                    lost += 0.9 * *joules;
+                    *joules *= 0.1;
+                }
+                report.push(lost);
+            }
             Harm::HalfStored => {
                 let energies = report[signals..].iter_mut().zip(&told.ledger);
                 let stored = energies.filter(|(_, term)| term.role == Role::Stored);
@@ -393,6 +452,7 @@ impl Node for Broken {
         match self.harm {
             Harm::OneHash => outcome.state_hash = "0".repeat(64),
             Harm::NoSteps => outcome.steps = 0,
+            Harm::Silent => outcome.held_load = None,
             _ => {}
         }
         Ok(outcome)

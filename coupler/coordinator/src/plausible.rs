@@ -1,6 +1,7 @@
 //! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
 
 use kit::Bounds;
+use nalgebra::DMatrix;
 use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
@@ -106,13 +107,60 @@ pub fn lost_balance(code: &str, bounds: Bounds, value: f64, time_s: f64) -> Opti
     })
 }
 
+/// Losses that fall by this part of the energies: those of the shipped scenes fall by 2e-6 at most.
+pub const LOSS_FALLS: [f64; 2] = [1e-3, 0.1];
+
+/// Dissipated energy that came back by this part of a participant's energies.
+pub fn dissipation(value: f64, time_s: f64) -> Option<Finding> {
+    Bounds::from(LOSS_FALLS).judge("dissipation", value, || {
+        format!("what its ledger says it dissipated fell again by {value:.3e} of its energies until t = {time_s:.4e} s: what comes back was stored, and belongs to a term of that role")
+    })
+}
+
+/// The difference of two answers to one request, over the larger; rounding is no excuse, but changes no result.
+pub fn repeat(window: u64, value: f64) -> Option<Finding> {
+    Bounds::from([0.0, 1e-6]).judge("repeat", value, || {
+        format!("window {window} was asked for twice with the same numbers, and the answers differ by {value:.3e} of the larger: a window must begin at the committed state every time, and nothing random or left from before may enter; `thirdbody conform` tells more")
+    })
+}
+
+/// An interface that no force went through.
+pub fn no_force(windows: u64) -> Option<Finding> {
+    Bounds::from([0.0, f64::INFINITY]).judge("no_force", windows as f64, || {
+        format!("no force went through it in {windows} windows: its sides never touched, or one of them answers nothing")
+    })
+}
+
+/// The masses of a body's points against its compliance C in windows of H = m steps: with any passive body behind it, a mass M goes
+/// at most H^2 (1 + 1/m) / (2 M) far under 1 N, which a sum over modes of (1 - cos w t) / w^2 <= t^2 / 2 says. An explicit step below
+/// its limit, k h^2 <= 4 M, leaves some H^2 / (2 m^2 M) at least. Shipped bodies: 0.06 to 0.64 of the first, 3.6 to 13 times the
+/// second; twice the first and a fifth of the second are the bounds.
+pub fn told_mass(
+    group: &Group,
+    side: usize,
+    columns: &DMatrix<f64>,
+    explicit: bool,
+) -> Option<Finding> {
+    let side = &group.force_driven[side];
+    let window = side.window(&group.clock.window(0, 0, group.clock.substeps));
+    let (m, window_s) = (f64::from(window.substeps), group.clock.window_s());
+    let free = window_s * window_s * (1.0 + 1.0 / m) / 2.0;
+    let mass = &group.nodes.mass_kg[side.range.clone()];
+    let parts = (0..columns.nrows()).map(|i| columns[(i, i)] * mass[i / 2] / free);
+    let part = parts.fold(0.0, larger);
+    let light = if explicit && part > 0.0 {
+        0.2 / (part * m * m)
+    } else {
+        0.0
+    };
+    Bounds::from([1.0, f64::INFINITY]).judge("told_mass", larger(0.5 * part, light), || {
+        format!("under the forces of its columns its points go {part:.3e} of the way that their masses alone would: the masses that it tells are too large or too small, or the columns are not of this window")
+    })
+}
+
 /// A signal that is no number.
 pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
-    let bounds = Bounds {
-        warn: 0.0,
-        suspect: f64::INFINITY,
-    };
-    bounds.judge("not_a_number", 1.0, || {
+    Bounds::from([0.0, f64::INFINITY]).judge("not_a_number", 1.0, || {
         format!("its signal `{signal}` is {value} from t = {time_s:.4e} s on, or at times: signals.csv holds it as it came")
     })
 }

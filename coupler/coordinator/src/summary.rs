@@ -396,6 +396,9 @@ impl Summary {
             let judged = plausible::interface_energy(bounds.interface_energy_rel, energy);
             add(name, judged.filter(|_| !self.shown_to_fail.contains(name)));
             add(name, plausible::gap(bounds.gap_rel, interface.gap_max_rel));
+            let silent = interface.ledger.force_max_n == 0.0;
+            let windows = interface.ledger.windows;
+            add(name, plausible::no_force(windows).filter(|_| silent));
             let accepted = interface.not_converged_windows;
             let judged = plausible::not_converged(bounds.not_converged_rel, accepted, self.windows);
             add(name, judged);

@@ -218,6 +218,8 @@ pub struct EnergySums {
     pub kept_j: f64,
     /// Sizes of these terms.
     pub kept_size_j: f64,
+    /// The dissipated part of them.
+    pub dissipated_j: f64,
 }
 
 impl EnergySums {
@@ -232,6 +234,9 @@ impl EnergySums {
             };
             *sum += value;
             *size += value.abs();
+            if term.role == Role::Dissipated {
+                sums.dissipated_j += value;
+            }
         }
         sums
     }

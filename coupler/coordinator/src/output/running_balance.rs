@@ -20,6 +20,8 @@ pub struct RunningBalance {
     scale_j: f64,
     /// Windows in a row that were beyond the bound; the count ends at [`PATIENCE`].
     beyond: u32,
+    /// The most that was dissipated so far (J).
+    dissipated_j: f64,
 }
 
 impl RunningBalance {
@@ -27,6 +29,14 @@ impl RunningBalance {
     pub fn add(&mut self, sums: &EnergySums, bounds: Bounds) -> Option<f64> {
         let scale_j = larger(sums.worked_j(), sums.kept_size_j);
         self.see(sums.defect_j().abs(), scale_j, bounds.suspect)
+    }
+
+    /// Adds what a ledger dissipates after a window: that never comes back. The part of the energies by which it fell, once, when that
+    /// stays beyond the bound.
+    pub fn add_loss(&mut self, sums: &EnergySums, bound: f64) -> Option<f64> {
+        self.dissipated_j = larger(self.dissipated_j, sums.dissipated_j);
+        let scale_j = larger(sums.worked_j(), sums.kept_size_j);
+        self.see(self.dissipated_j - sums.dissipated_j, scale_j, bound)
     }
 
     /// Adds a defect and its scale (J) after a window; its value, once, when that makes the balance lost.
@@ -95,6 +105,27 @@ mod tests {
                 assert_eq!(balance.see(defect, scale, 0.1), None);
             }
         }
+    }
+
+    /// 0.9 J of 1 J are told as lost, and come back with the rest.
+    #[test]
+    fn losses_that_fall_are_told_and_others_are_not() {
+        let told = |dissipated: fn(f64) -> f64| {
+            let mut loss = RunningBalance::default();
+            let mut seen = |window: u32| {
+                let stored = (0.01 * f64::from(window)).sin().abs();
+                let sums = EnergySums {
+                    kept_size_j: 1.0,
+                    dissipated_j: dissipated(stored) + 1e-4 * f64::from(window),
+                    ..EnergySums::default()
+                };
+                loss.add_loss(&sums, 0.1)
+            };
+            (0..500).filter_map(&mut seen).count()
+        };
+        assert_eq!(told(|_| 0.0), 0);
+        assert_eq!(told(|stored| 0.05 * stored), 0);
+        assert_eq!(told(|stored| 0.9 * stored), 1);
     }
 
     /// 1 J is missed of 1 J of work, which is a twentieth of what moves to and fro.

@@ -25,6 +25,8 @@ pub struct OutputState {
     pub signals_bytes: u64,
     /// Balances of the participants, of the interfaces and of all together.
     pub balances: Vec<RunningBalance>,
+    /// What each participant dissipates.
+    pub losses: Vec<RunningBalance>,
     /// Participant and index of each signal that was no number.
     pub odd_signals: Vec<[usize; 2]>,
     /// Participants, interfaces or the run, and what was found about them on the way.

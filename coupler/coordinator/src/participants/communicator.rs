@@ -12,6 +12,7 @@ use super::peer::{Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
 use crate::error::{Error, Result};
+use crate::plausible::{self, Warning};
 use crate::scenario::{Deadlines, Label, Scenario};
 
 /// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; those that record an exchange or
@@ -57,6 +58,7 @@ impl dyn Communicator + '_ {
         let header = self.peers().header(peer, kind, window);
         let (to, wait) = self.peers_mut().waiting(peer, kind == Kind::Hello);
         let frame = to.send(header, payload.into(), &wait)?;
+        to.keep_request(&frame);
         self.passed(peer, SentBy::Coordinator, Cow::Owned(frame))
     }
 
@@ -118,7 +120,14 @@ impl dyn Communicator + '_ {
             return Err(self.peers().protocol_error(peer, why));
         }
         match numbers.iter().position(|value| !value.is_finite()) {
-            None => Ok(numbers),
+            None => {
+                let (from, wait) = self.peers_mut().waiting(peer, false);
+                let apart = from.ask_again(kind, &numbers, &wait)?;
+                let finding = plausible::repeat(window.index, apart);
+                let warning = finding.map(|finding| Warning::of(&from.name, finding));
+                self.peers_mut().found.extend(warning);
+                Ok(numbers)
+            }
             Some(index) => Err(Error::NotFinite(format!(
                 "participant `{}` answered {} at entry {index} of {kind:?} in window {}, iteration {}: it diverged; lower its step or the window",
                 self.peers().name(peer),
@@ -142,6 +151,8 @@ pub struct Peers {
     deadlines: Deadlines,
     /// Signals that end the run.
     pub watch: Watch,
+    /// Warnings about answers that were not passed on yet.
+    pub found: Vec<Warning>,
 }
 
 impl Peers {
@@ -160,6 +171,7 @@ impl Peers {
             run_id,
             deadlines: scenario.run.deadlines.clone(),
             watch,
+            found: Vec::new(),
         }
     }
 

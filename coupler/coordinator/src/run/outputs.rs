@@ -92,6 +92,7 @@ impl<'a> Outputs<'a> {
                 interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
                 sampled: SampledMeans::new(&phases, &scenario.interface),
                 balances: vec![RunningBalance::default(); balances],
+                losses: vec![RunningBalance::default(); greeted.len()],
                 ..OutputState::default()
             },
             fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
@@ -337,6 +338,9 @@ impl<'a> Outputs<'a> {
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
+            let fell = self.state.losses[peer].add_loss(own, plausible::LOSS_FALLS[0]);
+            let finding = fell.and_then(|value| plausible::dissipation(value, time_s));
+            self.keep_finding(self.names[peer], finding);
         }
         let points = self.judge_interfaces(groups, time_s);
         let all_tell = self.all_tell_energies();

@@ -246,8 +246,11 @@ impl RunSession<'_> {
             prepare(&scenario.run.name, &names.collect::<Vec<_>>());
         }
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
-        for (participant, greeted) in scenario.participant.iter().zip(&greeted) {
+        for (peer, (participant, greeted)) in scenario.participant.iter().zip(&greeted).enumerate()
+        {
             let (name, description) = (&participant.name, &greeted.description);
+            let twice = participant.command.is_some() && description.capabilities.rollback;
+            recorded.peers.peer(peer).twice = twice;
             let (software, pid) = (&description.software, greeted.pid);
             self.rundir.note(&format!(
                 "participant `{name}` is {software} in process {pid}"
@@ -368,9 +371,11 @@ impl RunSession<'_> {
             self.summary.sim_time_s = position.t_s;
             outputs.add(recorded, groups, window, accepted, position.t_s)?;
             self.warn(outputs.warnings());
+            self.warn(std::mem::take(&mut recorded.peers.found));
             outputs.pause(recorded, groups, position)
         };
         let result = each_window(recorded, greeted, &mut groups, seen);
+        self.warn(std::mem::take(&mut recorded.peers.found));
         let couplings = groups.iter().map(|group| &group.coupling);
         self.summary.interfaces(couplings);
         result?;
@@ -406,7 +411,17 @@ impl RunSession<'_> {
         let remote = &mut Remote::new(recorded, greeted);
         let mut predicted = Vec::new();
         for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
-            for (index, prediction) in foresee(coupling, remote)? {
+            let foreseen = foresee(coupling, remote)?;
+            // They are known by now, and are not asked for again.
+            let columns = coupling.columns(remote)?.unwrap_or_default();
+            for (side, columns) in columns.iter().enumerate() {
+                let peer = coupling.group().force_driven[side].peer;
+                let explicit = greeted[peer].description.step_limit_s.is_some();
+                let finding = plausible::told_mass(coupling.group(), side, columns, explicit);
+                let name = &self.loaded.scenario.participant[peer].name;
+                self.warn(finding.map(|finding| Warning::of(name, finding)));
+            }
+            for (index, prediction) in foreseen {
                 let interface = &self.loaded.scenario.interface[index];
                 let (name, group) = (&interface.name, coupling.group());
                 for line in prediction.lines() {

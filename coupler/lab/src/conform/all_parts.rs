@@ -136,7 +136,7 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
     offered(offers, "it keeps no ledger")?;
     let mut launch = trial.begin()?;
     let (mut gross, mut stored, mut defect) = (0.0, 0.0, 0.0);
-    let mut work = 0.0;
+    let (mut work, mut lost, mut fell): (f64, f64, f64) = (0.0, 0.0, 0.0);
     for index in 0..SLOW_WINDOWS {
         let load = trial.loads.slow(index, SLOW_WINDOWS, part);
         let (_, report) = launch.go(&launch.window(index), &load)?;
@@ -145,12 +145,15 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
         gross += f64::abs(now - work);
         work = now;
         stored = of(Role::Stored).abs().max(stored);
+        lost = of(Role::Dissipated).max(lost);
+        fell = f64::max(lost - of(Role::Dissipated), fell);
         defect = f64::abs(work - of(Role::Stored) - of(Role::Dissipated)).max(defect);
     }
     let scale = gross.max(stored);
     if scale == 0.0 {
         return not_tested("no work was done");
     }
+    within("dissipated energy fell again by", fell / scale, BALANCE)?;
     let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
     within(&what, defect / scale, BALANCE)
 }
