@@ -27,6 +27,7 @@ pub mod solver;
 pub mod stress;
 pub mod wheel;
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use kit::ConfigError;
@@ -38,6 +39,8 @@ use crate::law::Penetration;
 use flow::FlowConfig;
 use injection::InjectionConfig;
 use kit::keys::refuse_if;
+use kit::table::last_change;
+use kit::wheel::moments;
 use law::{LawConfig, LawKind};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, within};
 use plausible::DemPlausibleConfig;
@@ -155,6 +158,24 @@ impl DemConfig {
         )?;
         resolved.sample = SampleConfig::Layer(layer.under(load));
         Ok(resolved)
+    }
+
+    /// When the history of the wheel, loads over time and the feed have come into play (s), the latter with its first grain; a grain can
+    /// be worn when the wear time has passed.
+    pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
+        let wear_s = self.flow.map(|flow| flow.wear_s);
+        let mut all = moments([("injection.start_s", first_fed_s), ("flow.wear_s", wear_s)]);
+        let programs = self.wheel.iter().map(DemWheelConfig::program);
+        all.extend(programs.flat_map(|program| program.moments()));
+        if let SampleConfig::Disks(disks) = &self.sample {
+            for (i, cluster) in disks.clusters.iter().enumerate() {
+                let mut drives = cluster.drive.iter();
+                let last_s = drives.find_map(|drive| last_change(drive.load_table.as_ref()));
+                let key = format!("sample.clusters[{i}].drive.load_table");
+                all.extend(moments([(&*key, last_s)]));
+            }
+        }
+        all
     }
 
     /// Real mass of a disk (kg), of a radius and a thickness (m).

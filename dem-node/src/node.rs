@@ -63,6 +63,7 @@ impl Node for Dem {
                 .as_ref()
                 .map(|p| p.phases())
                 .unwrap_or_default(),
+            moments: self.moments.clone(),
             sets: interface::sets(&self.bodies),
             signals: self.signal_names(),
             ledger: self.ledger_terms(),

@@ -87,6 +87,8 @@ pub struct Model {
     pub(crate) probes: Vec<ProbePoint>,
     /// Sets with a prescribed motion of their own.
     pub(crate) moved_sets: Vec<String>,
+    /// When loads and motions over time come into play.
+    pub(crate) moments: BTreeMap<String, f64>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
     /// Radius of the wheel's face (m), 0 for a flat one or none.
@@ -146,6 +148,7 @@ impl Model {
             mesh,
             elastic,
             law,
+            moments: config.moments(wheel.as_ref().map(|wheel| &wheel.program)),
             element: config.element(),
             thickness,
             body,

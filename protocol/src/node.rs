@@ -165,6 +165,10 @@ pub struct Description {
     pub end_s: Option<f64>,
     /// Named parts of its load history, in order.
     pub phases: Vec<Phase>,
+    /// The time (s) at which each of these keys has come into play: the end of a ramp, a hold or a motion, the last change of a table,
+    /// the first grain of a feed. A run that ends before it is not the one that was asked for, and its user is told.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub moments: BTreeMap<String, f64>,
     /// Sets that an interface can name.
     pub sets: Vec<String>,
     /// Names of the signals of each report, unit in the name.

@@ -8,6 +8,7 @@
 //!
 //! Reference: the recursion of a damped mass, Coulomb's law, statics. Tolerance: rounding, or the true residual 1e-12.
 
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::dem_support::{THICKNESS, build, close, march, mass, refusal, scene};
@@ -206,4 +207,13 @@ fn what_a_drive_cannot_mean_is_refused_by_its_key() {
         torn.contains("rows[0].cluster") && torn.contains("rotation"),
         "{torn}"
     );
+}
+
+#[test]
+fn a_force_over_time_has_come_into_play_with_its_last_change() {
+    let table = json!([[0.0, 1.0], [0.5, 2.0], [3.0, 2.0]]);
+    let drive = json!({"velocity_m_per_s": [0.1, "free"], "load_table": table});
+    let dem = build(&single(0.0, coulomb(0.3), drive, json!({})));
+    let key = "sample.clusters[0].drive.load_table";
+    assert_eq!(dem.describe().moments, [(key.to_string(), 0.5)].into());
 }

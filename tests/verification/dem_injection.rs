@@ -161,3 +161,13 @@ fn feeds_that_cannot_be_are_refused() {
     };
     without(rigid, "contact_stiffness_pa");
 }
+
+/// The first grain has grown at START + EVERY steps; none can be worn before the wear time has passed.
+#[test]
+fn a_feed_comes_into_play_with_its_first_grain() {
+    let config = fed(3f64.sqrt() * R);
+    let moments = build(&config).describe().moments;
+    let first = f64::from(START + EVERY) * STEP;
+    close("feed", moments["injection.start_s"], first, 1e-12 * first);
+    assert_eq!(config["flow"]["wear_s"], moments["flow.wear_s"]);
+}

@@ -6,7 +6,8 @@ use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::scenario::Plausible;
+use crate::participants::handshake::Greeted;
+use crate::scenario::{Plausible, Scenario};
 use scheme::group::{Group, Patch};
 use scheme::ledger::ratio;
 
@@ -158,6 +159,44 @@ pub fn told_mass(
     })
 }
 
+/// Ends of keys that the state of the hold waits for, and the results that are of it or means over it.
+const HOLDS: [&str; 3] = ["ramp_s", "hold_s", "wheel.load_n"];
+const OF_HOLD: &str = "approach_m contact_half_width_m dem_p_max_mean_pa dem_p_max_tr3_pa half_width_98_m interface_force_n p0_1mm_pa p0_pa \
+    p_max_centroid_pa p_max_gauss_pa p_max_nodal_pa stress_xx_pa stress_xy_pa stress_yy_pa wheel_contacts wheel_contacts_90 wheel_force_n";
+
+/// True for a result of the hold, of whichever interface.
+pub fn of_hold(name: &str) -> bool {
+    let own = name.rsplit('.').next();
+    OF_HOLD.split(' ').any(|of_hold| Some(of_hold) == own)
+}
+
+/// Keys that do not come into play before a run ends at `end_s`; true if the hold is not over by then.
+pub fn unreached(scenario: &Scenario, greeted: &[Greeted], end_s: f64) -> (Vec<Warning>, bool) {
+    let last_s = last_s(end_s, greeted.iter().find_map(|one| one.description.step_s));
+    let fields = scenario.run.output.fields_every_s;
+    let fields = fields.map(|every_s| ("run.output.fields_every_s".to_string(), every_s));
+    let mut moments = Vec::from_iter(fields);
+    for (participant, told) in scenario.participant.iter().zip(greeted) {
+        let own = told.description.moments.iter();
+        let name = &participant.name;
+        moments.extend(own.map(|(key, t)| (format!("participant.{name}.config.{key}"), *t)));
+    }
+    moments.retain(|(_, time_s)| *time_s > last_s);
+    let held = |(key, _): &(String, f64)| HOLDS.iter().any(|end| key.ends_with(end));
+    let no_hold = moments.iter().any(held);
+    let warnings = moments.iter().map(|(key, time_s)| {
+        let text = format!("comes into play, or is over, at t = {time_s:.4e} s, and the run ends at {end_s:.4e} s: results that wait for it are left out; let the run last longer, or change the key");
+        Warning::advice("unreached", key, text)
+    });
+    (warnings.collect(), no_hold)
+}
+
+/// Latest moment of a run that ends in the step (s) in which `end_s` lies: a moment is that of the step whose end is nearest.
+fn last_s(end_s: f64, step_s: Option<f64>) -> f64 {
+    let last_s = step_s.map(|step_s| ((end_s / step_s - 1e-6).ceil() + 0.5) * step_s);
+    last_s.unwrap_or(end_s) * (1.0 + 1e-9)
+}
+
 /// A signal that is no number.
 pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
     Bounds::from([0.0, f64::INFINITY]).judge("not_a_number", 1.0, || {
@@ -296,6 +335,25 @@ mod tests {
         assert_eq!(found(-100.0), Some(true));
         assert_eq!(found(f64::NAN), Some(true));
         assert_eq!(force_balance(BOUNDS, load(0.0, 0.0), 1.0), None);
+    }
+
+    /// A run until 10.2 s in steps of 0.5 s goes on until 10.5 s, and the step that ends there is the nearest to 10.7 s too.
+    #[test]
+    fn a_moment_is_that_of_the_nearest_end_of_a_step() {
+        let reached = |step_s| [10.2, 10.7, 10.8].map(|moment| moment <= last_s(10.2, step_s));
+        assert_eq!(reached(Some(0.5)), [true, true, false]);
+        assert_eq!(reached(None), [true, false, false]);
+    }
+
+    #[test]
+    fn results_of_the_hold_are_those_of_any_interface() {
+        let names = [
+            "p0_pa",
+            "layer-base.interface_force_n",
+            "load_n",
+            "p0_pascal",
+        ];
+        assert_eq!(names.map(of_hold), [true, true, false, false]);
     }
 
     #[test]

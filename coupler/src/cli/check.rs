@@ -9,6 +9,7 @@ use super::start::options;
 use coordinator::cost::prediction::CostPrediction;
 use coordinator::error::Error;
 use coordinator::participants::Registry;
+use coordinator::plausible::Warning;
 use coordinator::run::check::check as check_scenario;
 use coordinator::run::session::{Ended, fresh_run_id, run};
 use coordinator::scenario::load::Loaded;
@@ -78,7 +79,9 @@ fn print_schema(registry: &Registry) -> Result<(), Error> {
 /// expect that.
 fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     let summary = &ended.summary;
-    let lines = summary.foreseen.iter().cloned();
+    let unreached = summary.warnings.iter().filter(|w| w.code == "unreached");
+    let foreseen = summary.foreseen.iter().cloned();
+    let lines = unreached.map(Warning::line).chain(foreseen);
     let cost = summary.spent.as_ref().and_then(|spent| spent.told);
     match (cost, ended.error) {
         (Some(cost), _) => Ok(lines.chain(cost_lines(summary, &cost)).collect()),

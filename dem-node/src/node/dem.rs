@@ -1,5 +1,7 @@
 //! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of them.
 
+use std::collections::BTreeMap;
+
 use protocol::{PreparedSample, Setting, Window};
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +63,8 @@ pub struct Dem {
     /// The line that a layer or a rail is cut along.
     pub(super) base_line: Option<BaseLine>,
     pub(super) scaling: Option<MassScaling>,
+    /// When loads and motions over time come into play.
+    pub(super) moments: BTreeMap<String, f64>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
     /// Centres of all disks at the start (m), for the fields; none where these are not written.
@@ -140,6 +144,8 @@ impl Dem {
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.as_ref().map(|wheel| wheel.program());
+        let feed = bodies.injection.as_ref();
+        let moments = config.moments(feed.map(|feed| feed.start + feed.growth));
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -182,6 +188,7 @@ impl Dem {
             half_width: config.sample.ends(),
             base_line: config.sample.base_line(),
             scaling,
+            moments,
             warnings,
             stepper,
             interface: InterfaceDisks::default(),

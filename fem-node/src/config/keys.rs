@@ -1,5 +1,9 @@
 //! All keys of a participant.
 
+use std::collections::BTreeMap;
+
+use kit::table::last_change;
+use kit::wheel::{WheelProgram, moments};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -80,5 +84,16 @@ impl FemConfig {
             ElementKind::Q4OnePoint
         };
         self.element.unwrap_or(own)
+    }
+
+    /// When the loads and motions over time, and those of the wheel, have come into play (s).
+    pub(crate) fn moments(&self, wheel: Option<&WheelProgram>) -> BTreeMap<String, f64> {
+        let mut all = wheel.map_or_else(BTreeMap::new, WheelProgram::moments);
+        for (name, set) in &self.boundary.0 {
+            let table = last_change(set.load_table.as_ref());
+            let own = moments([("load_table", table), ("ramp_s", set.ramp_s)]).into_iter();
+            all.extend(own.map(|(key, time_s)| (format!("boundary.{name}.{key}"), time_s)));
+        }
+        all
     }
 }

@@ -6,7 +6,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::table::{LoadTable, load_at};
+use kit::table::{LoadTable, last_change, load_at};
 use protocol::Cause;
 
 use crate::config::boundary::{PrescribedComponent, SetConfig, SetLoad, SetMotion};
@@ -46,10 +46,7 @@ impl LoadHistory {
     pub(crate) fn settled_at(&self) -> f64 {
         match self {
             LoadHistory::Ramp(ramp) => ramp.duration,
-            LoadHistory::Table(table) => {
-                let mut changes = table.windows(2).filter(|pair| pair[0][1] != pair[1][1]);
-                changes.next_back().map_or(0.0, |pair| pair[1][0])
-            }
+            LoadHistory::Table(table) => last_change(Some(table)).unwrap_or(0.0),
         }
     }
 }

@@ -44,6 +44,7 @@ impl Node for FemNode {
             step_limit_name: limit_name(self.model.scheme.stiffness_damping).into(),
             end_s: self.model.end,
             phases: self.phases(),
+            moments: self.model.moments.clone(),
             sets: coupling_sets(&self.model),
             signals: probe::surface_names(&self.model)
                 .iter()

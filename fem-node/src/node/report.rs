@@ -70,7 +70,7 @@ impl FemNode {
             let last = || probe::hold_record(&self.model, &self.committed.state, wheel, state);
             let record = self.committed.hold_record.clone().unwrap_or_else(last);
             maxima = Some(record.maxima);
-            results = state.statistics.results(wheel);
+            results = state.statistics.results(wheel, self.committed.steps);
             results.insert("p0_pa".into(), record.profile.peak());
             let width = record.profile.half_width();
             results.extend(width.map(|a| ("contact_half_width_m".into(), a)));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use kit::wheel::{HOLD, phases};
+use kit::wheel::{HOLD, moments, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
     Capabilities, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
@@ -281,6 +281,10 @@ impl Node for StaticNode {
             step_limit_name: "none: the time of a static analysis counts increments".into(),
             end_s: Some(end),
             phases: phases([(HOLD, 0.0, loaded), ("cycling", loaded, end)]),
+            moments: moments([
+                ("wheel.load_n", self.loads.map(|_| loaded)),
+                ("wheel.cycles", self.loads.map(|_| end)),
+            ]),
             // None can be coupled; `couple` says why where an interface names one.
             sets: coupling_sets(&self.model),
             signals: probe::surface_names(&self.model)

@@ -215,10 +215,11 @@ impl CycleStatistics {
         self.before_motion = Some(force);
     }
 
-    /// Results by name.
-    pub(crate) fn results(&self, wheel: &Wheel) -> BTreeMap<String, f64> {
+    /// Results by name, after so many steps.
+    pub(crate) fn results(&self, wheel: &Wheel, step: u64) -> BTreeMap<String, f64> {
         let sliding = self.sn_sliding_range;
-        let cycle = wheel.program.last_full_cycle();
+        let over = |[_, end]: &[f64; 2]| (step as f64 + 0.5) * wheel.step >= *end;
+        let cycle = wheel.program.last_full_cycle().filter(over);
         let all = [
             ("load_n", Some(wheel.program.load_n)),
             ("wheel_force_n", self.held_force.value()),

@@ -18,6 +18,12 @@ pub fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
     }
 }
 
+/// Time from which on the force stays (s); none without a table, and where it never changes.
+pub fn last_change(table: Option<&LoadTable>) -> Option<f64> {
+    let mut changes = table?.windows(2).filter(|pair| pair[0][1] != pair[1][1]);
+    changes.next_back().map(|pair| pair[1][0])
+}
+
 /// Refuses a table without entries, numbers that are not finite, and times that do not ascend.
 ///
 /// # Errors

@@ -1,10 +1,11 @@
 //! Load and sideways motion of a rigid wheel over time, and the named parts of a history.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use protocol::Phase;
 
-use crate::table::{LoadTable, load_at};
+use crate::table::{LoadTable, last_change, load_at};
 
 /// Name of the part of a history whose end fixes the state that results are taken from.
 pub const HOLD: &str = "hold";
@@ -111,12 +112,30 @@ impl WheelProgram {
         (full >= 1.0).then(|| [at(full - 1.0), at(full)])
     }
 
+    /// When its keys, those of a table `wheel`, have come into play (s).
+    pub fn moments(&self) -> BTreeMap<String, f64> {
+        let held_s = (self.hold_s > 0.0).then(|| self.motion_start());
+        moments([
+            ("wheel.ramp_s", Some(self.ramp_s)),
+            ("wheel.load_table", last_change(self.load_table.as_ref())),
+            ("wheel.hold_s", held_s),
+            ("wheel.cycles", (self.cycles > 0.0).then(|| self.end())),
+        ])
+    }
+
     /// The named parts of the history.
     pub fn phases(&self) -> Vec<Phase> {
         let (ramp, moves) = (self.ramp_s, self.motion_start());
         let cycling = ("cycling", moves, self.end());
         phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling])
     }
+}
+
+/// The keys that have a moment (s).
+pub fn moments<const N: usize>(keys: [(&str, Option<f64>); N]) -> BTreeMap<String, f64> {
+    let keys = keys.into_iter();
+    keys.filter_map(|(key, time_s)| Some((key.into(), time_s?)))
+        .collect()
 }
 
 /// Named parts of a history with their limits in time (s); those without duration are left out.
@@ -189,6 +208,26 @@ mod tests {
         let [start, end] = program().last_full_cycle().expect("there are two");
         assert!((start - (9e-4 + 1.0 / 300.0)).abs() < 1e-12);
         assert!((end - (9e-4 + 2.0 / 300.0)).abs() < 1e-12);
+    }
+
+    /// The last change of a table is that of its forces, not its last entry.
+    #[test]
+    fn each_key_comes_into_play_at_its_moment() {
+        let told = |program: WheelProgram| Vec::from_iter(program.moments());
+        let key = |name: &str, time_s| (format!("wheel.{name}"), time_s);
+        let end = 9e-4 + 2.25 / 300.0;
+        let whole = [key("cycles", end), key("hold_s", 9e-4), key("ramp_s", 5e-4)];
+        assert_eq!(told(program()), whole);
+        let by_table = WheelProgram {
+            load_table: Some(vec![[0.0, 0.0], [4e-4, 8000.0], [1.0, 8000.0]]),
+            hold_s: 0.0,
+            cycles: 0.0,
+            ..program()
+        };
+        assert_eq!(
+            told(by_table),
+            [key("load_table", 4e-4), key("ramp_s", 5e-4)]
+        );
     }
 
     #[test]

@@ -79,6 +79,7 @@ class Description:
     step_limit_name: str = ""
     end_s: Optional[float] = None
     phases: List[Dict[str, Any]] = field(default_factory=list)
+    moments: Dict[str, float] = field(default_factory=dict)
     sets: List[str] = field(default_factory=list)
     signals: List[str] = field(default_factory=list)
     ledger: List[Term] = field(default_factory=list)

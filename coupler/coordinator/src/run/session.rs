@@ -258,6 +258,9 @@ impl RunSession<'_> {
             self.advise(name, &description.warnings);
         }
         self.summary.greet(scenario, &greeted);
+        let end_s = end_s(scenario, &greeted)?;
+        let (missed, no_hold) = plausible::unreached(scenario, &greeted, end_s);
+        self.warn(missed);
         let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
         outputs.progress = Progress::new(self.options.progress);
         outputs.dry_run = self.options.dry_run;
@@ -297,6 +300,8 @@ impl RunSession<'_> {
         self.summary
             .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
         self.summary.farewell(farewells);
+        let results = &mut self.summary.results;
+        results.retain(|name, _| !(no_hold && plausible::of_hold(name)));
         let bounds = &scenario.run.plausible;
         let mut judged = self.summary.judged(bounds, &outputs.sampled_down_n());
         // One that was told on the way says more than one about the end.
