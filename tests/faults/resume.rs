@@ -256,3 +256,96 @@ fn foreign_programs_resume_with_leave_only() {
     let output = resume(work.path(), "out", "yes", &["--allow-commands"]);
     assert_eq!(hashes(&output), whole);
 }
+
+/// A disk of a table that falls on another one of it.
+const FALLS: &str = r#"
+[run]
+name = "falls"
+thickness_m = 1e-3
+checkpoint_every_windows = 100
+output = { alone_steps = 1 }
+[[participant]]
+name = "disks"
+kind = "dem"
+[participant.config]
+density_kg_per_m3 = 7800.0
+gravity_m_per_s2 = [0.0, -9.81]
+law = { kind = "RST_CLB", friction = 0.3, restitution = 0.8 }
+solver = { kind = "nsgs", tolerance = 1e-10, max_iterations = 100, min_iterations = 1 }
+time = { step_s = 1e-5, theta = 0.5, pressure_pa = 1.0, end_s = 5e-3 }
+sample = { kind = "file", path = "grains.csv" }
+"#;
+
+#[test]
+fn a_table_of_grains_that_has_changed_is_refused_with_or_without_a_checkpoint() {
+    let work = Scratch::new("other-grains");
+    let [scene, grains] = ["scene.toml", "grains.csv"].map(|name| work.path().join(name));
+    let table = "x_m,y_m,radius_m,glued\n0,0,1e-3,1\n0,2.5e-3,1e-3,0\n";
+    std::fs::write(&scene, FALLS).expect("writable");
+    std::fs::write(&grains, table).expect("writable");
+    let mut run = thirdbody(work.path());
+    let whole = completed(run.args(["run", "scene.toml", "--out", "out", "--json"]));
+    assert_eq!(
+        hashes(&resume(work.path(), "out", "same", &[])),
+        whole["hashes"]
+    );
+    let refused = |out: &str, words: &[&str]| {
+        fails(&resume(work.path(), "out", out, &["--recover"]), 2, words)
+    };
+    let words = [
+        "checkpoint-unusable",
+        "grains.csv is not what the run read",
+        "put that file back",
+    ];
+    std::fs::write(&grains, table.replace("2.5e-3", "2.6e-3")).expect("writable");
+    refused("moved", &words);
+    std::fs::remove_file(&grains).expect("it was there");
+    refused("gone", &words);
+    std::fs::remove_dir_all(work.path().join("out/checkpoints")).expect("it was there");
+    refused("without-checkpoint", &words);
+    std::fs::write(&grains, table).expect("writable");
+    assert_eq!(
+        hashes(&resume(work.path(), "out", "back", &[])),
+        whole["hashes"]
+    );
+    std::fs::write(work.path().join("out/manifest.json"), "{}").expect("writable");
+    refused(
+        "untold",
+        &[
+            "manifest.json does not tell",
+            "run the scenario from its start",
+        ],
+    );
+}
+
+#[test]
+fn a_mesh_or_a_program_that_has_changed_is_refused() {
+    let work = Scratch::new("other-mesh");
+    let mesh = work.path().join("cylinder.msh");
+    let shipped = crate::scene::folder("verification/pressurised-cylinder");
+    for name in ["scenario.toml", "cylinder.msh"] {
+        std::fs::copy(shipped.join(name), work.path().join(name)).expect("it ships");
+    }
+    let mut run = thirdbody(work.path());
+    completed(run.args(["run", "scenario.toml", "--out", "out", "--json"]));
+    let text = std::fs::read_to_string(&mesh).expect("it is a text");
+    std::fs::write(&mesh, text.replace("106.25 0 0", "106.26 0 0")).expect("writable");
+    let words = ["cylinder.msh is not what the run read"];
+    fails(&resume(work.path(), "out", "other", &[]), 2, &words);
+
+    let (node, copy) = (program("verification-node"), work.path().join("node"));
+    std::fs::copy(&node, &copy).expect("it is built");
+    let [node, own] = [&node, &copy].map(|path| path.display().to_string());
+    std::fs::write(
+        work.path().join("scene.toml"),
+        foreign().replace(&node, &own),
+    )
+    .expect("writable");
+    let mut run = thirdbody(work.path());
+    completed(run.args(["run", "scene.toml", "--out", "own", "--json"]));
+    let mut bytes = std::fs::read(&copy).expect("it was copied");
+    bytes.push(0);
+    std::fs::write(&copy, bytes).expect("writable");
+    let output = resume(work.path(), "own", "rebuilt", &["--allow-commands"]);
+    fails(&output, 2, &["node is not what the run read"]);
+}

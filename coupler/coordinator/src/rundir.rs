@@ -11,6 +11,7 @@ use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Refusal, Result};
+use crate::scenario::inputs::INPUTS_KEY;
 use crate::scenario::load::{FOLDER_KEY, Loaded};
 
 /// A run's own folder.
@@ -170,6 +171,7 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
         "scenario_file": loaded.source.name,
         FOLDER_KEY: loaded.folder,
         "scenario_hash": loaded.hash,
+        INPUTS_KEY: loaded.inputs(),
         "seed": loaded.scenario.run.seed,
         "threads": threads,
         "cores": std::thread::available_parallelism().map_or(1, usize::from),

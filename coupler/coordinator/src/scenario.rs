@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 mod check;
+pub mod inputs;
 pub mod load;
 pub mod overrides;
 mod paths;

@@ -11,6 +11,7 @@ use coordinator::error::Refusal;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::run_from;
+use coordinator::scenario::inputs::refuse_changed_inputs;
 use coordinator::scenario::load::load;
 use exchange_log::damage;
 
@@ -47,6 +48,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     if !arguments.allow_commands {
         refuse_commands(&loaded.scenario)?;
     }
+    refuse_changed_inputs(run)?;
     if !arguments.damaged.recover
         && let Some(damage) = damage(&run.join("exchange.mcap"))?
     {

@@ -62,3 +62,9 @@ pub fn tables(run: &Path) -> Vec<(String, Written)> {
     }
     found
 }
+
+/// blake3 of what a file holds, in hexadecimal; none of one that cannot be read.
+pub fn content_hash(path: &Path) -> Option<String> {
+    let bytes = fs::read(path).ok()?;
+    Some(blake3::hash(&bytes).to_hex().to_string())
+}

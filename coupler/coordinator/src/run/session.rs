@@ -125,8 +125,9 @@ pub fn run_among(
         json!({ "checkpoint": restart.path, "window": window })
     });
     let manifest = manifest(loaded, run_id, options.threads, resumed);
-    rundir.write("scenario.toml", &loaded.resolved)?;
+    // A folder with a scenario is a run, which can be resumed by its manifest.
     rundir.write("manifest.json", &manifest)?;
+    rundir.write("scenario.toml", &loaded.resolved)?;
     let pid = std::process::id();
     rundir.note(&format!("coordinator pid {pid}, run {run_id:016x}"));
     if let Some(restart) = restart {

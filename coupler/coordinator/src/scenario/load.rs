@@ -27,6 +27,8 @@ pub struct Loaded {
     pub source: ScenarioSource,
     /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
     pub folder: PathBuf,
+    /// Files that the solvers' keys name (absolute).
+    pub files: Vec<String>,
 }
 
 /// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
@@ -93,7 +95,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         apply(&mut table, set)?;
     }
     let folder = Path::new(&source.name).parent();
-    paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
+    let files = paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
     if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
         let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
         let error = error.because(Cause::OutOfRange);
@@ -113,6 +115,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         resolved,
         hash,
         source,
+        files,
     })
 }
 

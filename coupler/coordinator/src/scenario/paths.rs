@@ -6,36 +6,42 @@ use toml::{Table, Value};
 
 /// Makes the files that texts below `participant.config` name absolute, so that a solver finds them wherever it runs, and
 /// a replay finds them again. A text counts as a file when it has an extension and there is such a file beside the
-/// scenario or, failing that, in the working directory; which keys hold files only the solvers know.
-pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) {
+/// scenario or, failing that, in the working directory; which keys hold files only the solvers know. Returns all of them.
+pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
     let participants = scenario
         .get_mut("participant")
         .and_then(Value::as_array_mut);
     let each = participants.into_iter().flatten();
     each.filter_map(|participant| participant.get_mut("config"))
-        .for_each(|config| anchor(config, folder));
+        .for_each(|config| anchor(config, folder, &mut found));
+    found
 }
 
-fn anchor(value: &mut Value, folder: &Path) {
+fn anchor(value: &mut Value, folder: &Path, found: &mut Vec<String>) {
     match value {
         Value::String(text) => {
             if let Some(path) = file(text, folder) {
+                found.push(path.clone());
                 *text = path;
             }
         }
-        Value::Array(values) => values.iter_mut().for_each(|value| anchor(value, folder)),
+        Value::Array(values) => values
+            .iter_mut()
+            .for_each(|value| anchor(value, folder, found)),
         Value::Table(table) => table
             .iter_mut()
-            .for_each(|(_, value)| anchor(value, folder)),
+            .for_each(|(_, value)| anchor(value, folder, found)),
         _ => {}
     }
 }
 
 fn file(text: &str, folder: &Path) -> Option<String> {
     let path = Path::new(text);
-    if path.is_absolute() || path.extension().is_none() {
+    if path.extension().is_none() {
         return None;
     }
+    // An absolute path is that of the file itself in any folder.
     let candidates = [folder.join(path), PathBuf::from(path)];
     let found = candidates.into_iter().find(|path| path.is_file())?;
     let absolute = std::path::absolute(found).ok()?;
