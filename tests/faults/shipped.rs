@@ -46,6 +46,28 @@ fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
     assert_eq!(manifest["scenario_file"], "quick (built in)");
 }
 
+/// What another build prepared is not used: the folder has the name of this one.
+#[test]
+fn samples_are_kept_by_build() {
+    let work = Scratch::new("by-build");
+    let sets = ["run.end_s=7e-7"];
+    let first = run(work.path(), "wheel-rail-de-small", "first", &sets);
+    let again = run(work.path(), "wheel-rail-de-small", "again", &sets);
+    let kept = |summary: &Value| summary["participants"]["rail"]["prepared_from_cache"].clone();
+    assert_eq!([kept(&first), kept(&again)], [false, true]);
+    let manifest = std::fs::read(work.path().join("first/manifest.json")).expect("it ran");
+    let manifest = parse_json(&manifest);
+    let build = manifest["build"].as_str().expect("a hash");
+    let cache = work.path().join("cache/thirdbody");
+    let [own, other] = [build, "0123456789abcdef"].map(|b| cache.join(format!("samples-{b}")));
+    std::fs::rename(own, other).expect("it was kept there");
+    let anew = run(work.path(), "wheel-rail-de-small", "anew", &sets);
+    assert_eq!(
+        (kept(&anew), &anew["hashes"]),
+        (false.into(), &first["hashes"])
+    );
+}
+
 /// Rows of the signals, as many as there were windows; the traction of the end of the hold, in the run directory and beside the fields.
 #[test]
 fn every_table_of_a_run_can_be_checked_by_its_summary() {

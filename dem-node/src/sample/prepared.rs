@@ -1,5 +1,5 @@
 //! Prepared samples that are kept for later runs: a folder of files, each named by the hash of the recipe that its sample came
-//! from.
+//! from. The folder is that of one build: another one may prepare other bits.
 //!
 //! A sample that was kept is, bit for bit, the one that its recipe makes. A file that is not what it was written as is never
 //! used: it is made anew, with a warning.
@@ -21,8 +21,6 @@ use crate::error::DemError;
 use crate::sample;
 use crate::sample::types::Sample;
 
-/// Version of the preparation: to be raised with every change of the code that changes a bit of a sample.
-const PREPARATION: u32 = 1;
 /// A sample that took less time than this is not kept: to make it again costs little more than to read it.
 const WORTH: Duration = Duration::from_secs(1);
 /// Bytes of the checksum in front of a file.
@@ -130,7 +128,6 @@ fn recipe(config: &DemConfig, seed: u64) -> Option<String> {
     };
     let recipe = json!({
         "software": concat!("dem-node ", env!("CARGO_PKG_VERSION")),
-        "preparation": PREPARATION,
         "kind": kind,
         "keys": keys,
         "seed": own.unwrap_or(seed),

@@ -14,7 +14,7 @@ use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
 use crate::error::{Error, Refusal, Result};
-use crate::rundir::RunDir;
+use crate::rundir::{BUILD, RunDir};
 use crate::scenario::load::Loaded;
 use crate::scenario::{Participant, TransportKind};
 
@@ -122,6 +122,8 @@ impl Launcher<'_> {
     /// The session that this participant is told before the first frame.
     pub fn session(&self, participant: &Participant, transport: Transport) -> Session {
         let fields = self.loaded.scenario.run.output.fields;
+        // The code that prepared a sample decides its bits as its recipe does.
+        let cache = self.registry.cache.as_ref();
         Session {
             protocol: PROTOCOL_VERSION,
             run_id: self.run_id,
@@ -129,7 +131,7 @@ impl Launcher<'_> {
             coordinator_pid: std::process::id(),
             setting: Setting {
                 fields: fields.then(|| absolute(self.rundir.fields())),
-                cache: self.registry.cache.clone(),
+                cache: cache.map(|folder| folder.join(format!("samples-{BUILD}"))),
                 ..setting(self.loaded, participant, self.threads)
             },
             transport,
