@@ -257,6 +257,96 @@ fn foreign_programs_resume_with_leave_only() {
     assert_eq!(hashes(&output), whole);
 }
 
+/// Rows of signals.csv: the header, then one a window.
+fn rows(out: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("signals.csv")).expect("it was written");
+    text.lines().map(String::from).collect()
+}
+
+fn write_rows(out: &Path, rows: &[String]) {
+    let text = rows
+        .iter()
+        .map(|row| format!("{row}\n"))
+        .collect::<String>();
+    std::fs::write(out.join("signals.csv"), text).expect("writable");
+}
+
+/// A row that lost two cells, a digit, and half of all rows: what came before the damage is gone on with.
+#[test]
+fn a_damaged_table_is_not_carried_on() {
+    let work = Scratch::new("damaged-table");
+    let out = work.path().join("out");
+    let whole = completed(&mut short_quick(work.path(), &OFTEN));
+    let windows: Vec<u64> = list(&out.join(FOLDER)).iter().map(|c| c.window).collect();
+    let sound = rows(&out);
+    let shorter = |row: &String| row.rsplitn(3, ',').last().expect("a row").to_string();
+    let changed = |row: &String| row.replacen('1', "2", 1);
+    let between = windows[0] as usize + 1;
+    let begins = "begins again".to_string();
+    let before = format!("goes on from out/checkpoints/{:012}", windows[0]);
+    let mut damaged = vec![sound.clone(); 4];
+    damaged[0][7] = shorter(&sound[7]);
+    damaged[1][7] = changed(&sound[7]);
+    damaged[2].truncate(sound.len() / 2);
+    damaged[3][between] = changed(&sound[between]);
+    let told = [&begins, &begins, &begins, &before];
+    for (index, (damaged, told)) in damaged.iter().zip(told).enumerate() {
+        assert!(*damaged != sound);
+        write_rows(&out, damaged);
+        let output = resume(work.path(), "out", &format!("again-{index}"), &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            said.contains("signals.csv is not what the run had written until then"),
+            "{said}"
+        );
+        assert!(said.contains(told), "{index}: {said}");
+        let again = parse_json(&output.stdout);
+        assert_eq!(
+            (&again["hashes"], &again["tables"]),
+            (&whole["hashes"], &whole["tables"])
+        );
+    }
+}
+
+/// A rail after its hold: its field and its traction are carried over, and are those that were written.
+#[test]
+fn a_damaged_field_or_profile_is_not_carried_on() {
+    let work = Scratch::new("damaged-field");
+    let mut run = thirdbody(work.path());
+    run.args(["run", "wheel-rail-fe-small", "--out", "out", "--json"]);
+    for set in ["run.end_s=8.6e-4", "run.checkpoint_every_windows=110"] {
+        run.args(["--set", set]);
+    }
+    let whole = completed(&mut run);
+    let out = work.path().join("out");
+    let newest = resume(work.path(), "out", "newest", &[]);
+    assert!(String::from_utf8_lossy(&newest.stderr).contains("000000000330.checkpoint"));
+    assert_eq!(hashes(&newest), whole["hashes"]);
+    for name in [
+        "profile.csv",
+        "fields/rail-hold.vtu",
+        "fields/rail-hold-profile.csv",
+    ] {
+        let sound = std::fs::read(out.join(name)).expect(name);
+        let mut damaged = sound.clone();
+        damaged[sound.len() / 2] ^= 1;
+        std::fs::write(out.join(name), damaged).expect("writable");
+        let output = resume(work.path(), "out", &name.replace('/', "-"), &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let why = format!("{name} is not what the run had written until then");
+        assert!(
+            said.contains(&why) && said.contains("000000000220.checkpoint"),
+            "{said}"
+        );
+        let again = parse_json(&output.stdout);
+        assert_eq!(
+            (&again["hashes"], &again["tables"]),
+            (&whole["hashes"], &whole["tables"])
+        );
+        std::fs::write(out.join(name), sound).expect("writable");
+    }
+}
+
 /// A disk of a table that falls on another one of it.
 const FALLS: &str = r#"
 [run]

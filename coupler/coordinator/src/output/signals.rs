@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, Write};
-use std::path::Path;
+use std::io::{BufWriter, Seek, Write};
 
 use protocol::Description;
 
 use super::table::{Growing, Written};
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Error, Result};
 use crate::rundir::RunDir;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
@@ -61,34 +60,24 @@ impl SignalsFile {
         Ok(signals)
     }
 
-    /// Takes over the first `bytes` of the file of another run in place of what is there.
-    pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<()> {
-        let mut rows = Vec::new();
-        let source = File::open(from).and_then(|source| source.take(bytes).read_to_end(&mut rows));
-        source.map_err(Error::input(from.display()))?;
+    /// Takes over these rows of another run in place of what is there.
+    pub fn carry_over(&mut self, rows: &[u8]) -> Result<()> {
+        self.table = Growing::default();
+        self.table.add(rows);
         let copied = self.file.flush().and_then(|()| {
             self.file.rewind()?;
             self.file.get_ref().set_len(0)?;
-            self.file.write_all(&rows)
+            self.file.write_all(rows)
         });
-        copied.map_err(Error::output(&self.name))?;
-        self.table = Growing::default();
-        self.table.add(&rows);
-        let found = rows.len() as u64;
-        if found == bytes {
-            return Ok(());
-        }
-        let problem = format!("holds {found} bytes where the checkpoint counts {bytes}");
-        Err(Refusal::file(from, problem).into())
+        copied.map_err(Error::output(&self.name))
     }
 
-    /// Sees that all rows are on the disk; returns the size of the file.
-    pub fn sync(&mut self) -> Result<u64> {
-        let synced = self.file.flush().and_then(|()| {
-            self.file.get_ref().sync_data()?;
-            self.file.stream_position()
-        });
-        synced.map_err(Error::output(&self.name))
+    /// Sees that all rows are on the disk; returns what they can be checked by.
+    pub fn sync(&mut self) -> Result<Written> {
+        let synced = self.file.flush();
+        let synced = synced.and_then(|()| self.file.get_ref().sync_data());
+        synced.map_err(Error::output(&self.name))?;
+        Ok(self.table.written())
     }
 
     /// Adds a row: what the coupler saw of each interface, and what each participant reported.

@@ -1,11 +1,18 @@
 //! The memory of the outputs, as a checkpoint keeps it.
 
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use protocol::Finding;
 
 use super::running_balance::RunningBalance;
 use super::sample::SampledMeans;
+use super::signals::SIGNALS;
+use super::table::{Written, content_hash};
 use scheme::window::InterfaceSignals;
 
 /// Memory of the outputs from window to window. Checkpoints keep it by the order of its fields.
@@ -21,8 +28,10 @@ pub struct OutputState {
     pub sampled: SampledMeans,
     /// Simulated times at which fields were written (s).
     pub snapshots_s: Vec<f64>,
-    /// Size of signals.csv.
-    pub signals_bytes: u64,
+    /// The file signals.csv up to here.
+    pub signals: Written,
+    /// blake3 of the fields and profiles that were written, by their paths in the run directory.
+    pub files: BTreeMap<String, String>,
     /// Balances of the participants, of the interfaces and of all together.
     pub balances: Vec<RunningBalance>,
     /// What each participant dissipates.
@@ -31,4 +40,26 @@ pub struct OutputState {
     pub odd_signals: Vec<[usize; 2]>,
     /// Participants, interfaces or the run, and what was found about them on the way.
     pub findings: Vec<(String, Finding)>,
+}
+
+impl OutputState {
+    /// The first file of a run directory that is not what its run had written until now.
+    pub fn damaged(&self, run: &Path) -> Option<&str> {
+        let signals = head(&run.join(SIGNALS), self.signals.bytes);
+        if !signals.is_ok_and(|rows| Written::of(&rows) == self.signals) {
+            return Some(SIGNALS);
+        }
+        let mut files = self.files.iter();
+        let other = |(name, hash): &(&String, &String)| {
+            content_hash(&run.join(name)).as_ref() != Some(*hash)
+        };
+        files.find(other).map(|(name, _)| name.as_str())
+    }
+}
+
+/// The first bytes of a file.
+pub fn head(path: &Path, bytes: u64) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(path)?.take(bytes).read_to_end(&mut head)?;
+    Ok(head)
 }

@@ -1,7 +1,7 @@
 //! What a reader can check a table (CSV) by: `tables` of summary.json, and of each checkpoint.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -51,20 +51,21 @@ impl Written {
 
 /// The tables of a run directory, by their paths in it. One that cannot be read is left out.
 pub fn tables(run: &Path) -> Vec<(String, Written)> {
-    let folders = [("", run.to_path_buf()), ("fields/", run.join("fields"))];
-    let mut found = Vec::new();
-    for (prefix, folder) in folders {
-        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            let text = name.ends_with(".csv").then(|| fs::read(entry.path()).ok());
-            found.extend(text.flatten().map(|text| (name, Written::of(&text))));
-        }
-    }
-    found
+    let fields = names(run.join("fields")).map(|name| format!("fields/{name}"));
+    let all = names(run.into()).chain(fields);
+    let read = |name: String| Some((Written::of(&fs::read(run.join(&name)).ok()?), name));
+    let tables = all.filter(|name| name.ends_with(".csv")).filter_map(read);
+    tables.map(|(table, name)| (name, table)).collect()
 }
 
 /// blake3 of what a file holds, in hexadecimal; none of one that cannot be read.
 pub fn content_hash(path: &Path) -> Option<String> {
     let bytes = fs::read(path).ok()?;
     Some(blake3::hash(&bytes).to_hex().to_string())
+}
+
+/// Names of the files of a folder.
+pub fn names(folder: PathBuf) -> impl Iterator<Item = String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned())
 }

@@ -6,7 +6,7 @@
 //! - [`restart`]: a run that is resumed from one.
 //!
 //! A checkpoint is complete only together with the log and the signals up to its window: both are on the disk before
-//! it gets its name.
+//! it gets its name, and it holds what signals, fields and profiles can be checked by.
 
 pub mod content;
 pub mod file;

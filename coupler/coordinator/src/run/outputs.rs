@@ -7,6 +7,7 @@ use std::time::Instant;
 use kit::Bounds;
 use protocol::{Description, Finding, Phase, Window};
 
+use super::checkpoint::restart::files_of;
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::fields::Fields;
 use super::position::RunPosition;
@@ -18,6 +19,7 @@ use crate::output::progress::ProgressSpan;
 use crate::output::run_progress::RunProgress;
 use crate::output::sample::load_history;
 use crate::output::signals::SIGNALS;
+use crate::output::state::head;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -114,10 +116,11 @@ impl<'a> Outputs<'a> {
     pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join(SIGNALS);
-        self.signals
-            .carry_over(&signals, self.state.signals_bytes)?;
+        let rows = head(&signals, self.state.signals.bytes);
+        let rows = rows.map_err(Error::input(signals.display()))?;
+        self.signals.carry_over(&rows)?;
         self.signals.sync()?;
-        restart.copy_fields(self.rundir, self.fields.snapshot_times())?;
+        restart.copy_files(self.rundir)?;
         self.fields.carry_over(&self.state.snapshots_s)
     }
 
@@ -155,7 +158,7 @@ impl<'a> Outputs<'a> {
         let t_s = position.t_s;
         let interrupted = recorded.peers.watch.interrupted();
         if self.keeper.due(&position, interrupted.is_some()) {
-            self.state.signals_bytes = self.signals.sync()?;
+            self.state.signals = self.signals.sync()?;
             self.keeper
                 .write(recorded, |nodes, log_blocks| Checkpoint {
                     position,
@@ -201,11 +204,16 @@ impl<'a> Outputs<'a> {
                 .row(window.t1_s, &state.reports, &state.interfaces)?;
         }
         let times_s = &mut self.state.snapshots_s;
+        let taken = times_s.len();
         let sampled = self.fields.take(communicator, groups, times_s, reached_s)?;
         match (sampled, groups) {
             (Some(snapshot), []) => profile::adopt(self.rundir, &snapshot.name)?,
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
+        }
+        if self.keeper.writes() && self.state.snapshots_s.len() > taken {
+            let come = &self.fields.snapshot_times()[taken..self.state.snapshots_s.len()];
+            self.state.files.extend(files_of(self.rundir.path(), come));
         }
         self.show(communicator.peers(), groups, window, reached_s);
         Ok(())

@@ -10,7 +10,7 @@ use super::content::{About, Checkpoint};
 use crate::error::{Refusal, Result};
 
 /// First bytes of the file: name and version of its format.
-pub const MAGIC: &[u8] = b"thirdbody.checkpoint/3\n";
+pub const MAGIC: &[u8] = b"thirdbody.checkpoint/4\n";
 
 const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";

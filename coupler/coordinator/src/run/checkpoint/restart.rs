@@ -11,6 +11,7 @@ use super::file::{self, Unusable};
 use super::keeper::{about, participants};
 use crate::error::{Error, Refusal, Result};
 use crate::output::collection::SnapshotTime;
+use crate::output::table::{content_hash, names};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -32,7 +33,7 @@ pub struct RestartPoint {
 }
 
 /// The latest usable checkpoint of a run after at most `from` windows, and those that were passed over. A checkpoint is
-/// usable if it is whole and the log reaches as far. One of another scenario or version is an error: all others would be
+/// usable if it is whole, the log reaches as far, and signals, fields and profiles until then are as they were written. One of another scenario or version is an error: all others would be
 /// the same. None at all means that the run has to begin again.
 pub fn find(
     run: &Path,
@@ -48,7 +49,8 @@ pub fn find(
             Ok((about, checkpoint)) => {
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
                 let due = checkpoint.log_blocks;
-                if logged >= due {
+                let damaged = checkpoint.outputs.damaged(run).map(String::from);
+                if logged >= due && damaged.is_none() {
                     let run = run.into();
                     let point = RestartPoint {
                         run,
@@ -58,9 +60,12 @@ pub fn find(
                     };
                     return Ok((Some(point), passed_over));
                 }
-                let why = format!(
-                    "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
-                );
+                let why = match damaged.filter(|_| logged >= due) {
+                    Some(name) => format!("{name} is not what the run had written until then"),
+                    None => format!(
+                        "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
+                    ),
+                };
                 Unusable {
                     path,
                     why,
@@ -158,20 +163,13 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Takes over the fields of the moments that had come.
-    pub fn copy_fields(&self, rundir: &RunDir, snapshot_times: &[SnapshotTime]) -> Result<()> {
-        let taken = self.checkpoint.outputs.snapshots_s.len();
-        let ended = &snapshot_times[..taken.min(snapshot_times.len())];
-        let of_ended = |file: &str| {
-            ended.iter().any(|snapshot| {
-                let mark = format!("-{}", snapshot.name);
-                file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
-            })
-        };
-        copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
-        let sampled = ended.iter().any(|snapshot| snapshot.sampled);
-        let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
-        copy(&self.run, rundir.path(), profile)
+    /// Takes over the fields and profiles of the moments that had come.
+    pub fn copy_files(&self, rundir: &RunDir) -> Result<()> {
+        for name in self.checkpoint.outputs.files.keys() {
+            let [from, to] = [&self.run, rundir.path()].map(|run| run.join(name));
+            fs::copy(from, &to).map_err(Error::output(to.display()))?;
+        }
+        Ok(())
     }
 
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
@@ -184,14 +182,21 @@ impl RestartPoint {
     }
 }
 
-/// Copies the files of a folder that are wanted by their names.
-fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<()> {
-    for entry in fs::read_dir(from).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if wanted(&name) {
-            let to = to.join(&name);
-            fs::copy(entry.path(), &to).map_err(Error::output(to.display()))?;
-        }
-    }
-    Ok(())
+/// The files of a run that were written at these moments, by their paths in its directory, with blake3 of what they hold.
+pub fn files_of(run: &Path, moments: &[SnapshotTime]) -> Vec<(String, String)> {
+    let of_moments = |file: &String| {
+        moments.iter().any(|moment| {
+            let mark = format!("-{}", moment.name);
+            file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
+        })
+    };
+    let sampled = moments.iter().any(|moment| moment.sampled);
+    let profile = |file: &String| sampled && file.starts_with("profile") && file.ends_with(".csv");
+    let fields = names(run.join("fields")).filter(of_moments);
+    let fields = fields.map(|file| format!("fields/{file}"));
+    let files = fields.chain(names(run.into()).filter(profile));
+    let hashed = files.map(|file| (content_hash(&run.join(&file)), file));
+    hashed
+        .filter_map(|(hash, file)| Some((file, hash?)))
+        .collect()
 }
