@@ -46,6 +46,16 @@ fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
     assert_eq!(manifest["scenario_file"], "quick (built in)");
 }
 
+/// The paper's rail takes minutes to pack, and nothing is kept in this cache.
+#[test]
+fn a_check_does_not_wait_for_a_sample_that_takes_minutes() {
+    let work = Scratch::new("unpacked");
+    let told = printed(work.path(), &["check", "wheel-rail-de"]);
+    let words = "cost: not predicted, the set-up of participant rail takes longer than 8 s";
+    assert!(told.contains(words), "{told}");
+    assert!(!told.contains("cost: about"), "{told}");
+}
+
 /// What another build prepared is not used: the folder has the name of this one.
 #[test]
 fn samples_are_kept_by_build() {

@@ -17,6 +17,9 @@ use coordinator::scenario::schema::schema;
 use coordinator::summary::Summary;
 use kit::scratch::Scratch;
 
+/// Set-up (s) that a check waits for: a large sample that is not kept yet takes minutes.
+const SETUP_S: f64 = 8.0;
+
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct CheckArguments {
@@ -39,7 +42,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         print_schema(registry)?;
         return Ok(0);
     };
-    let loaded = scenario.load()?;
+    let mut loaded = scenario.load()?;
     let threads = scenario.threads();
     let warnings = check_scenario(&loaded, registry, threads)?;
     print(&describe(&loaded))?;
@@ -61,6 +64,8 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let mut options = options(Some(scratch.path()), threads, registry)?;
     options.progress = false;
     options.dry_run = true;
+    let deadlines = &mut loaded.scenario.run.deadlines;
+    deadlines.setup_s = deadlines.setup_s.min(SETUP_S);
     for line in foretold(run(&loaded, &options)?)? {
         print(&line)?;
     }
@@ -86,6 +91,12 @@ fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     match (cost, ended.error) {
         (Some(cost), _) => Ok(lines.chain(cost_lines(summary, &cost)).collect()),
         (None, Some(error @ Error::Interrupted { .. })) => Err(error),
+        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
+            let why = format!(
+                "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
+            );
+            Ok(lines.chain(iter::once(why)).collect())
+        }
         (None, Some(error)) if summary.foreseen.is_empty() => Err(error),
         (None, Some(error)) => {
             let why = format!("cost: not predicted, the run ends early: {error}");
