@@ -29,6 +29,7 @@ use crate::integrate::dissipation::Mechanisms;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::mesh::connectivity::Connectivity;
 use crate::mesh::gmsh;
 use crate::mesh::{Edge, Mesh};
 use crate::model::boundary::{PrescribedMotion, Traction};
@@ -44,6 +45,9 @@ const SPACINGS_MIN: f64 = 4.0;
 
 /// Steps that a period of the sideways motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
 const STEPS_PER_PERIOD: f64 = 20.0;
+
+/// Sides of a hole up to which it may be elements that are missing: four of them around a node.
+const HOLE_SIDES: usize = 8;
 
 /// A size that jumps by more than this from one element to the next reflects waves noticeably.
 const RATIO_MAX: f64 = 1.5;
@@ -361,6 +365,28 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
             warnings.push(format!(
                 "{key}: sizes grow {ratio:.2}-fold from one element to the next and will reflect waves; take more of them"
             ));
+        }
+    }
+    warnings.extend(mesh.connectivity.iter().flat_map(|all| pieces(mesh, all)));
+    warnings
+}
+
+/// Small holes and loose parts of a mesh from a file.
+fn pieces(mesh: &Mesh, connectivity: &Connectivity) -> Vec<String> {
+    let (mut warnings, mut parts) = (Vec::new(), 0);
+    for line in connectivity.loops() {
+        let sides = line.len();
+        let point = |k: usize| mesh.points[line[k % sides]];
+        let [x, y] = [0, 1].map(|c| (0..sides).map(|k| point(k)[c]).sum::<f64>() / sides as f64);
+        let swept = |[p, q]: [[f64; 2]; 2]| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
+        let area: f64 = (0..sides).map(|k| swept([point(k), point(k + 1)])).sum();
+        parts += usize::from(area > 0.0);
+        if area > 0.0 && parts > 1 {
+            warnings.push(format!("mesh.gmsh: part {parts} of the body, around ({x:.4e}, {y:.4e}) m, shares no node with the others and moves by itself; close the seam and mesh anew where it is meant to be joined (`Coherence;`)"));
+        } else if sides == 1 {
+            warnings.push(format!("mesh.gmsh: two parts of the outline meet in the node at ({x:.4e}, {y:.4e}) m, a hinge; join them by sides of elements, or keep them apart"));
+        } else if area < 0.0 && sides <= HOLE_SIDES {
+            warnings.push(format!("mesh.gmsh: the mesh has a hole of {sides} sides around ({x:.4e}, {y:.4e}) m: are elements missing there? A hole that is meant is rounder, with more than {HOLE_SIDES} sides"));
         }
     }
     warnings

@@ -12,6 +12,7 @@ mod fem_fields;
 mod fem_follow;
 mod fem_gmsh_binary;
 mod fem_gmsh_contact;
+mod fem_gmsh_joints;
 mod fem_gmsh_patch;
 mod fem_gmsh_refuse;
 mod fem_gmsh_same;

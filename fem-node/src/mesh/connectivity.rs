@@ -56,6 +56,30 @@ impl Connectivity {
         }
     }
 
+    /// The closed lines that the outline consists of, the body on the left: that around a part of it runs anticlockwise, that around a
+    /// hole clockwise. A node in which two of them meet is a line of its own, and they are mixed up.
+    pub(crate) fn loops(&self) -> Vec<Vec<usize>> {
+        let sides = |c: &[u32; 4]| [0, 1, 2, 3].map(|k| [c[k], c[(k + 1) % 4]].map(|n| n as usize));
+        let sides = self.corners.iter().flat_map(sides);
+        let outline = sides.filter(|[a, b]| self.outline(*a, *b).is_some());
+        let (mut next, mut loops) = (BTreeMap::new(), Vec::new());
+        for [a, b] in outline {
+            if next.insert(a, b).is_some() {
+                loops.push(vec![a]);
+            }
+        }
+        while let Some((start, mut at)) = next.pop_first() {
+            let mut line = vec![start];
+            while let Some(after) = next.remove(&at) {
+                line.push(std::mem::replace(&mut at, after));
+            }
+            if at == start {
+                loops.push(line);
+            }
+        }
+        loops
+    }
+
     /// Number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.first.len() - 1

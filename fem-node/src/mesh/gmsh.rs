@@ -5,17 +5,20 @@
 //! - `binary`: binary files as the text that they stand for;
 //! - `text`: words with their lines, sections by their names;
 //! - `file`: the content in either version, nodes, elements and named physical groups;
+//! - `joints`: parts that lie on each other without being joined;
 //! - `lines`: groups of lines, as one walks along them;
 //! - `body`: the checks that make a body of it.
 //!
 //! Every physical group with a name becomes a node set: lines are walked along, a surface gives all of its nodes.
 //! Clockwise elements are turned, nodes of no element are dropped, points and groups without a name are ignored. What
-//! cannot be computed with is refused: other elements, folded or repeated ones, two nodes in one place, a third dimension.
+//! cannot be computed with is refused: other elements, folded, repeated or overlapping ones, nodes in one place or on a side of another element, a
+//! third dimension.
 
 mod binary;
 mod body;
 mod error;
 mod file;
+mod joints;
 mod lines;
 mod text;
 

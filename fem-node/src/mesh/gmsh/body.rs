@@ -6,11 +6,12 @@ use kit::ConfigError;
 
 use super::error::{no_quadrilaterals, refused};
 use super::file::{File, FileElement};
+use super::joints::check_joints;
 use super::lines::{join, sort_from_left};
 use crate::mesh::connectivity::{Connectivity, NodeSet};
 use crate::mesh::{Mesh, area};
 
-/// Share of the size of the body below which a distance is none, and of the square of a corner's sides below which its
+/// Share of the size of the body below which a height is none, and of the square of a corner's sides below which its
 /// area is none.
 const NOTHING: f64 = 1e-9;
 
@@ -26,8 +27,8 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, ConfigError> 
     for quad in &mut quads {
         turn(file, quad)?;
     }
-    check_distances(file, &used)?;
     let sides = sides(file, &quads)?;
+    check_joints(file, &quads, &sides)?;
     let sets = named_sets(file, &quads, &sides)?;
     Ok(numbered(file, length_unit, &used, &quads, sets))
 }
@@ -130,42 +131,11 @@ fn turn(file: &File, quad: &mut FileElement<4>) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// Refuses two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
-fn check_distances(file: &File, used: &[u32]) -> Result<(), ConfigError> {
-    let near = NOTHING * farthest(file, used);
-    let cell = |p: [f64; 2]| p.map(|x| (x / near).floor() as i64);
-    let mut cells: HashMap<[i64; 2], u32> = HashMap::new();
-    for node in used {
-        let p = file.point(*node);
-        let [i, j] = cell(p);
-        let around = (-1..=1).flat_map(|di| (-1..=1).map(move |dj| [di, dj]));
-        for [di, dj] in around {
-            let Some(other) = cells.get(&[i.saturating_add(di), j.saturating_add(dj)]) else {
-                continue;
-            };
-            let q = file.point(*other);
-            if (p[0] - q[0]).hypot(p[1] - q[1]) <= near {
-                let [first, second] = [*other, *node].map(|node| file.number(node));
-                let [x, y] = p;
-                return Err(refused(
-                    format!(
-                        "nodes {first} and {second} lie in one place, ({x:?}, {y:?}) in the file's unit"
-                    ),
-                    "join the parts (`Coherence;`, `Coherence Mesh;`): nodes in one place would leave a crack",
-                ));
-            }
-        }
-        cells.insert([i, j], *node);
-    }
-    Ok(())
-}
-
 /// The sides of all elements, each as its element runs along it; two elements on one side of the same two nodes overlap.
 fn sides(file: &File, quads: &[FileElement<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
     let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
     for quad in quads {
-        for corner in 0..4 {
-            let side = [quad.corners[corner], quad.corners[(corner + 1) % 4]];
+        for side in quad.sides() {
             if let Some(first) = directed.insert(side, quad.number) {
                 let ([a, b], second) = (side.map(|node| file.number(node)), quad.number);
                 return Err(refused(

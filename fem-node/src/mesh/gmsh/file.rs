@@ -33,6 +33,13 @@ pub(super) struct FileElement<const N: usize> {
     pub(super) groups: Vec<i64>,
 }
 
+impl FileElement<4> {
+    /// Its sides, in the order of its corners.
+    pub(super) fn sides(&self) -> [[u32; 2]; 4] {
+        [0, 1, 2, 3].map(|k| [self.corners[k], self.corners[(k + 1) % 4]])
+    }
+}
+
 /// The versions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
