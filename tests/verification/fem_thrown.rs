@@ -17,10 +17,12 @@
 //! spans that end a tenth of H/c away from fronts keep a ripple of 1 %. Rigid motion: rounding.
 
 use fem_node::FemNode;
-use protocol::Node;
+use protocol::{FaultCode, Node, NodeError};
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{block, confined_modulus, node, reported, setting, strip, window, with};
+use crate::fem_bodies::{
+    block, confined_modulus, node, node_on, reported, setting, strip, window, with,
+};
 use crate::fem_wheel::balance;
 
 const HEIGHT: f64 = 20e-3;
@@ -111,6 +113,45 @@ fn the_last_reaction_is_a_result_and_survives_a_checkpoint() {
     let names: Vec<&str> = results[0].keys().map(String::as_str).collect();
     assert!(names.contains(&"bottom_reaction_y_n") && !names.contains(&"top_reaction_y_n"));
     assert!(results[0]["bottom_reaction_y_n"] > 0.0);
+}
+
+/// How far a body of 12 mm goes in windows of 300 steps, some 12 us each, or how it ends before.
+fn flight(change: Value, threads: usize) -> Result<f64, NodeError> {
+    let mut body = node_on(
+        &with(with(block(), json!({"base": "free"})), change),
+        threads,
+    );
+    let way = |body: &FemNode| body.state().u[body.model.body.layout.index([6, 3], 0)].abs();
+    for index in 0..20 {
+        body.advance_alone(&window(index, 300))?;
+    }
+    // Brings the body of several threads together.
+    body.checkpoint()?;
+    Ok(way(&body))
+}
+
+#[test]
+fn a_body_may_fly_and_be_carried_farther_than_it_is_large() {
+    let thrown = json!({"initial": {"body": {"velocity_m_per_s": [300.0, -20.0]}}});
+    let carried = json!({"boundary": {"left": {"velocity_m_per_s": [300.0, 0.0], "ramp_s": 3e-5}}});
+    let turning = json!({"kinematics": "corotational"});
+    for (change, threads) in [
+        (thrown.clone(), 1),
+        (thrown.clone(), 2),
+        (with(thrown.clone(), turning), 1),
+        (carried, 1),
+    ] {
+        let way = flight(change.clone(), threads).expect("it is stable");
+        assert!(way > 2.0 * 12e-3, "{change}: {way}");
+    }
+    let auto = node(&with(block(), json!({"base": "free"})));
+    let step = 1.02 * auto.model.step_limit;
+    let unstable = json!({"time": {"step_s": step, "unsafe_step": true},
+                          "boundary": {"top": {"traction_pa": [0.0, -1e5]}}});
+    for threads in [1, 2] {
+        let error = flight(with(thrown.clone(), unstable.clone()), threads);
+        assert_eq!(error.expect_err("it is unstable").code, FaultCode::Diverged);
+    }
 }
 
 #[test]

@@ -20,6 +20,7 @@ pub(crate) mod works;
 
 use protocol::larger;
 
+use crate::element::layout::Layout;
 use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
@@ -472,6 +473,15 @@ impl WindowRun {
             }
             None => body.energy_correction(law, &self.state.u, history),
         }
+    }
+
+    /// Displacements at the end of the window (m).
+    pub(crate) fn displacements(&self, layout: Layout) -> Vec<f64> {
+        let held = self.partition.held();
+        held.map_or_else(
+            || self.state.u.to_vec(),
+            |held| held.displacements(layout).to_vec(),
+        )
     }
 
     /// The displacement that is farthest from zero (m), NaN if any is.

@@ -7,7 +7,11 @@ use crate::error::FemError;
 use crate::interface::CondensedMatrix;
 use crate::interface::compliance::{compliance, impedance};
 use crate::interface::window::extent::WindowInput;
+use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::largest;
+
+/// Displacement of a body that turns, over its larger extent: twice the diagonal of a square.
+const MOST_TURNED: f64 = 3.0;
 
 impl FemNode {
     /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.
@@ -82,7 +86,7 @@ impl FemNode {
     }
 
     /// Refuses a diverging run: in small strain no displacement comes near the size of the body, long before the numbers
-    /// overflow.
+    /// overflow. One that turns by half a turn moves its ends by twice their distance.
     fn check_divergence(&self, window: &Window) -> Result<(), FemError> {
         let far = self.farthest();
         if let Some(found) = self.run.excess {
@@ -97,7 +101,9 @@ impl FemNode {
                 limit_s: self.model.step_limit,
             });
         }
-        if far < self.model.mesh.size() {
+        let turns = self.model.law == Some(NonlinearLaw::Corotational);
+        let most = if turns { MOST_TURNED } else { 1.0 };
+        if far < most * self.model.mesh.size() {
             return Ok(());
         }
         let steps = self.committed.steps + u64::from(window.substeps);
@@ -111,19 +117,17 @@ impl FemNode {
         })
     }
 
-    /// The largest displacement (m). A body without ends may slide along x for ever: once it has gone as far as its size, the way of
-    /// its first node is taken off.
+    /// The largest displacement (m). A body may fly or be carried for ever: once it has gone as far as its size, the way of its first node
+    /// is taken off.
     fn farthest(&self) -> f64 {
         let (mesh, layout) = (&self.model.mesh, self.model.body.layout);
         let far = self.run.largest_displacement();
-        if !mesh.periodic || far < mesh.size() {
+        if far < mesh.size() {
             return far;
         }
-        let u = &self.run.state.u;
-        let slid = u[layout.index([0, 0], 0)];
-        let of = |node| [0, 1].map(|k| u[layout.index(node, k)]);
-        let apart = mesh.nodes().map(of).map(|[x, y]| [x - slid, y]);
-        largest(apart.flatten().map(f64::abs))
+        let u = self.run.displacements(layout);
+        let of = |node| [0, 1].map(|k| u[layout.index(node, k)] - u[layout.index([0, 0], k)]);
+        largest(mesh.nodes().flat_map(of).map(f64::abs))
     }
 
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
