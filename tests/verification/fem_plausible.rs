@@ -10,11 +10,12 @@ use crate::fem_bodies::{block, node, window, with};
 use crate::fem_static_contact::solved;
 use crate::fem_wheel::run;
 
-const CHECKS: [&str; 4] = [
+const CHECKS: [&str; 5] = [
     "wheel_force_rel",
     "contact_reach_rel",
     "contact_resolution",
     "strain",
+    "cycle_drift_rel",
 ];
 
 /// The block under a wheel of 500 N that then goes sideways for `cycles`, all bounds being this.
@@ -52,8 +53,8 @@ fn strain(findings: &[Finding]) -> f64 {
 
 #[test]
 fn every_check_of_a_body_in_motion_is_made() {
-    let findings = |bound| {
-        let mut body = node(&under_wheel(bound, 0.25));
+    let findings = |bound, cycles| {
+        let mut body = node(&under_wheel(bound, cycles));
         run(&mut body, |_, _| {});
         body.finish().expect("it ends").findings
     };
@@ -63,8 +64,10 @@ fn every_check_of_a_body_in_motion_is_made() {
         "contact_resolution",
         "contact_reach",
     ];
-    assert_eq!(codes(&findings(0.0)), all);
-    assert_eq!(codes(&findings(1e300)), [""; 0]);
+    assert_eq!(codes(&findings(0.0, 0.25)), all);
+    assert_eq!(codes(&findings(1e300, 1.5)), [""; 0]);
+    let cycled = findings(0.0, 1.5);
+    assert!(codes(&cycled).contains(&"cycle_drift"), "{cycled:?}");
 }
 
 #[test]

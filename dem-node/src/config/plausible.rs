@@ -20,6 +20,9 @@ pub struct DemPlausibleConfig {
     /// Height that the wheel loses or gains in the second half of the hold, by its trend, over its approach (and 0.01 of the mean
     /// radius). A rail of 1e6 kg/m3 in `quick` is off by 0.5 %, one of 1e7 by 2.7 %.
     pub wheel_drift_rel: Bounds,
+    /// Change of the wheel's height over the last period, where its displacement is 0, over the amplitude of its motion: 0.5 um of 50 um are
+    /// a work of the load of 4.5 % of the friction loop of `wheel-rail-fe-small`.
+    pub cycle_drift_rel: Bounds,
     /// Distance of the mean force on the glued disks from that on the wheel in the second half of the hold, weight and all
     /// fixed bodies being allowed for, over the load.
     pub boundary_force_rel: Bounds,
@@ -64,6 +67,7 @@ impl Default for DemPlausibleConfig {
             ejected_rel: bounds(0.0, 0.1),
             wheel_force_rel: bounds(0.05, 0.2),
             wheel_drift_rel: bounds(0.03, 0.3),
+            cycle_drift_rel: bounds(0.01, 0.1),
             boundary_force_rel: bounds(0.02, 0.1),
             added_inertia_rel: bounds(0.1, 0.4),
             detection_rel: bounds(5e-3, 3e-2),
@@ -89,6 +93,7 @@ impl DemPlausibleConfig {
             ("ejected_rel", self.ejected_rel),
             ("wheel_force_rel", self.wheel_force_rel),
             ("wheel_drift_rel", self.wheel_drift_rel),
+            ("cycle_drift_rel", self.cycle_drift_rel),
             ("added_inertia_rel", self.added_inertia_rel),
             ("detection_rel", self.detection_rel),
             ("boundary_force_rel", self.boundary_force_rel),

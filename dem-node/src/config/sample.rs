@@ -189,10 +189,12 @@ impl SampleConfig {
         }
     }
 
-    /// Ends of a layer that does not repeat, in |x| (m).
-    pub fn ends(&self) -> Option<f64> {
+    /// Half-width and thickness of a layer that does not repeat (m).
+    pub fn ends(&self) -> Option<[f64; 2]> {
         match self {
-            SampleConfig::Layer(layer) if layer.periodic_x_m.is_none() => Some(layer.half_width_m),
+            SampleConfig::Layer(layer) if layer.periodic_x_m.is_none() => {
+                Some([layer.half_width_m, layer.thickness_m])
+            }
             _ => None,
         }
     }

@@ -10,6 +10,7 @@ use crate::measure::trend::Trend;
 use crate::measure::wheel_contacts;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
+use kit::cycle_drift::{CycleDrift, Mean};
 use kit::wheel::WheelProgram;
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
@@ -72,25 +73,6 @@ pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
 /// Part of its strength above which a bond is near to breaking.
 const HALF_STRENGTH: f64 = 0.5;
 
-/// A mean that is filled value by value.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Mean {
-    sum: f64,
-    count: u64,
-}
-
-impl Mean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.count += 1;
-    }
-
-    /// The mean; `None` without values.
-    pub fn value(&self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / self.count as f64)
-    }
-}
-
 /// Ratio of two sums over the last half to three quarters of all steps: how a run begins says little of how it goes on.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct RecentRatio {
@@ -149,6 +131,8 @@ pub struct RunStatistics {
     /// The same over the motion.
     moved_contacts: [Mean; 2],
     friction: Mean,
+    /// Height of the wheel from cycle to cycle.
+    pub drift: CycleDrift,
     height_range: Option<[f64; 2]>,
     /// Largest residual of a contact solve that was accepted.
     pub residual_max: f64,
@@ -251,6 +235,7 @@ impl RunStatistics {
         }
         self.before_motion.get_or_insert(0.0);
         self.height_range = Some(wider(self.height_range, height));
+        self.drift.record(program, span.end, height);
         add_contacts(&mut self.moved_contacts, bodies, state);
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);

@@ -59,7 +59,7 @@ pub struct Dem {
     /// Part of the radii that the preparation took off, where it tells.
     pub(super) radii_shrunk: Option<f64>,
     /// Ends of a layer that does not repeat, in |x| (m).
-    pub(super) half_width: Option<f64>,
+    pub(super) ends: Option<[f64; 2]>,
     /// The line that a layer or a rail is cut along.
     pub(super) base_line: Option<BaseLine>,
     pub(super) scaling: Option<MassScaling>,
@@ -185,7 +185,7 @@ impl Dem {
             prepared_sample: prepared.origin,
             solid_fraction: sample.solid_fraction,
             radii_shrunk: sample.radii_shrunk,
-            half_width: config.sample.ends(),
+            ends: config.sample.ends(),
             base_line: config.sample.base_line(),
             scaling,
             moments,

@@ -161,7 +161,7 @@ impl Dem {
             statistics: &self.progress.statistics,
             program: self.program.as_ref(),
             alone: self.interface.disks.is_empty(),
-            half_width: self.half_width,
+            ends: self.ends,
         }
     }
 }

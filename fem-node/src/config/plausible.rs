@@ -18,6 +18,9 @@ pub struct FemPlausibleConfig {
     pub contact_resolution: Bounds,
     /// Largest strain of a centroid, under small-strain kinematics the largest displacement gradient, rotation included.
     pub strain: Bounds,
+    /// Change of the wheel's height over the last period, where its displacement is 0, over the amplitude of its motion: 0.5 um of 50 um are
+    /// a work of the load of 4.5 % of the friction loop of `wheel-rail-fe-small`.
+    pub cycle_drift_rel: Bounds,
     /// Largest equivalent plastic strain over the elastic one Y/(3 mu) at first yield, where the element is not `q4_bbar`: in
     /// plastic flow, which keeps the volume, `q4_2x2` is too stiff and `q4_1point` hardly held against hourglass modes.
     pub plastic_element: Bounds,
@@ -31,6 +34,7 @@ impl Default for FemPlausibleConfig {
             contact_reach_rel: bounds(0.5, 0.9),
             contact_resolution: bounds(0.3, 0.8),
             strain: bounds(0.1, 0.3),
+            cycle_drift_rel: bounds(0.01, 0.1),
             plastic_element: bounds(0.0, 1e300),
         }
     }
@@ -43,6 +47,7 @@ impl FemPlausibleConfig {
             ("contact_reach_rel", self.contact_reach_rel),
             ("contact_resolution", self.contact_resolution),
             ("strain", self.strain),
+            ("cycle_drift_rel", self.cycle_drift_rel),
             ("plastic_element", self.plastic_element),
         ];
         Bounds::check_all("plausible", all)

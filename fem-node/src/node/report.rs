@@ -98,6 +98,8 @@ impl FemNode {
             let load = wheel.program.load_n;
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
+            let drift = state.statistics.drift;
+            findings.push(drift.judge(&wheel.program, model.plausible.cycle_drift_rel));
             let last = ContactProfile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             let sampled = held.unwrap_or(&last);

@@ -113,6 +113,9 @@ impl WheelRun {
         state
             .statistics
             .record(wheel, &state.contacts, state.step, drive_work);
+        let t = state.step as f64 * wheel.step;
+        let drift = &mut state.statistics.drift;
+        drift.record(&wheel.program, t, state.height);
         self.apply(wheel, row.load);
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use kit::cycle_drift::{CycleDrift, Mean};
 use kit::wheel::WheelProgram;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
@@ -34,24 +35,6 @@ const AFTER_REVERSAL: [f64; 2] = [30e-6, 300e-6];
 /// Share of the full friction from which on the whole wheel slides.
 const SLIDING: f64 = 0.999;
 
-/// A mean that is filled value by value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Mean {
-    sum: f64,
-    count: u64,
-}
-
-impl Mean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.count += 1;
-    }
-
-    fn value(self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / self.count as f64)
-    }
-}
-
 /// Smallest and largest of some values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Range {
@@ -83,6 +66,7 @@ pub(crate) struct CycleStatistics {
     sn_sliding: Mean,
     sn_sliding_range: Option<Range>,
     loop_area: f64,
+    pub(crate) drift: CycleDrift,
 }
 
 /// Means over spans that follow each other, of which the largest is kept.

@@ -6,11 +6,13 @@
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
+//! - [`cycle_drift`]: its drift from cycle to cycle;
 //! - [`bounds`]: the two bounds of a check of plausibility;
 //! - [`vtk`]: files of fields;
 //! - [`scratch`]: folders that go with whoever made them.
 
 pub mod bounds;
+pub mod cycle_drift;
 pub mod input_file;
 pub mod keys;
 pub mod schema;
