@@ -105,7 +105,7 @@
 //! - Step: above the limit it is refused with the limit's name. A run whose kinetic energy exceeds ten times all that was supplied
 //!   has diverged, whatever the limit says, as one whose points are farther apart than its size; how far all of it flies is no sign of that.
 //! - Plausibility at the ends of the load's phases: wheel at rest and its height from cycle to cycle, nodes in the contact, its reach,
-//!   strains, elements that lock under plastic flow. Bounds are keys; see `scenarios/README.md`.
+//!   strains, elements that lock in bending or under plastic flow. Bounds are keys; see `scenarios/README.md`.
 //! - Exact answers: waves, patches, Lame, Hertz with friction, collapse loads, orders of convergence (`tests/verification/fem*.rs`).
 //!
 //! # Limits

@@ -4,9 +4,11 @@
 //! - [`profile`]: the pressure between wheel and body;
 //! - [`probe`]: signals, stresses and pressures;
 //! - `plausible`: values beyond what a user expects;
+//! - `bending`: what the elements make of bending;
 //! - `vtu`: fields as files for ParaView;
 //! - `snapshot`: fields and contact profiles as files.
 
+mod bending;
 pub mod ledger;
 pub(crate) mod plausible;
 pub mod probe;

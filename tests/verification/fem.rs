@@ -17,6 +17,7 @@ mod fem_gmsh_patch;
 mod fem_gmsh_refuse;
 mod fem_gmsh_same;
 mod fem_load_table;
+mod fem_locking;
 mod fem_manufactured;
 mod fem_mesh;
 mod fem_mixed;

@@ -33,9 +33,9 @@ use serde_json::{Value, json};
 use crate::fem_bodies::{node, setting, window, with};
 use crate::fem_msh::{Drawing, MshFile};
 
-const INNER: f64 = 0.1;
-const OUTER: f64 = 0.2;
-const YOUNG: f64 = 210e9;
+pub const INNER: f64 = 0.1;
+pub const OUTER: f64 = 0.2;
+pub const YOUNG: f64 = 210e9;
 
 /// `along` elements from the inner to the outer radius and as many around.
 fn quarter(along: usize) -> Drawing {
@@ -66,7 +66,7 @@ fn quarter(along: usize) -> Drawing {
     drawing
 }
 
-fn cylinder(along: usize, poisson: f64, pressure: f64) -> (MshFile, Value) {
+pub fn cylinder(along: usize, poisson: f64, pressure: f64) -> (MshFile, Value) {
     let file = MshFile::new(&quarter(along).msh2());
     let config = json!({
         "element": "q4_2x2", "base": "roller", "sides": "fixed_x", "mesh": {"gmsh": file.0},

@@ -10,11 +10,12 @@ use crate::fem_bodies::{block, node, window, with};
 use crate::fem_static_contact::solved;
 use crate::fem_wheel::run;
 
-const CHECKS: [&str; 5] = [
+const CHECKS: [&str; 6] = [
     "wheel_force_rel",
     "contact_reach_rel",
     "contact_resolution",
     "strain",
+    "locking_rel",
     "cycle_drift_rel",
 ];
 
@@ -60,6 +61,7 @@ fn every_check_of_a_body_in_motion_is_made() {
     };
     let all = [
         "strain",
+        "locking",
         "wheel_at_rest",
         "contact_resolution",
         "contact_reach",
@@ -79,7 +81,7 @@ fn every_check_of_a_body_in_equilibrium_is_made() {
     let held = findings(0.0, 0.0);
     assert_eq!(
         codes(&held),
-        ["strain", "contact_reach", "contact_resolution"]
+        ["strain", "locking", "contact_reach", "contact_resolution"]
     );
     assert_eq!(codes(&findings(1e300, 0.0)), [""; 0]);
     // The wheel then shears the block.

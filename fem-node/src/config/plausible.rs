@@ -24,6 +24,9 @@ pub struct FemPlausibleConfig {
     /// Largest equivalent plastic strain over the elastic one Y/(3 mu) at first yield, where the element is not `q4_bbar`: in
     /// plastic flow, which keeps the volume, `q4_2x2` is too stiff and `q4_1point` hardly held against hourglass modes.
     pub plastic_element: Bounds,
+    /// Strain energy by which the elements miss that of bending, over all strain energy, while the body is elastic: about the share by
+    /// which displacements under a load are off.
+    pub locking_rel: Bounds,
 }
 
 impl Default for FemPlausibleConfig {
@@ -36,6 +39,7 @@ impl Default for FemPlausibleConfig {
             strain: bounds(0.1, 0.3),
             cycle_drift_rel: bounds(0.01, 0.1),
             plastic_element: bounds(0.0, 1e300),
+            locking_rel: bounds(0.05, 0.3),
         }
     }
 }
@@ -49,6 +53,7 @@ impl FemPlausibleConfig {
             ("strain", self.strain),
             ("cycle_drift_rel", self.cycle_drift_rel),
             ("plastic_element", self.plastic_element),
+            ("locking_rel", self.locking_rel),
         ];
         Bounds::check_all("plausible", all)
     }

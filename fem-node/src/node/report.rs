@@ -7,6 +7,7 @@ use protocol::{Finding, Phase};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
+use crate::integrate::tally::kinetic_energy;
 use crate::interface::window::extent::WindowInput;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
@@ -90,9 +91,12 @@ impl FemNode {
     pub(super) fn findings(&self) -> Vec<Finding> {
         let (model, committed) = (&self.model, &self.committed);
         let strain = plausible::strain_so_far(committed.strain_max, model, &committed.state);
+        let terms = self.terms().map(|(.., value)| value.abs());
+        let moved = kinetic_energy(&model.body, &committed.state.v) + terms.sum::<f64>();
         let mut findings = vec![
             plausible::strain(model, strain),
             plausible::plastic_element(model, &committed.state),
+            plausible::locking(model, &committed.state, moved),
         ];
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             let load = wheel.program.load_n;

@@ -198,6 +198,7 @@ impl StaticNode {
             contacts.map(|c| ContactProfile::new(model, c)).collect();
         let found = [
             plausible::strain(model, strain),
+            plausible::locking(model, &states[1].state, 0.0),
             plausible::contact_reach(model, profiles.iter()),
             profiles
                 .first()

@@ -7,10 +7,14 @@ use crate::element::shape::GAUSS_POINTS;
 use crate::integrate::state::NodalState;
 use crate::mesh::Edge;
 use crate::model::Model;
+use crate::output::bending::bending_excess;
 use crate::output::probe::largest_strain;
 use crate::output::profile::ContactProfile;
 use crate::pack::largest;
 use crate::statics::contact::DirectedStatus;
+
+/// Share of the energy moved below which that of the strain is what is left of vibrations.
+const QUIET: f64 = 0.01;
 
 /// The wheel must be at rest when its results are taken: `range` holds the least and largest force on it then (N).
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
@@ -100,6 +104,22 @@ pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Findi
     let bounds = model.plausible.plastic_element;
     bounds.judge("plastic_element", value, || {
         format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
+    })
+}
+
+/// Elements that miss the energy of bending are too stiff, or too soft. `moved` is the kinetic energy and the sizes of all that went in
+/// or out (J): what is left of it in a body that vibrates says nothing. A body that has flowed is judged by [`plastic_element`].
+pub(crate) fn locking(model: &Model, state: &NodalState, moved: f64) -> Option<Finding> {
+    let [excess, energy] = bending_excess(model, state);
+    let flowed = model.plastic().is_some() && largest_plastic_strain(model, state) > 0.0;
+    if flowed || energy <= QUIET * moved {
+        return None;
+    }
+    let share = excess / energy;
+    let how = if share > 0.0 { "stiff" } else { "soft" };
+    let bounds = model.plausible.locking_rel;
+    bounds.judge("locking", share.abs(), || {
+        format!("the elements are too {how} in bending by {:.3} of the strain energy, and displacements under a load are off by about as much: take more elements across a body in bending, none much longer than wide, and element = \"q4_bbar\" or \"q4_1point\" where material.poisson is above 0.4", share.abs())
     })
 }
 

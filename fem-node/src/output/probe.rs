@@ -233,7 +233,7 @@ struct Strained {
 }
 
 /// Positions and displacements of the corners of the element (column, row) (m).
-fn corners(
+pub(super) fn corners(
     model: &Model,
     state: &NodalState,
     [column, row]: [usize; 2],
@@ -315,7 +315,11 @@ fn symmetric([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
 }
 
 /// u,x u,y / v,x v,y of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
-fn gradient(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
+pub(super) fn gradient(
+    points: &[[f64; 2]; 4],
+    u: &[[f64; 2]; 4],
+    natural: [f64; 2],
+) -> [[f64; 2]; 2] {
     let mut gradient = [[0.0; 2]; 2];
     for (slope, u) in slopes(points, natural).iter().zip(u) {
         for k in 0..2 {
