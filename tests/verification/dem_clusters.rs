@@ -409,3 +409,25 @@ fn what_clusters_do_not_go_with_is_refused_by_key() {
         assert!(message.contains(expected), "{expected}: {message}");
     }
 }
+
+/// Exact: a free body of mass M and radius of gyration k that a resting disk m hits plastically in its centre goes on with m v/(m + M).
+#[test]
+fn a_mass_of_its_own_is_that_of_a_cluster_without_a_drive() {
+    let bar = |x: f64| json!({"x_m": x, "y_m": 0.0, "radius_m": R, "cluster": "bar"});
+    let ball = json!({"x_m": -3.0 * R, "y_m": 0.0, "radius_m": R, "vx_m_per_s": 1.0});
+    for times in [0.5, 3.0] {
+        let sample = json!({
+            "kind": "disks", "disks": [bar(0.0), bar(1.5 * R), ball],
+            "clusters": [{"name": "bar", "mass_kg": times * mass(R)}],
+        });
+        let mut dem = build(&scene(
+            json!({"kind": "signorini"}),
+            1e-5,
+            sample,
+            json!({}),
+        ));
+        march(&mut dem, 0, 200);
+        let [vx, ..] = dem.state().velocities[0];
+        close("speed", vx, 1.0 / (1.0 + times), 1e-12);
+    }
+}

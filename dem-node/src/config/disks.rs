@@ -200,7 +200,7 @@ impl ClusterConfig {
 
     /// Mass (kg) that is not that of the disks.
     pub fn mass(&self) -> Option<f64> {
-        self.mass_kg.or(self.drive.as_ref()?.mass_kg)
+        self.mass_kg.or_else(|| self.drive.as_ref()?.mass_kg)
     }
 
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
