@@ -284,3 +284,37 @@ fn cells_that_show_no_stress_are_refused() {
         &["stress.cell_m", "1.6e8 cells"],
     );
 }
+
+/// 3.5 x 0.1 is 0.35000000000000003, 1.9 - 1.1 less than 0.8, and 2.3 - 2.1 less than 0.2: what is meant to fit does.
+#[test]
+fn lengths_that_rounding_makes_too_short_are_taken() {
+    let disk = json!({"x_m": 0.2, "y_m": 0.2, "radius_m": 0.05});
+    let listed = json!({"kind": "disks", "disks": [disk]});
+    let cell =
+        |cell: f64| json!({"stress": {"cell_m": cell, "x_m": [0.0, 0.4], "y_m": [0.0, 0.4]}});
+    build(&scene(sprung(), 1e-6, listed.clone(), cell(0.35)));
+    let message = refusal(&scene(sprung(), 1e-6, listed, cell(0.3499)));
+    assert!(message.contains("stress.cell_m"), "{message}");
+    let fill = |right: f64| {
+        let radii = json!({"radius_min_m": 0.1, "radius_max_m": 0.1, "law": "number_uniform"});
+        let mut fill = json!({"x_m": [2.1, right], "y_m": [0.0, 0.2], "speed_m_per_s": 0.0});
+        for (key, value) in radii.as_object().expect("a table") {
+            fill[key] = value.clone();
+        }
+        scene(
+            sprung(),
+            1e-6,
+            json!({"kind": "disks", "fill": [fill]}),
+            json!({}),
+        )
+    };
+    build(&fill(2.3));
+    assert!(refusal(&fill(2.299)).contains("no room"));
+    let strip = |right: f64| {
+        let disk = json!({"x_m": 1.5, "y_m": 0.0, "radius_m": 0.1});
+        let sample = json!({"kind": "disks", "disks": [disk], "periodic_x_m": [1.1, right]});
+        scene(sprung(), 1e-6, sample, json!({}))
+    };
+    build(&strip(1.9));
+    assert!(refusal(&strip(1.899)).contains("narrower"));
+}

@@ -5,7 +5,7 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, finite, validate_sides};
+use super::limits::{ROUNDING, at_least, finite, validate_sides};
 use super::radii::{Radii, RadiusLaw};
 use kit::keys::refuse_if;
 
@@ -73,7 +73,7 @@ impl FillConfig {
         let [width, height] = [self.x_m, self.y_m].map(|[low, high]| high - low);
         let side = 2.0 * self.radius_max_m;
         // A rectangle made for a whole number of disks must not lose one to rounding.
-        [width, height].map(|length| (length / side * (1.0 + 4.0 * f64::EPSILON)).floor())
+        [width, height].map(|length| (length / side * (1.0 + ROUNDING)).floor())
     }
 
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {

@@ -7,6 +7,9 @@ use protocol::Cause;
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
 
+/// Part of a length by which one that was computed may miss the one that was meant: 3.5 x 0.1 is 0.35000000000000003.
+pub(super) const ROUNDING: f64 = 1e-9;
+
 /// Refuses the first of these keys that is given.
 pub(super) fn refuse_given<'a>(
     keys: impl IntoIterator<Item = (&'a str, bool)>,
@@ -33,7 +36,7 @@ pub(crate) fn positive(
 }
 
 pub(super) fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
-    let holds = |value: f64| value >= minimum && value.is_finite();
+    let holds = |value: f64| value >= minimum - ROUNDING * minimum.abs() && value.is_finite();
     let must = |value| format!("be at least {minimum:e}, got {}", with_unit(value, unit));
     check(key, Some(value), holds, must)
 }

@@ -7,7 +7,7 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::limits::{at_least, positive};
+use super::limits::{ROUNDING, at_least, positive};
 use super::radii::{Radii, RadiusLaw};
 use crate::bodies::geometry::drop_at;
 use kit::keys::refuse_if;
@@ -105,7 +105,7 @@ impl RailConfig {
         }
         let (sides, least) = (-self.base() - self.sag(), HEIGHT * widest);
         refuse_if(
-            sides < least,
+            sides < least * (1.0 - ROUNDING),
             "sample.height_m",
             format!("the sides are {sides:e} m high, and grains of {widest:e} m need {least:e} m"),
             "make the rail higher or its crown flatter, or the grains smaller",

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 use super::disks::DisksConfig;
 use super::file::FileConfig;
 use super::layer::LayerConfig;
-use super::limits::{PERIOD, finite};
+use super::limits::{PERIOD, ROUNDING, finite};
 use super::radii::Radii;
 use super::rail::RailConfig;
 use crate::bodies::geometry::Period;
@@ -169,7 +169,7 @@ impl SampleConfig {
         };
         let (length, narrowest) = (ends[1] - ends[0], 2.0 * DIAMETERS * widest);
         refuse_if(
-            length < narrowest,
+            length < narrowest * (1.0 - ROUNDING),
             PERIOD,
             format!(
                 "a strip of {length:e} m is narrower than {DIAMETERS} of the widest diameter, {narrowest:e} m"

@@ -5,15 +5,13 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, positive, validate_sides};
+use super::limits::{ROUNDING, at_least, positive, validate_sides};
 use kit::keys::refuse_if;
 
 /// Least side of a cell over the mean diameter of the grains: smaller ones hold a few contacts, not a stress.
 const CELL_DIAMETERS: f64 = 3.5;
 /// Most cells, some 100 MB of CSV.
 const CELLS_MAX: f64 = 1e6;
-/// Part of a side by which a region that was made for whole cells may miss the last one.
-const ROUNDING: f64 = 1e-9;
 
 /// `stress`: the cells, and the region that they lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
