@@ -182,6 +182,9 @@ pub fn total(force: &[f64]) -> [f64; 2] {
     sum
 }
 
+/// Part of what is stored and dissipated up to which a work is rounding: a disk that slides on a floor has one of 2e-16.
+const ROUNDING: f64 = 1e-9;
+
 /// a / b, and zero where both are.
 pub fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
@@ -270,11 +273,13 @@ impl EnergySums {
         self.work_size_j + self.through_size_j
     }
 
-    /// |W - dE - D| / sum of |W| per term, or of |dE| and |D| where no work is done.
+    /// |W - dE - D| / sum of |W| per term, or of |dE| and |D| where no work is done beyond rounding.
     pub fn balance_rel(&self) -> f64 {
-        let scale = match self.worked_j() {
-            0.0 => self.kept_size_j,
-            worked => worked,
+        let worked = self.worked_j();
+        let scale = if worked > ROUNDING * self.kept_size_j {
+            worked
+        } else {
+            self.kept_size_j
         };
         ratio(self.defect_j().abs(), scale)
     }
@@ -401,5 +406,25 @@ mod tests {
         assert_eq!(total(&idle), 0.2);
         let braked = [side(0.0, -8.0, -6.0)];
         assert_eq!(total(&braked), 0.25);
+    }
+
+    /// A disk that slides on a floor: 7e-24 J of work by rounding, 4e-8 J of motion that friction takes.
+    #[test]
+    fn a_work_of_rounding_is_no_scale() {
+        let slides = |work: f64, lost: f64| {
+            let ledger = ParticipantLedger {
+                terms: vec![
+                    term("weight", Role::Work),
+                    term("kinetic", Role::Stored),
+                    term("friction", Role::Dissipated),
+                ],
+                values: vec![work, -4e-8, lost],
+            };
+            ledger.sums().balance_rel()
+        };
+        assert!(slides(-7e-24, 4e-8 + 1e-23) < 1e-15);
+        // What is amiss of the motion still shows, and a work that is there is the scale.
+        assert!((slides(-7e-24, 3e-8) - 1.0 / 7.0).abs() < 1e-12);
+        assert!((slides(1e-9, 4e-8) - 1.0).abs() < 1e-12);
     }
 }
