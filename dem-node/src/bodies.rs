@@ -183,6 +183,14 @@ impl Bodies {
         heights.reduce(f64::max)
     }
 
+    /// Energy (J) below which contacts only bear weights and a load (N): their work on a millionth of a radius, far above what a
+    /// solve leaves of it by its tolerance.
+    pub fn noise(&self, load: f64) -> f64 {
+        let [x, y] = self.gravity;
+        let weight = self.masses.iter().sum::<f64>() * x.hypot(y);
+        1e-6 * (weight + load) * self.mean_radius()
+    }
+
     /// Mean radius of the free grains (m).
     pub fn mean_radius(&self) -> f64 {
         self.radii[..self.free].iter().sum::<f64>() / self.free as f64

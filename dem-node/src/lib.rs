@@ -116,7 +116,8 @@
 //!   the step left it, are terms too.
 //! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
 //! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`measure::flow`]).
-//! - Plausibility: overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
+//! - Rigid contacts only take energy: what friction and rebounds make is summed contact by contact ([`step::ledger::GrainLedger::made`]).
+//! - Plausibility: ways of grains in a step, walls met from behind, overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
 //! - Exact answers: impacts, slopes, columns, pyramids, chains, bonds; published ones for packings and plane shear (`tests/verification/dem*.rs`).
 //!
 //! # Limits
@@ -250,6 +251,7 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
     };
     advice.extend(mass_scaling::advice(&config, setting.thickness_m));
     advice.extend(mass_scaling::advice_on_flow(&config));
+    advice.extend(mass_scaling::advice_on_flight(&config));
     if let SampleConfig::Layer(layer) = &config.sample {
         advice.extend(layer.advice(config.law.contact_stiffness_pa));
     }

@@ -12,6 +12,7 @@ use kit::ConfigError;
 
 use crate::bodies::Bodies;
 use crate::bodies::cluster::{Cluster, Clusters};
+use crate::bodies::faces::depth_behind;
 use crate::bodies::feed::Injection;
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, Pairs, ROWS, WHEEL};
@@ -19,6 +20,7 @@ use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
 use crate::config::injection::InjectionConfig;
 use crate::config::law::LawConfig;
+use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
@@ -181,6 +183,43 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
                 relative: -gap / smaller,
             });
         }
+    }
+    Ok(())
+}
+
+/// Refuses a wall of points that all disks of the start lie behind, or some within it: nothing would hold them there.
+pub fn refuse_grains_behind(
+    config: &DemConfig,
+    bodies: &Bodies,
+    state: &GrainState,
+) -> Result<(), ConfigError> {
+    let SampleConfig::Disks(sample) = &config.sample else {
+        return Ok(());
+    };
+    let fed = bodies.injection.as_ref().map(|feed| (&feed.point, &0.0));
+    let centres = state.centres[..state.present(bodies)].iter();
+    let grains = centres.zip(&bodies.radii).chain(fed);
+    let mut first = 0;
+    for (i, wall) in sample.walls.iter().enumerate() {
+        let points = wall.points_m.as_deref().unwrap_or(&[[0.0; 2]; 2]);
+        let faces = &bodies.walls[first..first + points.len() - 1];
+        first += faces.len();
+        let depth = |centre: &[f64; 2]| depth_behind(faces.iter(), *centre, 0.0);
+        let closed = points.first() == points.last();
+        let all = closed || grains.clone().all(|(centre, _)| depth(centre).is_some());
+        let is_wrong = |(centre, radius): &(&[f64; 2], &f64)| {
+            depth(centre).is_some_and(|depth| all || depth < **radius)
+        };
+        let wrong = grains.clone().find(is_wrong);
+        refuse_if(
+            wrong.is_some(),
+            &format!("sample.walls[{i}].points_m"),
+            format!(
+                "the disk at {:?} m lies behind this wall, which holds what is on the left of its direction",
+                wrong.map_or(&[0.0; 2], |(centre, _)| centre)
+            ),
+            "list the points in the other order, or move the disk",
+        )?;
     }
     Ok(())
 }

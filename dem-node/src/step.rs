@@ -78,6 +78,8 @@ pub struct StepSummary {
     pub closed: usize,
     /// Mean and largest overlap of those at the end of the step (m).
     pub overlap: [f64; 2],
+    /// Largest way of a grain past or into what it presses on, or along its weight, over the smaller radius.
+    pub travel: f64,
     /// Largest D over w of a bond, the square of its force over its strength until its adhesion falls.
     pub bond_load_squared: f64,
     /// Force of the grains on the wheel (N).
@@ -98,6 +100,7 @@ impl StepSummary {
         self.closed += other.closed;
         self.overlap[0] += other.overlap[0];
         self.overlap[1] = larger(self.overlap[1], other.overlap[1]);
+        self.travel = larger(self.travel, other.travel);
         self.bond_load_squared = larger(self.bond_load_squared, other.bond_load_squared);
         self.on_wheel[0] += other.on_wheel[0];
         self.on_wheel[1] += other.on_wheel[1];
@@ -151,6 +154,9 @@ impl Stepper {
         summary.momentum_defect = balance.defect;
         summary.added_inertia = balance.inertia * bodies.added_mass_rel;
         summary.transmitted = balance.transmitted;
+        // Where theta = 1 a fall is off by half the way of its last step.
+        let fallen = (2.0 * input.theta - 1.0) * input.step * balance.fall;
+        summary.travel = larger(summary.travel, fallen);
         self.drive_clusters(state, input);
         self.update_bodies(state, input);
         let drift = input.step * input.theta;

@@ -6,6 +6,7 @@
 //! An isolated group keeps its momentum, and spin and orbit together their angular momentum, since both disks of a contact
 //! turn about the same point: to rounding, 1e-12.
 
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, march, scene};
@@ -178,4 +179,59 @@ fn weight_is_that_of_the_real_mass_whatever_the_scale() {
         -9.81e-2 / 50.0,
         1e-15,
     );
+}
+
+/// Rest and a motion that nothing changes have no energies but those that a solve leaves by its tolerance: 1e-19 J of 1e-7 J here, of which
+/// no balance and no share means anything.
+#[test]
+fn what_only_bears_its_weight_has_no_energies() {
+    let slope = json!([{"x_m": 0.6 * R, "y_m": -0.8 * R, "nx": -0.6, "ny": 0.8}]);
+    let rolls = json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": R, "vx_m_per_s": 0.08, "vy_m_per_s": 0.06, "spin_rad_per_s": -100.0}]);
+    let floor = json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
+    let sunk = R - crate::dem_support::mass(R) * 9.81 / 1e3;
+    let rests = json!([{"x_m": 0.0, "y_m": sunk, "radius_m": R}]);
+    let springs = json!({"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 1e6, "tangential_stiffness_ratio": 0.5});
+    let rigid = json!({"kind": "coulomb", "friction": 0.3});
+    let scenes = [
+        (rigid.clone(), rolls, slope, [0.6 * 9.81, -0.8 * 9.81]),
+        (springs, rests, floor.clone(), [0.0, -9.81]),
+        (
+            rigid,
+            json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]),
+            floor,
+            [0.0, -9.81],
+        ),
+    ];
+    for (law, disks, walls, gravity) in scenes {
+        let sample = json!({"kind": "disks", "disks": disks, "walls": walls});
+        let mut config = scene(law, 1e-4, sample, json!({"gravity_m_per_s2": gravity}));
+        config["solver"]["tolerance"] = json!(1e-10);
+        let mut dem = build(&config);
+        let report = march(&mut dem, 0, 2000);
+        for term in [
+            "weight",
+            "kinetic",
+            "impact",
+            "friction",
+            "detection",
+            "springs_normal",
+        ] {
+            close(term, report.energy(term), 0.0, 0.0);
+        }
+        assert_eq!(dem.finish().expect("it ends").findings, []);
+    }
+    // A fall by a thousandth of the radius is one.
+    let disks = json!([{"x_m": 0.0, "y_m": 1.001 * R, "radius_m": R}]);
+    let sample = json!({"kind": "disks", "disks": disks, "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]});
+    let law = json!({"kind": "signorini"});
+    let mut dem = build(&scene(
+        law,
+        1e-5,
+        sample,
+        json!({"gravity_m_per_s2": [0.0, -9.81]}),
+    ));
+    let report = march(&mut dem, 0, 2000);
+    let work = crate::dem_support::mass(R) * 9.81 * 1e-3 * R;
+    close("weight", report.energy("weight"), work, 1e-9 * work);
+    close("impact", report.energy("impact"), work, 1e-9 * work);
 }

@@ -10,6 +10,7 @@
 //! 1e-5 s, and the true residual 1e-12.
 
 use dem_node::Dem;
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, march, mass, refusal, scene};
@@ -207,5 +208,133 @@ fn walls_that_are_none_are_refused_by_key() {
             json!({}),
         ));
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+/// A square of 20 R around (0, 10 R), its corners anticlockwise: what is inside lies on the left.
+fn square() -> Vec<[f64; 2]> {
+    let [a, b] = [-10.0 * R, 10.0 * R];
+    vec![[a, 0.0], [b, 0.0], [b, 2.0 * b], [a, 2.0 * b], [a, 0.0]]
+}
+
+fn at(y: f64) -> Value {
+    json!({"x_m": 0.0, "y_m": y, "radius_m": R})
+}
+
+#[test]
+fn disks_behind_a_wall_of_points_are_refused() {
+    let clockwise: Vec<_> = square().into_iter().rev().collect();
+    let floor = vec![[-10.0 * R, 0.0], [10.0 * R, 0.0]];
+    let turned: Vec<_> = floor.iter().rev().copied().collect();
+    let plate = vec![floor[0], floor[1], floor[0]];
+    let (inside, outside, below) = (at(5.0 * R), at(25.0 * R), at(-5.0 * R));
+    let cases = [
+        ("a closed box", square(), json!([inside]), false),
+        (
+            "the box clockwise",
+            clockwise.clone(),
+            json!([inside]),
+            true,
+        ),
+        ("an obstacle", clockwise.clone(), json!([outside]), false),
+        (
+            "the obstacle anticlockwise",
+            square(),
+            json!([outside]),
+            true,
+        ),
+        (
+            "one inside, one outside",
+            square(),
+            json!([inside, outside]),
+            true,
+        ),
+        ("a floor", floor.clone(), json!([inside]), false),
+        (
+            "the floor from right to left",
+            turned,
+            json!([inside]),
+            true,
+        ),
+        (
+            "one that falls away below",
+            floor.clone(),
+            json!([inside, below]),
+            false,
+        ),
+        (
+            "one that lies in the floor",
+            floor.clone(),
+            json!([inside, at(-0.3 * R)]),
+            true,
+        ),
+        ("a plate with two faces", plate, json!([at(R)]), false),
+    ];
+    for (what, points, disks, refused) in cases {
+        for law in [
+            json!({"kind": "signorini"}),
+            json!({"kind": "signorini", "contact_stiffness_pa": 1e8}),
+        ] {
+            let sample = json!({"kind": "disks", "disks": disks, "walls": [{"points_m": points}]});
+            let config = scene(law, STEP, sample, json!({}));
+            if refused {
+                let message = refusal(&config);
+                let expected = "sample.walls[0].points_m: the disk at";
+                assert!(
+                    message.contains(expected) && message.contains("other order"),
+                    "{what}: {message}"
+                );
+            } else {
+                build(&config);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_overlap_at_the_start_is_refused_as_by_a_half_plane() {
+    let floor = json!({"points_m": [[-10.0 * R, 0.0], [10.0 * R, 0.0]]});
+    let plane = json!({"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0});
+    let overlap = |wall: &Value, y: f64| {
+        let sample = json!({"kind": "disks", "disks": [at(y)], "walls": [wall]});
+        refusal(&scene(
+            json!({"kind": "signorini"}),
+            STEP,
+            sample,
+            json!({}),
+        ))
+    };
+    assert_eq!(overlap(&floor, 0.7 * R), overlap(&plane, 0.7 * R));
+    // Beyond its centre the plane still pushes it back.
+    assert!(overlap(&plane, -0.3 * R).contains("overlap"));
+    assert!(overlap(&floor, -0.3 * R).contains("behind this wall"));
+}
+
+/// A wall that comes from behind, and a disk that falls on a floor from below: neither is held.
+#[test]
+fn a_disk_that_meets_a_wall_from_behind_is_suspect() {
+    let points = json!([[-10.0 * R, 0.0], [10.0 * R, 0.0]]);
+    for (velocity, gravity, found) in [(-0.5, 0.0, true), (0.0, G, true), (0.0, -G, false)] {
+        let wall = json!({"points_m": points, "velocity_m_per_s": [0.0, velocity]});
+        let disks = json!([at(5.0 * R), at(-3.0 * R)]);
+        let overrides = json!({"gravity_m_per_s2": [0.0, gravity]});
+        let mut dem = on_walls(
+            json!({"kind": "signorini"}),
+            json!([wall]),
+            disks,
+            overrides,
+        );
+        march(&mut dem, 0, 3000);
+        let findings = dem.finish().expect("it ends").findings;
+        let codes: Vec<_> = findings
+            .iter()
+            .map(|f| (f.code.as_str(), f.value, f.suspect))
+            .collect();
+        let expected = [("behind_wall", 0.5, true)];
+        assert_eq!(
+            codes,
+            expected[..usize::from(found)],
+            "{velocity} {gravity}"
+        );
     }
 }

@@ -12,6 +12,8 @@ use crate::bodies::geometry::Proximity;
 
 /// Sine of the angle below which two segments in a row are one straight line.
 const STRAIGHT: f64 = 1e-12;
+/// Part of a distance by which two faces may be equally far.
+const ROUNDING: f64 = 1e-9;
 
 /// A wall that nothing moves but its own velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,7 +129,38 @@ pub fn polyline(points: &[[f64; 2]], first: usize) -> Vec<Segment> {
     (0..count).map(segment).collect()
 }
 
+/// Distance of a point behind the nearest of these walls (m), which have moved for this time (s); `None` if that is a half-plane, or the
+/// point lies in front of it or beside its ends.
+pub fn depth_behind<'a>(
+    walls: impl Iterator<Item = &'a RigidWall>,
+    point: [f64; 2],
+    time: f64,
+) -> Option<f64> {
+    let [mut front, mut behind] = [f64::INFINITY; 2];
+    for wall in walls {
+        let point = wall.frame(point, time);
+        front = front.min(wall.proximity(point, 0.0).gap);
+        if let Face::Segment(segment) = &wall.face {
+            behind = behind.min(segment.depth(point));
+        }
+    }
+    // A plate that is walked round on both sides is as near from behind as from the front.
+    (behind < front * (1.0 - ROUNDING)).then_some(behind)
+}
+
 impl Segment {
+    /// Distance of a point straight behind the face (m), infinite for any other.
+    fn depth(&self, point: [f64; 2]) -> f64 {
+        let (from_start, from_end) = (minus(point, self.start), minus(point, self.end));
+        let beside = dot(from_start, self.direction) < 0.0 || dot(from_end, self.direction) > 0.0;
+        let depth = -cross(self.direction, from_start);
+        if beside || depth <= 0.0 {
+            f64::INFINITY
+        } else {
+            depth
+        }
+    }
+
     /// Contact with a disk in front of the face, or in the fan of its first corner, or around a free end.
     fn touch(&self, centre: [f64; 2], radius: f64) -> Option<Proximity> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));

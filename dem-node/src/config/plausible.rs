@@ -33,6 +33,14 @@ pub struct DemPlausibleConfig {
     /// and dissipated. Pairs that pass each other by s turn their normal and open by s^2 / (2 (r_1 + r_2)), of first order in
     /// the step over a run; a gap or a normal that is wrong does more.
     pub detection_rel: Bounds,
+    /// Energy that rigid contacts have made over what the grains have stored and dissipated, contact by contact: Newton's restitution with friction
+    /// can make some (Kane and Levinson 1985), a true law none.
+    pub impact_energy_rel: Bounds,
+    /// Way of a grain in a step, over the smaller radius: past another disk that it presses on, or into a wall or a wheel; along the weight, for
+    /// theta = 1.
+    pub grain_travel_rel: Bounds,
+    /// Most grains at once that overlap a wall of points from behind, over all.
+    pub behind_wall_rel: Bounds,
     /// Half-width of 98 % of the wheel's force over that of a layer that ends there. Against the rail alone, two loads that
     /// rub with partial slip lost 6 % of their friction loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
     pub contact_width_rel: Bounds,
@@ -71,6 +79,9 @@ impl Default for DemPlausibleConfig {
             boundary_force_rel: bounds(0.02, 0.1),
             added_inertia_rel: bounds(0.1, 0.4),
             detection_rel: bounds(5e-3, 3e-2),
+            impact_energy_rel: bounds(1e-4, 1e-3),
+            grain_travel_rel: bounds(0.3, 1.0),
+            behind_wall_rel: bounds(0.0, 0.1),
             contact_width_rel: bounds(0.71, 0.95),
             wheel_contact_share: bounds(0.2, 1.0),
             contact_residual: bounds(2e-3, 0.3),
@@ -96,6 +107,9 @@ impl DemPlausibleConfig {
             ("cycle_drift_rel", self.cycle_drift_rel),
             ("added_inertia_rel", self.added_inertia_rel),
             ("detection_rel", self.detection_rel),
+            ("impact_energy_rel", self.impact_energy_rel),
+            ("grain_travel_rel", self.grain_travel_rel),
+            ("behind_wall_rel", self.behind_wall_rel),
             ("boundary_force_rel", self.boundary_force_rel),
             ("contact_width_rel", self.contact_width_rel),
             ("wheel_contact_share", self.wheel_contact_share),

@@ -1,7 +1,7 @@
 //! What a contact loses in a step: in impacts, in slip, by falling adhesion, by the length of the step, and by what detection
 //! finds otherwise.
 
-use crate::law::{Law, Springs};
+use crate::law::{Law, Penetration, Springs};
 
 /// Impulse and motion of a contact in a step.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +55,8 @@ pub struct Loss {
     pub surface: f64,
     /// Energy that detection did not find again, of either sign.
     pub detection: f64,
+    /// Energy that the impulses of a rigid contact have made, which a law that is true never does.
+    pub made: f64,
 }
 
 /// Energy that a contact without bond loses in a step.
@@ -62,10 +64,17 @@ pub struct Loss {
 /// Compliant: of the tangential path h u_t the part d' - d goes into the spring, which loses k (d' - d)^2 / 2 to the scheme, and
 /// the rest is slip. What theta < 1 weighs differently is r (1 - theta) du.
 pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
-    let Some(springs) = &law.springs else {
-        return rigid_loss(contact, contact.impulse);
-    };
     let ([r_n, r_t], [d_n, d_t]) = (contact.impulse, contact.change);
+    let Some(springs) = &law.springs else {
+        let rebounds = law.restitution.is_some() && contact.velocity[0] < d_n;
+        let repairs = law.penetration == Penetration::Gap && contact.gap < 0.0;
+        let work = |k: usize| contact.impulse[k] * (contact.velocity[k] - 0.5 * contact.change[k]);
+        let counts = f64::from(u8::from(rebounds || repairs));
+        return Loss {
+            made: counts * (work(0).max(0.0) + work(1).max(0.0)),
+            ..rigid_loss(contact, contact.impulse)
+        };
+    };
     let [normal, damping] = pressed(springs, contact, r_n);
     let stretch = contact.spring[1] - contact.spring[0];
     let slip = contact.step * contact.velocity[1] - stretch;

@@ -58,6 +58,9 @@ impl FinishedRun<'_> {
             self.cycle_drift(),
             self.added_inertia(),
             self.detection(),
+            self.impact_energy(),
+            self.grain_travel(),
+            self.behind_wall(),
             self.bond_step(),
             self.bond_energy(),
             self.numerical(),
@@ -187,8 +190,8 @@ impl FinishedRun<'_> {
         })
     }
 
-    /// Springs must be found as they were left.
-    fn detection(&self) -> Option<Finding> {
+    /// An energy (J) over what the grains have stored and lost; 0 where it is noise.
+    fn of_kept(&self, energy: f64) -> f64 {
         let ledger = &self.state.ledger;
         let lost = [
             ledger.impact,
@@ -198,11 +201,45 @@ impl FinishedRun<'_> {
         ];
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
-        let jumps = ledger.detection_size;
-        // No springs, no jumps.
-        let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
+        let load = self.program.map_or(0.0, |program| program.load_n);
+        if energy <= self.bodies.noise(load) {
+            0.0
+        } else {
+            energy / kept
+        }
+    }
+
+    /// Springs must be found as they were left.
+    fn detection(&self) -> Option<Finding> {
+        let value = self.of_kept(self.state.ledger.detection_size);
         self.bounds.detection_rel.judge("detection", value, || {
             format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+        })
+    }
+
+    /// Rigid contacts take energy.
+    fn impact_energy(&self) -> Option<Finding> {
+        let made = self.state.ledger.made;
+        let value = self.of_kept(made);
+        self.bounds.impact_energy_rel.judge("impact_energy", value, || {
+            format!("friction and rebounds of rigid contacts made {made:.3e} J, {value:.3e} of what the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
+        })
+    }
+
+    /// Contacts are foreseen along the normals at the start of a step, and falls are off by half the way of the last one.
+    fn grain_travel(&self) -> Option<Finding> {
+        let value = self.statistics.travel_max;
+        self.bounds.grain_travel_rel.judge("grain_travel", value, || {
+            format!("in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
+        })
+    }
+
+    /// A wall of points holds nothing that comes from behind.
+    fn behind_wall(&self) -> Option<Finding> {
+        let count = self.statistics.behind_max;
+        let value = count as f64 / self.state.present(self.bodies) as f64;
+        self.bounds.behind_wall_rel.judge("behind_wall", value, || {
+            format!("{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
         })
     }
 

@@ -4,6 +4,7 @@ use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
+use crate::bodies::faces::depth_behind;
 use crate::bodies::geometry::range;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
@@ -68,6 +69,20 @@ pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
     let present = state.present(bodies);
     present - state.centres[..present].iter().filter(inside).count()
+}
+
+/// Grains that overlap walls of points from behind.
+fn grains_behind(bodies: &Bodies, state: &GrainState) -> usize {
+    let of_grain = state.list.slots.chunk_by(|one, next| one.a == next.a);
+    let behind = of_grain.filter(|slots| {
+        let walls = slots
+            .iter()
+            .filter_map(|slot| bodies.wall_of(slot.b as usize));
+        let grain = slots[0].a as usize;
+        let depth = depth_behind(walls, state.centres[grain], state.wall_motion_time);
+        depth.is_some_and(|depth| depth < bodies.radii[grain])
+    });
+    behind.count()
 }
 
 /// Part of its strength above which a bond is near to breaking.
@@ -142,6 +157,10 @@ pub struct RunStatistics {
     pub overlap_max: f64,
     /// See `overlap_max`.
     pub overlap_mean_max: f64,
+    /// See [`StepSummary::travel`].
+    pub travel_max: f64,
+    /// Most grains at once that overlap a wall of points from behind.
+    pub behind_max: usize,
     /// Largest force of a bond over its strength, and the longest step in which that was above a half (s).
     pub bond_load_max: f64,
     /// See `bond_load_max`.
@@ -182,6 +201,10 @@ impl RunStatistics {
         self.defect_max = larger(self.defect_max, step.momentum_defect);
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
+        self.travel_max = larger(self.travel_max, step.travel);
+        if grains.0.has_joints() {
+            self.behind_max = self.behind_max.max(grains_behind(grains.0, grains.1));
+        }
         let h = span.end - span.start;
         self.step_max = larger(self.step_max, h);
         let bond_load = step.bond_load_squared.sqrt().min(1.0);

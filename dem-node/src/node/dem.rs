@@ -26,7 +26,7 @@ use crate::sample::prepared::SampleStore;
 use crate::sample::types::Sample;
 use crate::sample::{perturb, wheel_face};
 use crate::setup;
-use crate::setup::bounds::{StepBounds, StiffnessBounds};
+use crate::setup::bounds::{StepBounds, StiffnessBounds, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
@@ -146,6 +146,15 @@ impl Dem {
         let program = config.wheel.as_ref().map(|wheel| wheel.program());
         let feed = bodies.injection.as_ref();
         let moments = config.moments(feed.map(|feed| feed.start + feed.growth));
+        let program_end = program.as_ref().map(|p| p.end());
+        let end = program_end
+            .or(opening.map(|p| p.end()))
+            .or(config.time.end_s);
+        if let (Some(step), None) = (config.time.step_s, opening) {
+            let bound = config.plausible.grain_travel_rel.warn;
+            let numbers = [step, end.unwrap_or(0.0), bound];
+            warnings.extend(advice_on_travel(&bodies, &state, numbers));
+        }
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -153,11 +162,7 @@ impl Dem {
             mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
             theta: config.time.theta,
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
-            end: program
-                .as_ref()
-                .map(|p| p.end())
-                .or(opening.map(|p| p.end()))
-                .or(config.time.end_s),
+            end,
             bounds,
             solver: SolverThreads::new(config.solver, setting.threads)?,
             initial_energy: state.energies(&bodies),
@@ -320,6 +325,7 @@ fn start(
         setup::refuse_idle_wheel(&state)?;
         state.wheel.velocity[1] = wheel.vy_m_per_s;
     }
+    setup::refuse_grains_behind(config, bodies, &state)?;
     setup::refuse_rigid_overlaps(bodies, &state)?;
     if let Some(config) = &config.stress {
         stress::refuse_misfit(config, bodies, &state)?;

@@ -40,7 +40,8 @@ impl Dem {
         signals
     }
 
-    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
+    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). Nothing happened to grains
+    /// alone while all of them are noise.
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
         let clusters = &bodies.clusters;
@@ -57,7 +58,13 @@ impl Dem {
         let some = some
             .into_iter()
             .filter_map(|(there, term)| there.then_some(term));
-        ledger.terms(stored).into_iter().chain(some)
+        let terms: Vec<_> = ledger.terms(stored).into_iter().chain(some).collect();
+        let noise = bodies.noise(0.0);
+        let coupled = !self.interface.disks.is_empty();
+        let happens = |value: f64| coupled || value.abs() >= noise || value.is_nan();
+        let shown = f64::from(u8::from(terms.iter().any(|(.., value)| happens(*value))));
+        let terms = terms.into_iter();
+        terms.map(move |(name, role, value)| (name, role, shown * value))
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {

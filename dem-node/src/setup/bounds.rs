@@ -5,9 +5,11 @@ use protocol::{AccuracyLimit, Cause};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
+use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
 use crate::contact::bond::Bond;
 use crate::error::DemError;
+use crate::step::state::GrainState;
 
 /// Part of t_i below which coupled trials were clean.
 const CLEAN: f64 = 0.05;
@@ -112,6 +114,56 @@ impl StepBounds {
         }
         Ok(warnings)
     }
+}
+
+/// Advice on a step (s) in which grains may move by more than `bound` of the smallest radius past each other, with the velocities of the
+/// start, or towards a wall, with those that loose ones have when they get there; where there is none, at the end (s). Shear between
+/// driven clusters has a bound of its own.
+pub fn advice_on_travel(
+    bodies: &Bodies,
+    state: &GrainState,
+    [step, end, bound]: [f64; 3],
+) -> Option<String> {
+    let (positions, [gx, gy]) = (state.positions(bodies), bodies.gravity);
+    let at = |a: usize, b: usize| proximity(bodies, &positions, a, b);
+    let velocity = |i: usize| state.velocity_of(bodies, i);
+    let mut touching = vec![false; bodies.count()];
+    for [a, b] in state
+        .list
+        .slots
+        .iter()
+        .map(|s| [s.a as usize, s.b as usize])
+    {
+        let near = at(a, b).gap < bodies.alert;
+        (touching[a], touching[b]) = (touching[a] || near, touching[b] || near);
+    }
+    let present = positions.present;
+    let disks = (0..present).chain(bodies.free..bodies.first_face());
+    let ends = [0, 1].map(|k| range(disks.clone().map(|i| velocity(i)[k])));
+    let [x, y] = ends.map(|[low, high]| (high - low).max(0.0));
+    let mut fastest = x.hypot(y);
+    for (i, touches) in touching.iter().enumerate().take(present) {
+        let loose = f64::from(u8::from(!touches));
+        for wall in bodies.first_wall()..bodies.count() {
+            let ([vx, vy, _], [wx, wy, _], at) = (velocity(i), velocity(wall), at(i, wall));
+            let speed = ((vx - wx) * at.normal[0] + (vy - wy) * at.normal[1]).abs();
+            let pull = -loose * (gx * at.normal[0] + gy * at.normal[1]).min(0.0);
+            // Infinite is the way to a piece of a wall that lies elsewhere.
+            let way = if at.gap.is_finite() { at.gap } else { 0.0 };
+            let there = (speed * speed + 2.0 * pull * way.max(0.0)).sqrt();
+            fastest = fastest.max(there.min(speed + pull * end));
+        }
+        if bodies.walls.is_empty() {
+            fastest = fastest.max(loose * gx.hypot(gy) * end);
+        }
+    }
+    let way = step * fastest / range(bodies.radii[..bodies.free].iter().copied())[0];
+    (way > bound && bodies.clusters.driven().next().is_none()).then(|| {
+        format!(
+            "grains may come to move at {fastest:.2e} m/s past each other or to a wall, {way:.3} of the smallest radius in a step of {step:e} s: they may be stopped by what they only pass, and fall too far; keep it below {bound} with a step of at most {:.2e} s",
+            step * bound / way
+        )
+    })
 }
 
 /// Bounds that the stiffness of the contacts sets, above which results depend on the step.

@@ -79,6 +79,19 @@ pub fn advice_on_flow(config: &DemConfig) -> Option<String> {
     })
 }
 
+/// Advice on grains that may fly: their weight is that of the real mass, so that a scaled one falls more slowly.
+pub fn advice_on_flight(config: &DemConfig) -> Option<String> {
+    let loose = matches!(&config.sample, SampleConfig::Disks(_)) && config.wheel.is_none();
+    let [x, y] = config.gravity_m_per_s2;
+    (loose && config.mass_scale > 1.0 && x.hypot(y) > 0.0).then(|| {
+        format!(
+            "mass_scale: with {:e} grains keep their weight and get more mass, so that what flies or slides falls at {:.2e} m/s2: only forces at rest are those of gravity_m_per_s2; write mass_scale = 1 where grains move under their weight",
+            config.mass_scale,
+            x.hypot(y) / config.mass_scale
+        )
+    })
+}
+
 /// Height of the grains (m): the layer's own, or from the lowest to the highest point of the free disks.
 fn height(config: &DemConfig, sample: &Sample) -> f64 {
     if let SampleConfig::Layer(layer) = &config.sample {

@@ -16,6 +16,8 @@ pub(super) struct MomentumBalance {
     pub inertia: f64,
     /// Half the sum of the contact forces between them and everything else (N).
     pub transmitted: f64,
+    /// Largest speed along the weight over the radius (1/s).
+    pub fall: f64,
 }
 
 impl Stepper {
@@ -27,6 +29,8 @@ impl Stepper {
     ) -> MomentumBalance {
         let (bodies, h) = (input.bodies, input.step);
         let (mut defect, mut change, mut transmitted) = ([0.0; 2], [0.0; 2], 0.0);
+        let [gx, gy] = bodies.gravity;
+        let mut fall = 0.0;
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
         for contact in self.problem.contacts.iter().filter(outer) {
             let push = contact.in_xy(contact.impulse);
@@ -39,6 +43,8 @@ impl Stepper {
                 defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
                 change[k] += mass * (new[k] - old[k]);
             }
+            let along = new[0] * gx + new[1] * gy;
+            fall = larger(fall, along.abs() / bodies.radii[i]);
         }
         if !bodies.clusters.list.is_empty() {
             let held = self.held_impulse(state, input);
@@ -52,6 +58,7 @@ impl Stepper {
             defect: larger(defect[0].abs(), defect[1].abs()) / h,
             inertia: change[0].hypot(change[1]) / h,
             transmitted: transmitted / h,
+            fall: fall / gx.hypot(gy).max(f64::MIN_POSITIVE),
         }
     }
 

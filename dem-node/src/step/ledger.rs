@@ -43,6 +43,8 @@ pub struct GrainLedger {
     pub detection: f64,
     /// Size of `detection`, contact by contact and step by step: no sign hides another.
     pub detection_size: f64,
+    /// Energy that rigid contacts have made, contact by contact and step by step: what others lose hides none of it.
+    pub made: f64,
     /// Work of load and weight in repairs of overlaps, which nothing stores.
     pub repair: f64,
 }
@@ -78,6 +80,7 @@ impl GrainLedger {
         self.surface += loss.surface;
         self.detection += loss.detection;
         self.detection_size += loss.detection.abs();
+        self.made += loss.made;
     }
 
     /// Adds the losses of other contacts.
@@ -90,6 +93,7 @@ impl GrainLedger {
         self.surface += losses.surface;
         self.detection += losses.detection;
         self.detection_size += losses.detection_size;
+        self.made += losses.made;
     }
 
     /// Everything that was dissipated (J), but what detection and repairs make of it.
@@ -180,6 +184,7 @@ mod tests {
                 damping: 5.0,
                 numerical: 6.0,
                 detection,
+                made: 7.0,
             });
         }
         let expected = GrainLedger {
@@ -191,6 +196,7 @@ mod tests {
             numerical: 12.0,
             detection: -1.5,
             detection_size: 2.5,
+            made: 14.0,
             ..GrainLedger::default()
         };
         assert_eq!(ledger, expected);

@@ -172,8 +172,11 @@ impl GrainState {
         }
     }
 
-    /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s).
+    /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s), or of the wheel or a wall.
     pub fn velocity_of(&self, bodies: &Bodies, disk: usize) -> [f64; 3] {
+        if let Some(wall) = bodies.wall_of(disk) {
+            return [wall.velocity[0], wall.velocity[1], 0.0];
+        }
         if let Some(glued) = bodies.glued_index(disk) {
             let [x, y] = [0, 1].map(|k| self.glued_velocity[2 * glued + k]);
             return [x, y, 0.0];

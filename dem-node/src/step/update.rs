@@ -147,6 +147,8 @@ impl Stepper {
                 summary.closed += 1;
                 summary.overlap[0] += overlap;
                 summary.overlap[1] = larger(summary.overlap[1], overlap);
+                let travel = h * passing_speed(bodies, state, contact, slot);
+                summary.travel = larger(summary.travel, travel);
             }
             if Some(contact.b as usize) == bodies.wheel() {
                 let force = contact.in_xy(contact.impulse);
@@ -167,10 +169,8 @@ impl Stepper {
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let springs = input.bodies.law_at(contact.pair_law).springs;
-        let elastic = input.bodies.is_elastic();
-        // Otherwise it only counts with the weight 1 - theta.
-        let is_shared = elastic && springs.is_none();
-        let before = if input.theta == 1.0 && !is_shared {
+        // Of a spring it only counts with the weight 1 - theta.
+        let before = if input.theta == 1.0 && springs.is_some() {
             velocity
         } else {
             self.relative_before(input.bodies, state, contact)
@@ -191,7 +191,7 @@ impl Stepper {
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
-            elastic,
+            elastic: input.bodies.is_elastic(),
         }
     }
 
@@ -208,17 +208,19 @@ impl Stepper {
     }
 }
 
+/// Speed at which a disk passes another, in any direction, or comes to a face, along its normal; over the smaller radius (1/s).
+fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &Slot) -> f64 {
+    let [a, b] = [slot.a, slot.b].map(|body| state.velocity_of(bodies, body as usize));
+    let ([x, y], own) = ([a[0] - b[0], a[1] - b[1]], bodies.radii[slot.a as usize]);
+    match bodies.radii.get(slot.b as usize) {
+        Some(other) => x.hypot(y) / own.min(*other),
+        None => (x * contact.normal[0] + y * contact.normal[1]).abs() / own,
+    }
+}
+
 fn velocity_before(bodies: &Bodies, state: &GrainState, body: usize) -> [f64; 3] {
     if body < bodies.free {
         return state.velocities[body];
     }
-    if let Some(disk) = bodies.glued_index(body) {
-        let [x, y] = [0, 1].map(|k| state.glued_velocity[2 * disk + k]);
-        return [x, y, 0.0];
-    }
-    if Some(body) == bodies.wheel() {
-        return [state.wheel.velocity[0], state.wheel.velocity[1], 0.0];
-    }
-    let [x, y] = bodies.wall_of(body).map_or([0.0; 2], |wall| wall.velocity);
-    [x, y, 0.0]
+    state.velocity_of(bodies, body)
 }
