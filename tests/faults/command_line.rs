@@ -37,7 +37,8 @@ fn every_shipped_scene_is_valid() {
                 String::from_utf8_lossy(&output.stderr)
             );
             let told = String::from_utf8_lossy(&output.stdout);
-            assert!(told.contains("cost: about"), "{told}");
+            let waits = told.contains("takes longer than 8 s and a check does not wait for it");
+            assert!(told.contains("cost: about") || waits, "{told}");
             checked += 1;
         }
     }

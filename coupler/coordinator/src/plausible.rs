@@ -6,7 +6,6 @@ use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::participants::handshake::Greeted;
 use crate::scenario::{Plausible, Scenario};
 use scheme::group::{Group, Patch};
 use scheme::ledger::ratio;
@@ -108,13 +107,13 @@ pub fn lost_balance(code: &str, bounds: Bounds, value: f64, time_s: f64) -> Opti
     })
 }
 
-/// Losses that fall by this part of the energies: those of the shipped scenes fall by 2e-6 at most.
+/// Losses that fall by this part of the energies: those of the shipped solvers in `quick` fall by 2e-6 at most.
 pub const LOSS_FALLS: [f64; 2] = [1e-3, 0.1];
 
 /// Dissipated energy that came back by this part of a participant's energies.
 pub fn dissipation(value: f64, time_s: f64) -> Option<Finding> {
     Bounds::from(LOSS_FALLS).judge("dissipation", value, || {
-        format!("what its ledger says it dissipated fell again by {value:.3e} of its energies until t = {time_s:.4e} s: what comes back was stored, and belongs to a term of that role")
+        format!("what its ledger says it dissipated fell again by {value:.3e} of its energies until t = {time_s:.4e} s: what comes back was stored, and belongs to a term of that role, or its scheme makes energy and needs a shorter step")
     })
 }
 
@@ -171,13 +170,17 @@ pub fn of_hold(name: &str) -> bool {
 }
 
 /// Keys that do not come into play before a run ends at `end_s`; true if the hold is not over by then.
-pub fn unreached(scenario: &Scenario, greeted: &[Greeted], end_s: f64) -> (Vec<Warning>, bool) {
-    let last_s = last_s(end_s, greeted.iter().find_map(|one| one.description.step_s));
+pub fn unreached<'a>(
+    scenario: &Scenario,
+    told: impl Iterator<Item = &'a Description> + Clone,
+    end_s: f64,
+) -> (Vec<Warning>, bool) {
+    let last_s = last_s(end_s, told.clone().find_map(|one| one.step_s));
     let fields = scenario.run.output.fields_every_s;
     let fields = fields.map(|every_s| ("run.output.fields_every_s".to_string(), every_s));
     let mut moments = Vec::from_iter(fields);
-    for (participant, told) in scenario.participant.iter().zip(greeted) {
-        let own = told.description.moments.iter();
+    for (participant, told) in scenario.participant.iter().zip(told) {
+        let own = told.moments.iter();
         let name = &participant.name;
         moments.extend(own.map(|(key, t)| (format!("participant.{name}.config.{key}"), *t)));
     }

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use std::path::Path;
 
-use super::file::StudyFile;
+use super::file::{StudyFile, leaves};
 use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
-use super::stored::leaves;
 use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
 use runs::files::RunFiles;

@@ -332,6 +332,35 @@ pub fn shown(value: &toml::Value) -> String {
     }
 }
 
+/// All values of a table by their keys, entries of lists by their names.
+pub(super) fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
+    fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
+        let dot = if key.is_empty() { "" } else { "." };
+        let below = |name: &str| format!("{key}{dot}{name}");
+        match value {
+            toml::Value::Table(inner) => {
+                for (name, value) in inner {
+                    walk(below(name), value, found);
+                }
+            }
+            toml::Value::Array(entries) => {
+                for (index, entry) in entries.iter().enumerate() {
+                    let name = entry.get("name").and_then(toml::Value::as_str);
+                    let name = name.map_or(index.to_string(), String::from);
+                    walk(below(&name), entry, found);
+                }
+            }
+            value => {
+                found.insert(key, shown(value));
+            }
+        }
+    }
+    let mut found = BTreeMap::new();
+    let whole = toml::Value::Table(table.clone());
+    walk(String::new(), &whole, &mut found);
+    found
+}
+
 impl LogRange {
     fn numbers(&self) -> Result<Vec<f64>, String> {
         let LogRange { from, to, count } = *self;

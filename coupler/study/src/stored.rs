@@ -1,13 +1,12 @@
 //! A study as it is kept for choosing by it: `study.json`.
 
 use runs::curve::median;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::{Vary, shipped_or_read, shown};
+use super::file::{Vary, leaves, shipped_or_read};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
@@ -312,35 +311,6 @@ fn last_of_each(set: Vec<String>) -> Vec<String> {
 fn number(value: &toml::Value) -> Option<f64> {
     let number = value.as_float().or(value.as_integer().map(|n| n as f64))?;
     (number > 0.0).then_some(number)
-}
-
-/// All values of a table by their keys, entries of lists by their names.
-pub(super) fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
-    fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
-        let dot = if key.is_empty() { "" } else { "." };
-        let below = |name: &str| format!("{key}{dot}{name}");
-        match value {
-            toml::Value::Table(inner) => {
-                for (name, value) in inner {
-                    walk(below(name), value, found);
-                }
-            }
-            toml::Value::Array(entries) => {
-                for (index, entry) in entries.iter().enumerate() {
-                    let name = entry.get("name").and_then(toml::Value::as_str);
-                    let name = name.map_or(index.to_string(), String::from);
-                    walk(below(&name), entry, found);
-                }
-            }
-            value => {
-                found.insert(key, shown(value));
-            }
-        }
-    }
-    let mut found = BTreeMap::new();
-    let whole = toml::Value::Table(table.clone());
-    walk(String::new(), &whole, &mut found);
-    found
 }
 
 /// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a

@@ -26,8 +26,8 @@ use crate::participants::recorded::Recorded;
 use crate::participants::{Communicator, Peers};
 use crate::plausible::{self, Warning};
 use crate::rundir::RunDir;
-use crate::scenario::Plausible;
 use crate::scenario::load::Loaded;
+use crate::scenario::{Participant, Plausible};
 use crate::summary::Summary;
 use scheme::ledger::{EnergySums, InterfaceLedger, ParticipantLedger};
 use scheme::window::{AcceptedWindow, InterfaceSignals};
@@ -40,6 +40,8 @@ pub struct Outputs<'a> {
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
     bounds: Plausible,
+    /// Bounds of losses that fall, by participant: shipped solvers tell what their schemes lose, of either sign.
+    loss_bounds: Vec<f64>,
     /// Findings of the state that were passed on.
     passed_on: usize,
     /// A report is empty, and energies are zero, before the first of their participant.
@@ -82,6 +84,11 @@ impl<'a> Outputs<'a> {
         let phases = load_history(descriptions.iter().copied());
         let names = scenario.participant.iter().map(|p| p.name.as_str());
         let names: Vec<_> = names.collect();
+        let own = scenario.participant.iter();
+        let loss_bound = |p: &Participant| match p.command {
+            Some(_) => plausible::LOSS_FALLS[0],
+            None => f64::INFINITY,
+        };
         let balances = names.len() + scenario.interface.len() + 1;
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
@@ -101,6 +108,7 @@ impl<'a> Outputs<'a> {
             signals: SignalsFile::create(rundir, &names, &descriptions, &scenario.interface)?,
             names,
             bounds: scenario.run.plausible,
+            loss_bounds: own.map(loss_bound).collect(),
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
             progress: Progress::new(false),
@@ -346,7 +354,7 @@ impl<'a> Outputs<'a> {
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
-            let fell = self.state.losses[peer].add_loss(own, plausible::LOSS_FALLS[0]);
+            let fell = self.state.losses[peer].add_loss(own, self.loss_bounds[peer]);
             let finding = fell.and_then(|value| plausible::dissipation(value, time_s));
             self.keep_finding(self.names[peer], finding);
         }

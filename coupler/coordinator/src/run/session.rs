@@ -260,7 +260,8 @@ impl RunSession<'_> {
         }
         self.summary.greet(scenario, &greeted);
         let end_s = end_s(scenario, &greeted)?;
-        let (missed, no_hold) = plausible::unreached(scenario, &greeted, end_s);
+        let told = greeted.iter().map(|greeted| &greeted.description);
+        let (missed, no_hold) = plausible::unreached(scenario, told, end_s);
         self.warn(missed);
         let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
         outputs.progress = Progress::new(self.options.progress);
