@@ -40,8 +40,8 @@ pub struct Outputs<'a> {
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
     bounds: Plausible,
-    /// Bounds of losses that fall, by participant: shipped solvers tell what their schemes lose, of either sign.
-    loss_bounds: Vec<f64>,
+    /// True for a program of somebody else; shipped solvers tell what their schemes lose, of either sign.
+    foreign: Vec<bool>,
     /// Findings of the state that were passed on.
     passed_on: usize,
     /// A report is empty, and energies are zero, before the first of their participant.
@@ -85,10 +85,8 @@ impl<'a> Outputs<'a> {
         let names = scenario.participant.iter().map(|p| p.name.as_str());
         let names: Vec<_> = names.collect();
         let own = scenario.participant.iter();
-        let loss_bound = |p: &Participant| match p.command {
-            Some(_) => plausible::LOSS_FALLS[0],
-            None => f64::INFINITY,
-        };
+        let is_foreign =
+            |p: &Participant| p.command.is_some() || !["fem", "dem"].contains(&&*p.kind);
         let balances = names.len() + scenario.interface.len() + 1;
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
@@ -108,7 +106,7 @@ impl<'a> Outputs<'a> {
             signals: SignalsFile::create(rundir, &names, &descriptions, &scenario.interface)?,
             names,
             bounds: scenario.run.plausible,
-            loss_bounds: own.map(loss_bound).collect(),
+            foreign: own.map(is_foreign).collect(),
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
             progress: Progress::new(false),
@@ -354,7 +352,10 @@ impl<'a> Outputs<'a> {
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
-            let fell = self.state.losses[peer].add_loss(own, self.loss_bounds[peer]);
+            let loss = Some(&mut self.state.losses[peer]).filter(|_| self.foreign[peer]);
+            let fell = loss.and_then(|loss| loss.add_loss(own, plausible::LOSS_FALLS[0]));
+            // A participant without a ledger has sums that are no numbers.
+            let fell = fell.filter(|value| value.is_finite());
             let finding = fell.and_then(|value| plausible::dissipation(value, time_s));
             self.keep_finding(self.names[peer], finding);
         }
