@@ -193,7 +193,7 @@ impl DemConfig {
         for component in self.gravity_m_per_s2 {
             finite("gravity_m_per_s2", component)?;
         }
-        self.plausible.validate()?;
+        self.plausible.check()?;
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;

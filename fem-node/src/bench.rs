@@ -181,10 +181,7 @@ fn operation_rate(pool: &ThreadPool, threads: usize) -> f64 {
     const CHAINS: usize = 8;
     let spin = |_: usize| {
         let packs = black_box([Pack::splat(1.0); CHAINS]);
-        let packs = vectorised(
-            #[inline(always)]
-            || spun(packs, ROUNDS),
-        );
+        let packs = vectorised!(spun(packs, ROUNDS));
         black_box(packs.map(|pack| pack.sum()));
     };
     let time = quietest(|| {

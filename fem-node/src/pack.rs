@@ -19,12 +19,18 @@ use protocol::larger;
 
 use lanes::{InRegisters, LANES, Pack, Registers};
 
-/// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
-/// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
-#[inline(always)]
-pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
+/// Does `work` where the compiler may use the widest vector registers that this machine and the build have; all that it calls must be
+/// inlined. Every operation rounds as it does elsewhere, so the bits are the same. `work` is the body of a closure: a `return` leaves
+/// only it.
+macro_rules! vectorised {
+    ($work:expr) => {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || $work,
+        )
+    };
 }
+pub(crate) use vectorised;
 
 /// Runs a computation in the widest registers that this machine and the build have. In loops over [`Pack`] the compiler has to find
 /// the vectors, and where a loop reads many rows it takes the lanes apart again to compute several packs at once.

@@ -44,19 +44,16 @@ pub fn byte_time(numbers: usize) -> f64 {
 /// Multiplications and additions alone, in the widest registers and in as many independent chains as keep all arithmetic
 /// units of a core busy: with fewer, two threads that share a core would seem to have one each.
 fn arithmetic(rounds: usize) {
-    widest(
-        #[inline(always)]
-        || {
-            let (factor, term) = (Lanes::<4>::splat(0.999), Lanes::splat(0.001));
-            let mut chains = black_box([Lanes::splat(1.0); CHAINS]);
-            for _ in 0..rounds {
-                for x in &mut chains {
-                    *x = *x * factor + term;
-                }
+    widest!({
+        let (factor, term) = (Lanes::<4>::splat(0.999), Lanes::splat(0.001));
+        let mut chains = black_box([Lanes::splat(1.0); CHAINS]);
+        for _ in 0..rounds {
+            for x in &mut chains {
+                *x = *x * factor + term;
             }
-            black_box(&chains);
-        },
-    );
+        }
+        black_box(&chains);
+    });
 }
 
 /// Time of a multiplication or addition (s).

@@ -133,12 +133,7 @@ impl WallConfig {
         for component in self.velocity_m_per_s {
             finite(&format!("{key}.velocity_m_per_s"), component)?;
         }
-        let plane = [
-            ("x_m", self.x_m),
-            ("y_m", self.y_m),
-            ("nx", self.nx),
-            ("ny", self.ny),
-        ];
+        let plane = kit::named!(self; x_m, y_m, nx, ny);
         let Some(points) = &self.points_m else {
             return validate_plane(key, plane);
         };
@@ -206,11 +201,7 @@ impl ClusterConfig {
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
         positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
         positive(&format!("{key}.inertia_kg_m2"), self.inertia_kg_m2, "kg m2")?;
-        let velocity = [
-            ("vx_m_per_s", self.vx_m_per_s),
-            ("vy_m_per_s", self.vy_m_per_s),
-            ("spin_rad_per_s", self.spin_rad_per_s),
-        ];
+        let velocity = kit::named!(self; vx_m_per_s, vy_m_per_s, spin_rad_per_s);
         for ((name, value), held) in velocity.into_iter().zip(self.holds()) {
             let key = format!("{key}.{name}");
             finite(&key, value)?;

@@ -251,14 +251,7 @@ impl LawConfig {
     }
 
     fn cohesion_numbers(&self) -> [(&'static str, Option<f64>); 6] {
-        [
-            ("law.cn_pa_per_m", self.cn_pa_per_m),
-            ("law.ct_pa_per_m", self.ct_pa_per_m),
-            ("law.w_j_per_m2", self.w_j_per_m2),
-            ("law.b_pa_m_s", self.b_pa_m_s),
-            ("law.p", self.p),
-            ("law.alert_m", self.alert_m),
-        ]
+        kit::named!("law.", self; cn_pa_per_m, ct_pa_per_m, w_j_per_m2, b_pa_m_s, p, alert_m)
     }
 
     fn validate_frictionless(&self) -> Result<(), ConfigError> {

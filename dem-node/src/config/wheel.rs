@@ -1,7 +1,7 @@
 //! The keys of `wheel` and their limits.
 
 use kit::ConfigError;
-use kit::table::{LoadTable, check_wheel_table};
+use kit::table::LoadTable;
 use kit::wheel::WheelProgram;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -70,15 +70,7 @@ pub enum FaceKind {
 impl DemWheelConfig {
     /// Its load and its motion over time.
     pub fn program(&self) -> WheelProgram {
-        WheelProgram {
-            load_n: self.load_n,
-            load_table: self.load_table.clone(),
-            ramp_s: self.ramp_s,
-            hold_s: self.hold_s,
-            amplitude_m: self.amplitude_m,
-            frequency_hz: self.frequency_hz,
-            cycles: self.cycles,
-        }
+        kit::wheel_program!(self)
     }
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
@@ -93,11 +85,7 @@ impl DemWheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        let held_at = self.ramp_s + self.hold_s;
-        let table = self.load_table.as_deref();
-        table.map_or(Ok(()), |table| {
-            check_wheel_table(table, held_at, self.load_n)
-        })
+        self.program().check_table()
     }
 
     /// Refuses a rough face that the sample has no disks for, and bonds that nothing could carry.

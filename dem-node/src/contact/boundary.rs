@@ -113,14 +113,11 @@ impl CompliantBoundary {
 
     fn add_product(&self, impulse: &[f64], velocity: &mut [f64]) {
         let disks = self.columns.iter().enumerate();
-        widest(
-            #[inline(always)]
-            || {
-                for ((disk, columns), p) in disks.zip(impulse.chunks_exact(2)) {
-                    columns.add(&self.compliance, disk, velocity, [p[0], p[1]]);
-                }
-            },
-        );
+        widest!({
+            for ((disk, columns), p) in disks.zip(impulse.chunks_exact(2)) {
+                columns.add(&self.compliance, disk, velocity, [p[0], p[1]]);
+            }
+        });
     }
 
     /// Velocity of a glued disk (m/s).

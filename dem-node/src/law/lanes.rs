@@ -35,13 +35,18 @@ impl<const N: usize> ShortLanes<N> {
     }
 }
 
-/// Calls `work` where the compiler may use the widest registers that this machine and the build have. `work` must be marked
-/// `#[inline(always)]`, as must all that it calls: what is not is compiled for the narrow ones after all. Every operation
-/// rounds as it does elsewhere, so the bits are the same.
-#[inline(always)]
-pub fn widest<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
+/// Does `work` where the compiler may use the widest registers that this machine and the build have. All that it calls must be marked
+/// `#[inline(always)]`: what is not is compiled for the narrow ones after all. Every operation rounds as it does elsewhere, so the bits
+/// are the same. `work` is the body of a closure: a `return` leaves only it.
+macro_rules! widest {
+    ($work:expr) => {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || $work,
+        )
+    };
 }
+pub(crate) use widest;
 
 impl<const N: usize> Lanes<N> {
     /// The same number in every lane.

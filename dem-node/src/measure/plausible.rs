@@ -8,6 +8,7 @@ use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, lost_grains};
 use crate::setup::bounds::StiffnessBounds;
 use crate::step::state::GrainState;
+use kit::judge;
 use kit::wheel::WheelProgram;
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
@@ -90,26 +91,20 @@ impl FinishedRun<'_> {
         let radius = self.bodies.mean_radius();
         if self.bodies.law.springs.is_some() {
             let value = self.statistics.overlap_max / radius;
-            return self.bounds.overlap_rel.judge("overlap", value, || {
-                format!("two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa")
-            });
+            return judge!(self.bounds.overlap_rel, "overlap", value;
+                "two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa");
         }
         let value = self.statistics.overlap_mean_max / radius;
-        let bounds = self.bounds.overlap_rigid_rel;
-        bounds.judge("overlap_rigid", value, || {
-            format!("the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
-        })
+        judge!(self.bounds.overlap_rigid_rel, "overlap_rigid", value;
+            "the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
     }
 
     fn ejected(&self) -> Option<Finding> {
         let lost = lost_grains(self.bodies, self.state);
         let grains = self.state.present(self.bodies);
         let value = lost as f64 / grains as f64;
-        self.bounds.ejected_rel.judge("ejected", value, || {
-            format!(
-                "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger"
-            )
-        })
+        judge!(self.bounds.ejected_rel, "ejected", value;
+            "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger")
     }
 
     /// The wheel must be at rest when its results are taken.
@@ -118,13 +113,9 @@ impl FinishedRun<'_> {
         let [low, high] = self.statistics.held_range()?;
         let load = program.load_n;
         let value = larger(high - load, load - low) / load;
-        let bounds = self.bounds.wheel_force_rel;
-        bounds.judge("wheel_at_rest", value, || {
-            format!(
-                "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
-                self.statistics.held_velocity
-            )
-        })
+        judge!(self.bounds.wheel_force_rel, "wheel_at_rest", value;
+            "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
+            self.statistics.held_velocity)
     }
 
     /// A wheel that bears its load may still sink with all that carries it.
@@ -132,12 +123,8 @@ impl FinishedRun<'_> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let [lost, approach] = self.statistics.held_drift()?;
         let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
-        let bounds = self.bounds.wheel_drift_rel;
-        bounds.judge("wheel_drift", value, || {
-            format!(
-                "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses"
-            )
-        })
+        judge!(self.bounds.wheel_drift_rel, "wheel_drift", value;
+            "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses")
     }
 
     /// Under a held load a motion that repeats itself must find the wheel at the same height in each cycle. A third body that flows out lets
@@ -153,31 +140,23 @@ impl FinishedRun<'_> {
         let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
         let borne = self.statistics.held_boundary.value()?;
         let value = (borne - load.mean_n).abs() / load.wanted_n;
-        let bounds = self.bounds.boundary_force_rel;
-        let judged = bounds.judge("layer_at_rest", value, || {
-            format!(
-                "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
-                load.mean_n
-            )
-        });
+        let judged = judge!(self.bounds.boundary_force_rel, "layer_at_rest", value;
+            "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
+            load.mean_n);
         // Rigid walls and a wheel without glued disks bear what they bear.
         judged.filter(|_| self.bodies.walls.is_empty() && self.bodies.glued() > 0)
     }
 
     fn added_inertia(&self) -> Option<Finding> {
         let value = self.statistics.added_inertia.value()?;
-        let bounds = self.bounds.added_inertia_rel;
-        bounds.judge("added_inertia", value, || {
-            format!("moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
-        })
+        judge!(self.bounds.added_inertia_rel, "added_inertia", value;
+            "moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
     }
 
     fn contact_residual(&self) -> Option<Finding> {
         let value = self.statistics.residual_max;
-        let bounds = self.bounds.contact_residual;
-        bounds.judge("contact_residual", value, || {
-            format!("the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
-        })
+        judge!(self.bounds.contact_residual, "contact_residual", value;
+            "the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
     }
 
     /// Steps of a run alone that stand although they did not converge; those of a coupled run are the coupler's.
@@ -185,9 +164,8 @@ impl FinishedRun<'_> {
         let steps = self.statistics.steps;
         let accepted = self.statistics.accepted_steps * u64::from(self.alone);
         let value = accepted as f64 / steps.max(1) as f64;
-        self.bounds.not_converged_rel.judge("not_converged", value, || {
-            format!("{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
-        })
+        judge!(self.bounds.not_converged_rel, "not_converged", value;
+            "{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
     }
 
     /// An energy (J) over what the grains have stored and lost; 0 where it is noise.
@@ -212,35 +190,31 @@ impl FinishedRun<'_> {
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
         let value = self.of_kept(self.state.ledger.detection_size);
-        self.bounds.detection_rel.judge("detection", value, || {
-            format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
-        })
+        judge!(self.bounds.detection_rel, "detection", value;
+            "detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
     }
 
     /// Rigid contacts take energy.
     fn impact_energy(&self) -> Option<Finding> {
         let made = self.state.ledger.made;
         let value = self.of_kept(made);
-        self.bounds.impact_energy_rel.judge("impact_energy", value, || {
-            format!("friction and rebounds of rigid contacts made {made:.3e} J, {value:.3e} of what the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
-        })
+        judge!(self.bounds.impact_energy_rel, "impact_energy", value;
+            "friction and rebounds of rigid contacts made {made:.3e} J, {value:.3e} of what the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
     }
 
     /// Contacts are foreseen along the normals at the start of a step, and falls are off by half the way of the last one.
     fn grain_travel(&self) -> Option<Finding> {
         let value = self.statistics.travel_max;
-        self.bounds.grain_travel_rel.judge("grain_travel", value, || {
-            format!("in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
-        })
+        judge!(self.bounds.grain_travel_rel, "grain_travel", value;
+            "in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
     }
 
     /// A wall of points holds nothing that comes from behind.
     fn behind_wall(&self) -> Option<Finding> {
         let count = self.statistics.behind_max;
         let value = count as f64 / self.state.present(self.bodies) as f64;
-        self.bounds.behind_wall_rel.judge("behind_wall", value, || {
-            format!("{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
-        })
+        judge!(self.bounds.behind_wall_rel, "behind_wall", value;
+            "{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
     }
 
     /// Judges the step where bonds came near to breaking.
@@ -248,11 +222,8 @@ impl FinishedRun<'_> {
         let limit = self.stiffness.bonds_s?;
         let (load, step) = (self.statistics.bond_load_max, self.statistics.bond_step_max);
         let value = step / limit;
-        self.bounds.bond_step_rel.judge("bond_step", value, || {
-            format!(
-                "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale"
-            )
-        })
+        judge!(self.bounds.bond_step_rel, "bond_step", value;
+            "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale")
     }
 
     /// Judges what bonds took as they broke, where that is a part of the energy balance at all.
@@ -261,12 +232,9 @@ impl FinishedRun<'_> {
         let share = ledger.decohesion_share()?;
         let counts = ledger.surface > SURFACE * self.energy_in();
         let value = if counts { 1.0 - share } else { 0.0 };
-        self.bounds.bond_energy_rel.judge("bond_energy", value, || {
-            format!(
-                "bonds gave up a surface of {:.3e} J and took {share:.3} of that from the motion: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
-                ledger.surface
-            )
-        })
+        judge!(self.bounds.bond_energy_rel, "bond_energy", value;
+            "bonds gave up a surface of {:.3e} J and took {share:.3} of that from the motion: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
+            ledger.surface)
     }
 
     /// Works done on the grains, and kinetic energy that they have lost (J).
@@ -296,9 +264,8 @@ impl FinishedRun<'_> {
 
     fn flow_kinetic(&self) -> Option<Finding> {
         let value = self.flow?.kinetic_share();
-        self.bounds.flow_kinetic_rel.judge("flow_kinetic", value, || {
-            format!("the kinetic stress of the grains in the contact zone was {value:.2e} of the wheel's pressure: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
-        })
+        judge!(self.bounds.flow_kinetic_rel, "flow_kinetic", value;
+            "the kinetic stress of the grains in the contact zone was {value:.2e} of the wheel's pressure: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
     }
 
     /// Judges the mass that was due to be fed in and found no place.
@@ -308,9 +275,8 @@ impl FinishedRun<'_> {
         let next = bodies.masses.get(self.state.present(bodies));
         let value = self.state.feed.missed(next.copied().unwrap_or(0.0));
         let [x, y] = injection.point;
-        self.bounds.injection_rel.judge("injection", value, || {
-            format!("{value:.3} of the mass that was to be fed in found no gap to begin in around ({x:e}, {y:e}) m: lower injection.rate_kg_per_s, raise injection.growth_s, or move the point")
-        })
+        judge!(self.bounds.injection_rel, "injection", value;
+            "{value:.3} of the mass that was to be fed in found no gap to begin in around ({x:e}, {y:e}) m: lower injection.rate_kg_per_s, raise injection.growth_s, or move the point")
     }
 
     /// Friction and pressure below a wheel on a few contacts are those of so many grains.
@@ -318,26 +284,16 @@ impl FinishedRun<'_> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let carrying = self.statistics.carrying_contacts();
         let fewest = carrying.into_iter().flatten().reduce(f64::min)?;
-        let bounds = self.bounds.wheel_contact_share;
-        bounds.judge("wheel_contacts", 1.0 / fewest, || {
-            format!(
-                "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so"
-            )
-        })
+        judge!(self.bounds.wheel_contact_share, "wheel_contacts", 1.0 / fewest;
+            "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so")
     }
 
     fn contact_width(&self) -> Option<Finding> {
         let [half_width, thickness] = self.ends?;
         let pressed = pressed_half_width(self.bodies, self.state)?;
-        let bounds = self.bounds.contact_width_rel;
-        let found = bounds.judge("contact_width", pressed / half_width, || {
-            format!(
-                "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
-                1e3 * pressed,
-                1e3 * half_width,
-                pressed / bounds.warn
-            )
-        });
+        let found = judge!(self.bounds.contact_width_rel, "contact_width", pressed / half_width;
+            "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
+            1e3 * pressed, 1e3 * half_width, pressed / self.bounds.contact_width_rel.warn);
         found.filter(|_| half_width - pressed < END_REACH * thickness)
     }
 }

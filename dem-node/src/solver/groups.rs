@@ -154,14 +154,8 @@ impl SweepList {
     /// `records` are those of the bodies from the first on.
     fn sweep(&mut self, records: &mut [BodyRecord], friction: Option<f64>) {
         self.squares = match friction {
-            Some(friction) => widest(
-                #[inline(always)]
-                || self.sweep_groups::<true>(records, friction),
-            ),
-            None => widest(
-                #[inline(always)]
-                || self.sweep_groups::<false>(records, 0.0),
-            ),
+            Some(friction) => widest!(self.sweep_groups::<true>(records, friction)),
+            None => widest!(self.sweep_groups::<false>(records, 0.0)),
         };
     }
 
@@ -260,14 +254,11 @@ impl Sweeper {
     /// One pass over all contacts. Returns ||W dr||^2 and ||W r||^2, W the diagonal without springs.
     pub fn sweep(&mut self, problem: &mut Problem, parallel: bool) -> [f64; 2] {
         let mut squares = [0.0; 2];
-        widest(
-            #[inline(always)]
-            || {
-                for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
-                    solve_glued_disk(problem, run, &mut squares);
-                }
-            },
-        );
+        widest!({
+            for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
+                solve_glued_disk(problem, run, &mut squares);
+            }
+        });
         let friction = (problem.friction > 0.0).then_some(problem.friction);
         let sweep = |subdomain: &mut Subdomain<SweepList>, records: &mut [BodyRecord]| {
             subdomain.work.sweep(records, friction)
@@ -284,18 +275,15 @@ impl Sweeper {
                 *sum += lanes.sum();
             }
         }
-        widest(
-            #[inline(always)]
-            || {
-                solve_bonded(problem, &self.bonded, &mut squares);
-                // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
-                let mut contacts = std::mem::take(&mut problem.contacts);
-                for index in self.wheel.iter().chain(&self.clustered) {
-                    solve_contact(problem, &mut contacts[*index as usize], &mut squares);
-                }
-                problem.contacts = contacts;
-            },
-        );
+        widest!({
+            solve_bonded(problem, &self.bonded, &mut squares);
+            // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
+            let mut contacts = std::mem::take(&mut problem.contacts);
+            for index in self.wheel.iter().chain(&self.clustered) {
+                solve_contact(problem, &mut contacts[*index as usize], &mut squares);
+            }
+            problem.contacts = contacts;
+        });
         squares
     }
 

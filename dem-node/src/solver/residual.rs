@@ -62,12 +62,7 @@ struct QuadSums {
 
 impl QuadSums {
     fn join(&mut self, other: &QuadSums) {
-        self.active += other.active;
-        self.dv_dv += other.dv_dv;
-        self.wr_wr += other.wr_wr;
-        self.dv_dv_rr += other.dv_dv_rr;
-        self.wrr += other.wrr;
-        self.dv_r += other.dv_r;
+        kit::add_fields!(self, other; active, dv_dv, wr_wr, dv_dv_rr, wrr, dv_r);
     }
 
     fn add(&mut self, contact: &Contact, wanted: [f64; 2]) {

@@ -7,6 +7,7 @@
 //! Between two steps nothing moves, and yet springs may change: by what detection finds otherwise than the step left it, and
 //! by a repair of overlaps. Both are terms of their own, so that neither work nor impact hides an error of the geometry.
 
+use kit::add_fields;
 use protocol::Role;
 use serde::{Deserialize, Serialize};
 
@@ -72,28 +73,14 @@ impl GrainLedger {
 
     /// Adds the loss of a contact.
     pub fn lose(&mut self, loss: &Loss) {
-        self.impact += loss.impact;
-        self.damping += loss.damping;
-        self.numerical += loss.numerical;
-        self.friction += loss.friction;
-        self.cohesion += loss.cohesion;
-        self.surface += loss.surface;
-        self.detection += loss.detection;
+        add_fields!(self, loss; impact, damping, numerical, friction, cohesion, surface, detection, made);
         self.detection_size += loss.detection.abs();
-        self.made += loss.made;
     }
 
     /// Adds the losses of other contacts.
     pub fn join(&mut self, losses: &GrainLedger) {
-        self.impact += losses.impact;
-        self.damping += losses.damping;
-        self.numerical += losses.numerical;
-        self.friction += losses.friction;
-        self.cohesion += losses.cohesion;
-        self.surface += losses.surface;
-        self.detection += losses.detection;
+        add_fields!(self, losses; impact, damping, numerical, friction, cohesion, surface, detection, made);
         self.detection_size += losses.detection_size;
-        self.made += losses.made;
     }
 
     /// Everything that was dissipated (J), but what detection and repairs make of it.

@@ -83,15 +83,10 @@ impl Stepper {
         };
         let rest = &*state;
         // The first piece adds to the ledger of the last step, so that few contacts are added one by one.
-        let opened = |first: usize| {
-            if first == 0 {
-                ledger
-            } else {
-                GrainLedger::default()
-            }
-        };
+        let opened = |first: usize| (first == 0).then_some(ledger);
         let pieces = in_pieces(summary.listed, all, parallel, |range, piece| {
-            self.update_piece(rest, input, piece, opened(range.start))
+            let ledger = opened(range.start).unwrap_or_default();
+            self.update_piece(rest, input, piece, ledger)
         });
         for (index, (of_piece, booked)) in pieces.into_iter().enumerate() {
             summary.join(&of_piece);

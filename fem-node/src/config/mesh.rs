@@ -165,17 +165,8 @@ impl TryFrom<MeshKeys> for MeshSource {
 impl MeshKeys {
     /// The first key that only a structured mesh has.
     fn of_a_structured_mesh(&self) -> Option<&'static str> {
-        let given = [
-            ("width_m", self.width_m.is_some()),
-            ("height_m", self.height_m.is_some()),
-            ("size_m", self.size_m.is_some()),
-            ("fine_width_m", self.fine_width_m.is_some()),
-            ("fine_depth_m", self.fine_depth_m.is_some()),
-            ("side_columns", self.side_columns.is_some()),
-            ("depth_rows", self.depth_rows.is_some()),
-            ("crown_radius_m", self.crown_radius_m.is_some()),
-            ("periodic_x", self.periodic_x.is_some()),
-        ];
+        let given = kit::named!(self, is_some; width_m, height_m, size_m, fine_width_m, fine_depth_m,
+            side_columns, depth_rows, crown_radius_m, periodic_x);
         given.iter().find(|(_, given)| *given).map(|(key, _)| *key)
     }
 }

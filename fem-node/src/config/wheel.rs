@@ -1,7 +1,7 @@
 //! The rigid wheel on the upper edge and the contact with it.
 
 use kit::ConfigError;
-use kit::table::{LoadTable, check_wheel_table};
+use kit::table::LoadTable;
 use kit::wheel::WheelProgram;
 use protocol::Cause;
 use schemars::JsonSchema;
@@ -65,15 +65,7 @@ fn yes() -> bool {
 impl FemWheelConfig {
     /// Its load and its motion over time.
     pub(crate) fn program(&self) -> WheelProgram {
-        WheelProgram {
-            load_n: self.load_n,
-            load_table: self.load_table.clone(),
-            ramp_s: self.ramp_s,
-            hold_s: self.hold_s,
-            amplitude_m: self.amplitude_m,
-            frequency_hz: self.frequency_hz,
-            cycles: self.cycles,
-        }
+        kit::wheel_program!(self)
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
@@ -91,11 +83,7 @@ impl FemWheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        let held_at = self.ramp_s + self.hold_s;
-        let table = self.load_table.as_deref();
-        table.map_or(Ok(()), |table| {
-            check_wheel_table(table, held_at, self.load_n)
-        })
+        self.program().check_table()
     }
 }
 

@@ -55,6 +55,16 @@ enum Element {
     FourPoint(Q4FourPoint),
 }
 
+/// The work of either kind of elements.
+macro_rules! of_kind {
+    ($element:expr, $elements:ident: $work:expr) => {
+        match $element {
+            Element::OnePoint($elements) => $work,
+            Element::FourPoint($elements) => $work,
+        }
+    };
+}
+
 /// A computation over a row of the elements.
 struct OverRow<'a, C> {
     element: &'a Element,
@@ -277,10 +287,7 @@ impl Body {
                 },
                 history: &history[row * size..(row + 1) * size],
             };
-            sum += match &self.element {
-                Element::OnePoint(elements) => elements.energy_correction(law, row, now),
-                Element::FourPoint(elements) => elements.energy_correction(law, row, now),
-            };
+            sum += of_kind!(&self.element, elements: elements.energy_correction(law, row, now));
         }
         sum
     }

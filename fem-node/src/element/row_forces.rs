@@ -163,17 +163,14 @@ impl RowForces {
                 .zip(right)
                 .zip(below_left.iter().zip(below_right));
             let force = force[span.clone()].as_chunks_mut::<LANES>().0;
-            vectorised(
-                #[inline(always)]
-                || {
-                    for (force, ((left, right), (below_left, below_right))) in
-                        force.iter_mut().zip(sources)
-                    {
-                        let above = Pack(*left) + Pack(*right);
-                        *force = (above + (Pack(*below_left) + Pack(*below_right))).0;
-                    }
-                },
-            );
+            vectorised!({
+                for (force, ((left, right), (below_left, below_right))) in
+                    force.iter_mut().zip(sources)
+                {
+                    let above = Pack(*left) + Pack(*right);
+                    *force = (above + (Pack(*below_left) + Pack(*below_right))).0;
+                }
+            });
         }
     }
 

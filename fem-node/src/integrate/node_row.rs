@@ -132,19 +132,16 @@ impl NodeRow<'_> {
 
     /// Whole packs of components.
     fn finish_packs(mut self, rule: &Rule) {
-        vectorised(
-            #[inline(always)]
-            || {
-                self.accelerate(&rule.scheme, rule.damping.end);
-                if !self.dissipated.numerical.is_empty() {
-                    self.numerical_dissipation(&rule.scheme);
-                }
-                if !self.dissipated.mass_damping.is_empty() && rule.damping.acts() {
-                    self.mass_damping(&rule.scheme, rule.damping);
-                }
-                self.correct(&rule.scheme);
-            },
-        );
+        vectorised!({
+            self.accelerate(&rule.scheme, rule.damping.end);
+            if !self.dissipated.numerical.is_empty() {
+                self.numerical_dissipation(&rule.scheme);
+            }
+            if !self.dissipated.mass_damping.is_empty() && rule.damping.acts() {
+                self.mass_damping(&rule.scheme, rule.damping);
+            }
+            self.correct(&rule.scheme);
+        });
     }
 
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))

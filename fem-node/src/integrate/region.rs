@@ -79,22 +79,16 @@ impl Region {
             if region.element_steps as f64 > SHARE_MAX * all {
                 return None;
             }
-            let rows = if history {
-                rings.rows(&front)
-            } else {
-                Vec::new()
-            };
+            let rows = history.then(|| rings.rows(&front));
+            let rows = rows.unwrap_or_default();
             // The last step needs displacements of the ring beyond, which are those of the end, but their increments too.
-            let enters = if step < substeps || history {
-                rings.components(&beyond, Some(&front))
-            } else {
-                Vec::new()
-            };
+            let enters = || rings.components(&beyond, Some(&front));
+            let enters = (step < substeps || history).then(enters);
             let new = rows.iter().filter(|row| !computed.contains(*row));
             let padded = body.layout.padded_columns();
             let of = |size: usize| new.clone().map(move |row| row * size..(row + 1) * size);
             region.rings.push(Ring {
-                enters,
+                enters: enters.unwrap_or_default(),
                 histories: of(row_history).collect(),
                 plastic: of(padded).collect(),
             });

@@ -37,11 +37,7 @@ impl Scratch {
     pub(super) fn new(body: &Body, law: Option<&NonlinearLaw>) -> Scratch {
         let zero = vec![0.0; body.layout.row_len()];
         let history = law.map_or(0, |law| body.history_row_len(law));
-        let increment = if history > 0 {
-            zero.clone()
-        } else {
-            Vec::new()
-        };
+        let increment = vec![0.0; if history > 0 { zero.len() } else { 0 }];
         Scratch {
             elements: RowForces::new(body.layout),
             force: zero.clone(),

@@ -106,18 +106,15 @@ impl NodalState {
         let (v, internal) = (&self.v[part.clone()], &self.force[part.clone()]);
         let (a, w) = (&mut self.a[part.clone()], &body.inverse_mass[part.clone()]);
         let damped = self.damping_force.get(part);
-        vectorised(
-            #[inline(always)]
-            || {
-                let forces = loads.iter().zip(internal).zip(w);
-                for ((a, v), ((f, internal), w)) in a.iter_mut().zip(v).zip(forces) {
-                    *a = w * (f - internal) - damping * v;
-                }
-                for (a, (d, w)) in a.iter_mut().zip(damped.unwrap_or_default().iter().zip(w)) {
-                    *a -= w * d;
-                }
-            },
-        );
+        vectorised!({
+            let forces = loads.iter().zip(internal).zip(w);
+            for ((a, v), ((f, internal), w)) in a.iter_mut().zip(v).zip(forces) {
+                *a = w * (f - internal) - damping * v;
+            }
+            for (a, (d, w)) in a.iter_mut().zip(damped.unwrap_or_default().iter().zip(w)) {
+                *a -= w * d;
+            }
+        });
     }
 
     /// The same of one component.

@@ -237,17 +237,14 @@ impl Strip<'_> {
             .map_or(columns, |part| part.predicted.of(self.first + local));
         let u = &mut self.u[row.clone()];
         let (v, a) = (&self.v[row.clone()], &self.a[row]);
-        vectorised(
-            #[inline(always)]
-            || {
-                for span in layout.spans(predicted) {
-                    let rates = v[span.clone()].iter().zip(&a[span.clone()]);
-                    for (u, (v, a)) in u[span].iter_mut().zip(rates) {
-                        *u = scheme.predicted(*u, *v, *a);
-                    }
+        vectorised!({
+            for span in layout.spans(predicted) {
+                let rates = v[span.clone()].iter().zip(&a[span.clone()]);
+                for (u, (v, a)) in u[span].iter_mut().zip(rates) {
+                    *u = scheme.predicted(*u, *v, *a);
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Predicts a whole row and keeps the increments, for a law with history.
@@ -255,15 +252,12 @@ impl Strip<'_> {
         let next = self.scratch.increments.next.iter_mut();
         let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
         let fields = self.u[row].iter_mut().zip(next).zip(rates);
-        vectorised(
-            #[inline(always)]
-            || {
-                for ((u, kept), (v, a)) in fields {
-                    *kept = scheme.increment(*v, *a);
-                    *u += *kept;
-                }
-            },
-        );
+        vectorised!({
+            for ((u, kept), (v, a)) in fields {
+                *kept = scheme.increment(*v, *a);
+                *u += *kept;
+            }
+        });
     }
 
     /// Increments of the next row of a part, for a law with history.

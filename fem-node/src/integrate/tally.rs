@@ -53,10 +53,7 @@ impl Tally {
         self.blocks.resize(count(layout), Sums::default());
         for (block, sums) in self.blocks.iter_mut().enumerate() {
             let own = components(layout, block);
-            *sums = vectorised(
-                #[inline(always)]
-                || add_up(body, state, dissipated, own),
-            );
+            *sums = vectorised!(add_up(body, state, dissipated, own));
         }
     }
 
@@ -78,10 +75,7 @@ impl Tally {
     ) {
         for block in blocks {
             let own = components(body.layout, *block);
-            self.blocks[*block] = vectorised(
-                #[inline(always)]
-                || add_up(body, state, dissipated, own),
-            );
+            self.blocks[*block] = vectorised!(add_up(body, state, dissipated, own));
         }
     }
 
@@ -104,10 +98,7 @@ impl Tally {
         self.starts.resize(count(layout), 0.0);
         for (block, start) in self.starts.iter_mut().enumerate() {
             let own = components(layout, block);
-            *start = vectorised(
-                #[inline(always)]
-                || inertia(&body.mass[own.clone()], &a[own]),
-            );
+            *start = vectorised!(inertia(&body.mass[own.clone()], &a[own]));
         }
     }
 
@@ -233,12 +224,9 @@ fn sum_of(len: usize, pack: impl Fn(usize) -> Pack) -> f64 {
 
 /// v M v / 2 (J)
 pub(crate) fn kinetic_energy(body: &Body, v: &[f64]) -> f64 {
-    vectorised(
-        #[inline(always)]
-        || {
-            0.5 * sum_of(v.len(), |k| {
-                Pack::load(&body.mass, k) * Pack::load(v, k) * Pack::load(v, k)
-            })
-        },
-    )
+    vectorised!({
+        0.5 * sum_of(v.len(), |k| {
+            Pack::load(&body.mass, k) * Pack::load(v, k) * Pack::load(v, k)
+        })
+    })
 }

@@ -64,11 +64,7 @@ impl Unstructured {
             connectivity: connectivity.clone(),
             buffers: vec![GatherBuffers::new(layout, row_history > 0); pieces],
             corners: vec![0.0; body.corner_forces_len()],
-            increment: if row_history > 0 {
-                zero.clone()
-            } else {
-                Vec::new()
-            },
+            increment: vec![0.0; if row_history > 0 { zero.len() } else { 0 }],
             new_force: zero.clone(),
             new_a: zero,
             net: Vec::new(),
@@ -94,14 +90,8 @@ impl Unstructured {
         if !state.damping_force.is_empty() {
             self.net.resize(load.len(), 0.0);
             let net = &mut self.net;
-            let rows = node_rows(
-                body,
-                state,
-                (&self.new_force, &mut self.new_a),
-                load,
-                net,
-                dissipated.whole(),
-            );
+            let new = (&self.new_force[..], &mut self.new_a[..]);
+            let rows = node_rows(body, state, new, load, net, dissipated.whole());
             each(self.parallel, rows, |mut row| {
                 let all = 0..row.new_force.len();
                 row.damp_stiffness(&rule.scheme, &[all]);
@@ -120,15 +110,8 @@ impl Unstructured {
             run.close(wheel, rule, &upper);
             load = run.load();
         }
-        let all = dissipated.whole();
-        let rows = node_rows(
-            body,
-            state,
-            (&self.new_force, &mut self.new_a),
-            load,
-            &mut [],
-            all,
-        );
+        let new = (&self.new_force[..], &mut self.new_a[..]);
+        let rows = node_rows(body, state, new, load, &mut [], dissipated.whole());
         each(self.parallel, rows, |mut row| {
             let all = 0..row.new_force.len();
             row.finish(rule, body.layout, &[all]);

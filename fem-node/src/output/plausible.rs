@@ -1,5 +1,6 @@
 //! Plausibility of the body's results: values of a run beyond the bounds of its scenario.
 
+use kit::judge;
 use protocol::{Finding, larger};
 
 use crate::config::choice::ElementKind;
@@ -20,10 +21,8 @@ const QUIET: f64 = 0.01;
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
     let [low, high] = range;
     let value = larger(high - load, load - low) / load;
-    let bounds = model.plausible.wheel_force_rel;
-    let judged = bounds.judge("wheel_at_rest", value, || {
-        format!("the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s")
-    });
+    let judged = judge!(model.plausible.wheel_force_rel, "wheel_at_rest", value;
+        "the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
     judged.filter(|_| load > 0.0)
 }
 
@@ -33,10 +32,8 @@ pub(crate) fn contact_resolution(model: &Model, profile: &ContactProfile) -> Opt
     let touching = touching.filter(|status| **status != DirectedStatus::Open);
     let nodes = touching.count();
     let value = 1.0 / nodes as f64;
-    let bounds = model.plausible.contact_resolution;
-    let judged = bounds.judge("contact_resolution", value, || {
-        format!("only {nodes} nodes of the body touch the wheel, too few for its pressure and approach: make mesh.size_m smaller under the wheel, or raise wheel.load_n")
-    });
+    let judged = judge!(model.plausible.contact_resolution, "contact_resolution", value;
+        "only {nodes} nodes of the body touch the wheel, too few for its pressure and approach: make mesh.size_m smaller under the wheel, or raise wheel.load_n");
     judged.filter(|_| nodes > 0 && is_curved(model))
 }
 
@@ -64,10 +61,8 @@ pub(crate) fn contact_reach<'a>(
     let touching = profiles.flat_map(|profile| profile.x.iter().zip(&profile.status));
     let touching = touching.filter(|(_, status)| **status != DirectedStatus::Open);
     let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
-    let bounds = model.plausible.contact_reach_rel;
-    bounds.judge("contact_reach", reach / half, || {
-        format!("the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
-    })
+    judge!(model.plausible.contact_reach_rel, "contact_reach", reach / half;
+        "the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
 }
 
 /// The larger of a strain and the largest of a state; NaN if either is.
@@ -101,10 +96,8 @@ pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Findi
     };
     let strain = largest_plastic_strain(model, state);
     let value = strain * 3.0 * law.mu / law.yield_stress;
-    let bounds = model.plausible.plastic_element;
-    bounds.judge("plastic_element", value, || {
-        format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
-    })
+    judge!(model.plausible.plastic_element, "plastic_element", value;
+        "the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
 }
 
 /// Elements that miss the energy of bending are too stiff, or too soft. `moved` is the kinetic energy and the sizes of all that went in
@@ -117,10 +110,9 @@ pub(crate) fn locking(model: &Model, state: &NodalState, moved: f64) -> Option<F
     }
     let share = excess / energy;
     let how = if share > 0.0 { "stiff" } else { "soft" };
-    let bounds = model.plausible.locking_rel;
-    bounds.judge("locking", share.abs(), || {
-        format!("the elements are too {how} in bending by {:.3} of the strain energy, and displacements under a load are off by about as much: take more elements across a body in bending, none much longer than wide, and element = \"q4_bbar\" or \"q4_1point\" where material.poisson is above 0.4", share.abs())
-    })
+    judge!(model.plausible.locking_rel, "locking", share.abs();
+        "the elements are too {how} in bending by {:.3} of the strain energy, and displacements under a load are off by about as much: take more elements across a body in bending, none much longer than wide, and element = \"q4_bbar\" or \"q4_1point\" where material.poisson is above 0.4",
+        share.abs())
 }
 
 /// Largest equivalent plastic strain.

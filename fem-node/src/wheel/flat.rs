@@ -17,11 +17,8 @@ pub(super) fn solve(nodes: &[NodeMotion], wheel: &WheelStep, contacts: &mut [Nod
     let lifted = wheel.weight * total(nodes, wheel);
     for (node, contact) in nodes.iter().zip(contacts) {
         let gap = gap(node, wheel) + lifted;
-        *contact = if gap < 0.0 {
-            close(node, wheel, -gap / node.weight[1])
-        } else {
-            NodeContact::default()
-        };
+        let closed = (gap < 0.0).then(|| close(node, wheel, -gap / node.weight[1]));
+        *contact = closed.unwrap_or_default();
     }
 }
 

@@ -64,6 +64,40 @@ impl Bounds {
     }
 }
 
+/// [`Bounds::judge`] with a text as `format!` takes it: `judge!(bounds, "code", value; "the value is {value}")`.
+#[macro_export]
+macro_rules! judge {
+    ($bounds:expr, $code:literal, $value:expr; $($text:tt)+) => {
+        $bounds.judge($code, $value, || format!($($text)+))
+    };
+}
+
+/// A table `plausible`: a type with the bounds of checks, each written `field = [warn, suspect]` with the values where a scenario has
+/// none. Its `check` refuses the first that are not in order.
+#[macro_export]
+macro_rules! plausible_bounds {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident = $default:expr,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            $($(#[$doc])* pub $field: $crate::Bounds,)*
+        }
+
+        impl Default for $name {
+            fn default() -> $name {
+                $name { $($field: $crate::Bounds::from($default),)* }
+            }
+        }
+
+        impl $name {
+            pub(crate) fn check(&self) -> Result<(), $crate::ConfigError> {
+                $crate::Bounds::check_all("plausible", [$((stringify!($field), self.$field)),*])
+            }
+        }
+    };
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,8 +3,8 @@
 use protocol::{Finding, larger};
 use serde::{Deserialize, Serialize};
 
-use crate::Bounds;
 use crate::wheel::WheelProgram;
+use crate::{Bounds, judge};
 
 /// Share of half a period by which a step may miss its end: times are sums of steps.
 const ROUNDING: f64 = 1e-3;
@@ -38,9 +38,8 @@ impl CycleDrift {
         let [a, b, c, d] = self.heights;
         let before = if self.count > 3 { (c - a).abs() } else { 0.0 };
         let drift = larger(before, (d - b).abs());
-        let found = bounds.judge("cycle_drift", drift / program.amplitude_m, || {
-            format!("from one cycle to the next the wheel moved up or down by {drift:.2e} m where its displacement is 0: what carries it gives way or rings, and friction loops are not those of a steady motion; take more wheel.cycles, make wheel.hold_s longer, or what carries it thinner, bonded or damped")
-        });
+        let found = judge!(bounds, "cycle_drift", drift / program.amplitude_m;
+            "from one cycle to the next the wheel moved up or down by {drift:.2e} m where its displacement is 0: what carries it gives way or rings, and friction loops are not those of a steady motion; take more wheel.cycles, make wheel.hold_s longer, or what carries it thinner, bonded or damped");
         found.filter(|_| held && program.amplitude_m > 0.0 && self.count >= 3)
     }
 }

@@ -21,5 +21,28 @@ pub mod table;
 pub mod vtk;
 pub mod wheel;
 
+/// The fields of a value with their names, `named!(key; a, b)` being `[("a", key.a), ("b", key.b)]`: below a table with
+/// `named!("table.", key; a, b)`, and what a method says of them with `named!(key, is_some; a, b)`.
+#[macro_export]
+macro_rules! named {
+    ($table:literal, $of:expr; $($field:ident),+) => {
+        [$((concat!($table, stringify!($field)), $of.$field)),+]
+    };
+    ($of:expr; $($field:ident),+) => {
+        [$((stringify!($field), $of.$field)),+]
+    };
+    ($of:expr, $method:ident; $($field:ident),+) => {
+        [$((stringify!($field), $of.$field.$method())),+]
+    };
+}
+
+/// Adds fields of a value to those of another: `add_fields!(sum, other; a, b)`.
+#[macro_export]
+macro_rules! add_fields {
+    ($sum:expr, $other:expr; $($field:ident),+) => {
+        $($sum.$field += $other.$field;)+
+    };
+}
+
 pub use bounds::Bounds;
 pub use keys::{ConfigError, read_config, read_part};

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 
 use protocol::Phase;
 
-use crate::table::{LoadTable, last_change, load_at};
+use crate::keys::ConfigError;
+use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 
 /// Name of the part of a history whose end fixes the state that results are taken from.
 pub const HOLD: &str = "hold";
@@ -30,7 +31,29 @@ pub struct WheelProgram {
     pub cycles: f64,
 }
 
+/// The program that a table of keys holds, whose names are those of its fields.
+#[macro_export]
+macro_rules! wheel_program {
+    ($keys:expr) => {
+        $crate::wheel::WheelProgram {
+            load_n: $keys.load_n,
+            load_table: $keys.load_table.clone(),
+            ramp_s: $keys.ramp_s,
+            hold_s: $keys.hold_s,
+            amplitude_m: $keys.amplitude_m,
+            frequency_hz: $keys.frequency_hz,
+            cycles: $keys.cycles,
+        }
+    };
+}
+
 impl WheelProgram {
+    /// Refuses a wrong table of loads; see [`check_wheel_table`].
+    pub fn check_table(&self) -> Result<(), ConfigError> {
+        let (held_at, mut table) = (self.motion_start(), self.load_table.iter());
+        table.try_for_each(|table| check_wheel_table(table, held_at, self.load_n))
+    }
+
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
         if let Some(table) = &self.load_table {

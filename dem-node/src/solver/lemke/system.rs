@@ -104,13 +104,10 @@ impl System {
 
 fn add(sum: &mut [f64], factor: f64, vector: &[f64]) {
     if factor != 0.0 {
-        widest(
-            #[inline(always)]
-            || {
-                for (sum, entry) in sum.iter_mut().zip(vector) {
-                    *sum += factor * entry;
-                }
-            },
-        );
+        widest!({
+            for (sum, entry) in sum.iter_mut().zip(vector) {
+                *sum += factor * entry;
+            }
+        });
     }
 }

@@ -103,10 +103,7 @@ impl Products<f64> {
 
     /// Adds those of other bodies.
     pub fn join(&mut self, other: &Products<f64>) {
-        self.wp += other.wp;
-        self.ww += other.ww;
-        self.wz += other.wz;
-        self.zz += other.zz;
+        kit::add_fields!(self, other; wp, ww, wz, zz);
     }
 }
 

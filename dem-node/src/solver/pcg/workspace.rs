@@ -179,24 +179,15 @@ impl Workspace {
         parallel: bool,
     ) -> PassSums<f64> {
         let friction = problem.friction;
-        widest(
-            #[inline(always)]
-            || self.begin::<F>(problem, pass),
-        );
+        widest!(self.begin::<F>(problem, pass));
         let work = |subdomain: &mut Subdomain<Interior>,
                     (bodies, momenta): (&mut [BodyState], &mut [Momentum])| {
             let interior = &mut subdomain.work;
-            widest(
-                #[inline(always)]
-                || interior.run::<F>(pass, friction, bodies, momenta),
-            );
+            widest!(interior.run::<F>(pass, friction, bodies, momenta));
         };
         let items = (&mut self.bodies[..], &mut self.momenta[..]);
         for_each_subdomain(&mut self.subdomains, items, parallel, &work);
-        widest(
-            #[inline(always)]
-            || self.end::<F>(problem),
-        )
+        widest!(self.end::<F>(problem))
     }
 
     #[inline(always)]

@@ -30,16 +30,8 @@ impl Body {
     ) {
         match law {
             NonlinearLaw::Plastic(plastic) => self.plastic_row(plastic, row, path, columns, out),
-            NonlinearLaw::Corotational => vectorised(
-                #[inline(always)]
-                || match &self.element {
-                    Element::OnePoint(elements) => {
-                        elements.corotational_row(row, path, columns, out);
-                    }
-                    Element::FourPoint(elements) => {
-                        elements.corotational_row(row, path, columns, out);
-                    }
-                },
+            NonlinearLaw::Corotational => vectorised!(
+                of_kind!(&self.element, elements: elements.corotational_row(row, path, columns, out))
             ),
         }
     }
@@ -73,12 +65,7 @@ impl Body {
             self.over_linear(row, bounded);
         }
         let own = &excess[packs.clone()];
-        let may_flow = || {
-            vectorised(
-                #[inline(always)]
-                || any_positive(own),
-            )
-        };
+        let may_flow = || vectorised!(any_positive(own));
         if flowed || may_flow() {
             self.candidate_packs(plastic, row, path, (&excess, packs), out);
         }
@@ -98,16 +85,8 @@ impl Body {
             excess: &excess[packs.clone()],
             first: packs.start,
         };
-        vectorised(
-            #[inline(always)]
-            || match &self.element {
-                Element::OnePoint(elements) => {
-                    elements.plastic_row(plastic, row, path, candidates, out);
-                }
-                Element::FourPoint(elements) => {
-                    elements.plastic_row(plastic, row, path, candidates, out);
-                }
-            },
+        vectorised!(
+            of_kind!(&self.element, elements: elements.plastic_row(plastic, row, path, candidates, out))
         );
     }
 }
@@ -120,22 +99,19 @@ fn mark_flowed(
     excess: &mut [[f64; LANES]],
 ) -> bool {
     let marks = &mut excess[columns.start / LANES..columns.end / LANES];
-    vectorised(
-        #[inline(always)]
-        || {
-            path.write_flow(points, columns, marks);
-            if !any_positive(marks) {
-                // A mark that is NaN belongs to no run, and its pack would keep the forces of another row.
-                marks.fill([0.0; LANES]);
-                return false;
-            }
-            for mark in marks {
-                let flowed = Pack(*mark).any_above(Pack::splat(0.0));
-                *mark = [if flowed { FLOWED } else { 0.0 }; LANES];
-            }
-            true
-        },
-    )
+    vectorised!({
+        path.write_flow(points, columns, marks);
+        if !any_positive(marks) {
+            // A mark that is NaN belongs to no run, and its pack would keep the forces of another row.
+            marks.fill([0.0; LANES]);
+            return false;
+        }
+        for mark in marks {
+            let flowed = Pack(*mark).any_above(Pack::splat(0.0));
+            *mark = [if flowed { FLOWED } else { 0.0 }; LANES];
+        }
+        true
+    })
 }
 
 /// True if any number is above 0. One branch for all of them: most rows have none.

@@ -45,10 +45,8 @@ pub(super) fn check_joints(
         IN_ONE_PLACE * sizes.fold(longest, f64::min)
     };
     for quad in quads {
-        let (points, most) = (
-            quad.corners.map(|node| file.point(node)),
-            near(&quad.corners),
-        );
+        let points = quad.corners.map(|node| file.point(node));
+        let most = near(&quad.corners);
         let [i, j] = cell(&quad.corners);
         let around = (0..9).filter_map(|k| outline.get(&[i + k % 3 - 1, j + k / 3 - 1]));
         for part in around.flatten() {
@@ -80,12 +78,12 @@ fn meets(points: &[[f64; 2]; 4], ends: [[f64; 2]; 2], slack: f64) -> bool {
         if a < 0.0 && b < 0.0 {
             return false;
         }
-        from = if a < 0.0 {
-            (a / (a - b)).max(from)
-        } else {
-            from
-        };
-        to = if b < 0.0 { (a / (a - b)).min(to) } else { to };
+        let crossing = a / (a - b);
+        if a < 0.0 {
+            from = crossing.max(from);
+        } else if b < 0.0 {
+            to = crossing.min(to);
+        }
     }
     from <= to
 }
@@ -95,16 +93,11 @@ fn not_joined(file: &File, quad: &FileElement<4>, [a, b]: [u32; 2], near: f64) -
     let ([x, y], element) = (file.point(a), quad.number);
     let [node, end] = [a, b].map(|node| file.number(node));
     let close = |corner: &&u32| distance(file.point(**corner), [x, y]) <= 2.0 * near;
-    let other = quad
-        .corners
-        .iter()
-        .find(close)
-        .map(|corner| file.number(*corner));
-    let what = match other {
+    let what = match quad.corners.iter().find(close) {
         _ if a != b => format!(
             "elements overlap: the side of nodes {node} and {end} crosses element {element}"
         ),
-        Some(other) => format!("nodes {node} and {other} lie in one place"),
+        Some(other) => format!("nodes {node} and {} lie in one place", file.number(*other)),
         None => format!("node {node} lies on or in element {element} without being its corner"),
     };
     refused(
