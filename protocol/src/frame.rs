@@ -264,10 +264,8 @@ impl Frame {
             .payload
             .split_first()
             .ok_or_else(|| FrameError::Text("it is empty".into()))?;
-        let mut bytes: Vec<u8> = words
-            .iter()
-            .flat_map(|word| word.to_bits().to_le_bytes())
-            .collect();
+        let bytes = words.iter().flat_map(|word| word.to_bits().to_le_bytes());
+        let mut bytes: Vec<u8> = bytes.collect();
         if !(*length >= 0.0 && *length <= bytes.len() as f64) {
             return Err(FrameError::Text(format!(
                 "it claims {length} bytes and holds {}",

@@ -280,9 +280,8 @@ pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
         surface_distance(bounds.surface_distance_rel, offset.distance_rel),
     ];
     let warnings = found.into_iter().flatten();
-    warnings
-        .map(|finding| Warning::of(&patch.name, finding))
-        .collect()
+    let warnings = warnings.map(|finding| Warning::of(&patch.name, finding));
+    warnings.collect()
 }
 
 /// The same with the points of the continuum, its name and what it says of itself beside it: what has a step of its own and moves

@@ -521,9 +521,8 @@ impl InterfaceSummary {
 /// The values of a ledger (J) by the names of its terms.
 fn joules(prefix: &str, ledger: &ParticipantLedger) -> Map<String, Value> {
     let terms = ledger.terms.iter().zip(&ledger.values);
-    terms
-        .map(|(term, joules)| (format!("{prefix}{}_j", term.name), (*joules).into()))
-        .collect()
+    let terms = terms.map(|(term, joules)| (format!("{prefix}{}_j", term.name), (*joules).into()));
+    terms.collect()
 }
 
 /// Writes named things as one object, in their order.

@@ -33,11 +33,8 @@ pub fn whole(ended: Result<Ended, Error>) -> Result<Ended, Error> {
 /// # Errors
 /// There is none.
 pub fn participant_index(scenario: &Scenario, name: &str) -> Result<usize, Error> {
-    let names: Vec<&str> = scenario
-        .participant
-        .iter()
-        .map(|p| p.name.as_str())
-        .collect();
+    let names = scenario.participant.iter();
+    let names: Vec<&str> = names.map(|p| p.name.as_str()).collect();
     let index = names.iter().position(|known| *known == name);
     index.ok_or_else(|| {
         Error::from(Refusal::NoParticipant {

@@ -28,18 +28,16 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
         }
     }
     shown.dedup_by(|last, first| last.1["points"] == first.1["points"]);
-    let layer = shown
-        .first()
-        .map(|(_, arrays)| Extent::around(circles(arrays)));
+    let layer = shown.first();
+    let layer = layer.map(|(_, arrays)| Extent::around(circles(arrays)));
     let Some(layer) = layer.flatten() else {
         return Ok(None);
     };
     // Grains that were thrown far away would make the others too small to be seen.
     let height = layer.height();
     let extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
-    let maps = shown
-        .iter()
-        .map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
+    let maps = shown.iter();
+    let maps = maps.map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
     let svg = maps_of_kinds(&Vec::from_iter(maps), &BODIES, |panel, number| {
         let arrays = &shown[number].1;
         disks(panel, arrays, |disk| BODIES[body(arrays, disk)][0].into());

@@ -159,7 +159,6 @@ fn magnitudes(arrays: &Arrays) -> Vec<f64> {
     }
     let size = |node: &f64| u[3 * *node as usize].hypot(u[3 * *node as usize + 1]);
     let elements = numbers(arrays, "connectivity").chunks_exact(4);
-    elements
-        .map(|cell| cell.iter().map(size).sum::<f64>() / 4.0)
-        .collect()
+    let elements = elements.map(|cell| cell.iter().map(size).sum::<f64>() / 4.0);
+    elements.collect()
 }

@@ -70,10 +70,8 @@ fn links(arrays: &Arrays) -> Vec<Link> {
 }
 
 fn around(links: &[Link]) -> Option<Extent> {
-    let ends = links
-        .iter()
-        .flat_map(|link| link.ends)
-        .map(|end| (end, 0.0));
+    let links = links.iter();
+    let ends = links.flat_map(|link| link.ends).map(|end| (end, 0.0));
     let extent = Extent::around(ends)?;
     let margin = 0.01 * extent.width().max(extent.height());
     (margin > 0.0).then(|| extent.with_margin(margin, margin, margin))
@@ -81,18 +79,13 @@ fn around(links: &[Link]) -> Option<Extent> {
 
 /// Compression in dark lines, tension in light and dashed ones.
 fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
-    let mut sizes: Vec<f64> = links
-        .iter()
-        .map(|link| link.force.abs())
-        .filter(|f| *f > 0.0)
-        .collect();
+    let sizes = links.iter().map(|link| link.force.abs());
+    let mut sizes: Vec<f64> = sizes.filter(|f| *f > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let full = *sizes.get((SHOWN * (sizes.len().max(1) - 1) as f64) as usize)?;
     let least = sizes[sizes.len().saturating_sub(LINES_MAX)];
-    let drawn: Vec<&Link> = links
-        .iter()
-        .filter(|link| link.force.abs() >= least)
-        .collect();
+    let drawn = links.iter();
+    let drawn: Vec<&Link> = drawn.filter(|link| link.force.abs() >= least).collect();
     let svg = maps(shown, None, |panel, _| {
         for tension in [true, false] {
             panel.layer();
@@ -141,10 +134,8 @@ fn stroke(panel: &mut Panel, link: &Link, full: f64) {
 
 /// Intensity of adhesion of the bonds.
 fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
-    let bonds: Vec<(&Link, f64)> = links
-        .iter()
-        .filter_map(|link| Some((link, link.adhesion?)))
-        .collect();
+    let bonds = links.iter().filter_map(|link| Some((link, link.adhesion?)));
+    let bonds: Vec<(&Link, f64)> = bonds.collect();
     let whole = bonds.iter().filter(|(_, adhesion)| *adhesion > 0.0).count();
     if whole == 0 {
         return None;

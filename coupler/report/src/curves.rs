@@ -224,10 +224,8 @@ fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
 
 /// The charts whose signals the run has, that along x not being zero throughout; lines of nothing but zeros are left out.
 pub(super) fn plots(tables: &Tables, charts: &[Chart]) -> Vec<Picture> {
-    charts
-        .iter()
-        .filter_map(|chart| drawn(tables, chart))
-        .collect()
+    let charts = charts.iter();
+    charts.filter_map(|chart| drawn(tables, chart)).collect()
 }
 
 fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
@@ -369,10 +367,8 @@ pub(super) fn sliding_over_velocity(signals: &Table) -> Option<Picture> {
 fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
     let reach = 0.5 * width * (1.0 + 1e-9);
     let mean = |centre: &f64| {
-        let near = x
-            .iter()
-            .zip(y)
-            .filter(|(x, _)| (**x - centre).abs() <= reach);
+        let near = x.iter();
+        let near = near.zip(y).filter(|(x, _)| (**x - centre).abs() <= reach);
         let (sum, count) = near.fold((0.0, 0.0), |(sum, count), (_, y)| (sum + y, count + 1.0));
         sum / count
     };

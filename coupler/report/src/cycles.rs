@@ -15,8 +15,8 @@ const ROUNDING: f64 = 1e-6;
 pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3]) {
     let end = t.len() - 1;
     // The last report before the wheel moves is the start of its first loop.
-    let began = x
-        .iter()
+    let mut positions = x.iter();
+    let began = positions
         .position(|x| *x != 0.0)
         .unwrap_or(0)
         .saturating_sub(1);

@@ -64,10 +64,8 @@ impl StressCells {
         let [x, y, p] = ["x_m", "y_m", "p_tr3_pa"].map(|name| table.get(name));
         let (x, y, p) = (x?, y?, p?);
         let centres = x.iter().zip(y).map(|(x, y)| [1e3 * x, 1e3 * y]);
-        let steps = y
-            .windows(2)
-            .chain(x.windows(2))
-            .map(|pair| (pair[1] - pair[0]).abs());
+        let steps = y.windows(2).chain(x.windows(2));
+        let steps = steps.map(|pair| (pair[1] - pair[0]).abs());
         let size = 1e3
             * steps
                 .filter(|step| *step > 1e-9)
@@ -80,10 +78,8 @@ impl StressCells {
     }
 
     fn extent(&self) -> Extent {
-        let circles = self
-            .all
-            .iter()
-            .map(|(centre, _)| (*centre, 0.5 * self.size));
+        let circles = self.all.iter();
+        let circles = circles.map(|(centre, _)| (*centre, 0.5 * self.size));
         let nothing = [0.0, 1.0];
         let nothing = Extent {
             x: nothing,

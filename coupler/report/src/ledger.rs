@@ -69,9 +69,8 @@ fn works(signals: &Table) -> Chart {
         works.contains(&signal).then(|| participant.to_string())
     };
     let columns = signals.chosen(|name| participant(name).is_some());
-    let lines = columns
-        .iter()
-        .filter_map(|(name, _)| Some((participant(name)?, name.to_string())));
+    let lines = columns.iter();
+    let lines = lines.filter_map(|(name, _)| Some((participant(name)?, name.to_string())));
     Chart {
         lines: lines.collect(),
         ..over_time(
@@ -93,9 +92,8 @@ pub(super) fn energies(run: &RunFiles) -> Vec<Chart> {
         let terms = terms.filter_map(|(term, _)| {
             let prefixed = format!("{name}.{term}");
             let signal = [&prefixed, term];
-            let mut found = signal
-                .iter()
-                .filter_map(|signal| Some((signal, run.signals.get(signal)?)));
+            let found = signal.iter();
+            let mut found = found.filter_map(|signal| Some((signal, run.signals.get(signal)?)));
             let (signal, values) = found.next()?;
             let finite = values.iter().filter(|x| x.is_finite());
             let largest = finite.fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -103,14 +101,11 @@ pub(super) fn energies(run: &RunFiles) -> Vec<Chart> {
             Some((words, signal.to_string(), largest))
         });
         let terms: Vec<(String, String, f64)> = terms.collect();
-        let most = terms
-            .iter()
-            .map(|(.., largest)| *largest)
-            .fold(0.0, f64::max);
+        let most = terms.iter();
+        let most = most.map(|(.., largest)| *largest).fold(0.0, f64::max);
         let seen = terms.iter().filter(|(.., largest)| *largest > SEEN * most);
-        let lines: Vec<(String, String)> = seen
-            .map(|(words, signal, _)| (words.clone(), signal.clone()))
-            .collect();
+        let lines = seen.map(|(words, signal, _)| (words.clone(), signal.clone()));
+        let lines: Vec<(String, String)> = lines.collect();
         let rest = match terms.len() - lines.len() {
             0 => String::new(),
             count => format!(" ({count} terms below 0.01 % of the largest are not drawn)"),
@@ -164,9 +159,8 @@ pub(super) fn reactions(signals: &Table) -> Chart {
     let ends = ["_reaction_x_n", "_reaction_y_n"];
     let columns = signals.chosen(|name| ends.iter().any(|end| name.ends_with(end)));
     let words = |name: &str| name.strip_suffix("_n").unwrap_or(name).replace('_', " ");
-    let lines = columns
-        .iter()
-        .map(|(name, _)| (words(name), name.to_string()));
+    let lines = columns.iter();
+    let lines = lines.map(|(name, _)| (words(name), name.to_string()));
     Chart {
         lines: lines.collect(),
         ..over_time(

@@ -115,9 +115,8 @@ impl Material {
         let shots = Shots::of(&self.files, &self.scene, &moments, colours);
         let ranges = MovieRanges::of(&shots);
         let track = Track::of(run, self.setup.wheel_of.as_ref());
-        let scale = views
-            .first()
-            .map(|view| view.scale(largest_displacement(&shots, &ranges)));
+        let views = views.first();
+        let scale = views.map(|view| view.scale(largest_displacement(&shots, &ranges)));
         let words = self.words(run, &[whole, kept], &shots, &ranges);
         let more = json!({
             "frames": moments.iter().map(|moment| frame(moment, &track)).collect::<Vec<Value>>(),

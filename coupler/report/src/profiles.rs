@@ -21,9 +21,8 @@ pub(super) fn profiles(run: &RunFiles) -> Vec<Picture> {
 fn drawn(slices: &Table) -> Option<Vec<Picture>> {
     let (starts, ends) = (slices.get("t0_s")?, slices.get("t1_s")?);
     let length = |row: &usize| ends[*row] - starts[*row];
-    let longest = (0..starts.len())
-        .map(|row| length(&row))
-        .fold(0.0, f64::max);
+    let longest = (0..starts.len()).map(|row| length(&row));
+    let longest = longest.fold(0.0, f64::max);
     let whole = (0..starts.len()).filter(|row| length(row) >= WHOLE * longest);
     let rows: Vec<usize> = whole.collect();
     let last = *rows.last()?;

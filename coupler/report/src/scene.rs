@@ -89,11 +89,8 @@ impl Scene {
 
     /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
     fn extents(&self) -> Vec<Extent> {
-        let nodes = self
-            .continuum
-            .iter()
-            .flat_map(deformed_mm)
-            .map(|node| (node, 0.0));
+        let nodes = self.continuum.iter();
+        let nodes = nodes.flat_map(deformed_mm).map(|node| (node, 0.0));
         let Some(all) = Extent::around(nodes.chain(self.circles())) else {
             return Vec::new();
         };

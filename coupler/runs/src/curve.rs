@@ -81,10 +81,8 @@ impl Curve<'_> {
         let [start, end] = [larger(own[0], whole[0]), -larger(-own[1], -whole[1])];
         let inside = |x: &&f64| (start..=end).contains(*x);
         let own_positions = self.x.iter().filter(inside);
-        let mut positions: Vec<f64> = own_positions
-            .chain(reference.x.iter().filter(inside))
-            .copied()
-            .collect();
+        let positions = own_positions.chain(reference.x.iter().filter(inside));
+        let mut positions: Vec<f64> = positions.copied().collect();
         positions.extend([start, end]);
         positions.sort_by(f64::total_cmp);
         positions.dedup();

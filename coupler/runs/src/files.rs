@@ -159,9 +159,8 @@ impl RunFiles {
                 *known = known.max(number);
             }
         }
-        let of_processes = processes
-            .into_iter()
-            .map(|((name, _), number)| (name.to_string(), number));
+        let of_processes = processes.into_iter();
+        let of_processes = of_processes.map(|((name, _), number)| (name.to_string(), number));
         let work = participants().flat_map(|participant| numbers_of(&participant["work"]));
         for (name, number) in of_processes.chain(work) {
             *cost.entry(name).or_insert(0.0) += number;
@@ -193,9 +192,8 @@ impl RunFiles {
     pub fn field_files(&self, ending: &str) -> Vec<PathBuf> {
         let entries = std::fs::read_dir(self.path.join("fields")).into_iter();
         let paths = entries.flatten().flatten().map(|entry| entry.path());
-        let mut paths: Vec<PathBuf> = paths
-            .filter(|path| path.to_string_lossy().ends_with(ending))
-            .collect();
+        let paths = paths.filter(|path| path.to_string_lossy().ends_with(ending));
+        let mut paths: Vec<PathBuf> = paths.collect();
         paths.sort();
         paths
     }

@@ -70,10 +70,8 @@ impl Table {
 
     /// The columns whose names are chosen, in the order of their names.
     pub fn chosen(&self, is_chosen: impl Fn(&str) -> bool) -> Vec<(&str, &[f64])> {
-        let all = self
-            .columns
-            .iter()
-            .map(|(name, numbers)| (name.as_str(), &numbers[..]));
+        let all = self.columns.iter();
+        let all = all.map(|(name, numbers)| (name.as_str(), &numbers[..]));
         let mut chosen: Vec<(&str, &[f64])> = all.filter(|(name, _)| is_chosen(name)).collect();
         chosen.sort_by_key(|(name, _)| *name);
         chosen

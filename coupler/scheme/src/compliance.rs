@@ -105,9 +105,8 @@ impl Compliance {
     /// The components that a force moves in windows of these substeps.
     pub fn moves(&self, substeps: u32) -> Vec<bool> {
         let blocks = self.by_substeps[&substeps].iter();
-        blocks
-            .flat_map(|block| (0..block.nrows()).map(|i| block[(i, i)] != 0.0))
-            .collect()
+        let blocks = blocks.flat_map(|block| (0..block.nrows()).map(|i| block[(i, i)] != 0.0));
+        blocks.collect()
     }
 
     /// C (m/N) of each continuum in a full window, where it is made of their own columns.

@@ -188,14 +188,10 @@ impl Coupling {
         let motions = Motions::of(&self.group, &solved);
         let signals = self.enter(&solved, &motions);
         self.state.last_motion = motions.points;
-        let sides = self
-            .group
-            .force_driven
-            .iter()
-            .chain(&self.group.motion_driven);
-        let reports: Result<_> = sides
-            .map(|side| Ok((side.peer, participants.report(side.peer)?)))
-            .collect();
+        let sides = self.group.force_driven.iter();
+        let sides = sides.chain(&self.group.motion_driven);
+        let reports = sides.map(|side| Ok((side.peer, participants.report(side.peer)?)));
+        let reports: Result<_> = reports.collect();
         Ok(AcceptedWindow {
             signals,
             reports: reports?,
@@ -219,10 +215,8 @@ impl Coupling {
             }
         }
         let position = self.group.mapping.motion(&self.state.displacement);
-        self.group
-            .motion_driven
-            .iter()
-            .try_for_each(|side| participants.accept(side.peer, window, side.of(&position)))
+        let mut sides = self.group.motion_driven.iter();
+        sides.try_for_each(|side| participants.accept(side.peer, window, side.of(&position)))
     }
 
     /// Enters a window into the ledger of each interface.

@@ -182,9 +182,8 @@ fn inertia(problem: &WindowProblem, window_s: f64, velocity: &[f64]) -> Vec<f64>
     let before = problem.group.mapping.motion(&problem.start.velocity);
     let change = velocity.iter().zip(&before).enumerate();
     let mass_kg = &problem.group.points.mass_kg;
-    change
-        .map(|(i, (v, v_0))| mass_kg[i / 2] * (v - v_0) / window_s)
-        .collect()
+    let change = change.map(|(i, (v, v_0))| mass_kg[i / 2] * (v - v_0) / window_s);
+    change.collect()
 }
 
 /// Force on the nodes (N): the one that the continua took, and on what cannot move the rest that the layers leave for it.
@@ -197,7 +196,6 @@ fn acting(
     let left = problem.group.mapping.force(&answer.force);
     let moves = problem.compliance.moves(window.substeps);
     let taken = reaction.force.iter().zip(left).zip(moves);
-    taken
-        .map(|((taken, left), moves)| if moves { *taken } else { left })
-        .collect()
+    let taken = taken.map(|((taken, left), moves)| if moves { *taken } else { left });
+    taken.collect()
 }

@@ -137,9 +137,8 @@ fn table(rows: &serde_json::Value) -> String {
     let header = first.keys().map(|name| format!("{name:>0$}", width(name)));
     let mut lines = vec![header.collect::<Vec<_>>().join("  ")];
     for row in &rows {
-        let cells = first
-            .keys()
-            .map(|name| format!("{:>1$}", cell(&row[name]), width(name)));
+        let cells = first.keys();
+        let cells = cells.map(|name| format!("{:>1$}", cell(&row[name]), width(name)));
         lines.push(cells.collect::<Vec<_>>().join("  "));
     }
     lines.join("\n")

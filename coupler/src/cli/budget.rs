@@ -97,10 +97,8 @@ fn within_wall<'a, 'b>(
     if let Some((place, wall_s)) = best {
         return Ok((order[place], wall_s));
     }
-    let least = order
-        .iter()
-        .map(|c| c.setting.wall_s)
-        .fold(f64::INFINITY, f64::min);
+    let least = order.iter().map(|c| c.setting.wall_s);
+    let least = least.fold(f64::INFINITY, f64::min);
     let problem = format!(
         "no setting of the study is foretold to end within {limit_s} s here; its fastest takes about {:.1} s",
         pace * least

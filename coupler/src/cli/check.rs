@@ -74,9 +74,8 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
 
 fn print_schema(registry: &Registry) -> Result<(), Error> {
     let solvers = registry.solvers.iter();
-    let solvers: Vec<(&str, Option<Value>)> = solvers
-        .map(|solver| (solver.kind, solver.schema.map(|schema| schema())))
-        .collect();
+    let solvers = solvers.map(|solver| (solver.kind, solver.schema.map(|schema| schema())));
+    let solvers: Vec<(&str, Option<Value>)> = solvers.collect();
     print(&format!("{:#}", schema(&solvers)))
 }
 
@@ -91,7 +90,14 @@ fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     match (cost, ended.error) {
         (Some(cost), _) => Ok(lines.chain(cost_lines(summary, &cost)).collect()),
         (None, Some(error @ Error::Interrupted { .. })) => Err(error),
-        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
+        (
+            None,
+            Some(Error::Deadline {
+                peer,
+                key: "setup_s",
+                ..
+            }),
+        ) => {
             let why = format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
             );

@@ -48,12 +48,10 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         None => Vec::new(),
     };
     let held = ReferenceNumbers::Run(&reference);
-    let measured = measures
-        .iter()
-        .map(|m| (m.name.clone(), m.deviation(&run, held)));
-    let measured: BTreeMap<String, Result<f64, String>> = measured
-        .map(|(name, found)| (name, found.map(f64::abs)))
-        .collect();
+    let measured = measures.iter();
+    let measured = measured.map(|m| (m.name.clone(), m.deviation(&run, held)));
+    let measured = measured.map(|(name, found)| (name, found.map(f64::abs)));
+    let measured: BTreeMap<String, Result<f64, String>> = measured.collect();
     print_either(
         arguments.json,
         || {

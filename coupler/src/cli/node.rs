@@ -34,9 +34,8 @@ pub struct ExecArguments {
 
 /// Serves a shipped solver until the run ends.
 pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
-    let solver = registry
-        .get(&arguments.kind)
-        .ok_or_else(|| Refusal::NoSolver(arguments.kind.clone()))?;
+    let solver = registry.get(&arguments.kind);
+    let solver = solver.ok_or_else(|| Refusal::NoSolver(arguments.kind.clone()))?;
     participate(solver.build).map_err(Refusal::from)?;
     Ok(0)
 }

@@ -290,11 +290,8 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
     if let Some(means) = digest.means_csv() {
         write(&opened.folder.join("means.csv"), &means)?;
     }
-    let missing = results
-        .rows
-        .iter()
-        .filter(|row| row.exit_code.is_none())
-        .count();
+    let rows = results.rows.iter();
+    let missing = rows.filter(|row| row.exit_code.is_none()).count();
     if missing < results.rows.len() {
         for (name, svg) in digest.pictures() {
             write(&opened.folder.join(name), &svg)?;

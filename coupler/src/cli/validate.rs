@@ -118,10 +118,8 @@ fn fault_table(rows: &[FaultRow]) -> String {
         let found = [row.detection_p50_s, row.detection_p99_s].map(|s| either(s, 3));
         let most = row.windows_lost_max.map(|most| most as f64);
         let lost = [either(row.windows_lost_mean, 1), either(most, 0)];
-        let outcomes = row
-            .outcomes
-            .iter()
-            .map(|(word, count)| format!("{count} {word}"));
+        let outcomes = row.outcomes.iter();
+        let outcomes = outcomes.map(|(word, count)| format!("{count} {word}"));
         let mut outcomes: Vec<String> = outcomes.collect();
         outcomes.extend(row.per_minute.map(|rate| format!("{rate:.0} a minute")));
         format!(

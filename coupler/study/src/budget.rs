@@ -35,15 +35,13 @@ impl Budget {
         let (name, value) = text.split_once('=').ok_or_else(usage)?;
         let positive = |text: &str, factor: f64| {
             let number = text.trim().parse::<f64>().ok().map(|x| x * factor);
-            number
-                .filter(|x| *x > 0.0 && x.is_finite())
-                .ok_or_else(usage)
+            let number = number.filter(|x| *x > 0.0 && x.is_finite());
+            number.ok_or_else(usage)
         };
         if name == "wall" {
             let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
-            let unit = units
-                .iter()
-                .find_map(|(unit, s)| Some((value.strip_suffix(unit)?, *s)));
+            let mut units = units.iter();
+            let unit = units.find_map(|(unit, s)| Some((value.strip_suffix(unit)?, *s)));
             let (number, factor) = unit.unwrap_or((value, 1.0));
             return Ok(Budget::Wall(positive(number, factor)?));
         }

@@ -131,10 +131,8 @@ impl Results {
 
     /// results.csv.
     pub fn csv(&self) -> String {
-        let rows = self
-            .rows
-            .iter()
-            .map(|row| self.cells(row).into_iter().unzip());
+        let rows = self.rows.iter();
+        let rows = rows.map(|row| self.cells(row).into_iter().unzip());
         let rows: Vec<(Vec<String>, Vec<String>)> = rows.collect();
         let head = rows.first().map(|(names, _)| line(names));
         let lines = rows.iter().map(|(_, cells)| line(cells));
@@ -201,9 +199,8 @@ impl Results {
 
 /// Enters floors and relative costs into the rows of a scene.
 fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&RunFiles>) {
-    let perturbed = rows
-        .iter()
-        .filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
+    let perturbed = rows.iter();
+    let perturbed = perturbed.filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
     let floors = (0..file.measure.len()).map(|k| {
         let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(k)).collect();
         let errors = errors.filter(|errors| !errors.is_empty())?;
@@ -248,9 +245,8 @@ fn other_load(task: &Task, reference: &Task) -> Option<String> {
             let name = key.split('.').find(|part| LOADS.contains(part));
             (name.map(String::from), key, value)
         });
-        named
-            .filter_map(|(name, key, value)| Some(((name?, value), key)))
-            .collect::<BTreeMap<_, _>>()
+        let named = named.filter_map(|(name, key, value)| Some(((name?, value), key)));
+        named.collect::<BTreeMap<_, _>>()
     });
     let ((_, value), key) = own.iter().find(|(load, _)| !other.contains_key(load))?;
     Some(format!(

@@ -163,10 +163,8 @@ fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, St
     let end = format!(".{name}");
     let get = |name: &str| table.get(name);
     let ending = || {
-        let mut same = table
-            .columns
-            .iter()
-            .filter(|(known, _)| known.ends_with(&end));
+        let same = table.columns.iter();
+        let mut same = same.filter(|(known, _)| known.ends_with(&end));
         same.next().filter(|_| same.next().is_none())
     };
     let of_participant = || ending().map(|(_, numbers)| numbers.as_slice());

@@ -190,9 +190,8 @@ impl Slurm {
             again.entry(known.factor).or_default().push(task.index);
         }
         left.retain(|task| !given_up.contains(&task.index));
-        again
-            .iter()
-            .try_for_each(|(factor, indices)| self.submit(indices, *factor))
+        let mut again = again.iter();
+        again.try_for_each(|(factor, indices)| self.submit(indices, *factor))
     }
 
     /// Submits tasks, as one array as far as Slurm allows indices.
@@ -278,9 +277,8 @@ impl SlurmArrays {
     pub fn ended(&self, job: &str) -> String {
         let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
         let shown = shown.unwrap_or_default();
-        let state = shown
-            .split_whitespace()
-            .find_map(|word| word.strip_prefix("JobState="));
+        let mut words = shown.split_whitespace();
+        let state = words.find_map(|word| word.strip_prefix("JobState="));
         if let Some(state) = state {
             return state.to_string();
         }
@@ -365,11 +363,8 @@ fn ranges(indices: &[usize]) -> String {
     let mut text = String::new();
     let mut rest = indices;
     while let Some(first) = rest.first() {
-        let run = rest
-            .iter()
-            .zip(*first..)
-            .take_while(|(a, b)| *a == b)
-            .count();
+        let run = rest.iter();
+        let run = run.zip(*first..).take_while(|(a, b)| *a == b).count();
         let comma = if text.is_empty() { "" } else { "," };
         let _ = match run {
             1 => write!(text, "{comma}{first}"),

@@ -34,9 +34,8 @@ const LEAST_FREEDOM: usize = 3;
 /// Returns `None` with fewer than p + 4 scenes, and where an error is not positive.
 pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<ErrorPrediction> {
     let varied = |k: &usize| {
-        positions
-            .iter()
-            .any(|position| position[*k] != positions[0][*k])
+        let mut all = positions.iter();
+        all.any(|position| position[*k] != positions[0][*k])
     };
     let varied: Vec<usize> = (0..at.len()).filter(varied).collect();
     let (n, p) = (positions.len(), 1 + varied.len());
@@ -50,10 +49,8 @@ pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Err
         let numbers = varied.iter().map(|k| of[*k]);
         std::iter::once(1.0).chain(numbers).collect()
     };
-    let rows: Vec<f64> = positions
-        .iter()
-        .flat_map(|position| row(position))
-        .collect();
+    let rows = positions.iter();
+    let rows: Vec<f64> = rows.flat_map(|position| row(position)).collect();
     let x = DMatrix::from_row_slice(n, p, &rows);
     let y = DVector::from_iterator(n, errors.iter().map(|error| error.ln()));
     let inverse = (x.transpose() * &x).try_inverse()?;

@@ -100,9 +100,8 @@ impl StoredStudy {
         let scenes = reference.rows.iter().map(|row| table(row.index));
         let scenes: Vec<toml::Table> = scenes.collect();
         let scene_key = |vary: &Vary| {
-            let values = scenes
-                .iter()
-                .map(|scene| value_at(scene, &vary.key).cloned());
+            let values = scenes.iter();
+            let values = values.map(|scene| value_at(scene, &vary.key).cloned());
             Some(SceneKey {
                 key: vary.key.clone(),
                 any: vary.any_value(),
@@ -186,10 +185,8 @@ impl StoredStudy {
         let whole = |rows: &[Vec<f64>]| {
             rows.len() == study.measures.len() && rows.iter().all(|row| row.len() == scenes)
         };
-        let keys = study
-            .scene_keys
-            .iter()
-            .all(|key| key.values.len() == scenes);
+        let mut keys = study.scene_keys.iter();
+        let keys = keys.all(|key| key.values.len() == scenes);
         if !(whole(&study.floors) && keys && study.settings.iter().all(|s| whole(&s.errors))) {
             return Err(refuse("has tables that do not fit its scenes and measures".into()).into());
         }

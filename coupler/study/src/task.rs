@@ -163,9 +163,8 @@ impl TaskFolder {
         let probe = self.path.join(format!(".now-{}", std::process::id()));
         let now = fs::write(&probe, "").ok().and_then(|()| modified(&probe));
         let _ = fs::remove_file(&probe);
-        beaten
-            .zip(now)
-            .is_some_and(|(beaten, now)| now.duration_since(beaten).unwrap_or_default() < SILENT)
+        let all = beaten.zip(now);
+        all.is_some_and(|(beaten, now)| now.duration_since(beaten).unwrap_or_default() < SILENT)
     }
 
     /// The lock; `None` while another process holds it.

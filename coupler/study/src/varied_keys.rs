@@ -62,9 +62,8 @@ const SAME_WORK: f64 = 0.02;
 impl VariedKey {
     /// True where the values are ordered by their distance from the reference's.
     pub fn is_ordered(&self) -> bool {
-        self.positions
-            .iter()
-            .all(|position| position.distance.is_some())
+        let mut positions = self.positions.iter();
+        positions.all(|position| position.distance.is_some())
     }
 
     /// The trend by a measure, on either side of the reference.
@@ -80,13 +79,11 @@ impl VariedKey {
             return ErrorTrend::Noise;
         }
         for side in [1.0, -1.0] {
-            let of_side = errors
-                .iter()
-                .filter(|(_, _, distance)| side * distance >= 0.0);
+            let of_side = errors.iter();
+            let of_side = of_side.filter(|(_, _, distance)| side * distance >= 0.0);
             let of_side: Vec<&(usize, f64, f64)> = of_side.collect();
-            let rises = of_side
-                .windows(2)
-                .find(|pair| pair[1].1 > pair[0].1 + floor);
+            let mut pairs = of_side.windows(2);
+            let rises = pairs.find(|pair| pair[1].1 > pair[0].1 + floor);
             if let Some(pair) = rises {
                 return ErrorTrend::Rises(pair[0].0, pair[1].0);
             }
@@ -214,9 +211,8 @@ pub fn percent(part: f64) -> String {
 pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
     let keys = results.file.vary.iter().enumerate();
     let varied = keys.filter(|(_, vary)| !vary.scene);
-    varied
-        .map(|(index, _)| varied_key(results, settings, index))
-        .collect()
+    let varied = varied.map(|(index, _)| varied_key(results, settings, index));
+    varied.collect()
 }
 
 fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> VariedKey {
@@ -274,10 +270,8 @@ fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> Var
 }
 
 fn number(value: &str) -> Option<f64> {
-    value
-        .parse::<f64>()
-        .ok()
-        .filter(|x| *x > 0.0 && x.is_finite())
+    let value = value.parse::<f64>().ok();
+    value.filter(|x| *x > 0.0 && x.is_finite())
 }
 
 /// Distance of each value from the reference's, ln(value / reference); `None` where there is no such order. The reference's value is

@@ -88,10 +88,8 @@ impl InterfaceTraction {
             }
         }
         let area_m2 = width_m * self.thickness_m;
-        boxes
-            .values()
-            .map(|force| force / area_m2)
-            .fold(0.0, larger)
+        let boxes = boxes.values();
+        boxes.map(|force| force / area_m2).fold(0.0, larger)
     }
 
     /// Half of the shortest distance that is symmetric about x = 0 and carries `share` of the normal force (m).

@@ -116,10 +116,8 @@ impl RunProgress {
 
     /// An object for programs, units in its keys; what is not known is left out.
     pub fn object(&self) -> Value {
-        let waited = self
-            .waited
-            .iter()
-            .map(|(name, share)| (name.clone(), json!(share)));
+        let waited = self.waited.iter();
+        let waited = waited.map(|(name, share)| (name.clone(), json!(share)));
         let mut object = json!({
             "run": self.run,
             "done_rel": self.done(),

@@ -58,9 +58,8 @@ pub fn ranges(path: &Path) -> Result<ArrayRanges> {
         let inside = inside.and_then(|(_, rest)| rest.split_once(&format!("</{section}>")));
         inside.map_or("", |(inside, _)| inside)
     });
-    let tags = sections
-        .iter()
-        .flat_map(|text| text.split("<DataArray ").skip(1));
+    let tags = sections.iter();
+    let tags = tags.flat_map(|text| text.split("<DataArray ").skip(1));
     let named = tags.filter_map(|tag| {
         let bounds = ["RangeMin", "RangeMax"].map(|key| attribute(tag, key)?.parse().ok());
         let [least, largest] = bounds;
@@ -119,10 +118,8 @@ fn appended_numbers(
     };
     let bytes = appended.get(begin + offset..).ok_or_else(short)?;
     let (length, bytes) = bytes.split_at_checked(header).ok_or_else(short)?;
-    let length = length
-        .iter()
-        .rev()
-        .fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+    let length = length.iter().rev();
+    let length = length.fold(0, |sum, byte| sum << 8 | usize::from(*byte));
     let bytes = bytes.get(..length).ok_or_else(short)?;
     let kind = attribute(tag, "type").unwrap_or_default();
     let (size, number) = kind_of(kind).ok_or(format!("has numbers of the kind `{kind}`"))?;

@@ -405,10 +405,8 @@ impl<'a> Outputs<'a> {
         let new = &self.state.findings[self.passed_on..];
         self.passed_on = self.state.findings.len();
         let warning = |(about, finding): &(String, Finding)| Warning::of(about, finding.clone());
-        new.iter()
-            .map(warning)
-            .chain(self.fields.advice())
-            .collect()
+        let new = new.iter().map(warning);
+        new.chain(self.fields.advice()).collect()
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.

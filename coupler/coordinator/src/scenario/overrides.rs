@@ -85,8 +85,6 @@ fn parse_value(text: &str) -> toml::Value {
 }
 
 fn entry_by_name<'a>(entries: &'a mut [toml::Value], name: &str) -> Option<&'a mut toml::Table> {
-    entries
-        .iter_mut()
-        .filter_map(toml::Value::as_table_mut)
-        .find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name))
+    let mut entries = entries.iter_mut().filter_map(toml::Value::as_table_mut);
+    entries.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name))
 }

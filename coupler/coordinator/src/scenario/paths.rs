@@ -38,9 +38,7 @@ fn anchor(value: &mut Value, folder: &Path, found: &mut Vec<String>) {
 
 fn file(text: &str, folder: &Path) -> Option<String> {
     let path = Path::new(text);
-    if path.extension().is_none() {
-        return None;
-    }
+    path.extension()?;
     // An absolute path is that of the file itself in any folder.
     let candidates = [folder.join(path), PathBuf::from(path)];
     let found = candidates.into_iter().find(|path| path.is_file())?;

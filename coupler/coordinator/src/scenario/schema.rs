@@ -54,9 +54,8 @@ fn participant(solvers: &[(&str, Option<Value>)]) -> Value {
     });
     let rules: Vec<Value> = by_kind.chain([built_in]).collect();
     // Editors on taplo validate by conditions, but look for keys to propose in lists of choices alone; the last choice holds always.
-    let proposed = described
-        .iter()
-        .map(|kind| json!({ "properties": config_of(kind) }));
+    let proposed = described.iter();
+    let proposed = proposed.map(|kind| json!({ "properties": config_of(kind) }));
     let proposed: Vec<Value> = proposed.chain([json!(true)]).collect();
     let table = schema.as_object_mut().expect("a participant is a table");
     table.insert("allOf".into(), rules.into());

@@ -61,10 +61,8 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Mappin
         "flat" => 0.0,
         _ => (CROWN_M * CROWN_M - x * x).sqrt() - CROWN_M,
     };
-    let nodes: Vec<[f64; 2]> = (0..count)
-        .map(|i| LENGTH_M * (i as f64 / (count - 1) as f64 - 0.5))
-        .map(|x| [x, height(x)])
-        .collect();
+    let nodes = (0..count).map(|i| LENGTH_M * (i as f64 / (count - 1) as f64 - 0.5));
+    let nodes: Vec<[f64; 2]> = nodes.map(|x| [x, height(x)]).collect();
     let places = uneven(2 * count / 3);
     let points: Vec<[f64; 2]> = places.iter().map(|x| [*x, height(*x)]).collect();
     let mapping = Mapping::new(kind, &nodes, &points)
@@ -106,9 +104,8 @@ fn segment(places: &[f64], i: usize) -> f64 {
     let left = i
         .checked_sub(1)
         .map_or(-LENGTH_M - places[0], |i| places[i]);
-    let right = places
-        .get(i + 1)
-        .map_or(LENGTH_M - places[i], |place| *place);
+    let right = places.get(i + 1);
+    let right = right.map_or(LENGTH_M - places[i], |place| *place);
     0.5 * (right - left)
 }
 

@@ -101,12 +101,8 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
 /// The work that it books against the work that was exchanged.
 pub fn work(trial: &RuleTrial) -> RuleFinding {
     let booked = |role: &Role| {
-        trial
-            .tested
-            .description
-            .ledger
-            .iter()
-            .any(|t| t.role == *role)
+        let mut terms = trial.tested.description.ledger.iter();
+        terms.any(|t| t.role == *role)
     };
     let offers = booked(&Role::InterfaceWork);
     offered(offers, "its ledger has no term `interface_work`")?;

@@ -121,10 +121,8 @@ impl<'a> RuleTrial<'a> {
     pub fn energy(&self, report: &[f64], role: Role) -> f64 {
         let own = &self.tested.description;
         let terms = report.iter().skip(own.signals.len()).zip(&own.ledger);
-        terms
-            .filter(|(_, term)| term.role == role)
-            .map(|(joules, _)| joules)
-            .sum()
+        let terms = terms.filter(|(_, term)| term.role == role);
+        terms.map(|(joules, _)| joules).sum()
     }
 
     /// Work (J) that a window does at the interface: force times increment, or what a layer is given.

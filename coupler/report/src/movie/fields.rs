@@ -112,20 +112,15 @@ impl FieldFiles {
             return listed.filter(|(file, _)| present.contains(file)).collect();
         }
         let longer = |file: &str| {
-            let mut others = setup
-                .participants
-                .iter()
-                .filter(|p| p.len() > participant.len());
+            let others = setup.participants.iter();
+            let mut others = others.filter(|p| p.len() > participant.len());
             others.any(|other| file.starts_with(&format!("{other}-")))
         };
         let own = present.iter().filter(|file| !longer(file));
         let mut files: Vec<&String> = own.collect();
         files.sort_by_key(|file| {
-            self.folder
-                .join(file)
-                .metadata()
-                .and_then(|m| m.modified())
-                .ok()
+            let modified = self.folder.join(file).metadata().and_then(|m| m.modified());
+            modified.ok()
         });
         files.into_iter().map(|file| (file.clone(), None)).collect()
     }
@@ -188,11 +183,10 @@ fn participants(present: &BTreeSet<String>, setup: &Setup) -> Vec<String> {
     let mut all = setup.participants.clone();
     let collections = present.iter().filter_map(|file| file.strip_suffix(".pvd"));
     let parts = |name: &&str| [CONTACTS, INTERFACE].iter().any(|end| name.ends_with(end));
-    let others: Vec<String> = collections
+    let others = collections
         .filter(|name| !parts(name))
-        .filter(|name| !setup.participants.iter().any(|known| known == name))
-        .map(String::from)
-        .collect();
+        .filter(|name| !setup.participants.iter().any(|known| known == name));
+    let others: Vec<String> = others.map(String::from).collect();
     all.extend(others);
     all
 }

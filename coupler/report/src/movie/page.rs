@@ -43,10 +43,8 @@ pub struct Words {
 /// The whole page.
 pub fn page(movie: &Movie) -> String {
     let words = movie.words;
-    let notes = words
-        .notes
-        .iter()
-        .map(|note| format!("<li>{}</li>", escape(note)));
+    let notes = words.notes.iter();
+    let notes = notes.map(|note| format!("<li>{}</li>", escape(note)));
     let parts = [
         ("TITLE", escape(&words.title)),
         ("STATUS", escape(&words.status)),
@@ -57,9 +55,8 @@ pub fn page(movie: &Movie) -> String {
     let mut html = String::new();
     // One pass: what a scenario puts into a text is never taken for a mark.
     for (number, part) in PLAYER.split("@@").enumerate() {
-        let value = parts
-            .iter()
-            .find(|(name, _)| number % 2 == 1 && *name == part);
+        let mut parts = parts.iter();
+        let value = parts.find(|(name, _)| number % 2 == 1 && *name == part);
         html.push_str(value.map_or(part, |(_, value)| value));
     }
     html
@@ -91,9 +88,8 @@ fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
     let at = |k: usize| {
         let up = if k == 1 { body.position.up } else { 0.0 };
         let values = || {
-            nodes
-                .iter()
-                .map(|node| body.mesh.nodes[*node as usize][k] + up)
+            let all = nodes.iter();
+            all.map(|node| body.mesh.nodes[*node as usize][k] + up)
         };
         let scale = Codes::fine(of(values()));
         json!([scale.json(1e3), scale.encode(values())])

@@ -196,9 +196,8 @@ fn middle(bearing: &[([f64; 2], f64)]) -> [f64; 2] {
     let mean = |weight: &dyn Fn(f64) -> f64| {
         let sum: f64 = bearing.iter().map(|(_, pressure)| weight(*pressure)).sum();
         let part = |k: usize| {
-            let parts = bearing
-                .iter()
-                .map(|(at, pressure)| weight(*pressure) * at[k]);
+            let parts = bearing.iter();
+            let parts = parts.map(|(at, pressure)| weight(*pressure) * at[k]);
             parts.sum::<f64>()
         };
         (sum > 0.0).then(|| [part(0) / sum, part(1) / sum])

@@ -180,9 +180,8 @@ impl GrainBody {
             ends: [kept(ends[0]), kept(ends[1])],
             force: force[0],
         });
-        let mut lines: Vec<ContactLine> = all
-            .filter(|line| line.force > 0.0 && !line.ends.contains(&u32::MAX))
-            .collect();
+        let lines = all.filter(|line| line.force > 0.0 && !line.ends.contains(&u32::MAX));
+        let mut lines: Vec<ContactLine> = lines.collect();
         lines.sort_by(|a, b| b.force.total_cmp(&a.force));
         let largest = lines.first().map_or(0.0, |line| line.force);
         let seen = lines.partition_point(|line| line.force >= WEAKEST * largest);

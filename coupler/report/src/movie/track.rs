@@ -86,10 +86,8 @@ impl Track {
             return Value::Null;
         };
         let value = |signal: &Signal| json!(signal.values.get(row));
-        let wheel = self
-            .wheel
-            .as_ref()
-            .and_then(|[x, y]| Some([1e3 * x.get(row)?, 1e3 * y.get(row)?]));
+        let wheel = self.wheel.as_ref();
+        let wheel = wheel.and_then(|[x, y]| Some([1e3 * x.get(row)?, 1e3 * y.get(row)?]));
         json!({
             "t_ms": 1e3 * self.times_s[row],
             "values": self.signals.iter().map(value).collect::<Vec<Value>>(),
@@ -120,10 +118,8 @@ fn extremes(values: &[f64]) -> Vec<usize> {
     let mut rows = Vec::new();
     for (piece, part) in values.chunks(length).enumerate() {
         let by = |sign: f64| {
-            let numbers = part
-                .iter()
-                .enumerate()
-                .filter(|(_, value)| value.is_finite());
+            let numbers = part.iter();
+            let numbers = numbers.enumerate().filter(|(_, value)| value.is_finite());
             let found = numbers.max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)));
             found.map(|(row, _)| piece * length + row)
         };

@@ -124,9 +124,8 @@ fn blocks(
     let mut blocks = Vec::new();
     for side in &group.force_driven {
         let (own, n) = (&side.window(&window), 2 * side.range.len());
-        let weighs = group.nodes.mass_kg[side.range.clone()]
-            .iter()
-            .all(|mass| *mass > 0.0);
+        let mut masses = group.nodes.mass_kg[side.range.clone()].iter();
+        let weighs = masses.all(|mass| *mass > 0.0);
         let columns = participants.description(side.peer).capabilities.columns;
         blocks.push(match dirichlet {
             Dirichlet::ForceDriven => Some(participants.impedance(side.peer, own, n)?),

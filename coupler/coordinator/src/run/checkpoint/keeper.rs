@@ -60,9 +60,8 @@ fn software() -> String {
 pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String)> {
     let pairs = loaded.scenario.participant.iter().zip(greeted);
     let software = |greeted: &Greeted| greeted.description.software.clone();
-    pairs
-        .map(|(participant, greeted)| (participant.name.clone(), software(greeted)))
-        .collect()
+    let pairs = pairs.map(|(participant, greeted)| (participant.name.clone(), software(greeted)));
+    pairs.collect()
 }
 
 impl Keeper {

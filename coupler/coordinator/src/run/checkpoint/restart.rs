@@ -196,7 +196,6 @@ pub fn files_of(run: &Path, moments: &[SnapshotTime]) -> Vec<(String, String)> {
     let fields = fields.map(|file| format!("fields/{file}"));
     let files = fields.chain(names(run.into()).filter(profile));
     let hashed = files.map(|file| (content_hash(&run.join(&file)), file));
-    hashed
-        .filter_map(|(hash, file)| Some((file, hash?)))
-        .collect()
+    let hashed = hashed.filter_map(|(hash, file)| Some((file, hash?)));
+    hashed.collect()
 }
