@@ -24,13 +24,19 @@ use lanes::{InRegisters, LANES, Pack, Registers};
 /// only it.
 macro_rules! vectorised {
     ($work:expr) => {
-        pulp::Arch::new().dispatch(
+        $crate::pack::dispatch(
             #[inline(always)]
             || $work,
         )
     };
 }
 pub(crate) use vectorised;
+
+/// Calls `work`. The bound lets the compiler know the closure for one that is called once, which it inlines.
+#[inline(always)]
+pub(crate) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
 
 /// Runs a computation in the widest registers that this machine and the build have. In loops over [`Pack`] the compiler has to find
 /// the vectors, and where a loop reads many rows it takes the lanes apart again to compute several packs at once.

@@ -40,13 +40,19 @@ impl<const N: usize> ShortLanes<N> {
 /// are the same. `work` is the body of a closure: a `return` leaves only it.
 macro_rules! widest {
     ($work:expr) => {
-        pulp::Arch::new().dispatch(
+        $crate::law::lanes::dispatch(
             #[inline(always)]
             || $work,
         )
     };
 }
 pub(crate) use widest;
+
+/// Calls `work`. The bound lets the compiler know the closure for one that is called once, which it inlines.
+#[inline(always)]
+pub(crate) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
 
 impl<const N: usize> Lanes<N> {
     /// The same number in every lane.
