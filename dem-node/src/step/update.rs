@@ -208,7 +208,7 @@ fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &
     let [a, b] = [slot.a, slot.b].map(|body| state.velocity_of(bodies, body as usize));
     let ([x, y], own) = ([a[0] - b[0], a[1] - b[1]], bodies.radii[slot.a as usize]);
     match bodies.radii.get(slot.b as usize) {
-        Some(other) => x.hypot(y) / own.min(*other),
+        Some(other) => (x * x + y * y).sqrt() / own.min(*other),
         None => (x * contact.normal[0] + y * contact.normal[1]).abs() / own,
     }
 }
