@@ -81,18 +81,18 @@ macro_rules! plausible_bounds {
         #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields, default)]
         pub struct $name {
-            $($(#[$doc])* pub $field: $crate::Bounds,)*
+            $($(#[$doc])* pub $field: $crate::bounds::Bounds,)*
         }
 
         impl Default for $name {
             fn default() -> $name {
-                $name { $($field: $crate::Bounds::from($default),)* }
+                $name { $($field: $crate::bounds::Bounds::from($default),)* }
             }
         }
 
         impl $name {
-            pub(crate) fn check(&self) -> Result<(), $crate::ConfigError> {
-                $crate::Bounds::check_all("plausible", [$((stringify!($field), self.$field)),*])
+            pub(crate) fn check(&self) -> Result<(), $crate::keys::ConfigError> {
+                $crate::bounds::Bounds::check_all("plausible", [$((stringify!($field), self.$field)),*])
             }
         }
     };
