@@ -51,9 +51,19 @@ fn codes(tokens: &[TokenTree], found: &mut BTreeSet<String>) {
             .checked_sub(1)
             .map(|before| tokens[before].to_string());
         let is_call = group.delimiter() == Delimiter::Parenthesis
-            && before.is_some_and(|name| MAKERS.contains(&name.as_str()));
+            && before
+                .as_ref()
+                .is_some_and(|name| MAKERS.contains(&name.as_str()));
         if is_call {
             found.extend(first_text(&inside));
+        }
+        // Of the macro the bounds come first, and the code is the first text.
+        let is_macro = before.is_some_and(|mark| mark == "!")
+            && place
+                .checked_sub(2)
+                .is_some_and(|name| tokens[name].to_string() == "judge");
+        if is_macro {
+            found.extend(inside.chunks(1).find_map(first_text));
         }
         codes(&inside, found);
     }
