@@ -57,7 +57,7 @@ class Conform(Program):
     def test_a_new_solver_in_python_conforms_and_runs(self):
         self.verb("new-node", "python", "my-rail")
         self.assertEqual(self.conform("my-rail", "rail")[0], {})
-        run = thirdbody.run(self.work / "my-rail", {"run.end_s": END_S}, program=PROGRAM, out=self.work / "my-run")
+        run = thirdbody.run(self.work / "my-rail", {}, program=PROGRAM, out=self.work / "my-run")
         self.assertEqual((run.status, run.warnings), ("completed", []))
         self.assertGreater(run.results["deepest_m"], 0.0)
         again = self.start("new-node", "python", "my-rail")
@@ -72,10 +72,10 @@ class Conform(Program):
         self.assertEqual(done.returncode, 0, done.stderr)
         (self.work / "my-bed" / "target").symlink_to(target)
         self.assertEqual(self.conform("my-bed", "rail")[0], {})
-        run = thirdbody.run(self.work / "my-bed", {"run.end_s": END_S}, program=PROGRAM, out=self.work / "my-bed-run")
+        run = thirdbody.run(self.work / "my-bed", {}, program=PROGRAM, out=self.work / "my-bed-run")
         self.assertEqual((run.status, run.warnings), ("completed", []))
         self.verb("new-node", "python", "same")
-        same = thirdbody.run(self.work / "same", {"run.end_s": END_S}, program=PROGRAM, out=self.work / "same-run")
+        same = thirdbody.run(self.work / "same", {}, program=PROGRAM, out=self.work / "same-run")
         # Two languages, one bed.
         self.assertAlmostEqual(run.results["deepest_m"] / same.results["deepest_m"], 1.0, delta=1e-9)
 

@@ -90,7 +90,9 @@ class Description:
 
     def document(self) -> Dict[str, Any]:
         """What JSON writes."""
-        return {**asdict(self), "ledger": [{"name": term.name, "role": term.role} for term in self.ledger]}
+        told = {**asdict(self), "ledger": [{"name": term.name, "role": term.role} for term in self.ledger]}
+        # Without any they are left out, as by the other programs.
+        return told if self.moments else {key: value for key, value in told.items() if key != "moments"}
 
 
 #: The words of capabilities on the wire.
