@@ -57,6 +57,8 @@ const RATIO_MAX: f64 = 1.5;
 pub struct Model {
     /// The mesh.
     pub mesh: Mesh,
+    /// Larger of the width and the height of the mesh (m).
+    pub(crate) size: f64,
     /// The law of the material.
     pub elastic: Elastic,
     /// Law beyond linear elasticity in small strain, where the scenario has one.
@@ -91,7 +93,7 @@ pub struct Model {
     pub(crate) probes: Vec<ProbePoint>,
     /// Sets with a prescribed motion of their own.
     pub(crate) moved_sets: Vec<String>,
-    /// When loads and motions over time come into play.
+    /// Times (s) at which keys come into play.
     pub(crate) moments: BTreeMap<String, f64>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
@@ -149,6 +151,7 @@ impl Model {
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let warnings = warnings(config, &mesh, &scheme, step_limit);
         Ok(Model {
+            size: mesh.size(),
             mesh,
             elastic,
             law,

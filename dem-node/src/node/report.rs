@@ -59,10 +59,13 @@ impl Dem {
             .into_iter()
             .filter_map(|(there, term)| there.then_some(term));
         let terms: Vec<_> = ledger.terms(stored).into_iter().chain(some).collect();
-        let noise = bodies.noise(0.0);
+        let happens = || {
+            let noise = bodies.noise(0.0);
+            let is_noise = |value: f64| value.abs() < noise;
+            !terms.iter().all(|(.., value)| is_noise(*value))
+        };
         let coupled = !self.interface.disks.is_empty();
-        let happens = |value: f64| coupled || value.abs() >= noise || value.is_nan();
-        let shown = f64::from(u8::from(terms.iter().any(|(.., value)| happens(*value))));
+        let shown = f64::from(u8::from(coupled || happens()));
         let terms = terms.into_iter();
         terms.map(move |(name, role, value)| (name, role, shown * value))
     }

@@ -103,7 +103,7 @@ impl FemNode {
         }
         let turns = self.model.law == Some(NonlinearLaw::Corotational);
         let most = if turns { MOST_TURNED } else { 1.0 };
-        if far < most * self.model.mesh.size() {
+        if far < most * self.model.size {
             return Ok(());
         }
         let steps = self.committed.steps + u64::from(window.substeps);
@@ -122,7 +122,7 @@ impl FemNode {
     fn farthest(&self) -> f64 {
         let (mesh, layout) = (&self.model.mesh, self.model.body.layout);
         let far = self.run.largest_displacement();
-        if far < mesh.size() {
+        if far < self.model.size {
             return far;
         }
         let u = self.run.displacements(layout);

@@ -147,12 +147,12 @@ impl Statics {
         let state = self.state(model).state;
         let moved = state.u.iter().map(|u| u.abs());
         let approach = self.contact().map_or(0.0, |contact| contact.approach);
-        let beyond = |u: &f64| u.is_nan() || *u > model.mesh.size();
+        let beyond = |u: &f64| u.is_nan() || *u > model.size;
         match moved.chain([approach]).find(beyond) {
             None => Ok(()),
             Some(displacement_m) => Err(FemError::StaticSize {
                 displacement_m,
-                size_m: model.mesh.size(),
+                size_m: model.size,
             }),
         }
     }
