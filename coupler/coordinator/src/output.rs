@@ -1,6 +1,6 @@
 //! Files and lines that come about while a run goes on:
 //!
-//! - [`signals`]: one row a window; [`table`]: what a table can be checked by; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
+//! - [`signals`]: one row a window; [`table`]: size, rows and hash of a table; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
 //! - [`vtk_arrays`]: the fields read again;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;

@@ -60,7 +60,7 @@ pub struct Summary {
     /// Results by name, unit in the name.
     pub results: BTreeMap<String, f64>,
     hashes: Hashes,
-    /// What each table can be checked by.
+    /// Size, rows and hash of each table.
     pub tables: BTreeMap<String, Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     phases: Vec<Phase>,

@@ -9,7 +9,7 @@ use super::fields::{Arrays, flags, numbers, read};
 use super::scenario::Setup;
 use super::table::Table;
 use coordinator::error::{Code, Error, Refusal};
-use coordinator::output::table::Written;
+use coordinator::output::table::{Written, contents};
 
 /// Files of a run directory.
 #[derive(Clone, Debug, Default)]
@@ -57,8 +57,7 @@ impl RunFiles {
         let problem = |(name, written): (&String, &Value)| {
             let path = self.path.join(name);
             let written: Written = serde_json::from_value(written.clone()).ok()?;
-            let text = path.is_file().then(|| std::fs::read(&path).ok()).flatten();
-            let why = match text.map(|text| Written::of(&text)) {
+            let why = match contents(&path).map(|text| Written::of(&text)) {
                 None => "cannot be read; the run wrote it".into(),
                 Some(found) if found == written => return None,
                 Some(found) if found.rows != written.rows => format!(

@@ -187,7 +187,9 @@ impl Plan {
             chosen.or(own.map(shown)).unwrap_or_default()
         };
         let values = self.file.vary.iter().zip(&entry.choices).map(value);
-        let hash = blake3::hash(format!("{} {BUILD} {}", loaded.hash, files(&table)).as_bytes());
+        // The scenario's own hash knows the files that it names by their names alone.
+        let hash =
+            blake3::hash(format!("{} {BUILD} {:?}", loaded.hash, loaded.inputs()).as_bytes());
         Ok(Some(Task {
             index,
             role: entry.role,
@@ -225,25 +227,6 @@ fn found(beside: &Path, scenario: &str) -> String {
     let mut above = above.map(|folder| folder.join(scenario));
     let own = above.find(|path| path.is_file() || path.join("scenario.toml").is_file());
     own.map_or(scenario.to_string(), |path| path.display().to_string())
-}
-
-/// Contents of the files that solvers' keys name, which the scenario's hash knows by their names alone.
-fn files(table: &toml::Table) -> String {
-    let mut hasher = blake3::Hasher::new();
-    let mut values: Vec<&toml::Value> = table.values().collect();
-    while let Some(value) = values.pop() {
-        match value {
-            toml::Value::String(text) if Path::new(text).is_absolute() => {
-                if let Ok(bytes) = std::fs::read(text) {
-                    hasher.update(&bytes);
-                }
-            }
-            toml::Value::Array(inner) => values.extend(inner),
-            toml::Value::Table(inner) => values.extend(inner.values()),
-            _ => {}
-        }
-    }
-    hasher.finalize().to_hex().to_string()
 }
 
 /// Kinds of shipped solvers that know `perturb_seed`, grains before nodes.

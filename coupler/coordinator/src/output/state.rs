@@ -12,7 +12,7 @@ use protocol::Finding;
 use super::running_balance::RunningBalance;
 use super::sample::SampledMeans;
 use super::signals::SIGNALS;
-use super::table::{Written, content_hash};
+use super::table::{Written, changed};
 use scheme::window::InterfaceSignals;
 
 /// Memory of the outputs from window to window. Checkpoints keep it by the order of its fields.
@@ -34,7 +34,7 @@ pub struct OutputState {
     pub files: BTreeMap<String, String>,
     /// Balances of the participants, of the interfaces and of all together.
     pub balances: Vec<RunningBalance>,
-    /// What each participant dissipates.
+    /// Losses of each participant, which never fall.
     pub losses: Vec<RunningBalance>,
     /// Participant and index of each signal that was no number.
     pub odd_signals: Vec<[usize; 2]>,
@@ -49,11 +49,7 @@ impl OutputState {
         if !signals.is_ok_and(|rows| Written::of(&rows) == self.signals) {
             return Some(SIGNALS);
         }
-        let mut files = self.files.iter();
-        let other = |(name, hash): &(&String, &String)| {
-            content_hash(&run.join(name)).as_ref() != Some(*hash)
-        };
-        files.find(other).map(|(name, _)| name.as_str())
+        changed(&self.files, run)
     }
 }
 

@@ -21,7 +21,7 @@ use crate::error::{Error, Refusal, Result};
 use crate::output::progress::{Progress, prepare};
 use crate::output::signals::SIGNALS;
 use crate::output::stderr::{leave, tell_of};
-use crate::output::table::tables;
+use crate::output::table::add_tables;
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
@@ -150,10 +150,8 @@ pub fn run_among(
         leave();
     }
     let mut summary = session.summary;
-    for (name, table) in tables(rundir.path()) {
-        // What was written says more of signals.csv than what is read back.
-        summary.tables.entry(name).or_insert(table);
-    }
+    // That of signals.csv is known: what was written says more than what is read back.
+    add_tables(rundir.path(), &mut summary.tables);
     let wall_s = start.elapsed().as_secs_f64();
     summary.coordinator(start_cpu_s);
     if let Some(budget) = &options.budget {

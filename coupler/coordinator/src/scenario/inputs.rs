@@ -1,4 +1,4 @@
-//! What the files that a scenario names held when a run read them.
+//! Hashes of the files that a scenario names, as a run read them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::load::Loaded;
 use crate::error::{Refusal, Result};
-use crate::output::table::content_hash;
+use crate::output::table::{changed, content_hash};
 
 /// Key of the manifest that keeps what the files of a run held.
 pub const INPUTS_KEY: &str = "inputs";
@@ -34,9 +34,8 @@ pub fn refuse_changed_inputs(run: &Path) -> Result<()> {
         let path = manifest.display();
         Refusal::checkpoint(format!("{path} does not tell what the files that the run read held (`{INPUTS_KEY}`): put it back, or run the scenario from its start"))
     })?;
-    let other =
-        |(path, hash): &(&String, &String)| content_hash(Path::new(path)).as_ref() != Some(*hash);
-    told.iter().find(other).map_or(Ok(()), |(path, hash)| {
+    changed(&told, Path::new("")).map_or(Ok(()), |path| {
+        let hash = &told[path];
         Err(Refusal::checkpoint(format!("{path} is not what the run read, of blake3 {hash}: put that file back, or run the scenario from its start")).into())
     })
 }

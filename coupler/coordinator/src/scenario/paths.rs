@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Makes the files that texts below `participant.config` name absolute, so that a solver finds them wherever it runs, and
-/// a replay finds them again. A text counts as a file when it has an extension and there is such a file beside the
-/// scenario or, failing that, in the working directory; which keys hold files only the solvers know. Returns all of them.
+/// a replay finds them again. A text counts as a file when it is the absolute path of one, or has an extension and there is such a file
+/// beside the scenario or, failing that, in the working directory; which keys hold files only the solvers know. Returns all of them.
 pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let participants = scenario
@@ -38,8 +38,10 @@ fn anchor(value: &mut Value, folder: &Path, found: &mut Vec<String>) {
 
 fn file(text: &str, folder: &Path) -> Option<String> {
     let path = Path::new(text);
+    if path.is_absolute() {
+        return path.is_file().then(|| text.to_string());
+    }
     path.extension()?;
-    // An absolute path is that of the file itself in any folder.
     let candidates = [folder.join(path), PathBuf::from(path)];
     let found = candidates.into_iter().find(|path| path.is_file())?;
     let absolute = std::path::absolute(found).ok()?;
