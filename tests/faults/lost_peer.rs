@@ -5,6 +5,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use harness::runs::{Scratch, program, thirdbody};
+use lab::validate::faults::stops::LONG_FRAMES;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -191,23 +192,10 @@ fn a_stopped_node_is_told_from_a_dead_one() {
 /// of which 4 wait at most. On a busy machine the layer does not look for longer than the coordinator's patience of 50 ms.
 #[test]
 fn a_node_that_stands_still_in_the_middle_of_a_long_frame_is_waited_for() {
-    let sets = [
-        "run.end_s=1.2e-5",
-        "interface.layer-base.scheme=dual-schur-secant",
-        "interface.layer-base.substeps=5",
-        "participant.rail.config.element=q4_bbar",
-        "participant.rail.config.material={ kind = \"j2\", young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0, yield_pa = 1e6 }",
-        "participant.rail.config.mesh.size_m=0.8e-3",
-        "participant.rail.config.mesh.fine_depth_m=2.4e-3",
-        "participant.rail.config.mesh.side_columns=6",
-        "participant.rail.config.mesh.depth_rows=5",
-        "participant.third-body.config.sample.radius_min_m=0.03e-3",
-        "participant.third-body.config.sample.radius_max_m=0.06e-3",
-    ];
     let [alone, stopped] = [Scratch::new("alone"), Scratch::new("still")];
-    let undisturbed = completed(&mut short_quick(alone.path(), &sets));
+    let undisturbed = completed(&mut short_quick(alone.path(), &LONG_FRAMES));
     let out = stopped.path().join("out");
-    let mut running = Running::start(&mut short_quick(stopped.path(), &sets), &out);
+    let mut running = Running::start(&mut short_quick(stopped.path(), &LONG_FRAMES), &out);
     running.wait_for("participant `third-body`");
     let layer = running.participants()[1];
     let (mut stops, start) = (0, Instant::now());

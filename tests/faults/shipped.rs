@@ -56,7 +56,7 @@ fn a_check_does_not_wait_for_a_sample_that_takes_minutes() {
     assert!(!told.contains("cost: about"), "{told}");
 }
 
-/// What another build prepared is not used: the folder has the name of this one.
+/// A sample that another build prepared is not used: the folder has the name of this one.
 #[test]
 fn samples_are_kept_by_build() {
     let work = Scratch::new("by-build");

@@ -99,17 +99,10 @@ pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
 /// made twice.
 pub fn studies(trial: &mut FaultTrial) -> FaultResult {
     trial.write_study()?;
-    let words = [
-        "study",
-        "run",
-        "study.toml",
-        "--out",
-        "study",
-        "--jobs",
-        "1",
-    ];
+    let words = "study run study.toml --out study --jobs 1";
+    let words: Vec<&str> = words.split(' ').collect();
     let mut beside = Command::new(&trial.undisturbed.program);
-    beside.args(words).current_dir(trial.path(""));
+    beside.args(&words).current_dir(trial.path(""));
     beside.stdin(Stdio::null()).stdout(Stdio::null());
     let beside = beside.stderr(Stdio::null()).spawn();
     let mut beside = beside.map_err(Error::input("starting a study"))?;
@@ -129,25 +122,14 @@ pub fn studies(trial: &mut FaultTrial) -> FaultResult {
 /// complete bit-equal; not tried where the system forbids such a place.
 pub fn namespace(trial: &mut FaultTrial) -> FaultResult {
     let apart = || {
+        let words = "--user --map-root-user --pid --fork --mount-proc";
         let mut command = Command::new("unshare");
-        command.args([
-            "--user",
-            "--map-root-user",
-            "--pid",
-            "--fork",
-            "--mount-proc",
-        ]);
-        command
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
+        command.args(words.split(' ')).stdin(Stdio::null());
+        command.stdout(Stdio::null()).stderr(Stdio::null());
         command
     };
-    if !apart()
-        .arg("true")
-        .status()
-        .is_ok_and(|status| status.success())
-    {
+    let tried = apart().arg("true").status();
+    if !tried.is_ok_and(|status| status.success()) {
         return Ok(FaultOutcome::of("not tried"));
     }
     trial.begin(&[])?;
@@ -157,8 +139,8 @@ pub fn namespace(trial: &mut FaultTrial) -> FaultResult {
     let beside = beside.status().map_err(Error::input("unshare"))?;
     let status = trial.end()?;
     trial.is_bit_equal("beside")?;
-    match status.success() && beside.success() {
-        true => trial.completed(),
-        false => Err(format!("{status}, the other {beside}: {}", trial.said()).into()),
+    if status.success() && beside.success() {
+        return trial.completed();
     }
+    Err(format!("{status}, the other {beside}: {}", trial.said()).into())
 }
