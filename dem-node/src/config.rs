@@ -160,8 +160,8 @@ impl DemConfig {
         Ok(resolved)
     }
 
-    /// When the history of the wheel, loads over time and the feed have come into play (s), the latter with its first grain; a grain can
-    /// be worn when the wear time has passed.
+    /// Times (s) at which keys have come into play: the history of the wheel, loads over time, the feed with its first grain, and the wear
+    /// time, before which no grain is worn.
     pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
         let wear_s = self.flow.map(|flow| flow.wear_s);
         let mut all = moments([("injection.start_s", first_fed_s), ("flow.wear_s", wear_s)]);

@@ -205,7 +205,7 @@ fn a_run_that_fails_is_a_row_with_its_reason_and_a_suspect_one_is_outside_of_the
     assert_eq!(again, ["1", "2", "1", "1"]);
 }
 
-/// What a command of a study says that is refused with exit code 2.
+/// The words of a command of a study that is refused with exit code 2.
 fn refused(work: &Scratch, verb: &str, tables: &str) -> String {
     let file = study(work, tables);
     let output = command(work, verb, &file, &[]).output();

@@ -194,7 +194,7 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     Ok(0)
 }
 
-/// What the first task costs, and reports of all that is measured.
+/// Foretells the cost of the first task, and refuses measures that it does not report.
 fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Forecast, Error> {
     let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
     let measures = &opened.plan.file.measure;

@@ -63,7 +63,7 @@ pub struct Dem {
     /// The line that a layer or a rail is cut along.
     pub(super) base_line: Option<BaseLine>,
     pub(super) scaling: Option<MassScaling>,
-    /// When loads and motions over time come into play.
+    /// Times (s) at which keys come into play.
     pub(super) moments: BTreeMap<String, f64>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,

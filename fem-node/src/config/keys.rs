@@ -86,7 +86,7 @@ impl FemConfig {
         self.element.unwrap_or(own)
     }
 
-    /// When the loads and motions over time, and those of the wheel, have come into play (s).
+    /// Times (s) at which the loads and motions over time, and those of the wheel, have come into play.
     pub(crate) fn moments(&self, wheel: Option<&WheelProgram>) -> BTreeMap<String, f64> {
         let mut all = wheel.map_or_else(BTreeMap::new, WheelProgram::moments);
         for (name, set) in &self.boundary.0 {

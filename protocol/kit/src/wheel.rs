@@ -135,7 +135,7 @@ impl WheelProgram {
         (full >= 1.0).then(|| [at(full - 1.0), at(full)])
     }
 
-    /// When its keys, those of a table `wheel`, have come into play (s).
+    /// Times (s) at which its keys, those of a table `wheel`, have come into play.
     pub fn moments(&self) -> BTreeMap<String, f64> {
         let held_s = (self.hold_s > 0.0).then(|| self.motion_start());
         moments([
