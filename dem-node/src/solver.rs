@@ -32,7 +32,7 @@ use residual::Convergence;
 #[derive(Clone, Debug, Default)]
 pub struct Solver {
     sweeper: groups::Sweeper,
-    workspace: pcg::workspace::Workspace,
+    conjugate: pcg::Buffers,
 }
 
 impl Solver {
@@ -46,7 +46,7 @@ impl Solver {
         problem.prepare(criteria.tolerance, criteria.parallel)?;
         let convergence = match criteria.algorithm {
             Algorithm::Nsgs => nsgs::solve(problem, &mut self.sweeper, criteria),
-            Algorithm::Pcg => pcg::solve(problem, &mut self.workspace, criteria),
+            Algorithm::Pcg => pcg::solve(problem, &mut self.conjugate, criteria),
         };
         finite(problem, convergence)
     }
@@ -60,7 +60,7 @@ impl Solver {
         softened: &[u32],
     ) -> Result<Convergence, DemError> {
         problem.prepare_bonds(softened)?;
-        let convergence = pcg::go_on(problem, &mut self.workspace, criteria, softened);
+        let convergence = pcg::go_on(problem, &mut self.conjugate, criteria, softened);
         finite(problem, convergence)
     }
 }

@@ -120,6 +120,11 @@ impl CompliantBoundary {
         });
     }
 
+    /// Number of its glued disks.
+    pub fn disks(&self) -> usize {
+        self.velocity.len() / 2
+    }
+
     /// Velocity of a glued disk (m/s).
     #[inline(always)]
     pub fn velocity_of(&self, disk: usize) -> [f64; 2] {

@@ -30,20 +30,27 @@
 //!
 //! D only weighs, and any positive numbers would lead to the same solution: it is kept to seven digits, since the time of an
 //! iteration on a large sample is that of its bytes.
+//!
+//! Large bonded problems without friction are iterated in single precision, see [`correction`].
 
 mod batch;
 mod body_state;
+mod bonded;
 mod branches;
 mod constrained;
+pub mod correction;
 mod group;
 #[cfg(test)]
 mod tests;
 pub mod workspace;
 
+use std::marker::PhantomData;
+
 use super::problem::Problem;
 use super::residual::{Convergence, convergence, measured};
 use crate::config::solver::Criteria;
 use batch::Pass;
+use correction::Correction;
 use group::{Features, PassSums, With};
 use workspace::Workspace;
 
@@ -52,32 +59,138 @@ use workspace::Workspace;
 const INNER: f64 = 0.5;
 /// Least and largest part of a bound that was reached in vain to ask for next.
 const TIGHTER: [f64; 2] = [0.1, 0.9];
-/// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
-const CANCELLED: f64 = 1e-12;
 
-/// End of an inner solve.
-struct InnerSolve {
-    iterations: usize,
-    /// True if the residual, as the passes see it, is within the bound.
-    reached: bool,
+/// Buffers of the solver.
+#[derive(Clone, Debug, Default)]
+pub struct Buffers {
+    workspace: Workspace,
+    correction: Correction,
+}
+
+/// A form of the iterations, with the problem that it has taken over.
+trait Form {
+    /// True if thresholds of friction are taken anew.
+    const THRESHOLDS: bool;
+    /// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
+    const CANCELLED: f64;
+    /// Part of the residual at their start with which iterations begin anew: below it is rounding.
+    const REDUCED: f64;
+
+    /// One pass over all contacts.
+    fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64>;
+
+    /// Writes impulses and velocities back.
+    fn store(&mut self, problem: &mut Problem);
+
+    /// Begins anew at the impulses and velocities of the problem, which it has written.
+    fn restart(&mut self, problem: &mut Problem);
+}
+
+/// Double precision, compiled for the features of a problem.
+struct Double<'a, F> {
+    workspace: &'a mut Workspace,
+    parallel: bool,
+    features: PhantomData<F>,
+}
+
+impl<F: Features> Form for Double<'_, F> {
+    const THRESHOLDS: bool = F::FRICTION;
+    const CANCELLED: f64 = 1e-12;
+    const REDUCED: f64 = 0.0;
+
+    fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64> {
+        self.workspace.run::<F>(problem, pass, self.parallel)
+    }
+
+    fn store(&mut self, problem: &mut Problem) {
+        self.workspace.store(problem, self.parallel);
+    }
+
+    fn restart(&mut self, _problem: &mut Problem) {
+        self.workspace.restart(self.parallel);
+    }
+}
+
+/// The correction in single precision.
+struct Single<'a> {
+    correction: &'a mut Correction,
+    parallel: bool,
+}
+
+impl Form for Single<'_> {
+    const THRESHOLDS: bool = false;
+    const CANCELLED: f64 = 1e-5;
+    const REDUCED: f64 = 1e-3;
+
+    fn run(&mut self, _problem: &Problem, pass: Pass) -> PassSums<f64> {
+        self.correction.run(pass, self.parallel)
+    }
+
+    fn store(&mut self, problem: &mut Problem) {
+        self.correction.store(problem, self.parallel);
+    }
+
+    fn restart(&mut self, problem: &mut Problem) {
+        self.correction.load(problem, self.parallel);
+    }
+}
+
+/// Why iterations ended.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// The residual, as the passes see it, is within the bound.
+    Reached,
+    /// It is so much smaller than at the start that rounding would be next.
+    Reduced,
+    /// Nothing descends, or there were too many.
+    Stuck,
 }
 
 /// Iterates until the true residual is within the tolerance.
 ///
 /// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
 /// If they are satisfied and it is not, iterations begin anew where they are, with a tighter bound.
-pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criteria) -> Convergence {
-    compiled(problem)(problem, workspace, criteria, None)
+pub fn solve(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
+    if correction::suits(problem) {
+        return correct(problem, buffers, criteria);
+    }
+    compiled(problem)(problem, &mut buffers.workspace, criteria, None)
 }
 
-/// Goes on from the solution of this problem in the workspace: since then only the bonds of these contacts have become softer.
+/// Goes on from the solution of this problem in the buffers: since then only the bonds of these contacts have become softer.
 pub fn go_on(
     problem: &mut Problem,
-    workspace: &mut Workspace,
+    buffers: &mut Buffers,
     criteria: &Criteria,
     softened: &[u32],
 ) -> Convergence {
-    compiled(problem)(problem, workspace, criteria, Some(softened))
+    if correction::suits(problem) {
+        return correct(problem, buffers, criteria);
+    }
+    compiled(problem)(problem, &mut buffers.workspace, criteria, Some(softened))
+}
+
+/// Solves in single precision, and in double precision what that has left.
+fn correct(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
+    let parallel = criteria.parallel;
+    buffers.correction.load(problem, parallel);
+    let single = Single {
+        correction: &mut buffers.correction,
+        parallel,
+    };
+    let corrected = solve_with(problem, single, criteria);
+    if corrected.converged || corrected.iterations >= criteria.max_iterations {
+        return corrected;
+    }
+    let left = Criteria {
+        max_iterations: criteria.max_iterations - corrected.iterations,
+        ..*criteria
+    };
+    let found = compiled(problem)(problem, &mut buffers.workspace, &left, None);
+    Convergence {
+        iterations: corrected.iterations + found.iterations,
+        ..found
+    }
 }
 
 type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
@@ -107,59 +220,68 @@ fn solve_as<F: Features>(
             workspace.restart(criteria.parallel);
         }
     }
+    let form = Double::<F> {
+        workspace,
+        parallel: criteria.parallel,
+        features: PhantomData,
+    };
+    solve_with(problem, form, criteria)
+}
+
+/// Solves with a form that has taken over the problem.
+fn solve_with<F: Form>(problem: &mut Problem, mut form: F, criteria: &Criteria) -> Convergence {
     let mut asked = *criteria;
     let mut iterations = 0;
     loop {
-        let inner = iterate::<F>(workspace, problem, &asked);
-        workspace.store(problem, criteria.parallel);
-        iterations += inner.iterations;
+        let (done, end) = iterate(&mut form, problem, &asked);
+        form.store(problem);
+        iterations += done;
         let left = measured(problem, criteria.parallel);
         let convergence = convergence(problem, left, iterations, criteria);
-        if convergence.converged || !inner.reached {
+        if convergence.converged || end == End::Stuck {
             return convergence;
         }
-        let missed = criteria.tolerance / convergence.residual;
-        asked.tolerance *= missed.clamp(TIGHTER[0], TIGHTER[1]);
-        asked.max_iterations -= inner.iterations;
+        if end == End::Reached {
+            let missed = criteria.tolerance / convergence.residual;
+            asked.tolerance *= missed.clamp(TIGHTER[0], TIGHTER[1]);
+        }
+        asked.max_iterations -= done;
         asked.min_iterations = 0;
-        workspace.restart(criteria.parallel);
+        form.restart(problem);
     }
 }
 
-/// Iterations from where the workspace is.
-fn iterate<F: Features>(
-    workspace: &mut Workspace,
-    problem: &Problem,
-    criteria: &Criteria,
-) -> InnerSolve {
-    let mut run = |pass| workspace.run::<F>(problem, pass, criteria.parallel);
-    let ended = |iterations: usize, reached: bool| InnerSolve {
-        iterations,
-        reached,
-    };
-    let mut sums = run(Pass::Measure);
+/// Iterations from where the form is: their number, and why they ended.
+fn iterate<F: Form>(form: &mut F, problem: &Problem, criteria: &Criteria) -> (usize, End) {
+    let mut sums = form.run(problem, Pass::Measure);
+    let relative = |sums: &PassSums<f64>| problem.relative(sums.defect.sqrt(), sums.size.sqrt());
+    let first = relative(&sums);
     // p.(W + C) p of the last direction: the first has none before it.
     let mut curvature = f64::INFINITY;
     for iteration in 0..criteria.max_iterations {
-        let residual = problem.relative(sums.defect.sqrt(), sums.size.sqrt());
+        let residual = relative(&sums);
         if residual <= criteria.tolerance && iteration >= criteria.min_iterations {
-            return ended(iteration, true);
+            return (iteration, End::Reached);
+        }
+        if residual < F::REDUCED * first {
+            return (iteration, End::Reduced);
         }
         let mut beta = -sums.products.wp / curvature;
-        if F::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
-            sums = run(Pass::RenewThresholds);
+        if F::THRESHOLDS && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
+            sums = form.run(problem, Pass::RenewThresholds);
             beta = 0.0;
         }
-        let Some(direction) = Direction::choose(&sums, beta) else {
-            return ended(iteration + 1, false);
+        let Some(direction) = Direction::choose(&sums, beta, F::CANCELLED) else {
+            return (iteration + 1, End::Stuck);
         };
         curvature = direction.curvature;
-        sums = run(Pass::Step {
+        let pass = Pass::Step {
             alpha: direction.descent / curvature,
             beta: direction.beta,
-        });
+        };
+        sums = form.run(problem, pass);
     }
-    ended(criteria.max_iterations, false)
+    (criteria.max_iterations, End::Stuck)
 }
 
 /// p = w + beta z.
@@ -173,9 +295,9 @@ struct Direction {
 
 impl Direction {
     /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
-    fn choose(sums: &PassSums<f64>, beta: f64) -> Option<Direction> {
+    fn choose(sums: &PassSums<f64>, beta: f64, cancelled: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
-        if conjugate.descent > 0.0 && conjugate.curvature > CANCELLED * sums.products.ww {
+        if conjugate.descent > 0.0 && conjugate.curvature > cancelled * sums.products.ww {
             return Some(conjugate);
         }
         let steepest = Direction::new(sums, 0.0);

@@ -107,6 +107,12 @@ impl PassSums<f64> {
         self.defect += lanes.defect.sum();
         self.size += lanes.size.sum();
     }
+
+    /// Adds those of other contacts.
+    pub fn join(&mut self, other: &PassSums<f64>) {
+        self.products.join(&other.products);
+        kit::add_fields!(self, other; uw, uz, held, defect, size);
+    }
 }
 
 /// Compliance along an axis (1/kg): the bond's own in shear, the spring's otherwise.

@@ -80,17 +80,20 @@ impl Interior {
 impl Workspace {
     /// Takes over a prepared problem.
     pub fn load<F: Features>(&mut self, problem: &Problem, parallel: bool) {
-        self.bodies.clear();
-        self.bodies
-            .extend(problem.records.iter().map(BodyState::new));
-        self.momenta.clear();
-        self.momenta.resize(self.bodies.len(), [0.0; 3]);
-        self.constrained.load(problem, &mut self.bodies);
-        self.share_out(problem);
+        let partition = Partition::new(problem.contacts.len(), problem.records.len());
+        self.load_bodies(problem, &partition);
+        self.share_out(problem, |a, b| partition.common(a, b));
         self.outside.load::<F>(problem);
         for_each_subdomain(&mut self.subdomains, (), parallel, &|subdomain, ()| {
             subdomain.work.batch.load::<F>(problem);
         });
+    }
+
+    /// Takes over a prepared problem whose bodies have other contacts besides, all of it as contacts from outside of a subdomain.
+    pub fn load_outside<F: Features>(&mut self, problem: &Problem) {
+        self.load_bodies(problem, &Partition::new(0, problem.records.len()));
+        self.share_out(problem, |_, _| None);
+        self.outside.load::<F>(problem);
     }
 
     /// Takes over the bonds of these contacts, which have become softer.
@@ -118,10 +121,18 @@ impl Workspace {
         for_each_subdomain(&mut self.subdomains, items, parallel, &forget);
     }
 
-    /// Shares the contacts out to the subdomains.
-    fn share_out(&mut self, problem: &Problem) {
-        let partition = Partition::new(problem.contacts.len(), problem.records.len());
+    fn load_bodies(&mut self, problem: &Problem, partition: &Partition) {
+        self.bodies.clear();
+        self.bodies
+            .extend(problem.records.iter().map(BodyState::new));
+        self.momenta.clear();
+        self.momenta.resize(self.bodies.len(), [0.0; 3]);
+        self.constrained.load(problem, &mut self.bodies);
         partition.assign(&mut self.subdomains);
+    }
+
+    /// Shares the contacts out to the subdomains; `common` is that of two bodies.
+    fn share_out(&mut self, problem: &Problem, common: impl Fn(u32, u32) -> Option<usize>) {
         for subdomain in &mut self.subdomains {
             subdomain.work.batch.clear(subdomain.bodies.start);
         }
@@ -131,7 +142,7 @@ impl Workspace {
             let pair = [contact.a, contact.b];
             let constrained = &self.constrained;
             let held = pair.iter().any(|body| constrained.holds(*body as usize));
-            if let Some(common) = partition.common(contact.a, contact.b).filter(|_| !held) {
+            if let Some(common) = common(contact.a, contact.b).filter(|_| !held) {
                 let batch = &mut self.subdomains[common].work.batch;
                 batch.members.push(index as u32);
                 continue;
@@ -178,6 +189,12 @@ impl Workspace {
         pass: Pass,
         parallel: bool,
     ) -> PassSums<f64> {
+        self.advance::<F>(problem, pass, parallel);
+        self.measure::<F>(problem)
+    }
+
+    /// The first half of a pass: bodies and impulses move, and the subdomains are measured.
+    pub fn advance<F: Features>(&mut self, problem: &Problem, pass: Pass, parallel: bool) {
         let friction = problem.friction;
         widest!(self.begin::<F>(problem, pass));
         let work = |subdomain: &mut Subdomain<Interior>,
@@ -187,7 +204,22 @@ impl Workspace {
         };
         let items = (&mut self.bodies[..], &mut self.momenta[..]);
         for_each_subdomain(&mut self.subdomains, items, parallel, &work);
+    }
+
+    /// The second half: contacts from outside are measured, and sums are made.
+    pub fn measure<F: Features>(&mut self, problem: &Problem) -> PassSums<f64> {
         widest!(self.end::<F>(problem))
+    }
+
+    /// Velocity of a body (v_x, v_y and spin times radius, m/s).
+    pub fn velocity(&self, body: usize) -> [f64; 3] {
+        self.bodies[body].velocity
+    }
+
+    /// Adds H w (N s) of other contacts to a body, between the halves of a pass.
+    pub fn add_h_w(&mut self, body: usize, h_w: [f64; 3]) {
+        let sum = self.bodies[body].h_w.iter_mut().zip(h_w);
+        sum.for_each(|(sum, more)| *sum += more);
     }
 
     #[inline(always)]

@@ -3,6 +3,7 @@
 //! with it.
 
 use crate::law::local::in_tension;
+use crate::solver::contact::Contact;
 use crate::solver::pcg::INNER;
 use crate::solver::pcg::group::{compliance, inverse, threshold};
 use crate::solver::problem::Problem;
@@ -26,12 +27,14 @@ pub struct Textbook<'a> {
     limits: Vec<f64>,
     /// True for a contact on the tensile branch of its bond.
     pulls: Vec<bool>,
+    /// True for a contact whose r_n has no bound where its branch ends.
+    unbounded: Vec<bool>,
     curvature: f64,
 }
 
 impl<'a> Textbook<'a> {
-    /// The start from a prepared problem.
-    pub fn new(problem: &'a Problem) -> Textbook<'a> {
+    /// The start from a prepared problem; bonds that are `unbounded` pass from one branch to the other within an iteration.
+    pub fn new(problem: &'a Problem, unbounded: impl Fn(&Contact) -> bool) -> Textbook<'a> {
         let contacts = &problem.contacts;
         let first: Field = contacts.iter().map(|c| c.impulse).collect();
         let bond = |i: usize| problem.bonds.get(contacts[i].bond as usize);
@@ -40,6 +43,7 @@ impl<'a> Textbook<'a> {
             problem,
             limits: (0..contacts.len()).map(limit).collect(),
             pulls: vec![false; contacts.len()],
+            unbounded: contacts.iter().map(unbounded).collect(),
             impulses: first.clone(),
             directions: vec![[0.0; 2]; contacts.len()],
             images: vec![[0.0; 2]; contacts.len()],
@@ -181,6 +185,7 @@ impl<'a> Textbook<'a> {
 
     fn bounds(&self, i: usize, axis: usize) -> [f64; 2] {
         match (axis, self.pulls[i]) {
+            (0, _) if self.unbounded[i] => [f64::NEG_INFINITY, f64::INFINITY],
             (0, false) => [0.0, f64::INFINITY],
             (0, true) => [f64::NEG_INFINITY, 0.0],
             _ => [-self.limits[i], self.limits[i]],
