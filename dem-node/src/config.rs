@@ -1,7 +1,6 @@
 //! The keys of `[participant.config]` and their limits.
 //!
 //! In reading order:
-//! - `limits`: what refuses values;
 //! - [`law`], `pairs`: the keys `law` and `law.pairs`;
 //! - [`solver`]: the key `solver`;
 //! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
@@ -16,7 +15,6 @@ pub mod flow;
 pub mod injection;
 pub mod law;
 pub mod layer;
-pub(crate) mod limits;
 mod pairs;
 pub mod plausible;
 pub mod profile;
@@ -31,6 +29,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{at_least, finite, positive, refuse_given, within};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -38,11 +38,10 @@ use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use crate::law::Penetration;
 use flow::FlowConfig;
 use injection::InjectionConfig;
-use kit::keys::refuse_if;
 use kit::table::last_change;
 use kit::wheel::moments;
 use law::{LawConfig, LawKind};
-use limits::{PERIOD, at_least, finite, positive, refuse_given, within};
+use layer::PERIOD;
 use plausible::DemPlausibleConfig;
 use profile::ProfileConfig;
 use sample::SampleConfig;
@@ -193,7 +192,7 @@ impl DemConfig {
         for component in self.gravity_m_per_s2 {
             finite("gravity_m_per_s2", component)?;
         }
-        self.plausible.check()?;
+        self.plausible.check("plausible")?;
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;

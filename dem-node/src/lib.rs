@@ -271,5 +271,5 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
 }
 
 fn check_setting(setting: &Setting) -> Result<(), ConfigError> {
-    config::limits::positive("run.thickness_m", setting.thickness_m, "m")
+    kit::limits::positive("run.thickness_m", setting.thickness_m, "m")
 }

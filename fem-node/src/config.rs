@@ -1,6 +1,5 @@
 //! The keys of `[participant.config]`, read and checked once.
 //!
-//! - `number`: the limits of single numbers;
 //! - [`choice`]: keys with a few words to choose from;
 //! - [`mesh`], [`material`], [`time`], [`boundary`], [`initial`], [`wheel`], [`statics`], [`probe`], [`plausible`]: the tables;
 //! - [`keys`]: all of them, [`keys::FemConfig`];
@@ -13,7 +12,6 @@ pub mod initial;
 pub mod keys;
 pub mod material;
 pub mod mesh;
-pub(crate) mod number;
 pub mod plausible;
 pub mod probe;
 pub mod statics;

@@ -13,13 +13,13 @@ pub mod spectrum;
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
+use kit::limits::positive;
 use protocol::{Cause, Setting};
 
 use crate::config::choice::{Analysis, Base, ElementKind, Kinematics, Sides, Start};
 use crate::config::keys::FemConfig;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
-use crate::config::number::positive;
 use crate::config::plausible::FemPlausibleConfig;
 use crate::config::time::StepChoice;
 use crate::config::wheel::FemWheelConfig;

@@ -1,15 +1,15 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{finite, positive};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
-use super::limits::{finite, positive};
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
-use kit::keys::refuse_if;
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -159,6 +159,7 @@ fn validate_plane(key: &str, plane: [(&str, Option<f64>); 4]) -> Result<(), Conf
     }
     let [_, _, nx, ny] = plane.map(|(_, value)| value.unwrap_or(0.0));
     positive(&format!("{key}.nx"), nx.hypot(ny), "length of (nx, ny)")
+        .map_err(|error| error.help("write a direction, for instance nx = 0 and ny = 1"))
 }
 
 fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {

@@ -1,21 +1,21 @@
 //! The keys of `sample.clusters.drive`: a cluster that is moved, or pushed, along x and along y.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{finite, not_negative, positive};
+use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::limits::{at_least, finite, positive};
-use kit::keys::refuse_if;
 
 /// Prescribed motion and loads of a cluster. Each direction has a velocity, or is `"free"` and has a force.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterDriveConfig {
     /// Velocity along x and y (m/s); `"free"` where a force acts. Both are free when absent.
-    pub velocity_m_per_s: Option<[DriveComponent; 2]>,
+    pub velocity_m_per_s: Option<[PrescribedComponent; 2]>,
     /// Force along x and y (N); `"free"` where a velocity is prescribed, or none acts. None acts when absent.
-    pub force_n: Option<[DriveComponent; 2]>,
+    pub force_n: Option<[PrescribedComponent; 2]>,
     /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them.
     pub load_table: Option<LoadTable>,
     /// Mass (kg), before `mass_scale`; that of the disks when absent.
@@ -27,31 +27,8 @@ pub struct ClusterDriveConfig {
     pub damping_n_s_per_m: f64,
 }
 
-/// A number, or the word `"free"`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a number or \"free\"")]
-pub enum DriveComponent {
-    /// Value.
-    Given(f64),
-    /// No value.
-    Free(Free),
-}
-
-/// The word `"free"`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Free {
-    /// Not prescribed.
-    Free,
-}
-
-fn numbers(given: Option<[DriveComponent; 2]>) -> [Option<f64>; 2] {
-    given.map_or([None; 2], |both| {
-        both.map(|component| match component {
-            DriveComponent::Given(number) => Some(number),
-            DriveComponent::Free(_) => None,
-        })
-    })
+fn numbers(given: Option<[PrescribedComponent; 2]>) -> [Option<f64>; 2] {
+    given.map_or([None; 2], |both| both.map(|component| component.0))
 }
 
 const DIRECTIONS: [&str; 2] = ["x", "y"];
@@ -90,10 +67,9 @@ impl ClusterDriveConfig {
         }
         let free = velocity.iter().filter(|v| v.is_none()).count();
         positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
-        at_least(
+        not_negative(
             &format!("{key}.damping_n_s_per_m"),
             self.damping_n_s_per_m,
-            0.0,
             "N s/m",
         )?;
         refuse_if(

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use kit::ConfigError;
 use kit::input_file::content;
+use kit::limits::positive;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::disks::{DiskConfig, DisksConfig};
-use super::limits::positive;
 
 /// The key that names the table.
 const KEY: &str = "sample.path";

@@ -1,13 +1,13 @@
 //! The keys of `sample.fill` and `sample.rows`: disks by the rectangle and by the row.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{ROUNDING, finite, not_negative, validate_sides};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{ROUNDING, at_least, finite, validate_sides};
 use super::radii::{Radii, RadiusLaw};
-use kit::keys::refuse_if;
 
 /// More disks than this are taken for a mistyped unit.
 const DISKS_MAX: f64 = 5e5;
@@ -80,12 +80,7 @@ impl FillConfig {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
         validate_sides(&format!("{key}.y_m"), self.y_m)?;
         self.radii().validate(key)?;
-        at_least(
-            &format!("{key}.speed_m_per_s"),
-            self.speed_m_per_s,
-            0.0,
-            "m/s",
-        )?;
+        not_negative(&format!("{key}.speed_m_per_s"), self.speed_m_per_s, "m/s")?;
         let [columns, rows] = self.grid();
         validate_count(key, columns * rows)
     }

@@ -1,14 +1,14 @@
 //! The keys of `flow`: the flows of third body through the contact of the wheel.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{at_least, not_negative, positive, within};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
-use super::limits::{at_least, positive, within};
 use super::sample::SampleConfig;
 use super::wheel::DemWheelConfig;
-use kit::keys::refuse_if;
 
 /// `flow`: the contact zone, and the time after which a grain that left it is worn.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -63,15 +63,10 @@ impl FlowConfig {
         wheel: Option<&DemWheelConfig>,
     ) -> Result<(), ConfigError> {
         within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
-        at_least("flow.margin_diameters", self.margin_diameters, 0.0, "")?;
-        at_least(
-            "flow.hysteresis_diameters",
-            self.hysteresis_diameters,
-            0.0,
-            "",
-        )?;
+        not_negative("flow.margin_diameters", self.margin_diameters, "")?;
+        not_negative("flow.hysteresis_diameters", self.hysteresis_diameters, "")?;
         positive("flow.wear_s", self.wear_s, "s")?;
-        at_least("flow.zone_mean_s", self.mean_s(), 0.0, "s")?;
+        not_negative("flow.zone_mean_s", self.mean_s(), "s")?;
         refuse_if(
             law.kind.plain() != LawKind::Cohesion,
             "flow",

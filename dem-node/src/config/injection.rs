@@ -1,14 +1,14 @@
 //! The keys of `injection`: grains that are fed into the scene from outside.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{finite, not_negative, positive};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::flow::FlowConfig;
 use super::law::LawConfig;
-use super::limits::{at_least, finite, positive};
-use kit::keys::refuse_if;
 
 /// Most grains of a feed.
 const MOST: f64 = 1e6;
@@ -47,7 +47,7 @@ impl InjectionConfig {
         finite("injection.x_m", self.x_m)?;
         finite("injection.y_m", self.y_m)?;
         positive("injection.rate_kg_per_s", self.rate_kg_per_s, "kg/s")?;
-        at_least("injection.start_s", self.start_s, 0.0, "s")?;
+        not_negative("injection.start_s", self.start_s, "s")?;
         finite("injection.end_s", self.end_s)?;
         refuse_if(
             self.end_s <= self.start_s,

@@ -1,14 +1,14 @@
 //! The keys of `law` and their limits.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{not_negative, positive, refuse_given, required, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::limits::{at_least, positive, refuse_given, required, within};
 use crate::law::Penetration;
 use crate::law::cohesion::HPrime;
-use kit::keys::refuse_if;
 
 /// `law`: unilateral contact with optional friction and compliance.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -224,7 +224,7 @@ impl LawConfig {
             positive(key, given(key, value)?, unit)?;
         }
         for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
-            at_least(key, given(key, value)?, 0.0, unit)?;
+            not_negative(key, given(key, value)?, unit)?;
         }
         within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
         refuse_if(
@@ -268,7 +268,7 @@ impl LawConfig {
 
     fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {
         let friction = required("law.friction", self.friction, by)?;
-        at_least("law.friction", friction, 0.0, "")?;
+        not_negative("law.friction", friction, "")?;
         let key = "law.tangential_stiffness_ratio";
         let ratio = self.tangential_stiffness_ratio;
         if self.contact_stiffness_pa.is_some() {

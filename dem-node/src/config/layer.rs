@@ -1,12 +1,15 @@
 //! The keys of `sample` with kind = "layer" and their limits.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{at_least, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::limits::{PERIOD, at_least, positive};
 use super::radii::{Radii, RadiusLaw};
-use kit::keys::refuse_if;
+
+/// The key of a strip that repeats, in both kinds of sample.
+pub(super) const PERIOD: &str = "sample.periodic_x_m";
 
 /// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
 const GRAINS_MAX: f64 = 5e5;
@@ -86,16 +89,15 @@ impl LayerConfig {
     }
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        self.radii().validate("sample")?;
         for (key, value) in [
             ("thickness_m", self.thickness_m),
             ("half_width_m", self.half_width_m),
-            ("radius_min_m", self.radius_min_m),
         ] {
             positive(&format!("sample.{key}"), value, "m")?;
         }
         let widest = self.radius_max_m;
         for (key, value, least) in [
-            ("radius_max_m", widest, self.radius_min_m),
             ("bed_extra_m", self.bed_extra_m, 4.0 * widest),
             ("half_width_m", self.half_width_m, 10.0 * widest),
             // A layer thinner than a grain consists of glued ones only.
@@ -103,9 +105,8 @@ impl LayerConfig {
         ] {
             at_least(&format!("sample.{key}"), value, least, "m")?;
         }
-        self.radii().validate_power("sample")?;
         self.refuse_too_many_grains()?;
-        at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
+        not_negative("sample.crown_radius_m", self.crown_radius_m, "m")?;
         refuse_if(
             self.lid && self.crown_radius_m > 0.0,
             "sample.crown_radius_m",

@@ -1,11 +1,11 @@
 //! The keys of `law.pairs`: what contacts between two named groups have of their own.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{not_negative, positive, within};
 use protocol::Cause;
 
 use super::law::{LawConfig, PairConfig};
-use super::limits::{at_least, positive, within};
-use kit::keys::refuse_if;
 
 /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
 pub(super) fn validate_pairs(law: &LawConfig, groups: &[&str]) -> Result<(), ConfigError> {
@@ -41,7 +41,7 @@ fn validate_pair(
     law: &LawConfig,
     key: impl Fn(&str) -> String,
 ) -> Result<(), ConfigError> {
-    at_least(&key("friction"), pair.friction.unwrap_or(0.0), 0.0, "")?;
+    not_negative(&key("friction"), pair.friction.unwrap_or(0.0), "")?;
     within(&key("restitution"), pair.restitution, [0.0, 1.0])?;
     positive(
         &key("contact_stiffness_pa"),

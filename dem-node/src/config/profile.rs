@@ -1,12 +1,11 @@
 //! The keys of `profile`: means over slices of the sample and intervals of time.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{not_negative, positive, within};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::limits::{at_least, positive, within};
-use kit::keys::refuse_if;
 
 /// Most slices of a profile.
 const BINS_MAX: f64 = 1000.0;
@@ -60,7 +59,7 @@ impl ProfileConfig {
     /// Refuses values out of range, and more slices by the end of the run (s) than a file should hold.
     pub(super) fn validate(&self, end: Option<f64>) -> Result<(), ConfigError> {
         within("profile.bins", f64::from(self.bins), [1.0, BINS_MAX])?;
-        at_least("profile.start_s", self.start_s, 0.0, "s")?;
+        not_negative("profile.start_s", self.start_s, "s")?;
         positive("profile.every_s", self.every_s, "s")?;
         let lasts = (end.unwrap_or(0.0) - self.start_s).max(0.0);
         let slices = f64::from(self.bins) * (lasts / self.every_s).ceil();

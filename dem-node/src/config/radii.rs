@@ -1,10 +1,9 @@
 //! Distributions of radii between two limits.
 
 use kit::ConfigError;
+use kit::limits::{at_least, positive, refuse_given, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use super::limits::{at_least, positive, refuse_given, within};
 
 /// Exponents beyond these put all radii at one of the limits.
 const POWERS: [f64; 2] = [-20.0, 20.0];
@@ -118,10 +117,6 @@ impl Radii {
         let [least, most] = self.ends;
         positive(&format!("{key}.radius_min_m"), least, "m")?;
         at_least(&format!("{key}.radius_max_m"), most, least, "m")?;
-        self.validate_power(key)
-    }
-
-    pub(super) fn validate_power(&self, key: &str) -> Result<(), ConfigError> {
         let key = format!("{key}.power");
         if self.law != RadiusLaw::Power {
             return refuse_given(

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{ROUNDING, at_least, not_negative, positive};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::limits::{ROUNDING, at_least, positive};
 use super::radii::{Radii, RadiusLaw};
 use crate::bodies::geometry::drop_at;
-use kit::keys::refuse_if;
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;
@@ -94,7 +94,7 @@ impl RailConfig {
         }
         let widest = self.radius_max_m;
         at_least("sample.width_m", self.width_m, WIDTH * widest, "m")?;
-        at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
+        not_negative("sample.crown_radius_m", self.crown_radius_m, "m")?;
         if self.crown_radius_m > 0.0 {
             at_least(
                 "sample.crown_radius_m",

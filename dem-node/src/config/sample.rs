@@ -3,17 +3,17 @@
 use std::borrow::Cow;
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{ROUNDING, finite};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
 use super::disks::DisksConfig;
 use super::file::FileConfig;
-use super::layer::LayerConfig;
-use super::limits::{PERIOD, ROUNDING, finite};
+use super::layer::{LayerConfig, PERIOD};
 use super::radii::Radii;
 use super::rail::RailConfig;
 use crate::bodies::geometry::Period;
-use kit::keys::refuse_if;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;

@@ -1,10 +1,9 @@
 //! `solver`: the choice of a solver and its stopping criteria.
 
 use kit::ConfigError;
+use kit::limits::within;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::config::limits::within;
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];

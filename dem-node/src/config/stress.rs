@@ -1,12 +1,11 @@
 //! The keys of `stress`: stress in cells and in the whole sample.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::{ROUNDING, at_least, positive, validate_sides};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::limits::{ROUNDING, at_least, positive, validate_sides};
-use kit::keys::refuse_if;
 
 /// Least side of a cell over the mean diameter of the grains: smaller ones hold a few contacts, not a stress.
 const CELL_DIAMETERS: f64 = 3.5;

@@ -1,16 +1,15 @@
 //! Boundary conditions of named sets of nodes: a load, or the motion itself, or one of each.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
+use kit::limits::{not_negative, positive};
+use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table};
 use protocol::Cause;
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Deserialize, Deserializer};
-
-use super::number::{not_negative, number_or_word, number_or_word_schema, positive};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
@@ -38,13 +37,6 @@ pub struct SetConfig {
     #[schemars(range(min = 0.0))]
     pub ramp_s: Option<f64>,
 }
-
-/// A component of a prescribed motion or traction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PrescribedComponent(
-    /// The prescribed number; none where it is left to the equations of motion.
-    pub Option<f64>,
-);
 
 /// Load of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -265,21 +257,5 @@ impl BoundaryConfig {
             .iter()
             .filter(|(_, config)| config.motion().is_some());
         moved.map(|(set, _)| set.as_str())
-    }
-}
-
-impl JsonSchema for PrescribedComponent {
-    fn schema_name() -> Cow<'static, str> {
-        "PrescribedComponent".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        number_or_word_schema("free")
-    }
-}
-
-impl<'de> Deserialize<'de> for PrescribedComponent {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        number_or_word(deserializer, "free", "a number or \"free\"").map(PrescribedComponent)
     }
 }

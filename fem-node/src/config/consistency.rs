@@ -2,12 +2,12 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
+use kit::limits::not_negative;
 
 use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
 use super::keys::FemConfig;
 use super::material::MaterialKind;
-use super::number::not_negative;
 use super::probe;
 
 impl FemConfig {
@@ -19,7 +19,7 @@ impl FemConfig {
         self.boundary.check()?;
         self.initial.check()?;
         probe::check(&self.probes)?;
-        self.plausible.check()?;
+        self.plausible.check("plausible")?;
         self.check_wheel()?;
         self.statics
             .check(self.wheel.as_ref().map_or(0.0, |wheel| wheel.load_n))?;

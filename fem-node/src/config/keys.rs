@@ -48,7 +48,7 @@ pub struct FemConfig {
     pub material: MaterialConfig,
     /// Time integration.
     pub time: FemTimeConfig,
-    /// StaticLoads and prescribed motions on named sets.
+    /// Loads and prescribed motions on named sets.
     #[serde(default)]
     pub boundary: BoundaryConfig,
     /// Velocities at the start.

@@ -1,12 +1,10 @@
 //! The material and its numbers.
 
 use kit::ConfigError;
-use kit::keys::refuse_if;
+use kit::limits::{not_negative, positive, refuse_given};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use super::number::{not_negative, positive};
 
 /// Constitutive law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -87,10 +85,8 @@ impl MaterialConfig {
             ("material.kinematic_hardening_pa", kinematic),
         ];
         if self.law() == MaterialKind::Elastic {
-            let given = keys.iter().find(|(_, value)| value.is_some());
-            return refuse_if(
-                given.is_some(),
-                given.map_or("", |(key, _)| *key),
+            return refuse_given(
+                keys.map(|(key, value)| (key, value.is_some())),
                 "has no effect on an elastic material",
                 "give material.yield_pa and leave material.kind out, or remove the key",
             );

@@ -4,10 +4,9 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use kit::ConfigError;
+use kit::limits::{not_negative, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-
-use super::number::{not_negative, positive};
 
 /// The mesh: `{ width_m = .., .. }`, a graded structured mesh, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

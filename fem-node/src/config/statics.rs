@@ -1,11 +1,10 @@
 //! Load increments of a static analysis.
 
 use kit::ConfigError;
+use kit::limits::positive;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::number::positive;
 
 /// Increments of a static analysis and of a static start. Coulomb friction depends on the history of the load, so the
 /// load grows from zero in equal steps.

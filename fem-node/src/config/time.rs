@@ -3,11 +3,10 @@
 use std::borrow::Cow;
 
 use kit::ConfigError;
-use protocol::Cause;
+use kit::limits::{not_negative, positive, within};
+use kit::number::{number_or_word, number_or_word_schema};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
-
-use super::number::{not_negative, number_or_word, number_or_word_schema, positive};
 
 /// Time integration.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -56,29 +55,17 @@ impl FemTimeConfig {
         if let StepChoice::Seconds(step) = self.step_s {
             positive("time.step_s", step, "s")?;
         }
-        if !(0.5..=1.0).contains(&self.damping) {
-            let problem = format!("must lie between 0.5 and 1, got {}", self.damping);
-            return Err(ConfigError::new("time.damping", problem)
-                .because(Cause::OutOfRange)
-                .help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step"));
-        }
-        self.check_safety()?;
+        within("time.damping", self.damping, [0.5, 1.0]).map_err(|error| {
+            error.help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step")
+        })?;
+        positive("time.safety", self.safety, "")
+            .and_then(|()| within("time.safety", self.safety, [0.0, 1.0]))
+            .map_err(|error| {
+                error.help("it is the share of the stability limit that `step_s = \"auto\"` takes")
+            })?;
         not_negative("time.mass_damping_per_s", self.mass_damping_per_s, "1/s")?;
         not_negative("time.stiffness_damping_s", self.stiffness_damping_s, "s")?;
         positive("time.end_s", self.end_s, "s")
-    }
-
-    fn check_safety(&self) -> Result<(), ConfigError> {
-        let Some(safety) = self
-            .safety
-            .filter(|safety| !(*safety > 0.0 && *safety <= 1.0))
-        else {
-            return Ok(());
-        };
-        let problem = format!("must lie above 0 and not above 1, got {safety}");
-        Err(ConfigError::new("time.safety", problem)
-            .because(Cause::OutOfRange)
-            .help("it is the share of the stability limit that `step_s = \"auto\"` takes"))
     }
 }
 

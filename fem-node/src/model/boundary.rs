@@ -1,4 +1,4 @@
-//! StaticLoads and prescribed motions of named sets, turned into nodal forces and components.
+//! Loads and prescribed motions of named sets, turned into nodal forces and components.
 //!
 //! A prescribed component is moved by whatever it takes: its mass counts as part of that drive, not of the body, so the
 //! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
@@ -9,7 +9,7 @@ use kit::keys::refuse_if;
 use kit::table::{LoadTable, last_change, load_at};
 use protocol::Cause;
 
-use crate::config::boundary::{PrescribedComponent, SetConfig, SetLoad, SetMotion};
+use crate::config::boundary::{SetConfig, SetLoad, SetMotion};
 use crate::config::choice::Base;
 use crate::config::keys::FemConfig;
 use crate::element::body::Body;
@@ -19,7 +19,7 @@ use crate::mesh::Mesh;
 /// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
-    /// PrescribedComponent and force (N): at full load, or where the load of the set is a table, under 1 N of it.
+    /// Component and force (N): at full load, or where the load of the set is a table, under 1 N of it.
     pub forces: Vec<(usize, f64)>,
     pub(crate) history: LoadHistory,
 }
@@ -56,7 +56,7 @@ impl LoadHistory {
 pub struct PrescribedMotion {
     /// The set that is moved.
     pub set: String,
-    /// PrescribedComponent, and the velocity after the ramp (m/s) or the displacement at its end (m).
+    /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
     pub components: Vec<(usize, f64)>,
     quantity: PrescribedQuantity,
     pub(crate) ramp: Ramp,
@@ -267,7 +267,7 @@ fn motion(
     ramp: Ramp,
 ) -> PrescribedMotion {
     let layout = body.layout;
-    let values: [PrescribedComponent; 2] = prescribed.components();
+    let values = prescribed.components();
     let quantity = match prescribed {
         SetMotion::Velocity(_) => PrescribedQuantity::Velocity,
         SetMotion::Displacement(_) => PrescribedQuantity::Displacement,

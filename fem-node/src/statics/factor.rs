@@ -16,7 +16,7 @@ const SOLVED_TOGETHER: usize = 16;
 /// K = L L^T of the components that can move.
 pub(crate) struct Factor {
     layout: Layout,
-    /// PrescribedComponent of each equation.
+    /// Component of each equation.
     components: Vec<usize>,
     /// Equation of each component, [`FIXED`] where there is none.
     equations: Vec<u32>,

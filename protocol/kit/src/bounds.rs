@@ -67,13 +67,13 @@ impl Bounds {
 /// [`Bounds::judge`] with a text as `format!` takes it: `judge!(bounds, "code", value; "the value is {value}")`.
 #[macro_export]
 macro_rules! judge {
-    ($bounds:expr, $code:literal, $value:expr; $($text:tt)+) => {
+    ($bounds:expr, $code:expr, $value:expr; $($text:tt)+) => {
         $bounds.judge($code, $value, || format!($($text)+))
     };
 }
 
 /// A table `plausible`: a type with the bounds of checks, each written `field = [warn, suspect]` with the values where a scenario has
-/// none. Its `check` refuses the first that are not in order.
+/// none. Its `check` refuses the first that are not in order, by their keys below `table`.
 #[macro_export]
 macro_rules! plausible_bounds {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident = $default:expr,)* }) => {
@@ -91,8 +91,8 @@ macro_rules! plausible_bounds {
         }
 
         impl $name {
-            pub(crate) fn check(&self) -> Result<(), $crate::keys::ConfigError> {
-                $crate::bounds::Bounds::check_all("plausible", [$((stringify!($field), self.$field)),*])
+            pub(crate) fn check(&self, table: &str) -> Result<(), $crate::keys::ConfigError> {
+                $crate::bounds::Bounds::check_all(table, [$((stringify!($field), self.$field)),*])
             }
         }
     };

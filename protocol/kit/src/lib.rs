@@ -2,6 +2,8 @@
 //!
 //! In reading order:
 //! - [`keys`]: a participant's own keys, read with errors that name the key and what to write instead;
+//! - [`limits`]: limits of single values;
+//! - [`number`]: a number or a word in its place;
 //! - [`input_file`]: files that a scenario names;
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`table`]: loads over time;
@@ -15,6 +17,8 @@ pub mod bounds;
 pub mod cycle_drift;
 pub mod input_file;
 pub mod keys;
+pub mod limits;
+pub mod number;
 pub mod schema;
 pub mod scratch;
 pub mod table;

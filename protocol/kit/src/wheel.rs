@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use protocol::Phase;
 
 use crate::keys::ConfigError;
+use crate::limits::{not_negative, positive};
 use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 
 /// Name of the part of a history whose end fixes the state that results are taken from.
@@ -31,25 +32,85 @@ pub struct WheelProgram {
     pub cycles: f64,
 }
 
-/// The program that a table of keys holds, whose names are those of its fields.
+/// A table `wheel`: a type with the keys that every solver has, and its own ones.
 #[macro_export]
-macro_rules! wheel_program {
-    ($keys:expr) => {
-        $crate::wheel::WheelProgram {
-            load_n: $keys.load_n,
-            load_table: $keys.load_table.clone(),
-            ramp_s: $keys.ramp_s,
-            hold_s: $keys.hold_s,
-            amplitude_m: $keys.amplitude_m,
-            frequency_hz: $keys.frequency_hz,
-            cycles: $keys.cycles,
+macro_rules! wheel_keys {
+    ($(#[$about:meta])* $name:ident { $($own:tt)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// Vertical load (N).
+            #[schemars(range(min = 0.0))]
+            pub load_n: f64,
+            /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
+            /// of the hold it must be `load_n`, which results and checks of the hold refer to.
+            pub load_table: Option<$crate::table::LoadTable>,
+            /// Mass (kg), never scaled, which resists vertical motion; the sideways motion is prescribed.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub mass_kg: f64,
+            /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
+            #[serde(default)]
+            #[schemars(range(min = 0.0))]
+            pub radius_m: f64,
+            $($own)*
+            /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).
+            #[serde(default)]
+            #[schemars(range(min = 0.0))]
+            pub amplitude_m: f64,
+            /// Frequency f of the sideways motion (1/s).
+            #[serde(default)]
+            pub frequency_hz: f64,
+            /// Time in which the load grows linearly from 0 (s).
+            #[schemars(range(min = 0.0))]
+            pub ramp_s: f64,
+            /// Time under the full load before the motion starts at t_s = ramp + hold (s).
+            #[schemars(range(min = 0.0))]
+            pub hold_s: f64,
+            /// Periods of the sideways motion, not necessarily whole.
+            #[serde(default)]
+            #[schemars(range(min = 0.0))]
+            pub cycles: f64,
+        }
+
+        impl $name {
+            /// Its load and its motion over time.
+            pub fn program(&self) -> $crate::wheel::WheelProgram {
+                $crate::wheel::WheelProgram {
+                    load_n: self.load_n,
+                    load_table: self.load_table.clone(),
+                    ramp_s: self.ramp_s,
+                    hold_s: self.hold_s,
+                    amplitude_m: self.amplitude_m,
+                    frequency_hz: self.frequency_hz,
+                    cycles: self.cycles,
+                }
+            }
+
+            /// Refuses keys of every solver that are out of range, and a wrong table of loads.
+            pub(crate) fn check(&self) -> Result<(), $crate::keys::ConfigError> {
+                $crate::limits::positive("wheel.mass_kg", self.mass_kg, "kg")?;
+                $crate::limits::not_negative("wheel.radius_m", self.radius_m, "m")?;
+                self.program().check()
+            }
         }
     };
 }
 
 impl WheelProgram {
-    /// Refuses a wrong table of loads; see [`check_wheel_table`].
-    pub fn check_table(&self) -> Result<(), ConfigError> {
+    /// Refuses keys of a table `wheel` that are out of range, and a wrong table of loads; see [`check_wheel_table`].
+    ///
+    /// # Errors
+    /// Names the key, the fault, and what to write instead.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        not_negative("wheel.load_n", self.load_n, "N")?;
+        not_negative("wheel.ramp_s", self.ramp_s, "s")?;
+        not_negative("wheel.hold_s", self.hold_s, "s")?;
+        not_negative("wheel.amplitude_m", self.amplitude_m, "m")?;
+        not_negative("wheel.cycles", self.cycles, "")?;
+        if self.cycles > 0.0 {
+            positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
+        }
         let (held_at, mut table) = (self.motion_start(), self.load_table.iter());
         table.try_for_each(|table| check_wheel_table(table, held_at, self.load_n))
     }

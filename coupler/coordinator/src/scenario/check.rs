@@ -1,7 +1,8 @@
 //! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
 
 use kit::ConfigError;
-use kit::keys::proposal;
+use kit::keys::{proposal, refuse_if};
+use kit::limits::{positive, within};
 use protocol::Cause;
 use scheme::keys::connected;
 
@@ -14,15 +15,15 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     plain_name("run.name", &run.name)?;
     let (deadlines, output) = (&run.deadlines, &run.output);
     let sizes = [
-        ("run.thickness_m", Some(run.thickness_m)),
         ("run.end_s", run.end_s),
         ("run.output.fields_every_s", output.fields_every_s),
         ("run.deadlines.setup_s", Some(deadlines.setup_s)),
         ("run.deadlines.answer_s", Some(deadlines.answer_s)),
         ("run.deadlines.idle_s", Some(deadlines.idle_s)),
     ];
+    positive("run.thickness_m", run.thickness_m, "m")?;
     for (key, size) in sizes {
-        positive(key, size)?;
+        positive(key, size, "s")?;
         if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
             let problem = format!("must be at most {LONGEST_WAIT:e} s");
             return refuse(key, Cause::OutOfRange, problem, None);
@@ -37,14 +38,13 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         at_least_one(&format!("run.output.{key}"), Some(count))?;
     }
     at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
-    run.plausible.check()?;
-    if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
-        let problem =
-            "a resumed run goes on with the log of the first, and run.output.exchange is false";
-        let help = "let run.output.exchange be true, or write no checkpoints";
-        let key = "run.checkpoint_every_windows";
-        return refuse(key, Cause::ConflictingKeys, problem, Some(help));
-    }
+    run.plausible.check("run.plausible")?;
+    refuse_if(
+        run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange,
+        "run.checkpoint_every_windows",
+        "a resumed run goes on with the log of the first, and run.output.exchange is false",
+        "let run.output.exchange be true, or write no checkpoints",
+    )?;
     check_participants(&scenario.participant)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),
@@ -174,39 +174,26 @@ fn check_interface(
     plain_name(&key("name"), &interface.name)?;
     let given = interface.given;
     at_least_one(&key("substeps"), Some(interface.substeps.into()))?;
-    positive(&key("window_s"), interface.window_s)?;
+    positive(&key("window_s"), interface.window_s, "s")?;
     at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
-    positive(&key("tolerance_rel"), Some(interface.tolerance_rel))?;
-    positive(&key("relaxation"), given.relaxation)?;
+    positive(&key("tolerance_rel"), interface.tolerance_rel, "")?;
+    positive(&key("relaxation"), given.relaxation, "")?;
+    within(&key("relaxation"), given.relaxation, [0.0, 1.0])?;
     let bound = interface.energy_defect_max_rel;
-    positive(&key("energy_defect_max_rel"), bound)?;
-    if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
-        let problem = format!("must be at most 1, got {relaxation}");
-        return refuse(&key("relaxation"), Cause::OutOfRange, problem, None);
-    }
-    if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
-        let problem =
-            "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses";
-        let help = "remove the key, or take scheme = \"dual-schur-secant\"";
-        return refuse(
-            &key("compliance"),
-            Cause::ConflictingKeys,
-            problem,
-            Some(help),
-        );
-    }
-    if given.dirichlet == Some(Dirichlet::ForceDriven)
-        && interface.scheme.dirichlet() != Dirichlet::ForceDriven
-    {
-        let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
-        let help = "remove the key, or take scheme = \"fixed-point-serial\"";
-        return refuse(
-            &key("dirichlet"),
-            Cause::ConflictingKeys,
-            problem,
-            Some(help),
-        );
-    }
+    positive(&key("energy_defect_max_rel"), bound, "")?;
+    refuse_if(
+        given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass),
+        &key("compliance"),
+        "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
+        "remove the key, or take scheme = \"dual-schur-secant\"",
+    )?;
+    refuse_if(
+        given.dirichlet == Some(Dirichlet::ForceDriven)
+            && interface.scheme.dirichlet() != Dirichlet::ForceDriven,
+        &key("dirichlet"),
+        "the scheme gives both sides force and motion at once, so that neither follows the other",
+        "remove the key, or take scheme = \"fixed-point-serial\"",
+    )?;
     check_between(scenario, interface, &key("between"))
 }
 
@@ -233,15 +220,6 @@ fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Resul
         return refuse(key, Cause::InvalidValue, problem, Some(help));
     }
     Ok(())
-}
-
-fn positive(key: &str, value: Option<f64>) -> Result<(), ConfigError> {
-    let refused = value.filter(|value| !(*value > 0.0 && value.is_finite()));
-    refused.map_or(Ok(()), |value| {
-        let problem = format!("must be a positive number, got {value}");
-        let help = "write a number above 0, in the unit that the key ends with";
-        refuse(key, Cause::OutOfRange, problem, Some(help))
-    })
 }
 
 fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {

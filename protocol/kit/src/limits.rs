@@ -1,17 +1,14 @@
 //! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
 
-use kit::ConfigError;
-use kit::keys::refuse_if;
 use protocol::Cause;
 
-/// The key of a strip that repeats, in both kinds of sample.
-pub(super) const PERIOD: &str = "sample.periodic_x_m";
+use crate::keys::{ConfigError, refuse_if};
 
 /// Part of a length by which one that was computed may miss the one that was meant: 3.5 x 0.1 is 0.35000000000000003.
-pub(super) const ROUNDING: f64 = 1e-9;
+pub const ROUNDING: f64 = 1e-9;
 
 /// Refuses the first of these keys that is given.
-pub(super) fn refuse_given<'a>(
+pub fn refuse_given<'a>(
     keys: impl IntoIterator<Item = (&'a str, bool)>,
     why: &str,
     help: &str,
@@ -20,28 +17,47 @@ pub(super) fn refuse_given<'a>(
     keys.try_for_each(|(key, given)| refuse_if(given, key, why, help))
 }
 
-pub(super) fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
+/// The value of a key that another one needs.
+pub fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
     let missing = || ConfigError::new(key, format!("{by} need it and it is missing"));
     value.ok_or_else(|| missing().because(Cause::MissingKey))
 }
 
-pub(crate) fn positive(
+/// Refuses what is no positive finite number.
+pub fn positive(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Result<(), ConfigError> {
+    let holds = |value: f64| value > 0.0 && value.is_finite();
+    let must = |value| format!("be positive, got {}", with_unit(value, unit));
+    check(key, value.into(), holds, must).map_err(|error| match unit {
+        "" => error.help("write a number above 0"),
+        unit => error.help(format!("write a number above 0, in {unit}")),
+    })
+}
+
+/// Refuses what is below a minimum, or not finite.
+pub fn at_least(
+    key: &str,
+    value: impl Into<Option<f64>>,
+    minimum: f64,
+    unit: &str,
+) -> Result<(), ConfigError> {
+    let holds = |value: f64| value >= minimum - ROUNDING * minimum.abs() && value.is_finite();
+    let must = |value| format!("be at least {minimum:e}, got {}", with_unit(value, unit));
+    check(key, value.into(), holds, must)
+}
+
+/// Refuses what is negative or not finite.
+pub fn not_negative(
     key: &str,
     value: impl Into<Option<f64>>,
     unit: &str,
 ) -> Result<(), ConfigError> {
-    let holds = |value: f64| value > 0.0 && value.is_finite();
-    let must = |value| format!("be positive, got {}", with_unit(value, unit));
-    check(key, value.into(), holds, must)
+    let holds = |value: f64| value >= 0.0 && value.is_finite();
+    let must = |value| format!("be at least 0, got {}", with_unit(value, unit));
+    check(key, value.into(), holds, must).map_err(|error| error.help("write 0 to have none"))
 }
 
-pub(super) fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
-    let holds = |value: f64| value >= minimum - ROUNDING * minimum.abs() && value.is_finite();
-    let must = |value| format!("be at least {minimum:e}, got {}", with_unit(value, unit));
-    check(key, Some(value), holds, must)
-}
-
-pub(super) fn within(
+/// Refuses what does not lie between two ends, or on one of them.
+pub fn within(
     key: &str,
     value: impl Into<Option<f64>>,
     [low, high]: [f64; 2],
@@ -56,13 +72,14 @@ pub(super) fn within(
     check(key, value.into(), |x| (low..=high).contains(&x), must)
 }
 
-pub(super) fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
+/// Refuses what is not finite.
+pub fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
     let must = |value| format!("be a finite number, got {value}");
     check(key, Some(value), f64::is_finite, must)
 }
 
 /// Refuses two sides that are no numbers or not in order.
-pub(super) fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
+pub fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
     finite(key, low)?;
     finite(key, high)?;
     refuse_if(
