@@ -1,6 +1,6 @@
 //! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
 
-use kit::Bounds;
+use kit::{Bounds, judge};
 use nalgebra::DMatrix;
 use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
@@ -80,20 +80,16 @@ impl Warning {
 pub fn force_balance(bounds: Bounds, load: HeldLoad, through_n: f64) -> Option<Finding> {
     let off = [load.wanted_n, load.mean_n].map(|force| (through_n - force).abs());
     let value = larger(off[0], off[1]) / load.wanted_n.abs();
-    let judged = bounds.judge("force_balance", value, || {
-        format!(
-            "its load is {:.5e} N and exerted {:.5e} N over the last half of the sampled phase, and {through_n:.5e} N went through its interfaces: nothing was at rest there, or something else bears the load; load more slowly, hold longer, or lower the masses",
-            load.wanted_n, load.mean_n
-        )
-    });
+    let judged = judge!(bounds, "force_balance", value;
+        "its load is {:.5e} N and exerted {:.5e} N over the last half of the sampled phase, and {through_n:.5e} N went through its interfaces: nothing was at rest there, or something else bears the load; load more slowly, hold longer, or lower the masses",
+        load.wanted_n, load.mean_n);
     judged.filter(|_| load.wanted_n != 0.0)
 }
 
 /// The energy that a ledger cannot account for.
 pub fn energy_balance(bounds: Bounds, value: f64) -> Option<Finding> {
-    bounds.judge("energy_balance", value, || {
-        format!("{value:.3e} of the work done is neither stored nor dissipated by any account: shorten the step, or look for windows that were accepted without having converged")
-    })
+    judge!(bounds, "energy_balance", value;
+        "{value:.3e} of the work done is neither stored nor dissipated by any account: shorten the step, or look for windows that were accepted without having converged")
 }
 
 /// An energy balance that was lost on the way, at this time (s). It is the second bound that decides.
@@ -102,9 +98,8 @@ pub fn lost_balance(code: &str, bounds: Bounds, value: f64, time_s: f64) -> Opti
         warn: bounds.suspect,
         ..bounds
     };
-    hopeless.judge(code, value, || {
-        format!("at t = {time_s:.4e} s the energies do not balance: up to {value:.3e} of the work so far is neither stored nor dissipated, or was lost or made at an interface; whatever the end looks like, shorten the step or lower substeps, and look for windows that were accepted without having converged")
-    })
+    judge!(hopeless, code, value;
+        "at t = {time_s:.4e} s the energies do not balance: up to {value:.3e} of the work so far is neither stored nor dissipated, or was lost or made at an interface; whatever the end looks like, shorten the step or lower substeps, and look for windows that were accepted without having converged")
 }
 
 /// Losses that fall by this part of the energies: those of the shipped solvers in `quick` fall by 2e-6 at most.
@@ -112,23 +107,20 @@ pub const LOSS_FALLS: [f64; 2] = [1e-3, 0.1];
 
 /// Dissipated energy that came back by this part of a participant's energies.
 pub fn dissipation(value: f64, time_s: f64) -> Option<Finding> {
-    Bounds::from(LOSS_FALLS).judge("dissipation", value, || {
-        format!("what its ledger says it dissipated fell again by {value:.3e} of its energies until t = {time_s:.4e} s: what comes back was stored, and belongs to a term of that role, or its scheme makes energy and needs a shorter step")
-    })
+    judge!(Bounds::from(LOSS_FALLS), "dissipation", value;
+        "what its ledger says it dissipated fell again by {value:.3e} of its energies until t = {time_s:.4e} s: what comes back was stored, and belongs to a term of that role, or its scheme makes energy and needs a shorter step")
 }
 
 /// The difference of two answers to one request, over the larger; rounding is no excuse, but changes no result.
 pub fn repeat(window: u64, value: f64) -> Option<Finding> {
-    Bounds::from([0.0, 1e-6]).judge("repeat", value, || {
-        format!("window {window} was asked for twice with the same numbers, and the answers differ by {value:.3e} of the larger: a window must begin at the committed state every time, and nothing random or left from before may enter; `thirdbody conform` tells more")
-    })
+    judge!(Bounds::from([0.0, 1e-6]), "repeat", value;
+        "window {window} was asked for twice with the same numbers, and the answers differ by {value:.3e} of the larger: a window must begin at the committed state every time, and nothing random or left from before may enter; `thirdbody conform` tells more")
 }
 
 /// An interface that no force went through.
 pub fn no_force(windows: u64) -> Option<Finding> {
-    Bounds::from([0.0, f64::INFINITY]).judge("no_force", windows as f64, || {
-        format!("no force went through it in {windows} windows: its sides never touched, or one of them answers nothing")
-    })
+    judge!(Bounds::from([0.0, f64::INFINITY]), "no_force", windows as f64;
+        "no force went through it in {windows} windows: its sides never touched, or one of them answers nothing")
 }
 
 /// The masses of a body's points against its compliance C in windows of H = m steps: with any passive body behind it, a mass M goes
@@ -153,9 +145,8 @@ pub fn told_mass(
     } else {
         0.0
     };
-    Bounds::from([1.0, f64::INFINITY]).judge("told_mass", larger(0.5 * part, light), || {
-        format!("under the forces of its columns its points go {part:.3e} of the way that their masses alone would: the masses that it tells are too large or too small, or the columns are not of this window")
-    })
+    judge!(Bounds::from([1.0, f64::INFINITY]), "told_mass", larger(0.5 * part, light);
+        "under the forces of its columns its points go {part:.3e} of the way that their masses alone would: the masses that it tells are too large or too small, or the columns are not of this window")
 }
 
 /// Ends of keys that the state of the hold waits for, and the results that are of it or means over it.
@@ -202,9 +193,8 @@ fn last_s(end_s: f64, step_s: Option<f64>) -> f64 {
 
 /// A signal that is no number.
 pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
-    Bounds::from([0.0, f64::INFINITY]).judge("not_a_number", 1.0, || {
-        format!("its signal `{signal}` is {value} from t = {time_s:.4e} s on, or at times: signals.csv holds it as it came")
-    })
+    judge!(Bounds::from([0.0, f64::INFINITY]), "not_a_number", 1.0;
+        "its signal `{signal}` is {value} from t = {time_s:.4e} s on, or at times: signals.csv holds it as it came")
 }
 
 /// The work that went into a participant through its interfaces (J).
@@ -228,9 +218,8 @@ impl InterfaceWorks {
 /// The work at its interfaces that a participant tells.
 pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> {
     let InterfaceWorks { told_j, seen_j, .. } = works;
-    bounds.judge("interface_work", works.apart_rel(), || {
-        format!("its ledger says that {told_j:.6e} J went into it through its interfaces, by the forces and motions that it exchanged it was {seen_j:.6e} J: it does not answer for the state that it keeps, or its ledger is wrong; a window must begin at the committed state every time, increments are those of the window alone, and the work is force times increment")
-    })
+    judge!(bounds, "interface_work", works.apart_rel();
+        "its ledger says that {told_j:.6e} J went into it through its interfaces, by the forces and motions that it exchanged it was {seen_j:.6e} J: it does not answer for the state that it keeps, or its ledger is wrong; a window must begin at the committed state every time, increments are those of the window alone, and the work is force times increment")
 }
 
 /// Refuses a run in which a participant contradicts itself: its ledger, and what it answered, cannot both be of the state it kept.
@@ -246,30 +235,26 @@ pub fn refuse_contradiction(judged: &[Warning]) -> Result<()> {
 
 /// The energy that an interface lost or made.
 pub fn interface_energy(bounds: Bounds, value: f64) -> Option<Finding> {
-    bounds.judge("interface_energy", value, || {
-        format!("it lost or made {value:.3e} of the energy that went through it: lower substeps, or take a dual-schur scheme")
-    })
+    judge!(bounds, "interface_energy", value;
+        "it lost or made {value:.3e} of the energy that went through it: lower substeps, or take a dual-schur scheme")
 }
 
 /// The gap that the windows left.
 pub fn gap(bounds: Bounds, value: f64) -> Option<Finding> {
-    bounds.judge("gap", value, || {
-        format!("a window was accepted with a gap of {value:.3e} node spacings: lower substeps, or take a scheme that closes it")
-    })
+    judge!(bounds, "gap", value;
+        "a window was accepted with a gap of {value:.3e} node spacings: lower substeps, or take a scheme that closes it")
 }
 
 /// The shape of two surfaces that are joined.
 pub fn surface_offset(bounds: Bounds, value: f64) -> Option<Finding> {
-    bounds.judge("surface_offset", value, || {
-        format!("the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
-    })
+    judge!(bounds, "surface_offset", value;
+        "the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
 }
 
 /// The place of two surfaces that are joined.
 pub fn surface_distance(bounds: Bounds, value: f64) -> Option<Finding> {
-    bounds.judge("surface_distance", value, || {
-        format!("the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
-    })
+    judge!(bounds, "surface_distance", value;
+        "the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
 }
 
 /// Differences between the two surfaces of an interface.
@@ -308,9 +293,8 @@ pub fn joined(
 /// Windows that were accepted all the same.
 pub fn not_converged(bounds: Bounds, accepted: u64, windows: u64) -> Option<Finding> {
     let value = accepted as f64 / windows.max(1) as f64;
-    bounds.judge("not_converged", value, || {
-        format!("{accepted} of {windows} windows were accepted without having converged, as on_not_converged = \"accept\" asks")
-    })
+    judge!(bounds, "not_converged", value;
+        "{accepted} of {windows} windows were accepted without having converged, as on_not_converged = \"accept\" asks")
 }
 
 #[cfg(test)]

@@ -253,13 +253,14 @@ impl FinishedRun<'_> {
         } else {
             0.0
         };
-        self.bounds.numerical_rel.judge("numerical", value, || {
-            let kept = self.stiffness.restitution(self.statistics.step_max);
-            let rebound = kept.map_or(String::new(), |[low, high]| {
-                format!(" (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)")
-            });
-            format!("the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping to rest by")
-        })
+        let kept = self.stiffness.restitution(self.statistics.step_max);
+        let rebound = kept.map_or(String::new(), |[low, high]| {
+            format!(
+                " (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)"
+            )
+        });
+        judge!(self.bounds.numerical_rel, "numerical", value;
+            "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping to rest by")
     }
 
     fn flow_kinetic(&self) -> Option<Finding> {

@@ -72,14 +72,13 @@ pub(crate) fn strain_so_far(before: f64, model: &Model, state: &NodalState) -> f
 
 /// Strain must stay within what the material model bears.
 pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
-    model.plausible.strain.judge("strain", value, || {
-        let means = if model.law.is_some() {
-            "its law holds for small stretches only"
-        } else {
-            "small-strain elasticity holds for small displacement gradients only"
-        };
-        format!("the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
-    })
+    let means = if model.law.is_some() {
+        "its law holds for small stretches only"
+    } else {
+        "small-strain elasticity holds for small displacement gradients only"
+    };
+    judge!(model.plausible.strain, "strain", value;
+        "the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
 }
 
 /// Plastic flow keeps the volume, which the element with one mean dilatation alone lets happen with all of its modes held.
