@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use std::path::Path;
 
-use super::file::{StudyFile, leaves};
+use super::file::{StudyFile, shown_values};
 use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
 use super::task::{TaskFolder, TaskStage};
@@ -240,8 +240,8 @@ const LOADS: [&str; 7] = [
 /// The load of a task that its reference does not have, if there is one: its deviation is the effect of that, and no error.
 fn other_load(task: &Task, reference: &Task) -> Option<String> {
     let [own, other] = [task, reference].map(|task| {
-        let leaves = leaves(&task.loaded.resolved.parse().unwrap_or_default());
-        let named = leaves.into_iter().map(|(key, value)| {
+        let values = shown_values(&task.loaded.resolved.parse().unwrap_or_default());
+        let named = values.into_iter().map(|(key, value)| {
             let name = key.split('.').find(|part| LOADS.contains(part));
             (name.map(String::from), key, value)
         });

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use kit::keys::config_error;
 use serde::Deserialize;
 
 use super::measure::{Measure, plain};
 use coordinator::error::{Error, Refusal};
+use coordinator::scenario::load::from_toml;
+use coordinator::scenario::overrides::leaves;
 use scenes::STUDY;
 
 /// A study, as its file says it.
@@ -188,12 +189,7 @@ impl StudyFile {
     }
 
     pub(super) fn parse(text: &str) -> Result<StudyFile, String> {
-        let table: toml::Table = text
-            .parse()
-            .map_err(|error: toml::de::Error| error.to_string())?;
-        let study: StudyFile = serde_path_to_error::deserialize(table).map_err(|error| {
-            config_error(&error.path().to_string(), &error.inner().to_string()).to_string()
-        })?;
+        let study: StudyFile = from_toml(text)?;
         study.check()?;
         Ok(study)
     }
@@ -332,33 +328,10 @@ pub fn shown(value: &toml::Value) -> String {
     }
 }
 
-/// All values of a table by their keys, entries of lists by their names.
-pub(super) fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
-    fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
-        let dot = if key.is_empty() { "" } else { "." };
-        let below = |name: &str| format!("{key}{dot}{name}");
-        match value {
-            toml::Value::Table(inner) => {
-                for (name, value) in inner {
-                    walk(below(name), value, found);
-                }
-            }
-            toml::Value::Array(entries) => {
-                for (index, entry) in entries.iter().enumerate() {
-                    let name = entry.get("name").and_then(toml::Value::as_str);
-                    let name = name.map_or(index.to_string(), String::from);
-                    walk(below(&name), entry, found);
-                }
-            }
-            value => {
-                found.insert(key, shown(value));
-            }
-        }
-    }
-    let mut found = BTreeMap::new();
-    let whole = toml::Value::Table(table.clone());
-    walk(String::new(), &whole, &mut found);
-    found
+/// What a table would show of each of its values, by their keys.
+pub(super) fn shown_values(table: &toml::Table) -> BTreeMap<String, String> {
+    let values = leaves(table).into_iter();
+    values.map(|(key, value)| (key, shown(value))).collect()
 }
 
 impl LogRange {

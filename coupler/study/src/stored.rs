@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::{Vary, leaves, shipped_or_read};
+use super::file::{Vary, shipped_or_read, shown_values};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
@@ -222,8 +222,8 @@ impl StoredStudy {
     pub fn locate(&self, resolved: &str) -> Result<Vec<f64>, String> {
         let table: toml::Table = resolved.parse().unwrap_or_default();
         let known: toml::Table = self.scenario.parse().unwrap_or_default();
-        let own = leaves(&self.without_varied(table.clone()));
-        let known = leaves(&known);
+        let own = shown_values(&self.without_varied(table.clone()));
+        let known = shown_values(&known);
         let mut keys = own.keys().chain(known.keys());
         if let Some(key) = keys.find(|key| own.get(*key) != known.get(*key)) {
             let [known, own] =

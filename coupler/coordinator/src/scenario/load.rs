@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use kit::ConfigError;
-use kit::keys::config_error;
-use protocol::Cause;
+use kit::keys::read_keys;
+use kit::limits::finite;
+use serde::de::DeserializeOwned;
 
 use super::Scenario;
 use super::check::check;
-use super::overrides::apply;
+use super::overrides::{apply, leaves};
 use super::paths;
 use super::source::ScenarioSource;
 use crate::error::{Code, Error, Refusal, Result, ScenarioError};
@@ -96,16 +97,13 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     }
     let folder = Path::new(&source.name).parent();
     let files = paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
-    if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
-        let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
-        let error = error.because(Cause::OutOfRange);
-        return Err(source.error(&key, error));
-    }
-    let scenario: Scenario = serde_path_to_error::deserialize(table.clone()).map_err(|error| {
-        let found = config_error(&error.path().to_string(), &error.inner().to_string());
-        source.error(&found.key.clone(), found)
-    })?;
-    check(&scenario).map_err(|error| source.error(&error.key.clone(), error))?;
+    let refused = |error: ConfigError| source.error(&error.key.clone(), error);
+    let mut numbers = leaves(&table).into_iter();
+    numbers
+        .try_for_each(|(key, value)| finite(&key, value.as_float().unwrap_or(0.0)))
+        .map_err(refused)?;
+    let scenario: Scenario = read_keys(table.clone()).map_err(refused)?;
+    check(&scenario).map_err(refused)?;
     let resolved = toml::to_string(&table)
         .map_err(|error| Refusal::file(&source.name, format!("cannot be written back: {error}")))?;
     let hash = blake3::hash(resolved.as_bytes()).to_hex().to_string();
@@ -117,6 +115,16 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         source,
         files,
     })
+}
+
+/// Reads the text of another file of ours, with errors that name the key.
+///
+/// # Errors
+/// It is no TOML, or a key of it is unknown, missing or of the wrong type.
+pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let table: Result<toml::Table, _> = text.parse();
+    let table = table.map_err(|error: toml::de::Error| error.to_string())?;
+    read_keys(table).map_err(|error| error.to_string())
 }
 
 /// Where a scenario was found.
@@ -163,26 +171,6 @@ fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
     }))
 }
 
-/// The path and value of the first number that is not finite; entries of lists go by their name if they have one.
-fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
-    let below = |name: String, value: &toml::Value| {
-        let (key, found) = not_finite(value)?;
-        let dot = if key.is_empty() { "" } else { "." };
-        Some((format!("{name}{dot}{key}"), found))
-    };
-    match value {
-        toml::Value::Float(number) if !number.is_finite() => Some((String::new(), *number)),
-        toml::Value::Table(table) => {
-            let mut keys = table.iter();
-            keys.find_map(|(name, value)| below(name.clone(), value))
-        }
-        toml::Value::Array(entries) => entries.iter().enumerate().find_map(|(index, value)| {
-            let name = value.get("name").and_then(toml::Value::as_str);
-            below(name.map_or_else(|| index.to_string(), String::from), value)
-        }),
-        _ => None,
-    }
-}
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -55,6 +55,32 @@ pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value
     Some(value)
 }
 
+/// All values of a table by their keys, entries of lists by their names where they have one.
+pub fn leaves(table: &toml::Table) -> Vec<(String, &toml::Value)> {
+    fn walk<'a>(key: String, value: &'a toml::Value, found: &mut Vec<(String, &'a toml::Value)>) {
+        match value {
+            toml::Value::Table(inner) => {
+                for (name, value) in inner {
+                    walk(format!("{key}.{name}"), value, found);
+                }
+            }
+            toml::Value::Array(entries) => {
+                for (index, entry) in entries.iter().enumerate() {
+                    let name = entry.get("name").and_then(toml::Value::as_str);
+                    let name = name.map_or(index.to_string(), String::from);
+                    walk(format!("{key}.{name}"), entry, found);
+                }
+            }
+            value => found.push((key, value)),
+        }
+    }
+    let mut found = Vec::new();
+    for (name, value) in table {
+        walk(name.clone(), value, &mut found);
+    }
+    found
+}
+
 /// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
 pub fn remove_at(table: &mut toml::Table, key: &str) {
     let parts = segments(key);

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use kit::keys::config_error;
 use serde::Deserialize;
 
 use coordinator::error::{Error, Refusal};
+use coordinator::scenario::load::from_toml;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -75,12 +75,7 @@ impl Number {
 pub fn read(path: &Path) -> Result<Expected, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let refuse = |why: String| Error::from(Refusal::file(path, why));
-    let table: toml::Table = text
-        .parse()
-        .map_err(|error: toml::de::Error| refuse(error.to_string()))?;
-    let expected: Expected = serde_path_to_error::deserialize(table).map_err(|error| {
-        refuse(config_error(&error.path().to_string(), &error.inner().to_string()).to_string())
-    })?;
+    let expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
         let open = case.number.iter().any(|number| number.expected.is_none());
         if open != case.reference.is_some() {
