@@ -66,18 +66,6 @@ impl Axes {
             stiffness_ratios: vec![0.01, 1.0, 100.0, f64::INFINITY],
         }
     }
-
-    /// Every scheme and the ends of every axis.
-    pub fn reduced() -> Axes {
-        Axes {
-            thetas: vec![0.5, 1.0],
-            mass_ratios: vec![1e-3, 1.0, 1e3],
-            substeps: vec![1, 10, 10_000],
-            cfls: vec![0.1, 0.9],
-            stiffness_ratios: vec![1.0, f64::INFINITY],
-            ..Axes::full()
-        }
-    }
 }
 
 /// One set-up and what becomes of it.

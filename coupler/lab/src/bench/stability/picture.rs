@@ -1,6 +1,6 @@
 //! The map as a picture: a panel a scheme and theta, mass ratio to the right, substeps upwards.
 
-use std::fmt::Write;
+use draw::svg::{Anchor, Svg};
 
 use super::map::{Axes, Cell};
 use super::setup::word;
@@ -20,23 +20,21 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     ];
     let width = LEFT + axes.thetas.len() as f64 * (panel[0] + GAP) + 10.0;
     let height = TOP + axes.schemes.len() as f64 * (panel[1] + GAP) + 46.0;
-    let mut svg = format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="#ffffff"/>"##
-    );
+    let mut svg = Svg::default();
     let title =
         "Largest growth of a disturbance a window, over CFL 0.1 to 0.99 and all stiffness ratios";
-    label(&mut svg, [LEFT, 18.0], title, "start");
+    svg.text([LEFT, 18.0], Anchor::Start, title);
     let axes_named =
         "right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000; swapped: the bar follows";
-    label(&mut svg, [LEFT, 36.0], axes_named, "start");
+    svg.text([LEFT, 36.0], Anchor::Start, axes_named);
     for (row, scheme) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
-        let place = [LEFT - 16.0, top + 0.5 * panel[1]];
-        label(&mut svg, place, &name(scheme), "end");
+        let beside = [LEFT - 16.0, top + 0.5 * panel[1]];
+        svg.text(beside, Anchor::End, &name(scheme));
         for (column, theta) in axes.thetas.iter().enumerate() {
             let left = LEFT + column as f64 * (panel[0] + GAP);
             let above = format!("theta = {theta}");
-            label(&mut svg, [left, top - 6.0], &above, "start");
+            svg.text([left, top - 6.0], Anchor::Start, &above);
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
@@ -53,9 +51,12 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
             }
         }
     }
-    legend(&mut svg, height - 40.0);
-    svg.push_str("</svg>\n");
-    svg
+    for (i, (_, colour, text)) in SCALE.iter().enumerate() {
+        let at = [LEFT + 130.0 * i as f64, height - 40.0];
+        square(&mut svg, at, colour);
+        svg.text([at[0] + BOX + 6.0, at[1] + 18.0], Anchor::Start, text);
+    }
+    svg.page([width, height])
 }
 
 fn name(scheme: &CouplingScheme) -> String {
@@ -69,10 +70,10 @@ fn name(scheme: &CouplingScheme) -> String {
 /// Green: no growth. Then by decades of what a window adds.
 const SCALE: [(f64, &str, &str); 6] = [
     (1.0 + NEUTRAL, "#3f9b58", "none"),
-    (1.0001, "#d9e7a8", "&lt; 0.01 %"),
-    (1.01, "#f7dd72", "&lt; 1 %"),
-    (2.0, "#f2a541", "&lt; 2-fold"),
-    (100.0, "#d7553a", "&lt; 100-fold"),
+    (1.0001, "#d9e7a8", "< 0.01 %"),
+    (1.01, "#f7dd72", "< 1 %"),
+    (2.0, "#f2a541", "< 2-fold"),
+    (100.0, "#d7553a", "< 100-fold"),
     (f64::INFINITY, "#7d1f2f", "more"),
 ];
 
@@ -81,25 +82,7 @@ fn colour(growth: f64) -> &'static str {
     found.map_or("#000000", |(_, colour, _)| colour)
 }
 
-fn square(svg: &mut String, [x, y]: [f64; 2], colour: &str) {
-    // Writing to a string cannot fail.
-    let _ = write!(
-        svg,
-        r##"<rect x="{x:.1}" y="{y:.1}" width="{BOX}" height="{BOX}" fill="{colour}" stroke="#ffffff"/>"##
-    );
-}
-
-fn label(svg: &mut String, [x, y]: [f64; 2], text: &str, anchor: &str) {
-    let _ = write!(
-        svg,
-        r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{text}</text>"#
-    );
-}
-
-fn legend(svg: &mut String, y: f64) {
-    for (i, (_, colour, text)) in SCALE.iter().enumerate() {
-        let x = LEFT + 130.0 * i as f64;
-        square(svg, [x, y], colour);
-        label(svg, [x + BOX + 6.0, y + 18.0], text, "start");
-    }
+fn square(svg: &mut Svg, corner: [f64; 2], colour: &str) {
+    let style = format!("fill=\"{colour}\" stroke=\"#fff\"");
+    svg.rectangle(&style, corner, [BOX; 2]);
 }

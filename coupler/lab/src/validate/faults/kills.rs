@@ -27,11 +27,7 @@ pub fn participant(trial: &mut FaultTrial, name: &str) -> FaultResult {
     if status.code() != Some(4) || !said.contains(&format!("lost participant `{name}`")) {
         return Err(format!("`{name}` killed: {status}: {said}").into());
     }
-    Ok(FaultOutcome {
-        word: "lost",
-        detection_s: Some(detection_s),
-        windows_lost: resumes(trial)?,
-    })
+    Ok(FaultOutcome::after(detection_s, "lost", resumes(trial)?))
 }
 
 /// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not begun to write.
@@ -54,7 +50,7 @@ pub fn everything(trial: &mut FaultTrial) -> FaultResult {
 
 /// Waits for the participants to end, ends a coordinator that is stopped, and judges what is left.
 pub fn outlived(trial: &mut FaultTrial) -> FaultResult {
-    let detection_s = Some(trial.deserted(HANGS)?);
+    let detection_s = trial.deserted(HANGS)?;
     trial.signal(Signal::SIGKILL);
     if trial.end()?.success() {
         return trial.completed();
@@ -64,15 +60,8 @@ pub fn outlived(trial: &mut FaultTrial) -> FaultResult {
         if code != Some(2) {
             return Err(format!("nothing had begun, resume: {code:?} {}", trial.said()).into());
         }
-        return Ok(FaultOutcome {
-            word: "not begun",
-            detection_s,
-            windows_lost: None,
-        });
+        return Ok(FaultOutcome::after(detection_s, "not begun", None));
     }
-    Ok(FaultOutcome {
-        word: "resumed",
-        detection_s,
-        windows_lost: lost_windows(trial)?,
-    })
+    let lost = lost_windows(trial)?;
+    Ok(FaultOutcome::after(detection_s, "resumed", lost))
 }

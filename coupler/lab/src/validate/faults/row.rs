@@ -25,6 +25,15 @@ impl FaultOutcome {
             ..FaultOutcome::default()
         }
     }
+
+    /// An end so long (s) after the fault, at which so many windows were lost.
+    pub fn after(detection_s: f64, word: &'static str, windows_lost: Option<u64>) -> FaultOutcome {
+        FaultOutcome {
+            word,
+            detection_s: Some(detection_s),
+            windows_lost,
+        }
+    }
 }
 
 /// An outcome that was not right, or the reason why there is none.

@@ -64,11 +64,7 @@ pub fn participant_for_ever(trial: &mut FaultTrial) -> FaultResult {
     if status.code() != Some(5) || !named || !said.contains("alive but stopped") {
         return Err(format!("`{name}` stopped: {status}: {said}").into());
     }
-    Ok(FaultOutcome {
-        word: "named",
-        detection_s: Some(detection_s),
-        windows_lost: resumes(trial)?,
-    })
+    Ok(FaultOutcome::after(detection_s, "named", resumes(trial)?))
 }
 
 /// Stops the coordinator for longer than it would wait for an answer. Right: the run completes bit-equal, it has waited for

@@ -39,9 +39,8 @@ pub fn disk(trial: &mut FaultTrial) -> FaultResult {
         Some(0) => trial.completed(),
         Some(9) if summary["status"] == "output_failed" && said.contains("File too large") => {
             Ok(FaultOutcome {
-                word: "named",
-                detection_s: None,
                 windows_lost: resumes(trial)?,
+                ..FaultOutcome::of("named")
             })
         }
         _ => Err(format!("limit of {bytes:.0} bytes: {status}: {said}").into()),
@@ -62,11 +61,7 @@ pub fn shared_memory(trial: &mut FaultTrial) -> FaultResult {
         return Err(format!("{status}: {said}").into());
     }
     resumes(trial)?;
-    Ok(FaultOutcome {
-        word: "named",
-        detection_s: Some(detection_s),
-        windows_lost: None,
-    })
+    Ok(FaultOutcome::after(detection_s, "named", None))
 }
 
 /// Closes the terminal: nobody reads what the run says, and in every other trial it is told so (SIGHUP). Right: it ends by
@@ -86,11 +81,11 @@ pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
     let detection_s = start.elapsed().as_secs_f64();
     match status.code() {
         Some(0) => trial.completed(),
-        Some(129) if hung_up => Ok(FaultOutcome {
-            word: "ended in order",
-            detection_s: Some(detection_s),
-            windows_lost: resumes(trial)?,
-        }),
+        Some(129) if hung_up => Ok(FaultOutcome::after(
+            detection_s,
+            "ended in order",
+            resumes(trial)?,
+        )),
         _ => Err(format!("{status} {}", trial.log()).into()),
     }
 }

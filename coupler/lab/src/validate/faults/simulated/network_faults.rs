@@ -22,13 +22,6 @@ pub enum NetworkFault {
     Stall(f64),
 }
 
-impl NetworkFault {
-    /// Tells if a run must go on as if nothing had been: it only takes time.
-    pub fn only_takes_time(self) -> bool {
-        matches!(self, NetworkFault::Late(_) | NetworkFault::Stall(_))
-    }
-}
-
 /// The faults of one schedule.
 #[derive(Clone, Debug, Default)]
 pub struct NetworkFaults {
