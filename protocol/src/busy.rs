@@ -31,11 +31,6 @@ impl Default for BusyTimes {
 }
 
 impl BusyTimes {
-    /// Adds the span from `start_ns` until now.
-    pub fn until_now(&mut self, start_ns: u64) {
-        self.add([start_ns, monotonic_ns()]);
-    }
-
     /// Adds a span.
     pub fn add(&mut self, span: [u64; 2]) {
         if !touches(span, self.every) {

@@ -61,6 +61,17 @@ struct Span {
     args: Value,
 }
 
+impl Span {
+    fn new(name: impl Into<String>, [from_ns, to_ns]: [u64; 2], args: Value) -> Span {
+        Span {
+            name: name.into(),
+            from_ns,
+            to_ns,
+            args,
+        }
+    }
+}
+
 /// Two threads of events, each in order.
 #[derive(Debug)]
 struct Process {
@@ -103,20 +114,11 @@ fn coordinator(timing: &Timing) -> Process {
     for (participant, request) in all {
         let from_ns = request.awaited_ns.max(reached_ns);
         if reached_ns < from_ns {
-            work.push(Span {
-                name: "couple".into(),
-                from_ns: reached_ns,
-                to_ns: from_ns,
-                args: args(request),
-            });
+            work.push(Span::new("couple", [reached_ns, from_ns], args(request)));
         }
         reached_ns = request.answered_ns.max(from_ns);
-        wait.push(Span {
-            name: format!("wait for {}", participant.name),
-            from_ns,
-            to_ns: reached_ns,
-            args: args(request),
-        });
+        let name = format!("wait for {}", participant.name);
+        wait.push(Span::new(name, [from_ns, reached_ns], args(request)));
     }
     Process {
         name: "coordinator".into(),
@@ -131,27 +133,17 @@ fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
     let (work, begin_ns, note) = match told(participant) {
         Ok((work, begin_ns)) => (work, begin_ns, None),
         Err(why) => {
-            let (work, how) = (
-                seen(participant),
-                "its work is drawn from request to answer",
-            );
+            let work = seen(participant);
             let begin_ns = work.first().map_or(0, |first| first.from_ns);
-            (
-                work,
-                begin_ns,
-                Some(format!("participant `{name}` {why}: {how}")),
-            )
+            let note =
+                format!("participant `{name}` {why}: its work is drawn from request to answer");
+            (work, begin_ns, Some(note))
         }
     };
     let mut reached_ns = begin_ns;
     let between = work.iter().map(|next| {
         let from_ns = std::mem::replace(&mut reached_ns, next.to_ns);
-        Span {
-            name: "wait".into(),
-            from_ns,
-            to_ns: next.from_ns,
-            args: window_only(&next.args),
-        }
+        Span::new("wait", [from_ns, next.from_ns], window_only(&next.args))
     });
     let process = Process {
         name,
@@ -192,12 +184,8 @@ fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
         return Err("has another clock".into());
     }
     let (setup, begin_ns) = setup(hello, own);
-    let work = requests.iter().zip(spans).map(|(request, span)| Span {
-        name: word(request),
-        from_ns: span[0],
-        to_ns: span[1],
-        args: args(request),
-    });
+    let told = requests.iter().zip(spans);
+    let work = told.map(|(request, span)| Span::new(word(request), *span, args(request)));
     Ok(([setup].into_iter().chain(work).collect(), begin_ns))
 }
 
@@ -213,13 +201,8 @@ fn setup(hello: &RequestTimes, own: &OwnTimes) -> (Span, u64) {
     let all_ns = ns(own.solve_wall_s) + ns(own.setup_wall_s) + ns(own.wait_s);
     let begin_ns = last_ns.saturating_sub(all_ns).min(first_ns);
     let from_ns = hello.asked_ns.max(begin_ns).min(first_ns);
-    let setup = Span {
-        name: "set-up".into(),
-        from_ns,
-        to_ns: (from_ns + ns(own.setup_wall_s)).min(first_ns),
-        args: json!({}),
-    };
-    (setup, begin_ns)
+    let to_ns = (from_ns + ns(own.setup_wall_s)).min(first_ns);
+    (Span::new("set-up", [from_ns, to_ns], json!({})), begin_ns)
 }
 
 /// The work of a participant as the coordinator sees it.
@@ -235,12 +218,7 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
             true => "set-up".into(),
             false => word(request),
         };
-        Span {
-            name,
-            from_ns,
-            to_ns: reached_ns,
-            args,
-        }
+        Span::new(name, [from_ns, reached_ns], args)
     });
     spans.collect()
 }
