@@ -143,14 +143,14 @@ impl Stepper {
         let bodies = input.bodies;
         injection::feed(state, bodies, input.loaded);
         state.drift(bodies, input.step * (1.0 - input.theta));
-        self.assemble(state, input);
+        self.assemble(state, input, criteria.parallel);
         let convergence = match &bodies.law.cohesion {
             None => self.solver.solve(&mut self.problem, criteria)?,
             Some(law) => self.solve_bonded(state, input, criteria, law)?,
         };
-        let mut summary = self.update_contacts(state, input, criteria.parallel);
+        let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
-        let balance = self.momentum_balance(state, input);
+        let balance = self.momentum_balance(state, input, &outer);
         summary.momentum_defect = balance.defect;
         summary.added_inertia = balance.inertia * bodies.added_mass_rel;
         summary.transmitted = balance.transmitted;
@@ -158,7 +158,7 @@ impl Stepper {
         let fallen = (2.0 * input.theta - 1.0) * input.step * balance.fall;
         summary.travel = larger(summary.travel, fallen);
         self.drive_clusters(state, input);
-        self.update_bodies(state, input);
+        self.update_bodies(state, input, &outer);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
         state.place_face(bodies, state.wheel.position[0]);
@@ -191,10 +191,12 @@ impl Stepper {
         law: &Cohesion,
     ) -> Result<Convergence, DemError> {
         let mut convergence = self.solver.solve(&mut self.problem, criteria)?;
-        // Where no solution came of it, and yet the window may be accepted, bonds are as strong as they were solved for.
-        self.adhesion.clear();
-        let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
-        self.adhesion.extend(solved);
+        if !convergence.converged {
+            // Where the window is accepted all the same, bonds are as strong as they were solved for.
+            self.adhesion.clear();
+            let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
+            self.adhesion.extend(solved);
+        }
         while convergence.converged && self.lower_adhesion(state, input, criteria, law) {
             let problem = &mut self.problem;
             let again = match criteria.algorithm {
@@ -231,7 +233,7 @@ impl Stepper {
             contacts,
             criteria.parallel,
             |range, contacts| {
-                let (mut adhesions, mut softened) = (Vec::new(), Vec::new());
+                let (mut adhesions, mut softened, mut furthest) = (Vec::new(), Vec::new(), 0.0);
                 for (index, contact) in range.zip(contacts) {
                     let Some(bond) = problem.bonds.get(contact.bond as usize) else {
                         continue;
@@ -241,20 +243,21 @@ impl Stepper {
                     if adhesion < bond.adhesion[1] {
                         softened.push(index as u32);
                     }
+                    furthest = larger(furthest, bond.adhesion[1] - adhesion);
                     adhesions.push(adhesion);
                 }
-                (adhesions, softened)
+                (adhesions, softened, furthest)
             },
         );
         self.adhesion.clear();
         self.softened.clear();
-        for (adhesions, softened) in pieces {
+        let mut furthest = 0.0;
+        for (adhesions, softened, of_piece) in pieces {
             self.adhesion.extend(adhesions);
             self.softened.extend(softened);
+            furthest = larger(furthest, of_piece);
         }
         let problem = &mut self.problem;
-        let both = problem.bonds.iter().zip(&self.adhesion);
-        let furthest = both.fold(0.0, |f, (bond, a)| larger(f, bond.adhesion[1] - a));
         if furthest <= criteria.tolerance {
             return false;
         }

@@ -99,11 +99,11 @@ impl Pack {
         };
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(0);
-        stepper.assemble(&mut state, &input);
-        let posing = quietest(|| stepper.assemble(&mut state, &input));
+        stepper.assemble(&mut state, &input, false);
+        let posing = quietest(|| stepper.assemble(&mut state, &input, false));
         let listing = quietest(|| {
             state.list.invalidate();
-            stepper.assemble(&mut state, &input);
+            stepper.assemble(&mut state, &input, false);
         });
         let mut cold = stepper.problem;
         self.load(&mut cold);

@@ -102,6 +102,15 @@ impl<'a> BondCursor<'a> {
         BondCursor { bonds, next: 0 }
     }
 
+    /// A walk that begins with the pair of a slot.
+    pub fn at(bonds: &'a [Bond], slot: Option<&Slot>) -> BondCursor<'a> {
+        let first = slot.map_or((0, 0), |slot| (slot.a, slot.b));
+        BondCursor {
+            bonds,
+            next: bonds.partition_point(|bond| bond.pair() < first),
+        }
+    }
+
     /// The bond of a pair and its index.
     #[inline]
     pub fn find(&mut self, pair: (u32, u32)) -> Option<(usize, &'a Bond)> {
@@ -297,9 +306,8 @@ mod tests {
     fn solved(law: &Law, compliance: f64, b: [f64; 2]) -> ([f64; 2], [f64; 2]) {
         let mut contact = BondContact::new(law, &bond(), 0, STEP);
         let law = &mut contact.law;
-        law.prepare(BLOCK, compliance, (0, 1))
-            .expect("it is well posed");
-        let [r_n, r_t] = law.impulse(b);
+        let compressed = law.prepare(BLOCK, compliance, (0, 1));
+        let [r_n, r_t] = law.impulse(&BLOCK, &compressed.expect("it is well posed"), b);
         let u_n = b[0] + BLOCK.nn * r_n + BLOCK.nt * r_t;
         let u_t = b[1] + BLOCK.nt * r_n + BLOCK.tt * r_t;
         ([u_n, u_t], [r_n, r_t])

@@ -120,12 +120,10 @@ pub struct BondLaw {
     pub slip: f64,
     /// Coefficient of friction on the compressive part of the force.
     friction: f64,
-    block: DelassusBlock,
     /// kappa_t / (1 + kappa_t W_tt) (kg).
     shear: f64,
     /// kappa_n / (1 + kappa_n W_nn) under the bond's own shear (kg).
     tension: f64,
-    compressed: LocalLaw,
 }
 
 impl BondLaw {
@@ -148,15 +146,14 @@ impl BondLaw {
         self.kappa.map(|kappa| 1.0 / kappa)
     }
 
-    /// Prepares the law for a block without springs; `compliance` is that of the compressed contact (1/kg).
+    /// Prepares the law for a block without springs; `compliance` is that of the compressed contact (1/kg), whose law is returned.
     pub fn prepare(
         &mut self,
         block: DelassusBlock,
         compliance: f64,
         pair: (u32, u32),
-    ) -> Result<(), DemError> {
+    ) -> Result<LocalLaw, DemError> {
         let freed = 1.0 / (1.0 + self.kappa[1] * block.tt);
-        self.block = block;
         self.shear = self.kappa[1] * freed;
         let nn = block.nn - self.shear * block.nt * block.nt;
         self.tension = self.kappa[0] / (1.0 + self.kappa[0] * nn);
@@ -165,26 +162,26 @@ impl BondLaw {
             nt: freed * block.nt,
             tt: freed * block.tt,
         };
-        self.compressed = LocalLaw::new(softened, self.friction, pair)?;
-        Ok(())
+        LocalLaw::new(softened, self.friction, pair)
     }
 
-    /// The impulse (r_n, r_t) that the law wants; `b` is (u_n + delta/h, u_t) without impulse (m/s).
+    /// The impulse (r_n, r_t) that the law wants, prepared for this block and with this law in compression; `b` is (u_n + delta/h, u_t)
+    /// without impulse (m/s).
     ///
     /// U = u_n + delta/h: U < 0 presses as an unbonded contact does, else r_n = -kappa_n U; r_t = -kappa_t (u_t + delta_t/h)
     /// + r_f with |r_f| <= mu max(r_n, 0).
     #[inline(always)]
-    pub fn impulse(&self, b: [f64; 2]) -> [f64; 2] {
+    pub fn impulse(&self, block: &DelassusBlock, compressed: &LocalLaw, b: [f64; 2]) -> [f64; 2] {
         let pull = self.shear * (b[1] + self.slip);
-        let free = [b[0] - self.block.nt * pull, b[1] - self.block.tt * pull];
+        let free = [b[0] - block.nt * pull, b[1] - block.tt * pull];
         let [r_n, r_f] = if free[0] < 0.0 {
-            self.compressed.impulse(free)
+            compressed.impulse(free)
         } else {
             [-self.tension * free[0], 0.0]
         };
         [
             r_n,
-            r_f - pull - self.shear * (self.block.nt * r_n + self.block.tt * r_f),
+            r_f - pull - self.shear * (block.nt * r_n + block.tt * r_f),
         ]
     }
 }

@@ -63,7 +63,7 @@ pub struct Contact {
     pub levers: u32,
     /// Block of W, without springs; filled in by the solver, as is the law.
     pub(crate) block: DelassusBlock,
-    /// The law prepared for the block with its springs.
+    /// The law prepared for the block with its springs; that of a compressed bond.
     pub(crate) law: LocalLaw,
 }
 

@@ -368,7 +368,8 @@ fn solve_bonded(problem: &mut Problem, bonded: &[(u32, u32)], squares: &mut [f64
         let [a, b] = [contact.a as usize, contact.b as usize];
         let velocity = contact.relative_velocity(records[a].velocity, records[b].velocity);
         let law = &problem.bonds[contact.bond as usize].law;
-        let impulse = law.impulse(contact.without_impulse(velocity));
+        let free = contact.without_impulse(velocity);
+        let impulse = law.impulse(&contact.block, &contact.law, free);
         let step = take_over(contact, impulse, &mut sums);
         let [x, y] = contact.in_xy(step);
         records[a].push(contact.lever(), [x, y], step);
@@ -394,7 +395,7 @@ fn solve_glued_disk(problem: &mut Problem, run: &[(u32, u32)], squares: &mut [f6
         let b = contact.without_impulse(relative);
         let impulse = match problem.bonds.get(contact.bond as usize) {
             None => contact.law.impulse(b),
-            Some(bond) => bond.law.impulse(b),
+            Some(bond) => bond.law.impulse(&contact.block, &contact.law, b),
         };
         let step = take_over(contact, impulse, squares);
         let force = contact.in_xy(step);

@@ -99,22 +99,23 @@ impl Problem {
             tt,
         };
         let pair = (contact.a, contact.b);
-        match bond {
-            None => contact.law = LocalLaw::new(softened, self.friction_of(contact), pair)?,
+        contact.law = match bond {
+            None => LocalLaw::new(softened, self.friction_of(contact), pair)?,
             Some(bond) => bond
                 .law
                 .prepare(contact.block, contact.compliance[0], pair)?,
-        }
+        };
         Ok(())
     }
 
     /// The local laws of the bonds of these contacts anew.
     pub(super) fn prepare_bonds(&mut self, softened: &[u32]) -> Result<(), DemError> {
         for index in softened {
-            let contact = &self.contacts[*index as usize];
+            let contact = &mut self.contacts[*index as usize];
             let pair = (contact.a, contact.b);
             if let Some(bond) = self.bonds.get_mut(contact.bond as usize) {
-                bond.law
+                contact.law = bond
+                    .law
                     .prepare(contact.block, contact.compliance[0], pair)?;
             }
         }
@@ -319,7 +320,7 @@ impl Problem {
         let b = contact.without_impulse(velocity);
         match self.bonds.get(contact.bond as usize) {
             None => contact.law.impulse(b),
-            Some(bond) => bond.law.impulse(b),
+            Some(bond) => bond.law.impulse(&contact.block, &contact.law, b),
         }
     }
 

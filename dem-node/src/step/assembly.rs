@@ -7,11 +7,47 @@ use crate::bodies::positions::{Positions, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+use crate::solver::partition::in_pieces;
 use crate::step::state::GrainState;
+
+/// Where and when contacts are detected.
+struct Detection<'a> {
+    state: &'a GrainState,
+    input: &'a StepInput<'a>,
+    positions: &'a Positions<'a>,
+    /// Of the law of most contacts (1/kg).
+    compliance: [f64; 2],
+}
+
+impl Detection<'_> {
+    /// A bond in the contact problem, with its index.
+    fn bonded(&self, contact: &Contact, (index, bond): (usize, &Bond)) -> BondContact {
+        let law = self
+            .input
+            .bodies
+            .law_of(contact.a as usize, contact.b as usize);
+        BondContact::new(law, bond, index, self.input.step)
+    }
+}
+
+/// Consecutive slots of which the contacts without a bond are made.
+struct Loose<'a> {
+    first: usize,
+    slots: &'a mut [Slot],
+    /// Number of the others.
+    bonded: usize,
+    /// Those contacts, by slot.
+    loose: Vec<(u32, Contact)>,
+}
+
+/// A contact that leaves the problem, as one that a rebound has opened, must not keep its force.
+fn let_go(slot: &mut Slot) {
+    (slot.force, slot.last_gap) = ([0.0; 2], 0.0);
+}
 
 impl Stepper {
     /// Free velocities and contacts.
-    pub(crate) fn assemble(&mut self, state: &mut GrainState, input: &StepInput) {
+    pub(crate) fn assemble(&mut self, state: &mut GrainState, input: &StepInput, parallel: bool) {
         let bodies = input.bodies;
         self.problem.friction = bodies.law.friction;
         self.problem.frictions.clear();
@@ -33,41 +69,134 @@ impl Stepper {
         if bodies.has_joints() {
             list.hand_over(bodies, &positions);
         }
+        self.problem.levers.clear();
+        let at = Detection {
+            state,
+            input,
+            positions: &positions,
+            compliance: bodies.law.compliance(input.step),
+        };
+        if parallel && bodies.clusters.list.is_empty() {
+            self.take_side_by_side(&at, &mut list.slots);
+        } else {
+            self.take_in_turn(&at, &mut list.slots);
+        }
+        state.list = list;
+    }
+
+    /// Takes over the contacts of the slots, one after the other.
+    fn take_in_turn(&mut self, at: &Detection, slots: &mut [Slot]) {
         self.problem.contacts.clear();
         self.problem.bonds.clear();
-        self.problem.levers.clear();
         self.slots.clear();
-        let mut bonds = BondCursor::new(&state.bonds);
-        let compliance = bodies.law.compliance(input.step);
-        for (index, slot) in list.slots.iter_mut().enumerate() {
-            let mut at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
-            if state.feed.grows() {
-                at.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
-            }
+        let mut bonds = BondCursor::new(&at.state.bonds);
+        for (index, slot) in slots.iter_mut().enumerate() {
             let bond = bonds.find((slot.a, slot.b));
-            let gap = match bond {
-                Some((_, bond)) => at.gap - bond.reference,
-                None => slot.gap(at.gap),
-            };
-            let mut contact = self.candidate(state, input, slot, at, compliance);
-            contact.gap = gap;
-            if bond.is_none() && !self.accept(state, input, &mut contact) {
-                // A contact that a rebound has opened leaves the problem: it must not keep its force.
-                (slot.force, slot.last_gap) = ([0.0; 2], 0.0);
+            let (mut contact, near) = self.candidate(at, slot, bond.map(|(_, bond)| bond));
+            if !at.input.bodies.clusters.list.is_empty() {
+                self.take_levers(at, slot, &near, &mut contact);
+            }
+            if bond.is_none() && !self.accept(at, slot, &mut contact) {
+                self.problem.levers.truncate(contact.levers as usize);
+                let_go(slot);
                 continue;
             }
-            if let Some((index, bond)) = bond {
-                let law = bodies.law_of(contact.a as usize, contact.b as usize);
+            if let Some(bond) = bond {
                 contact.bond = self.problem.bonds.len() as u32;
-                contact.bias = [contact.gap / input.step, 0.0];
-                contact.compliance[1] = 0.0;
-                let bonded = BondContact::new(law, bond, index, input.step);
-                self.problem.bonds.push(bonded);
+                self.problem.bonds.push(at.bonded(&contact, bond));
             }
             self.problem.contacts.push(contact);
             self.slots.push(index as u32);
         }
-        state.list = list;
+    }
+
+    /// The same by pieces, side by side: first the contacts without a bond, which may be none, and then all of them, each at its place.
+    fn take_side_by_side(&mut self, at: &Detection, slots: &mut [Slot]) {
+        let mut contacts = std::mem::take(&mut self.problem.contacts);
+        let mut bonds = std::mem::take(&mut self.problem.bonds);
+        let mut indices = std::mem::take(&mut self.slots);
+        let pieces = in_pieces(slots.len(), slots, true, |range, slots| {
+            self.take_loose(at, range.start, slots)
+        });
+        let bonded: usize = pieces.iter().map(|piece| piece.bonded).sum();
+        let count = bonded + pieces.iter().map(|p| p.loose.len()).sum::<usize>();
+        contacts.resize(count, Contact::default());
+        indices.resize(count, 0);
+        bonds.resize(bonded, BondContact::default());
+        let mut rest = (&mut contacts[..], (&mut indices[..], &mut bonds[..]));
+        let mut first_bond = 0;
+        let stepper = &*self;
+        rayon::scope(|scope| {
+            for piece in pieces {
+                let (all, (places, bonds)) = rest;
+                let count = piece.bonded + piece.loose.len();
+                let (contacts, all) = all.split_at_mut(count);
+                let (indices, places) = places.split_at_mut(count);
+                let (bonds, others) = bonds.split_at_mut(piece.bonded);
+                rest = (all, (places, others));
+                let first = first_bond;
+                first_bond += piece.bonded;
+                scope
+                    .spawn(move |_| stepper.take_all(at, piece, first, (contacts, indices, bonds)));
+            }
+        });
+        (self.problem.contacts, self.problem.bonds, self.slots) = (contacts, bonds, indices);
+    }
+
+    /// Contacts without a bond of slots that count from `first`.
+    fn take_loose<'a>(&self, at: &Detection, first: usize, slots: &'a mut [Slot]) -> Loose<'a> {
+        let mut bonds = BondCursor::at(&at.state.bonds, slots.first());
+        let (mut bonded, mut loose) = (0, Vec::new());
+        for (index, slot) in (first..).zip(&mut *slots) {
+            if bonds.find((slot.a, slot.b)).is_some() {
+                bonded += 1;
+                continue;
+            }
+            let (mut contact, _) = self.candidate(at, slot, None);
+            if self.accept(at, slot, &mut contact) {
+                loose.push((index as u32, contact));
+            } else {
+                let_go(slot);
+            }
+        }
+        Loose {
+            first,
+            slots,
+            bonded,
+            loose,
+        }
+    }
+
+    /// All contacts of a piece, with bonds that count from `first_bond`.
+    fn take_all(
+        &self,
+        at: &Detection,
+        piece: Loose,
+        first_bond: usize,
+        (contacts, indices, bonds): (&mut [Contact], &mut [u32], &mut [BondContact]),
+    ) {
+        let mut cursor = BondCursor::at(&at.state.bonds, piece.slots.first());
+        let mut loose = piece.loose.into_iter().peekable();
+        let mut bonds = (first_bond as u32..).zip(bonds);
+        let mut places = contacts.iter_mut().zip(indices);
+        for (index, slot) in (piece.first as u32..).zip(&*piece.slots) {
+            let contact = match cursor.find((slot.a, slot.b)) {
+                Some(bond) => {
+                    let (mut contact, _) = self.candidate(at, slot, Some(bond.1));
+                    if let Some((number, bonded)) = bonds.next() {
+                        (contact.bond, *bonded) = (number, at.bonded(&contact, bond));
+                    }
+                    contact
+                }
+                None => match loose.next_if(|(accepted, _)| *accepted == index) {
+                    Some((_, contact)) => contact,
+                    None => continue,
+                },
+            };
+            if let Some((place, slot)) = places.next() {
+                (*place, *slot) = (contact, index);
+            }
+        }
     }
 
     /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the
@@ -130,30 +259,28 @@ impl Stepper {
         turning.fold(speed, f64::max)
     }
 
-    /// The contact that a slot would have, with friction and compliance of its law; its levers, if it needs any, join the problem.
-    fn candidate(
-        &mut self,
-        state: &GrainState,
-        input: &StepInput,
-        slot: &Slot,
-        at: Proximity,
-        compliance: [f64; 2],
-    ) -> Contact {
-        let (bodies, h) = (input.bodies, input.step);
+    /// The contact that a slot has or would have, with friction and compliance of its law.
+    #[inline(always)]
+    fn candidate(&self, at: &Detection, slot: &Slot, bond: Option<&Bond>) -> (Contact, Proximity) {
+        let (state, bodies, h) = (at.state, at.input.bodies, at.input.step);
         let pair = [slot.a as usize, slot.b as usize];
+        let mut near = proximity(bodies, at.positions, pair[0], pair[1]);
+        if state.feed.grows() {
+            near.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
+        }
         let glued = pair.map(|body| bodies.glued_index(body).is_some());
         let mut contact = Contact {
             a: slot.a,
             b: slot.b,
             glued: glued[0] || glued[1],
-            normal: at.normal,
-            gap: at.gap,
+            normal: near.normal,
+            gap: near.gap,
             relative_gap: match bodies.radii.get(slot.b as usize) {
-                Some(radius) => at.gap / (radius + bodies.radii[slot.a as usize]),
+                Some(radius) => near.gap / (radius + bodies.radii[slot.a as usize]),
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
-            compliance,
+            compliance: at.compliance,
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: NO_BOND,
             levers: NO_LEVERS,
@@ -162,42 +289,53 @@ impl Stepper {
         if let Some((own, law)) = bodies.pairs.of(pair[0], pair[1]) {
             (contact.pair_law, contact.compliance) = (own, law.compliance(h));
         }
+        if let Some(bond) = bond {
+            contact.gap -= bond.reference;
+            contact.bias = [contact.gap / h, 0.0];
+            contact.compliance[1] = 0.0;
+        }
         if !bodies.face.is_empty() {
             contact.b = bodies.pushed(pair[1]) as u32;
         }
-        if !bodies.clusters.list.is_empty() {
-            let disk = |body: usize| (state.centres[body], bodies.radii[body]);
-            let inverse = |body: usize| self.problem.inverse_mass(body);
-            let levers = bodies.clusters.levers(
-                &state.clusters,
-                pair,
-                &at,
-                disk,
-                inverse,
-                &input.step_time(),
-            );
-            if let Some(levers) = levers {
-                contact.levers = self.problem.levers.len() as u32;
-                self.problem.levers.push(levers);
-                [contact.a, contact.b] = pair.map(|body| bodies.clusters.leader_of(body) as u32);
-            }
+        (contact, near)
+    }
+
+    /// Takes over the levers of a contact, if it needs any.
+    fn take_levers(
+        &mut self,
+        at: &Detection,
+        slot: &Slot,
+        near: &Proximity,
+        contact: &mut Contact,
+    ) {
+        let (state, bodies) = (at.state, at.input.bodies);
+        let pair = [slot.a as usize, slot.b as usize];
+        let disk = |body: usize| (state.centres[body], bodies.radii[body]);
+        let inverse = |body: usize| self.problem.inverse_mass(body);
+        let time = at.input.step_time();
+        let levers = bodies
+            .clusters
+            .levers(&state.clusters, pair, near, disk, inverse, &time);
+        if let Some(levers) = levers {
+            contact.levers = self.problem.levers.len() as u32;
+            self.problem.levers.push(levers);
+            [contact.a, contact.b] = pair.map(|body| bodies.clusters.leader_of(body) as u32);
         }
-        contact
     }
 
     /// Gives a contact without bond its bias; false if the pair stays apart in this step and carried no force in the last one.
-    fn accept(&mut self, state: &GrainState, input: &StepInput, contact: &mut Contact) -> bool {
-        let (bodies, h) = (input.bodies, input.step);
+    fn accept(&self, at: &Detection, slot: &mut Slot, contact: &mut Contact) -> bool {
+        let (bodies, h) = (at.input.bodies, at.input.step);
+        contact.gap = slot.gap(contact.gap);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
         let law = bodies.law_at(contact.pair_law);
         let before = match law.restitution {
-            Some(_) if touches => self.relative_before(bodies, state, contact)[0],
+            Some(_) if touches => self.relative_before(bodies, at.state, contact)[0],
             _ => 0.0,
         };
         let bias = law.bias(contact.gap, before, h);
         let Some(bias) = bias.filter(|_| touches) else {
-            self.problem.levers.truncate(contact.levers as usize);
             return false;
         };
         contact.bias[0] = bias;

@@ -2,10 +2,10 @@
 
 use protocol::larger;
 
+use super::update::OuterImpulses;
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Cluster;
-use crate::solver::contact::Contact;
 use crate::step::state::GrainState;
 
 /// Momentum of the free grains in a step.
@@ -26,17 +26,12 @@ impl Stepper {
         &self,
         state: &GrainState,
         input: &StepInput,
+        outer: &OuterImpulses,
     ) -> MomentumBalance {
         let (bodies, h) = (input.bodies, input.step);
-        let (mut defect, mut change, mut transmitted) = ([0.0; 2], [0.0; 2], 0.0);
+        let (mut defect, mut change) = (outer.on_grains, [0.0; 2]);
         let [gx, gy] = bodies.gravity;
         let mut fall = 0.0;
-        let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
-        for contact in self.problem.contacts.iter().filter(outer) {
-            let push = contact.in_xy(contact.impulse);
-            defect = [defect[0] + push[0], defect[1] + push[1]];
-            transmitted += 0.5 * push[0].hypot(push[1]);
-        }
         for (i, mass) in bodies.masses.iter().enumerate() {
             let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
             for k in 0..2 {
@@ -57,7 +52,7 @@ impl Stepper {
         MomentumBalance {
             defect: larger(defect[0].abs(), defect[1].abs()) / h,
             inertia: change[0].hypot(change[1]) / h,
-            transmitted: transmitted / h,
+            transmitted: outer.transmitted / h,
             fall: fall / gx.hypot(gy).max(f64::MIN_POSITIVE),
         }
     }
@@ -95,7 +90,12 @@ impl Stepper {
     }
 
     /// Takes over the velocities and adds up the work of loads, drive, weight and boundary, and the loss of the scheme.
-    pub(super) fn update_bodies(&self, state: &mut GrainState, input: &StepInput) {
+    pub(super) fn update_bodies(
+        &self,
+        state: &mut GrainState,
+        input: &StepInput,
+        outer: &OuterImpulses,
+    ) {
         let StepInput {
             bodies,
             step: h,
@@ -119,7 +119,7 @@ impl Stepper {
             let old = state.wheel.velocity;
             squared_change += mass * (new[1] - old[1]).powi(2);
             state.ledger.load -= input.load * h * at_theta(new[1], old[1]);
-            state.ledger.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
+            state.ledger.drive -= outer.on_wheel * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];
             state.wheel.position[0] = input.wheel_x;
         }
@@ -154,14 +154,5 @@ impl Stepper {
             Some(push[0] * velocity[0] + push[1] * velocity[1])
         });
         works.sum()
-    }
-
-    /// Sideways impulse of the grains on the wheel (N s).
-    fn sideways_impulse(&self, wheel: usize) -> f64 {
-        let contacts = self.problem.contacts.iter();
-        let on_wheel = contacts.filter(|contact| contact.b as usize == wheel);
-        on_wheel
-            .map(|contact| -contact.in_xy(contact.impulse)[0])
-            .sum()
     }
 }

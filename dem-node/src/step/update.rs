@@ -56,6 +56,40 @@ impl Cut for UpdatePiece<'_> {
     }
 }
 
+/// Impulses between the free grains and everything else (N s).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OuterImpulses {
+    /// On the grains.
+    pub on_grains: [f64; 2],
+    /// Half the sum of their sizes.
+    pub transmitted: f64,
+    /// Of the grains on the wheel, sideways.
+    pub on_wheel: f64,
+}
+
+impl OuterImpulses {
+    fn add(&mut self, bodies: &Bodies, contact: &Contact) {
+        if (contact.b as usize) < bodies.free {
+            return;
+        }
+        let push = contact.in_xy(contact.impulse);
+        if (contact.a as usize) < bodies.free {
+            let [x, y] = self.on_grains;
+            self.on_grains = [x + push[0], y + push[1]];
+            self.transmitted += 0.5 * push[0].hypot(push[1]);
+        }
+        if Some(contact.b as usize) == bodies.wheel() {
+            self.on_wheel -= push[0];
+        }
+    }
+
+    fn join(&mut self, other: &OuterImpulses) {
+        kit::add_fields!(self, other; transmitted, on_wheel);
+        let [x, y] = other.on_grains;
+        self.on_grains = [self.on_grains[0] + x, self.on_grains[1] + y];
+    }
+}
+
 impl Stepper {
     /// Stores forces and springs, adds up the losses, sums forces and overlaps; in pieces, where there are many contacts.
     pub(super) fn update_contacts(
@@ -63,7 +97,7 @@ impl Stepper {
         state: &mut GrainState,
         input: &StepInput,
         parallel: bool,
-    ) -> StepSummary {
+    ) -> (StepSummary, OuterImpulses) {
         let h = input.step;
         let mut slots = std::mem::take(&mut state.list.slots);
         let mut bonds = std::mem::take(&mut state.bonds);
@@ -88,8 +122,10 @@ impl Stepper {
             let ledger = opened(range.start).unwrap_or_default();
             self.update_piece(rest, input, piece, ledger)
         });
-        for (index, (of_piece, booked)) in pieces.into_iter().enumerate() {
+        let mut outer = OuterImpulses::default();
+        for (index, (of_piece, booked, impulses)) in pieces.into_iter().enumerate() {
             summary.join(&of_piece);
+            outer.join(&impulses);
             if index == 0 {
                 state.ledger = booked;
             } else {
@@ -103,7 +139,7 @@ impl Stepper {
             summary.on_boundary[0] += impulse[0] / h;
             summary.on_boundary[1] += impulse[1] / h;
         }
-        summary
+        (summary, outer)
     }
 
     fn update_piece(
@@ -112,9 +148,9 @@ impl Stepper {
         input: &StepInput,
         piece: UpdatePiece,
         mut ledger: GrainLedger,
-    ) -> (StepSummary, GrainLedger) {
+    ) -> (StepSummary, GrainLedger, OuterImpulses) {
         let (bodies, h) = (input.bodies, input.step);
-        let mut summary = StepSummary::default();
+        let (mut summary, mut outer) = (StepSummary::default(), OuterImpulses::default());
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
             let slot = &mut piece.slots[*slot as usize - piece.first_slot];
             let done = self.contact_step(state, input, contact, slot);
@@ -145,13 +181,14 @@ impl Stepper {
                 let travel = h * passing_speed(bodies, state, contact, slot);
                 summary.travel = larger(summary.travel, travel);
             }
+            outer.add(bodies, contact);
             if Some(contact.b as usize) == bodies.wheel() {
                 let force = contact.in_xy(contact.impulse);
                 summary.on_wheel[0] -= force[0] / h;
                 summary.on_wheel[1] -= force[1] / h;
             }
         }
-        (summary, ledger)
+        (summary, ledger, outer)
     }
 
     #[inline(always)]
@@ -191,6 +228,7 @@ impl Stepper {
     }
 
     /// (u_n, u_t) at the start of the step (m/s).
+    #[inline(always)]
     pub(super) fn relative_before(
         &self,
         bodies: &Bodies,
@@ -204,8 +242,17 @@ impl Stepper {
 }
 
 /// Speed at which a disk passes another, in any direction, or comes to a face, along its normal; over the smaller radius (1/s).
+#[inline(always)]
 fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &Slot) -> f64 {
-    let [a, b] = [slot.a, slot.b].map(|body| state.velocity_of(bodies, body as usize));
+    let alone = bodies.clusters.list.is_empty();
+    let velocity = |body: usize| {
+        if alone && body < bodies.free {
+            state.velocities[body]
+        } else {
+            state.velocity_of(bodies, body)
+        }
+    };
+    let [a, b] = [slot.a, slot.b].map(|body| velocity(body as usize));
     let ([x, y], own) = ([a[0] - b[0], a[1] - b[1]], bodies.radii[slot.a as usize]);
     match bodies.radii.get(slot.b as usize) {
         Some(other) => (x * x + y * y).sqrt() / own.min(*other),
@@ -213,6 +260,7 @@ fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &
     }
 }
 
+#[inline(always)]
 fn velocity_before(bodies: &Bodies, state: &GrainState, body: usize) -> [f64; 3] {
     if body < bodies.free {
         return state.velocities[body];
