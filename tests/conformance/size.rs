@@ -6,7 +6,7 @@ use std::path::Path;
 use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sources};
 
 /// Lines of all crates together: what they were when the layers became crates. It only goes down, and has to come to 57 000.
-const ALL: usize = 59_450;
+const ALL: usize = 59_280;
 
 /// Lines of the largest crate.
 const CRATE: usize = 14_000;
@@ -20,8 +20,7 @@ const ROOM: [(&str, &str, usize); 8] = [
     ("Honest to the end, second part", "fem-node", 100),
     ("Honest to the end, second part", "lab", 150),
     ("Honest to the end, second part", "others", 450),
-    // More than the issue names: to be cut before it is done.
-    ("Honest to the end, second part", "above its room", 101),
+    ("Five minutes for a cycle", "dem-node", 600),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.

@@ -50,12 +50,6 @@ impl Partition {
         (subdomain == b as usize / self.per_subdomain).then_some(subdomain)
     }
 
-    /// The subdomain of a body, and its number there.
-    pub fn place(&self, body: u32) -> [usize; 2] {
-        let body = body as usize;
-        [body / self.per_subdomain, body % self.per_subdomain]
-    }
-
     /// Gives each subdomain its bodies.
     pub fn assign<T: Default>(&self, subdomains: &mut Vec<Subdomain<T>>) {
         subdomains.resize_with(self.count, Subdomain::default);

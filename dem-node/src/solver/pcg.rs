@@ -35,7 +35,7 @@
 
 mod batch;
 mod body_state;
-mod bonded;
+pub mod bonded;
 mod branches;
 mod constrained;
 pub mod correction;
@@ -65,6 +65,17 @@ const TIGHTER: [f64; 2] = [0.1, 0.9];
 pub struct Buffers {
     workspace: Workspace,
     correction: Correction,
+    /// Which of them has the problem that was solved last.
+    holds: Holder,
+}
+
+/// A form that goes on where bonds soften.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Holder {
+    #[default]
+    None,
+    Double,
+    Single,
 }
 
 /// A form of the iterations, with the problem that it has taken over.
@@ -75,6 +86,8 @@ trait Form {
     const CANCELLED: f64;
     /// Part of the residual at their start with which iterations begin anew: below it is rounding.
     const REDUCED: f64;
+    /// Iterations without a smaller residual after which another form is tried.
+    const PATIENCE: usize;
 
     /// One pass over all contacts.
     fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64>;
@@ -97,6 +110,7 @@ impl<F: Features> Form for Double<'_, F> {
     const THRESHOLDS: bool = F::FRICTION;
     const CANCELLED: f64 = 1e-12;
     const REDUCED: f64 = 0.0;
+    const PATIENCE: usize = usize::MAX;
 
     fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64> {
         self.workspace.run::<F>(problem, pass, self.parallel)
@@ -121,6 +135,7 @@ impl Form for Single<'_> {
     const THRESHOLDS: bool = false;
     const CANCELLED: f64 = 1e-5;
     const REDUCED: f64 = 1e-3;
+    const PATIENCE: usize = 50;
 
     fn run(&mut self, _problem: &Problem, pass: Pass) -> PassSums<f64> {
         self.correction.run(pass, self.parallel)
@@ -131,6 +146,7 @@ impl Form for Single<'_> {
     }
 
     fn restart(&mut self, problem: &mut Problem) {
+        // It has taken over this problem before, and no bond is another one since.
         self.correction.load(problem, self.parallel);
     }
 }
@@ -142,7 +158,7 @@ enum End {
     Reached,
     /// It is so much smaller than at the start that rounding would be next.
     Reduced,
-    /// Nothing descends, or there were too many.
+    /// Nothing descends, the residual stays, or there were too many.
     Stuck,
 }
 
@@ -151,10 +167,7 @@ enum End {
 /// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
 /// If they are satisfied and it is not, iterations begin anew where they are, with a tighter bound.
 pub fn solve(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
-    if correction::suits(problem) {
-        return correct(problem, buffers, criteria);
-    }
-    compiled(problem)(problem, &mut buffers.workspace, criteria, None)
+    buffers.solve(problem, criteria, None)
 }
 
 /// Goes on from the solution of this problem in the buffers: since then only the bonds of these contacts have become softer.
@@ -164,32 +177,47 @@ pub fn go_on(
     criteria: &Criteria,
     softened: &[u32],
 ) -> Convergence {
-    if correction::suits(problem) {
-        return correct(problem, buffers, criteria);
-    }
-    compiled(problem)(problem, &mut buffers.workspace, criteria, Some(softened))
+    buffers.solve(problem, criteria, Some(softened))
 }
 
-/// Solves in single precision, and in double precision what that has left.
-fn correct(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
-    let parallel = criteria.parallel;
-    buffers.correction.load(problem, parallel);
-    let single = Single {
-        correction: &mut buffers.correction,
-        parallel,
-    };
-    let corrected = solve_with(problem, single, criteria);
-    if corrected.converged || corrected.iterations >= criteria.max_iterations {
-        return corrected;
-    }
-    let left = Criteria {
-        max_iterations: criteria.max_iterations - corrected.iterations,
-        ..*criteria
-    };
-    let found = compiled(problem)(problem, &mut buffers.workspace, &left, None);
-    Convergence {
-        iterations: corrected.iterations + found.iterations,
-        ..found
+impl Buffers {
+    /// Solves in single precision where that suits the problem, and in double precision what is left.
+    fn solve(
+        &mut self,
+        problem: &mut Problem,
+        criteria: &Criteria,
+        softened: Option<&[u32]>,
+    ) -> Convergence {
+        let parallel = criteria.parallel;
+        let mut found = Convergence::default();
+        let mut left = *criteria;
+        let held = std::mem::take(&mut self.holds);
+        let of_single = softened.filter(|_| held == Holder::Single);
+        let mut softened = softened.filter(|_| held == Holder::Double);
+        let goes_on =
+            of_single.is_some_and(|bonds| self.correction.soften(problem, bonds, parallel));
+        let taken =
+            goes_on || correction::suits(problem) && self.correction.load(problem, parallel);
+        if taken {
+            self.holds = Holder::Single;
+            let single = Single {
+                correction: &mut self.correction,
+                parallel,
+            };
+            found = solve_with(problem, single, criteria);
+            if found.converged || found.iterations >= criteria.max_iterations {
+                return found;
+            }
+            left.max_iterations -= found.iterations;
+            softened = None;
+        }
+        self.holds = Holder::Double;
+        let solve = compiled(problem);
+        let more = solve(problem, &mut self.workspace, &left, softened);
+        Convergence {
+            iterations: found.iterations + more.iterations,
+            ..more
+        }
     }
 }
 
@@ -256,6 +284,7 @@ fn iterate<F: Form>(form: &mut F, problem: &Problem, criteria: &Criteria) -> (us
     let mut sums = form.run(problem, Pass::Measure);
     let relative = |sums: &PassSums<f64>| problem.relative(sums.defect.sqrt(), sums.size.sqrt());
     let first = relative(&sums);
+    let (mut least, mut since) = (f64::INFINITY, 0);
     // p.(W + C) p of the last direction: the first has none before it.
     let mut curvature = f64::INFINITY;
     for iteration in 0..criteria.max_iterations {
@@ -265,6 +294,12 @@ fn iterate<F: Form>(form: &mut F, problem: &Problem, criteria: &Criteria) -> (us
         }
         if residual < F::REDUCED * first {
             return (iteration, End::Reduced);
+        }
+        if residual < least {
+            (least, since) = (residual, iteration);
+        }
+        if iteration - since > F::PATIENCE {
+            return (iteration, End::Stuck);
         }
         let mut beta = -sums.products.wp / curvature;
         if F::THRESHOLDS && sums.held.sqrt() <= INNER * sums.defect.sqrt() {

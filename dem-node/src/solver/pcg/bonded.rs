@@ -11,11 +11,13 @@
 //! Contacts are treated by chunks, in loops over rows of numbers: gathered from the bodies, advanced, scattered to the bodies.
 
 use std::array::from_fn;
+use std::ops::Range;
 
 use super::body_state::Products;
 use super::group::{PassSums, bias, compliance};
 use crate::contact::bond::BondContact;
 use crate::solver::contact::{BodyRecord, Contact};
+use crate::solver::partition::Cut;
 
 /// Contacts in a chunk: with all that belongs to them they fill a third of the smallest cache.
 const CHUNK: usize = 128;
@@ -25,18 +27,21 @@ const STRIDE: usize = 16;
 /// Numbers of bodies whose products are summed side by side.
 const WIDTH: usize = 64;
 
+/// Largest compliance of tension over the diagonal of W with the spring of compression.
+const SOFT: f64 = 10.0;
+
 /// A number of each contact of a chunk.
 type Row = [f32; CHUNK];
 
 /// Numbers of a body: along x, along y, of its spin, and 0, for four fill a register.
-type Quad = [f32; 4];
+pub type Quad = [f32; 4];
 
 /// What b takes where a gets: both disks turn the same way.
 const OPPOSITE: Quad = [1.0, 1.0, -1.0, -1.0];
 
-/// The bodies of a subdomain.
+/// All bodies of a problem.
 #[derive(Clone, Debug, Default)]
-struct SingleBodies {
+pub struct SingleBodies {
     /// dv: v_x, v_y and spin times radius (m/s).
     velocities: Vec<Quad>,
     /// H w (N s).
@@ -47,6 +52,36 @@ struct SingleBodies {
     inverse: Vec<Quad>,
 }
 
+/// Consecutive bodies.
+pub struct BodySlice<'a> {
+    velocities: &'a mut [Quad],
+    h_w: &'a mut [Quad],
+    momenta: &'a mut [Quad],
+    inverse: &'a [Quad],
+}
+
+impl Cut for BodySlice<'_> {
+    fn cut(self, count: usize) -> (Self, Self) {
+        let (velocities, right_velocities) = self.velocities.split_at_mut(count);
+        let (h_w, right_h_w) = self.h_w.split_at_mut(count);
+        let (momenta, right_momenta) = self.momenta.split_at_mut(count);
+        let (inverse, right_inverse) = self.inverse.split_at(count);
+        let right = BodySlice {
+            velocities: right_velocities,
+            h_w: right_h_w,
+            momenta: right_momenta,
+            inverse: right_inverse,
+        };
+        let left = BodySlice {
+            velocities,
+            h_w,
+            momenta,
+            inverse,
+        };
+        (left, right)
+    }
+}
+
 /// One component of the contacts of a chunk.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -55,6 +90,8 @@ struct Component {
     change: Row,
     direction: Row,
     gradient: Row,
+    /// The part of dr that the problem has been told.
+    told: Row,
     /// b0 (m/s).
     bias: Row,
     /// Diagonal of W (1/kg).
@@ -91,108 +128,106 @@ struct RowSums {
     defect: Row,
 }
 
-/// Bonded contacts of one subdomain, and its bodies.
+/// Bonded contacts of one subdomain, or across all of them.
 #[derive(Clone, Debug, Default)]
 pub struct BondedBatch {
     /// Indices of the contacts in the problem.
     members: Vec<u32>,
     chunks: Vec<BondedChunk>,
-    bodies: SingleBodies,
     /// Square of D r0, by which residuals are scaled.
     size: f64,
 }
 
-/// True for a bond that holds something along both axes: its compliances are numbers in single precision, too.
-pub fn holds(bond: &BondContact) -> bool {
-    let single = |compliance: &f64| *compliance < f64::from(f32::MAX);
-    bond.law.compliance().iter().all(single)
+/// True for a bond that can be treated so: an iteration that is too long by its compression must not be much too long by its tension.
+pub fn suits_bond(contact: &Contact, bond: &BondContact) -> bool {
+    let [tension, shear] = bond.law.compliance();
+    tension < SOFT * contact.diagonal()[0] && shear < f64::from(f32::MAX)
 }
 
 impl BondedBatch {
-    /// Forgets its contacts, and takes over bodies.
-    pub fn start(&mut self, records: &[BodyRecord]) {
+    /// Forgets its contacts.
+    pub fn start(&mut self) {
         self.members.clear();
-        self.chunks.clear();
         self.size = 0.0;
-        let SingleBodies {
-            velocities,
-            h_w,
-            momenta,
-            inverse,
-        } = &mut self.bodies;
-        let padded = records.len().next_multiple_of(WIDTH / 4);
-        for quads in [velocities, h_w, momenta] {
-            quads.clear();
-            quads.resize(padded, Quad::default());
-        }
-        inverse.clear();
-        inverse.extend(records.iter().map(|record| {
-            let inverse = record.inverse_mass as f32;
-            [inverse, inverse, 2.0 * inverse, 0.0]
-        }));
-        inverse.resize(padded, Quad::default());
     }
 
     /// Adds a contact at the relative velocity u (m/s); bodies count from `first`.
     pub fn push(&mut self, index: u32, pair: (&Contact, &BondContact), u: [f64; 2], first: usize) {
-        let i = self.members.len() % CHUNK;
-        if i == 0 {
+        let (chunk, i) = (self.members.len() / CHUNK, self.members.len() % CHUNK);
+        if chunk == self.chunks.len() {
             self.chunks.push(BondedChunk::empty());
         }
         self.members.push(index);
-        if let Some(chunk) = self.chunks.last_mut() {
-            chunk.set(i, pair, u, first as u32);
-        }
+        self.chunks[chunk].set(i, pair, u, first as u32);
         let (contact, _) = pair;
         let (d, r) = (contact.diagonal(), contact.impulse);
         self.size += (d[0] * r[0]).powi(2) + (d[1] * r[1]).powi(2);
     }
 
-    /// Lets a body follow contacts from outside alone.
-    pub fn leave(&mut self, body: usize) {
-        self.bodies.inverse[body] = Quad::default();
+    /// All contacts are there: what the last chunk holds besides is of an earlier problem.
+    pub fn end(&mut self) {
+        self.chunks.truncate(self.members.len().div_ceil(CHUNK));
+        let places = self.members.len()..self.chunks.len() * CHUNK;
+        if let Some(last) = self.chunks.last_mut() {
+            places.for_each(|place| last.leave_out(place % CHUNK));
+        }
     }
 
-    /// Moves a body that contacts from outside move: dv (m/s).
-    pub fn place(&mut self, body: usize, [x, y, turn]: [f64; 3]) {
-        self.bodies.velocities[body] = [x as f32, y as f32, turn as f32, 0.0];
+    /// Takes over the bond of a contact that has become softer, at the relative velocity u of the bodies of the problem (m/s), which has
+    /// been told all changes; false if the contact is in another batch.
+    pub fn soften(
+        &mut self,
+        index: u32,
+        (contact, bond): (&Contact, &BondContact),
+        u: [f64; 2],
+        velocities: &[Quad],
+    ) -> bool {
+        let Ok(member) = self.members.binary_search(&index) else {
+            return false;
+        };
+        let (chunk, i) = (&mut self.chunks[member / CHUNK], member % CHUNK);
+        let moved = |body: u32| velocities[body as usize].map(f64::from);
+        let [[ax, ay, at, _], [bx, by, bt, _]] = [chunk.a[i], chunk.b[i]].map(moved);
+        let moved = contact.relative_velocity([ax, ay, at], [bx, by, bt]);
+        let change: [f64; 2] = from_fn(|axis| f64::from(chunk.axes[axis].change[i]));
+        let start = Contact {
+            impulse: from_fn(|axis| contact.impulse[axis] - change[axis]),
+            ..*contact
+        };
+        chunk.set_law(i, (&start, bond), from_fn(|axis| u[axis] - moved[axis]));
+        true
     }
 
-    /// H w of a body (N s).
-    pub fn h_w(&self, body: usize) -> [f64; 3] {
-        let h_w = self.bodies.h_w[body];
-        from_fn(|axis| f64::from(h_w[axis]))
-    }
-
-    /// Changes of the impulses (N s), by contact of the problem.
-    pub fn changes(&self) -> impl Iterator<Item = (u32, [f64; 2])> {
-        let change = |i: usize, axis: usize| self.chunks[i / CHUNK].axes[axis].change[i % CHUNK];
+    /// Changes of the impulses (N s) since they were asked for the last time, by contact of the problem.
+    pub fn changes(&mut self) -> impl Iterator<Item = (u32, [f64; 2])> {
+        let chunks = &mut self.chunks;
         let members = self.members.iter().enumerate();
-        members.map(move |(i, member)| (*member, from_fn(|axis| f64::from(change(i, axis)))))
+        members.map(move |(i, member)| {
+            let chunk = &mut chunks[i / CHUNK];
+            let change = chunk.axes.each_mut().map(|axis| axis.tell(i % CHUNK));
+            (*member, change)
+        })
     }
 
-    /// An iteration with alpha and beta; returns its sums, with the products of the bodies on which nothing acts from outside.
+    /// The contacts' part of an iteration with alpha and beta; returns its sums.
     #[inline(always)]
-    pub fn iterate(&mut self, factors: [f32; 2]) -> PassSums<f64> {
-        self.bodies.follow(factors);
+    pub fn iterate(&mut self, factors: [f32; 2], bodies: &mut BodySlice) -> PassSums<f64> {
         let mut sums = RowSums::new();
         let mut rows = [Quad::default(); CHUNK];
         for chunk in &mut self.chunks {
-            chunk.gather(&self.bodies.velocities, &mut rows);
+            chunk.gather(bodies.velocities, &mut rows);
             chunk.advance(factors, &mut rows, &mut sums);
-            chunk.scatter(&rows, &mut self.bodies.h_w);
+            chunk.scatter(&rows, bodies.h_w);
         }
-        let mut products = self.bodies.products();
-        products.join(&Products {
-            wp: total(&sums.wp),
-            ww: total(&sums.ww),
-            wz: total(&sums.wz),
-            zz: total(&sums.pp),
-        });
         PassSums {
             uw: total(&sums.uw),
             uz: total(&sums.up),
-            products,
+            products: Products {
+                wp: total(&sums.wp),
+                ww: total(&sums.ww),
+                wz: total(&sums.wz),
+                zz: total(&sums.pp),
+            },
             held: 0.0,
             defect: total(&sums.defect),
             size: self.size,
@@ -201,9 +236,55 @@ impl BondedBatch {
 }
 
 impl SingleBodies {
+    /// Takes over the bodies of a problem, where a solve begins.
+    pub fn load(&mut self, records: &[BodyRecord]) {
+        for quads in [&mut self.velocities, &mut self.h_w, &mut self.momenta] {
+            quads.clear();
+            quads.resize(records.len(), Quad::default());
+        }
+        self.inverse.clear();
+        self.inverse.extend(records.iter().map(|record| {
+            let inverse = record.inverse_mass as f32;
+            [inverse, inverse, 2.0 * inverse, 0.0]
+        }));
+    }
+
+    /// All of them.
+    pub fn all(&mut self) -> BodySlice<'_> {
+        BodySlice {
+            velocities: &mut self.velocities,
+            h_w: &mut self.h_w,
+            momenta: &mut self.momenta,
+            inverse: &self.inverse,
+        }
+    }
+
+    /// Lets a body follow contacts from outside alone.
+    pub fn leave(&mut self, body: u32) {
+        self.inverse[body as usize] = Quad::default();
+    }
+
+    /// Moves a body that contacts from outside move: dv (m/s).
+    pub fn place(&mut self, body: u32, [x, y, turn]: [f64; 3]) {
+        self.velocities[body as usize] = [x as f32, y as f32, turn as f32, 0.0];
+    }
+
+    /// dv of some bodies.
+    pub fn velocities(&self, bodies: Range<usize>) -> &[Quad] {
+        &self.velocities[bodies]
+    }
+
+    /// H w of a body (N s).
+    pub fn h_w(&self, body: u32) -> [f64; 3] {
+        let h_w = self.h_w[body as usize];
+        from_fn(|axis| f64::from(h_w[axis]))
+    }
+}
+
+impl BodySlice<'_> {
     /// Takes the step alpha along m = H w + beta m, and forgets H w.
     #[inline(always)]
-    fn follow(&mut self, [alpha, beta]: [f32; 2]) {
+    pub fn follow(&mut self, [alpha, beta]: [f32; 2]) {
         let moved = self.velocities.as_flattened_mut().iter_mut();
         let moved = moved.zip(self.inverse.as_flattened());
         let along = self.momenta.as_flattened_mut().iter_mut();
@@ -217,16 +298,17 @@ impl SingleBodies {
 
     /// Products of w and p by M^-1.
     #[inline(always)]
-    fn products(&self) -> Products<f64> {
+    pub fn products(&self) -> Products<f64> {
         let [mut wp, mut ww, mut pp] = [[0.0; WIDTH]; 3];
-        let h_w = self.h_w.as_flattened().chunks_exact(WIDTH);
-        let momenta = self.momenta.as_flattened().chunks_exact(WIDTH);
-        let inverse = self.inverse.as_flattened().chunks_exact(WIDTH);
+        let h_w = self.h_w.as_flattened().chunks(WIDTH);
+        let momenta = self.momenta.as_flattened().chunks(WIDTH);
+        let inverse = self.inverse.as_flattened().chunks(WIDTH);
         for ((w, m), inverse) in h_w.zip(momenta).zip(inverse) {
-            for i in 0..WIDTH {
-                wp[i] += inverse[i] * w[i] * m[i];
-                ww[i] += inverse[i] * w[i] * w[i];
-                pp[i] += inverse[i] * m[i] * m[i];
+            let sums = wp.iter_mut().zip(&mut ww).zip(&mut pp);
+            for (((w, m), inverse), ((wp, ww), pp)) in w.iter().zip(m).zip(inverse).zip(sums) {
+                *wp += inverse * w * m;
+                *ww += inverse * w * w;
+                *pp += inverse * m * m;
             }
         }
         let wp = total(&wp);
@@ -247,6 +329,7 @@ impl BondedChunk {
             change: none,
             direction: none,
             gradient: none,
+            told: none,
             bias: none,
             block: [1.0; CHUNK],
             compliance: none,
@@ -270,11 +353,19 @@ impl BondedChunk {
         u: [f64; 2],
         first: u32,
     ) {
-        let [tension, _] = bond.law.compliance();
         (self.a[i], self.b[i]) = (contact.a - first, contact.b - first);
         let [nx, ny] = contact.normal;
         (self.normal[0][i], self.normal[1][i]) = (nx as f32, ny as f32);
         self.lever[i] = contact.lever() as f32;
+        self.axes
+            .iter_mut()
+            .for_each(|component| component.begin(i));
+        self.set_law(i, (contact, bond), u);
+    }
+
+    /// Impulse r0, compliances and b0 of a contact at the relative velocity u (m/s).
+    fn set_law(&mut self, i: usize, (contact, bond): (&Contact, &BondContact), u: [f64; 2]) {
+        let [tension, _] = bond.law.compliance();
         self.start[i] = contact.impulse[0] as f32;
         self.tension[i] = tension as f32;
         let blocks = [contact.block.nn, contact.block.tt];
@@ -291,15 +382,27 @@ impl BondedChunk {
         }
     }
 
+    fn leave_out(&mut self, i: usize) {
+        (self.a[i], self.b[i]) = (0, 0);
+        for row in self
+            .normal
+            .iter_mut()
+            .chain([&mut self.lever, &mut self.start])
+        {
+            row[i] = 0.0;
+        }
+        for component in &mut self.axes {
+            component.begin(i);
+            (component.bias[i], component.block[i]) = (0.0, 1.0);
+        }
+    }
+
     /// Change of the velocities of a against b, spins added.
     #[inline(always)]
     fn gather(&self, velocities: &[Quad], rows: &mut [Quad; CHUNK]) {
-        for i in 0..CHUNK {
-            let (a, b) = (
-                velocities[self.a[i] as usize],
-                velocities[self.b[i] as usize],
-            );
-            rows[i] = from_fn(|k| a[k] - OPPOSITE[k] * b[k]);
+        for (row, (a, b)) in rows.iter_mut().zip(self.a.iter().zip(&self.b)) {
+            let (a, b) = (velocities[*a as usize], velocities[*b as usize]);
+            *row = from_fn(|k| a[k] - OPPOSITE[k] * b[k]);
         }
     }
 
@@ -307,9 +410,9 @@ impl BondedChunk {
     #[inline(always)]
     fn advance(&mut self, [alpha, beta]: [f32; 2], rows: &mut [Quad; CHUNK], sums: &mut RowSums) {
         let [normal, tangent] = &mut self.axes;
-        for i in 0..CHUNK {
+        for (i, row) in rows.iter_mut().enumerate() {
             // All four numbers of a row are read, or the last contacts of the chunk would be treated one by one.
-            let [x, y, turn, nothing] = rows[i];
+            let [x, y, turn, nothing] = *row;
             let (nx, ny, lever) = (self.normal[0][i], self.normal[1][i], self.lever[i]);
             let (spring, tension) = (normal.compliance[i], self.tension[i]);
             let branch = |r: f32, u: f32| {
@@ -338,7 +441,7 @@ impl BondedChunk {
             sums.pp[i] += c * p * p + s * q * q;
             let off = [(normal.block[i] + spring) * w, tangent.block[i] * t];
             sums.defect[i] += off[0] * off[0] + off[1] * off[1];
-            rows[i] = [w * nx - t * ny, w * ny + t * nx, lever * t, 0.0];
+            *row = [w * nx - t * ny, w * ny + t * nx, lever * t, 0.0];
         }
     }
 
@@ -356,6 +459,19 @@ impl BondedChunk {
 }
 
 impl Component {
+    /// Nothing has changed yet.
+    fn begin(&mut self, i: usize) {
+        (self.change[i], self.told[i]) = (0.0, 0.0);
+        (self.direction[i], self.gradient[i]) = (0.0, 0.0);
+    }
+
+    /// Tells what dr has changed by since the last time.
+    fn tell(&mut self, i: usize) -> f64 {
+        let change = f64::from(self.change[i]) - f64::from(self.told[i]);
+        self.told[i] = self.change[i];
+        change
+    }
+
     /// p = w + beta p and dr += alpha p.
     #[inline(always)]
     fn step(&mut self, i: usize, [alpha, beta]: [f32; 2]) -> (f32, f32) {

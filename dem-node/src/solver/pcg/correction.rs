@@ -1,15 +1,15 @@
 //! Iterations on a large bonded problem without friction, in single precision: they find the change of impulses and velocities since the
 //! start of a solve, of which four digits are enough, and a sweep moves half the bytes.
 //!
-//! Inside the subdomains are bonded contacts alone ([`super::bonded`]). What is left, the contacts across subdomains and without a bond, of
-//! the wheel and of glued disks, is a problem of its own in double precision, with the bodies on which these act: the *outer problem*. In
-//! an iteration it moves its bodies, gives their velocities to the subdomains, and takes over the H w that these have found for them.
+//! Bonded contacts ([`super::bonded`]) are treated subdomain beside subdomain, after those across. What is left, the contacts without a
+//! bond, of the wheel and of glued disks, is a problem of its own in double precision, with the bodies on which these act: the *outer
+//! problem*. In an iteration it moves its bodies, gives their velocities to the others, and takes over the H w that these have found.
 //!
 //! At the end the impulses are r0 + dr and the velocities v0 + M^-1 H dr, in double precision; the true residual is that of any solve. Where it
 //! is above the tolerance, the solve begins anew from there.
 
 use super::batch::Pass;
-use super::bonded::{BondedBatch, holds};
+use super::bonded::{BodySlice, BondedBatch, SingleBodies, suits_bond};
 use super::group::{PassSums, With};
 use super::workspace::Workspace;
 use crate::law::lanes::widest;
@@ -18,8 +18,8 @@ use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
 use crate::solver::pieces::ByCandidate;
 use crate::solver::problem::Problem;
 
-/// Least share of bonds among the contacts: the outer problem is solved by one thread.
-const BONDED: f64 = 0.9;
+/// Largest share of the contacts in the outer problem, which is solved by one thread.
+const OUTER: f64 = 0.1;
 
 /// All that the outer problem can contain.
 type Outer = With<true, true, true>;
@@ -28,13 +28,16 @@ type Outer = With<true, true, true>;
 #[derive(Clone, Debug, Default)]
 pub struct Correction {
     subdomains: Vec<Subdomain<Interior>>,
+    /// Bonded contacts of bodies of two subdomains.
+    across: BondedBatch,
+    bodies: SingleBodies,
     /// The outer problem and its iterations.
     outer: Problem,
     workspace: Workspace,
     /// Its contacts in the whole problem.
     members: Vec<u32>,
-    /// Subdomain, and number there, of each of its bodies that are neither glued nor the wheel.
-    shared: Vec<[usize; 2]>,
+    /// Its bodies that are neither glued nor the wheel, with their velocities where the solve began (m/s).
+    shared: Vec<(u32, [f64; 3])>,
     /// Number of each body in the outer problem, if it is there.
     numbers: Vec<u32>,
 }
@@ -43,7 +46,8 @@ pub struct Correction {
 #[derive(Clone, Debug, Default)]
 struct Interior {
     batch: BondedBatch,
-    /// Its contacts that belong to the outer problem.
+    /// Contacts of which its bodies are the candidates: bonded ones with a body of another subdomain, and those of the outer problem.
+    across: Vec<u32>,
     outside: Vec<u32>,
     sums: PassSums<f64>,
 }
@@ -53,16 +57,16 @@ const INSIDE: u32 = u32::MAX;
 
 /// True for a problem for which this form is made: bonds without friction, enough of them for several subdomains.
 pub fn suits(problem: &Problem) -> bool {
-    let (contacts, bonds) = (problem.contacts.len(), problem.bonds.len());
-    Partition::new(contacts, problem.records.len()).several()
-        && bonds as f64 >= BONDED * contacts as f64
+    Partition::new(problem.contacts.len(), problem.records.len()).several()
+        && !problem.bonds.is_empty()
         && !problem.has_friction()
         && problem.levers.is_empty()
 }
 
 impl Correction {
-    /// Takes over a prepared problem with its first guess, and its boundary until [`Correction::store`].
-    pub fn load(&mut self, problem: &mut Problem, parallel: bool) {
+    /// Takes over a prepared problem with its first guess, and its boundary until [`Correction::store`]; false, and nothing is taken, where
+    /// the outer problem would be too large a part of it.
+    pub fn load(&mut self, problem: &mut Problem, parallel: bool) -> bool {
         let partition = Partition::new(problem.contacts.len(), problem.records.len());
         partition.assign(&mut self.subdomains);
         let whole = &*problem;
@@ -74,30 +78,52 @@ impl Correction {
             passed: 0,
         };
         for_each_subdomain(&mut self.subdomains, all, parallel, &|subdomain, piece| {
-            let Interior { batch, outside, .. } = &mut subdomain.work;
-            batch.start(&whole.records[subdomain.bodies.clone()]);
+            let Interior {
+                batch,
+                across,
+                outside,
+                ..
+            } = &mut subdomain.work;
+            batch.start();
+            across.clear();
             outside.clear();
             for (index, contact) in (piece.passed as u32..).zip(piece.contacts) {
-                let inside = subdomain.bodies.contains(&(contact.b as usize));
                 let held = [contact.a, contact.b]
                     .into_iter()
                     .any(|b| is_held(whole, b));
                 let bond = whole.bonds.get(contact.bond as usize);
-                match bond.filter(|bond| inside && !held && holds(bond)) {
-                    Some(bond) => {
+                let bond = bond.filter(|bond| !held && suits_bond(contact, bond));
+                match bond {
+                    Some(bond) if subdomain.bodies.contains(&(contact.b as usize)) => {
                         let u = whole.relative_velocity(contact);
                         batch.push(index, (contact, bond), u, piece.first);
                     }
+                    Some(_) => across.push(index),
                     None => outside.push(index),
                 }
             }
+            batch.end();
         });
-        self.load_outer(problem, &partition);
+        let outside = self.subdomains.iter().map(|s| s.work.outside.len());
+        if outside.sum::<usize>() as f64 > OUTER * problem.contacts.len() as f64 {
+            return false;
+        }
+        self.bodies.load(&problem.records);
+        self.across.start();
+        for index in self.subdomains.iter().flat_map(|s| &s.work.across) {
+            let contact = &problem.contacts[*index as usize];
+            let bond = &problem.bonds[contact.bond as usize];
+            let u = problem.relative_velocity(contact);
+            self.across.push(*index, (contact, bond), u, 0);
+        }
+        self.across.end();
+        self.load_outer(problem);
         self.workspace.load_outside::<Outer>(&self.outer);
+        true
     }
 
     /// Makes the outer problem.
-    fn load_outer(&mut self, problem: &mut Problem, partition: &Partition) {
+    fn load_outer(&mut self, problem: &mut Problem) {
         self.numbers.clear();
         self.numbers.resize(problem.records.len(), INSIDE);
         self.members.clear();
@@ -112,9 +138,9 @@ impl Correction {
             if self.numbers[body as usize] == INSIDE && !is_held(problem, body) {
                 self.numbers[body as usize] = outer.records.len() as u32;
                 outer.records.push(problem.records[body as usize]);
-                let [subdomain, place] = partition.place(body);
-                self.subdomains[subdomain].work.batch.leave(place);
-                self.shared.push([subdomain, place]);
+                self.bodies.leave(body);
+                let velocity = problem.records[body as usize].velocity;
+                self.shared.push((body, velocity));
             }
         }
         outer.first_glued = outer.records.len();
@@ -139,30 +165,68 @@ impl Correction {
         outer.boundary = std::mem::take(&mut problem.boundary);
     }
 
+    /// Takes over the bonds of these contacts, which have become softer since [`Correction::store`], and the boundary again; false, and
+    /// nothing is taken, where one has become too soft for its place.
+    pub fn soften(&mut self, problem: &mut Problem, softened: &[u32], parallel: bool) -> bool {
+        for index in softened {
+            let contact = &problem.contacts[*index as usize];
+            let bond = &problem.bonds[contact.bond as usize];
+            if let Ok(place) = self.members.binary_search(index) {
+                let own = self.outer.contacts[place].bond as usize;
+                self.outer.bonds[own] = *bond;
+                self.workspace.soften(&self.outer, &[place as u32]);
+                continue;
+            }
+            if !suits_bond(contact, bond) {
+                return false;
+            }
+            let u = problem.relative_velocity(contact);
+            let mut inside = self.subdomains.iter_mut();
+            let taken = inside.any(|Subdomain { bodies, work }| {
+                let velocities = self.bodies.velocities(bodies.clone());
+                let pair = (contact, bond);
+                work.batch.soften(*index, pair, u, velocities)
+            });
+            if !taken {
+                let all = self.bodies.velocities(0..problem.records.len());
+                self.across.soften(*index, (contact, bond), u, all);
+            }
+        }
+        self.outer.boundary = std::mem::take(&mut problem.boundary);
+        self.workspace.restart(parallel);
+        true
+    }
+
     /// One pass over all contacts.
     pub fn run(&mut self, pass: Pass, parallel: bool) -> PassSums<f64> {
         let (factors, pass) = in_single(pass);
         self.workspace.advance::<Outer>(&self.outer, pass, parallel);
-        for (number, [subdomain, place]) in self.shared.iter().enumerate() {
-            let (v, start) = (
-                self.workspace.velocity(number),
-                self.outer.records[number].velocity,
-            );
-            let change = [0, 1, 2].map(|axis| v[axis] - start[axis]);
-            self.subdomains[*subdomain].work.batch.place(*place, change);
+        for (number, (body, start)) in self.shared.iter().enumerate() {
+            let v = self.workspace.velocity(number);
+            self.bodies
+                .place(*body, [0, 1, 2].map(|axis| v[axis] - start[axis]));
         }
-        for_each_subdomain(&mut self.subdomains, (), parallel, &|subdomain, ()| {
+        let follow =
+            |_: &mut Subdomain<Interior>, mut bodies: BodySlice| widest!(bodies.follow(factors));
+        for_each_subdomain(&mut self.subdomains, self.bodies.all(), parallel, &follow);
+        let mut all = self.bodies.all();
+        let mut sums = widest!(self.across.iterate(factors, &mut all));
+        let iterate = |subdomain: &mut Subdomain<Interior>, mut bodies: BodySlice| {
             let Interior { batch, sums, .. } = &mut subdomain.work;
-            *sums = widest!(batch.iterate(factors));
-        });
-        for (number, [subdomain, place]) in self.shared.iter().enumerate() {
-            let h_w = self.subdomains[*subdomain].work.batch.h_w(*place);
-            self.workspace.add_h_w(number, h_w);
+            *sums = widest!({
+                let mut sums = batch.iterate(factors, &mut bodies);
+                sums.products.join(&bodies.products());
+                sums
+            });
+        };
+        for_each_subdomain(&mut self.subdomains, self.bodies.all(), parallel, &iterate);
+        for (number, (body, _)) in self.shared.iter().enumerate() {
+            self.workspace.add_h_w(number, self.bodies.h_w(*body));
         }
-        let mut sums = self.workspace.measure::<Outer>(&self.outer);
         for subdomain in &self.subdomains {
             sums.join(&subdomain.work.sums);
         }
+        sums.join(&self.workspace.measure::<Outer>(&self.outer));
         sums
     }
 
@@ -186,18 +250,29 @@ impl Correction {
                 piece.bodies[b].push(lever, [-x, -y], change);
             }
         });
-        for (index, solved) in self.members.iter().zip(&self.outer.contacts) {
-            let before = problem.contacts[*index as usize];
-            let change = [0, 1].map(|axis| solved.impulse[axis] - before.impulse[axis]);
-            let [x, y] = before.in_xy(change);
-            for (side, body, force) in [(0, before.a, [x, y]), (1, before.b, [-x, -y])] {
-                if problem.glued_index(body as usize).is_none() {
-                    problem.apply_to(&before, side, force, change);
-                }
-            }
-            problem.contacts[*index as usize].impulse = solved.impulse;
+        let solved = self.members.iter().zip(&self.outer.contacts);
+        let outer = solved.map(|(index, contact)| {
+            let before = problem.contacts[*index as usize].impulse;
+            let change = [0, 1].map(|axis| contact.impulse[axis] - before[axis]);
+            (*index, change)
+        });
+        let changes: Vec<(u32, [f64; 2])> = self.across.changes().chain(outer).collect();
+        for (index, change) in changes {
+            add_impulse(problem, index as usize, change);
         }
     }
+}
+
+/// Adds to the impulse of a contact, and to the velocities of its bodies but the glued ones, which follow their boundary.
+fn add_impulse(problem: &mut Problem, index: usize, change: [f64; 2]) {
+    let contact = problem.contacts[index];
+    let [x, y] = contact.in_xy(change);
+    for (side, body, force) in [(0, contact.a, [x, y]), (1, contact.b, [-x, -y])] {
+        if problem.glued_index(body as usize).is_none() {
+            problem.apply_to(&contact, side, force, change);
+        }
+    }
+    problem.contacts[index].impulse = [0, 1].map(|axis| contact.impulse[axis] + change[axis]);
 }
 
 /// True for a glued disk and the wheel.

@@ -116,7 +116,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,
-            tangential: if index.is_multiple_of(5) { 0.0 } else { 2.0 },
+            tangential: if index.is_multiple_of(20) { 0.0 } else { 2.0 },
             energy: 1.0,
             viscosity: 0.0,
             power: 1.0,
@@ -176,9 +176,7 @@ fn exactly(iterations: usize, parallel: bool) -> Criteria {
 /// contact that slides here and sticks there.
 #[test]
 fn every_iteration_is_that_of_the_equations() {
-    let plain = scenes(3200)
-        .into_iter()
-        .filter(|scene| !super::correction::suits(&problem(*scene)));
+    let plain = scenes(3200).into_iter().filter(|scene| scene.bonds != 1);
     for scene in scenes(400).into_iter().chain(plain) {
         let start = problem(scene);
         let mut textbook = Textbook::new(&start, |_| false);
@@ -222,7 +220,9 @@ fn bonded(springs: bool, constrained: bool) -> Scene {
         constrained,
         bonds: 1,
     };
-    assert!(super::correction::suits(&problem(scene)), "{scene:?}");
+    let mut made = problem(scene);
+    assert!(super::correction::suits(&made), "{scene:?}");
+    assert!(Buffers::default().correction.load(&mut made, false));
     scene
 }
 
@@ -232,14 +232,12 @@ fn bonded(springs: bool, constrained: bool) -> Scene {
 fn iterations_in_single_precision_are_those_of_the_equations() {
     for scene in [bonded(true, false), bonded(false, true)] {
         let start = problem(scene);
-        let partition = Partition::new(start.contacts.len(), start.records.len());
         let free = |body: u32| (body as usize) < scene.grains;
         let mut textbook = Textbook::new(&start, |contact| {
             let bond = start.bonds.get(contact.bond as usize);
-            bond.is_some_and(super::bonded::holds)
+            bond.is_some_and(|bond| super::bonded::suits_bond(contact, bond))
                 && free(contact.a)
                 && free(contact.b)
-                && partition.common(contact.a, contact.b).is_some()
         });
         for iterations in 1..=8 {
             textbook.step();
@@ -269,7 +267,7 @@ fn single_precision_finds_what_double_precision_finds() {
     for scene in [bonded(true, false), bonded(true, true)] {
         let (mut single, mut double) = (problem(scene), problem(scene));
         let mut buffers = Buffers::default();
-        buffers.correction.load(&mut single, false);
+        assert!(buffers.correction.load(&mut single, false));
         let form = super::Single {
             correction: &mut buffers.correction,
             parallel: false,
@@ -300,6 +298,24 @@ fn single_precision_finds_what_double_precision_finds() {
             );
         }
     }
+}
+
+/// A rigid pack comes to no such residual: after iterations in vain, those of double precision go on, as many as are left.
+#[test]
+fn where_single_precision_is_stuck_double_precision_goes_on() {
+    let criteria = Criteria {
+        tolerance: 1e-12,
+        max_iterations: 3000,
+        ..exactly(1, false)
+    };
+    let (mut rigid, mut buffers) = (problem(bonded(false, false)), Buffers::default());
+    let found = super::solve(&mut rigid, &mut buffers, &criteria);
+    assert_eq!(
+        (found.converged, found.iterations),
+        (false, 3000),
+        "{found:?}"
+    );
+    assert_eq!(buffers.holds, super::Holder::Double);
 }
 
 /// In subdomains, those across last, they make the velocities that they make one after the other.
@@ -336,7 +352,13 @@ fn softer_bonds_are_solved_from_where_it_is() {
         constrained,
         bonds: 3,
     };
-    for scene in [third(false), third(true), bonded(true, true)] {
+    let scenes = [
+        third(false),
+        third(true),
+        bonded(true, false),
+        bonded(true, true),
+    ];
+    for scene in scenes {
         let (mut solved, mut buffers) = (problem(scene), Buffers::default());
         let first = super::solve(&mut solved, &mut buffers, &criteria);
         assert!(first.converged, "{scene:?}: {first:?}");
@@ -347,7 +369,9 @@ fn softer_bonds_are_solved_from_where_it_is() {
             .map(|(index, _)| index as u32)
             .collect();
         for (place, index) in softened.iter().enumerate() {
-            let stiffness = if place % 4 == 0 { [0.0; 2] } else { [0.7, 0.3] };
+            // Where none breaks, single precision goes on from where it is as well.
+            let breaks = place % 4 == 0 && !(scene.bonds == 1 && scene.constrained);
+            let stiffness = if breaks { [0.0; 2] } else { [0.7, 0.3] };
             let bond = solved.contacts[*index as usize].bond as usize;
             for problem in [&mut solved, &mut fresh] {
                 problem.bonds[bond].law.set_stiffness(stiffness, 0.5);
@@ -356,6 +380,9 @@ fn softer_bonds_are_solved_from_where_it_is() {
         }
         let gone_on = super::go_on(&mut solved, &mut buffers, &criteria, &softened);
         let anew = super::solve(&mut fresh, &mut Buffers::default(), &criteria);
+        if scene.bonds == 1 && scene.constrained {
+            assert_eq!(buffers.holds, super::Holder::Single, "{scene:?}");
+        }
         assert!(gone_on.converged && anew.converged, "{gone_on:?} {anew:?}");
         let grains = solved.records[..scene.grains].iter();
         for (one, other) in grains.zip(&fresh.records) {
