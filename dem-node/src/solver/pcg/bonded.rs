@@ -17,7 +17,6 @@ use super::body_state::Products;
 use super::group::{PassSums, bias, compliance};
 use crate::contact::bond::BondContact;
 use crate::solver::contact::{BodyRecord, Contact};
-use crate::solver::partition::Cut;
 
 /// Contacts in a chunk: with all that belongs to them they fill a third of the smallest cache.
 const CHUNK: usize = 128;
@@ -34,53 +33,29 @@ const SOFT: f64 = 10.0;
 type Row = [f32; CHUNK];
 
 /// Numbers of a body: along x, along y, of its spin, and 0, for four fill a register.
-pub type Quad = [f32; 4];
+pub type BodyRow = [f32; 4];
 
 /// What b takes where a gets: both disks turn the same way.
-const OPPOSITE: Quad = [1.0, 1.0, -1.0, -1.0];
+const OPPOSITE: BodyRow = [1.0, 1.0, -1.0, -1.0];
 
 /// All bodies of a problem.
 #[derive(Clone, Debug, Default)]
 pub struct SingleBodies {
     /// dv: v_x, v_y and spin times radius (m/s).
-    velocities: Vec<Quad>,
+    velocities: Vec<BodyRow>,
     /// H w (N s).
-    h_w: Vec<Quad>,
+    h_w: Vec<BodyRow>,
     /// m = H p (N s).
-    momenta: Vec<Quad>,
+    momenta: Vec<BodyRow>,
     /// Diagonal of M^-1 (1/kg): 0 for a body on which contacts from outside act, and which they move.
-    inverse: Vec<Quad>,
+    inverse: Vec<BodyRow>,
 }
 
-/// Consecutive bodies.
-pub struct BodySlice<'a> {
-    velocities: &'a mut [Quad],
-    h_w: &'a mut [Quad],
-    momenta: &'a mut [Quad],
-    inverse: &'a [Quad],
-}
-
-impl Cut for BodySlice<'_> {
-    fn cut(self, count: usize) -> (Self, Self) {
-        let (velocities, right_velocities) = self.velocities.split_at_mut(count);
-        let (h_w, right_h_w) = self.h_w.split_at_mut(count);
-        let (momenta, right_momenta) = self.momenta.split_at_mut(count);
-        let (inverse, right_inverse) = self.inverse.split_at(count);
-        let right = BodySlice {
-            velocities: right_velocities,
-            h_w: right_h_w,
-            momenta: right_momenta,
-            inverse: right_inverse,
-        };
-        let left = BodySlice {
-            velocities,
-            h_w,
-            momenta,
-            inverse,
-        };
-        (left, right)
-    }
-}
+/// Consecutive bodies: dv and H w, m and M^-1.
+pub type BodySlice<'a> = (
+    (&'a mut [BodyRow], &'a mut [BodyRow]),
+    (&'a mut [BodyRow], &'a [BodyRow]),
+);
 
 /// One component of the contacts of a chunk.
 #[derive(Clone, Copy, Debug)]
@@ -117,16 +92,8 @@ struct BondedChunk {
     axes: [Component; 2],
 }
 
-/// Sums of an iteration, place by place of the chunks.
-struct RowSums {
-    uw: Row,
-    up: Row,
-    wp: Row,
-    ww: Row,
-    wz: Row,
-    pp: Row,
-    defect: Row,
-}
+/// u.w, u.p, w.C p, w.C w, w.C p of the branches of now, p.C p and the square of the defect, place by place of the chunks.
+type RowSums = [Row; 7];
 
 /// Bonded contacts of one subdomain, or across all of them.
 #[derive(Clone, Debug, Default)]
@@ -180,7 +147,7 @@ impl BondedBatch {
         index: u32,
         (contact, bond): (&Contact, &BondContact),
         u: [f64; 2],
-        velocities: &[Quad],
+        velocities: &[BodyRow],
     ) -> bool {
         let Ok(member) = self.members.binary_search(&index) else {
             return false;
@@ -211,27 +178,36 @@ impl BondedBatch {
 
     /// The contacts' part of an iteration with alpha and beta; returns its sums.
     #[inline(always)]
-    pub fn iterate(&mut self, factors: [f32; 2], bodies: &mut BodySlice) -> PassSums<f64> {
-        let mut sums = RowSums::new();
-        let mut rows = [Quad::default(); CHUNK];
+    pub fn iterate(
+        &mut self,
+        factors: [f32; 2],
+        ((velocities, h_w), _): &mut BodySlice,
+    ) -> PassSums<f64> {
+        let mut sums: RowSums = [[0.0; CHUNK]; 7];
+        let mut rows = [BodyRow::default(); CHUNK];
         for chunk in &mut self.chunks {
-            chunk.gather(bodies.velocities, &mut rows);
+            chunk.gather(velocities, &mut rows);
             chunk.advance(factors, &mut rows, &mut sums);
-            chunk.scatter(&rows, bodies.h_w);
+            chunk.scatter(&rows, h_w);
         }
+        let [uw, uz, wp, ww, wz, zz, defect] = sums.map(|sum| total(&sum));
         PassSums {
-            uw: total(&sums.uw),
-            uz: total(&sums.up),
-            products: Products {
-                wp: total(&sums.wp),
-                ww: total(&sums.ww),
-                wz: total(&sums.wz),
-                zz: total(&sums.pp),
-            },
+            uw,
+            uz,
+            products: Products { wp, ww, wz, zz },
             held: 0.0,
-            defect: total(&sums.defect),
+            defect,
             size: self.size,
         }
+    }
+
+    /// The same of a subdomain, with the products of its bodies.
+    #[inline(always)]
+    pub fn iterate_inside(&mut self, factors: [f32; 2], mut bodies: BodySlice) -> PassSums<f64> {
+        let mut sums = self.iterate(factors, &mut bodies);
+        let ((_, h_w), (momenta, inverse)) = bodies;
+        sums.products.join(&products(h_w, momenta, inverse));
+        sums
     }
 }
 
@@ -240,7 +216,7 @@ impl SingleBodies {
     pub fn load(&mut self, records: &[BodyRecord]) {
         for quads in [&mut self.velocities, &mut self.h_w, &mut self.momenta] {
             quads.clear();
-            quads.resize(records.len(), Quad::default());
+            quads.resize(records.len(), BodyRow::default());
         }
         self.inverse.clear();
         self.inverse.extend(records.iter().map(|record| {
@@ -251,17 +227,15 @@ impl SingleBodies {
 
     /// All of them.
     pub fn all(&mut self) -> BodySlice<'_> {
-        BodySlice {
-            velocities: &mut self.velocities,
-            h_w: &mut self.h_w,
-            momenta: &mut self.momenta,
-            inverse: &self.inverse,
-        }
+        (
+            (&mut self.velocities, &mut self.h_w),
+            (&mut self.momenta, &self.inverse),
+        )
     }
 
     /// Lets a body follow contacts from outside alone.
     pub fn leave(&mut self, body: u32) {
-        self.inverse[body as usize] = Quad::default();
+        self.inverse[body as usize] = BodyRow::default();
     }
 
     /// Moves a body that contacts from outside move: dv (m/s).
@@ -270,7 +244,7 @@ impl SingleBodies {
     }
 
     /// dv of some bodies.
-    pub fn velocities(&self, bodies: Range<usize>) -> &[Quad] {
+    pub fn velocities(&self, bodies: Range<usize>) -> &[BodyRow] {
         &self.velocities[bodies]
     }
 
@@ -281,44 +255,37 @@ impl SingleBodies {
     }
 }
 
-impl BodySlice<'_> {
-    /// Takes the step alpha along m = H w + beta m, and forgets H w.
-    #[inline(always)]
-    pub fn follow(&mut self, [alpha, beta]: [f32; 2]) {
-        let moved = self.velocities.as_flattened_mut().iter_mut();
-        let moved = moved.zip(self.inverse.as_flattened());
-        let along = self.momenta.as_flattened_mut().iter_mut();
-        let along = along.zip(self.h_w.as_flattened_mut());
-        for ((v, inverse), (m, w)) in moved.zip(along) {
-            *m = *w + beta * *m;
-            *v += alpha * *inverse * *m;
-            *w = 0.0;
-        }
+/// Takes the step alpha along m = H w + beta m, and forgets H w.
+#[inline(always)]
+pub fn follow(((velocities, h_w), (momenta, inverse)): BodySlice, [alpha, beta]: [f32; 2]) {
+    let moved = velocities.as_flattened_mut().iter_mut();
+    let moved = moved.zip(inverse.as_flattened());
+    let along = momenta.as_flattened_mut().iter_mut();
+    let along = along.zip(h_w.as_flattened_mut());
+    for ((v, inverse), (m, w)) in moved.zip(along) {
+        *m = *w + beta * *m;
+        *v += alpha * *inverse * *m;
+        *w = 0.0;
     }
+}
 
-    /// Products of w and p by M^-1.
-    #[inline(always)]
-    pub fn products(&self) -> Products<f64> {
-        let [mut wp, mut ww, mut pp] = [[0.0; WIDTH]; 3];
-        let h_w = self.h_w.as_flattened().chunks(WIDTH);
-        let momenta = self.momenta.as_flattened().chunks(WIDTH);
-        let inverse = self.inverse.as_flattened().chunks(WIDTH);
-        for ((w, m), inverse) in h_w.zip(momenta).zip(inverse) {
-            let sums = wp.iter_mut().zip(&mut ww).zip(&mut pp);
-            for (((w, m), inverse), ((wp, ww), pp)) in w.iter().zip(m).zip(inverse).zip(sums) {
-                *wp += inverse * w * m;
-                *ww += inverse * w * w;
-                *pp += inverse * m * m;
-            }
-        }
-        let wp = total(&wp);
-        Products {
-            wp,
-            ww: total(&ww),
-            wz: wp,
-            zz: total(&pp),
+/// Products of w and p by M^-1.
+#[inline(always)]
+fn products(h_w: &[BodyRow], momenta: &[BodyRow], inverse: &[BodyRow]) -> Products<f64> {
+    let [mut wp, mut ww, mut pp] = [[0.0; WIDTH]; 3];
+    let h_w = h_w.as_flattened().chunks(WIDTH);
+    let momenta = momenta.as_flattened().chunks(WIDTH);
+    let inverse = inverse.as_flattened().chunks(WIDTH);
+    for ((w, m), inverse) in h_w.zip(momenta).zip(inverse) {
+        let sums = wp.iter_mut().zip(&mut ww).zip(&mut pp);
+        for (((w, m), inverse), ((wp, ww), pp)) in w.iter().zip(m).zip(inverse).zip(sums) {
+            *wp += inverse * w * m;
+            *ww += inverse * w * w;
+            *pp += inverse * m * m;
         }
     }
+    let [wp, ww, zz] = [wp, ww, pp].map(|sum| total(&sum));
+    Products { wp, ww, wz: wp, zz }
 }
 
 impl BondedChunk {
@@ -399,7 +366,7 @@ impl BondedChunk {
 
     /// Change of the velocities of a against b, spins added.
     #[inline(always)]
-    fn gather(&self, velocities: &[Quad], rows: &mut [Quad; CHUNK]) {
+    fn gather(&self, velocities: &[BodyRow], rows: &mut [BodyRow; CHUNK]) {
         for (row, (a, b)) in rows.iter_mut().zip(self.a.iter().zip(&self.b)) {
             let (a, b) = (velocities[*a as usize], velocities[*b as usize]);
             *row = from_fn(|k| a[k] - OPPOSITE[k] * b[k]);
@@ -408,8 +375,14 @@ impl BondedChunk {
 
     /// Moves the contacts, and measures where they are; the rows hold the velocities of the bodies, and then H w of a.
     #[inline(always)]
-    fn advance(&mut self, [alpha, beta]: [f32; 2], rows: &mut [Quad; CHUNK], sums: &mut RowSums) {
+    fn advance(
+        &mut self,
+        [alpha, beta]: [f32; 2],
+        rows: &mut [BodyRow; CHUNK],
+        sums: &mut RowSums,
+    ) {
         let [normal, tangent] = &mut self.axes;
+        let [uw, up, wp, ww, wz, pp, defect] = sums;
         for (i, row) in rows.iter_mut().enumerate() {
             // All four numbers of a row are read, or the last contacts of the chunk would be treated one by one.
             let [x, y, turn, nothing] = *row;
@@ -433,21 +406,21 @@ impl BondedChunk {
             let v = tangent.bias[i] + slip + s * ds;
             let t = -v / (tangent.block[i] + s);
             tangent.gradient[i] = t;
-            sums.uw[i] += u * w + v * t;
-            sums.up[i] += u * p + v * q;
-            sums.wp[i] += before * w * p + s * t * q;
-            sums.ww[i] += c * w * w + s * t * t;
-            sums.wz[i] += c * w * p + s * t * q;
-            sums.pp[i] += c * p * p + s * q * q;
+            uw[i] += u * w + v * t;
+            up[i] += u * p + v * q;
+            wp[i] += before * w * p + s * t * q;
+            ww[i] += c * w * w + s * t * t;
+            wz[i] += c * w * p + s * t * q;
+            pp[i] += c * p * p + s * q * q;
             let off = [(normal.block[i] + spring) * w, tangent.block[i] * t];
-            sums.defect[i] += off[0] * off[0] + off[1] * off[1];
+            defect[i] += off[0] * off[0] + off[1] * off[1];
             *row = [w * nx - t * ny, w * ny + t * nx, lever * t, 0.0];
         }
     }
 
     /// Adds H w of the contacts to that of the bodies.
     #[inline(always)]
-    fn scatter(&self, rows: &[Quad; CHUNK], h_w: &mut [Quad]) {
+    fn scatter(&self, rows: &[BodyRow; CHUNK], h_w: &mut [BodyRow]) {
         for place in 0..CHUNK {
             let i = place * STRIDE % CHUNK + place * STRIDE / CHUNK;
             let a = &mut h_w[self.a[i] as usize];
@@ -479,21 +452,6 @@ impl Component {
         let change = self.change[i] + alpha * p;
         (self.direction[i], self.change[i]) = (p, change);
         (p, change)
-    }
-}
-
-impl RowSums {
-    fn new() -> RowSums {
-        let none = [0.0; CHUNK];
-        RowSums {
-            uw: none,
-            up: none,
-            wp: none,
-            ww: none,
-            wz: none,
-            pp: none,
-            defect: none,
-        }
     }
 }
 

@@ -9,7 +9,7 @@
 //! is above the tolerance, the solve begins anew from there.
 
 use super::batch::Pass;
-use super::bonded::{BodySlice, BondedBatch, SingleBodies, suits_bond};
+use super::bonded::{BondedBatch, SingleBodies, follow, suits_bond};
 use super::group::{PassSums, With};
 use super::workspace::Workspace;
 use crate::law::lanes::widest;
@@ -206,20 +206,16 @@ impl Correction {
             self.bodies
                 .place(*body, [0, 1, 2].map(|axis| v[axis] - start[axis]));
         }
-        let follow =
-            |_: &mut Subdomain<Interior>, mut bodies: BodySlice| widest!(bodies.follow(factors));
-        for_each_subdomain(&mut self.subdomains, self.bodies.all(), parallel, &follow);
+        let all = self.bodies.all();
+        for_each_subdomain(&mut self.subdomains, all, parallel, &|_, bodies| {
+            widest!(follow(bodies, factors));
+        });
         let mut all = self.bodies.all();
         let mut sums = widest!(self.across.iterate(factors, &mut all));
-        let iterate = |subdomain: &mut Subdomain<Interior>, mut bodies: BodySlice| {
+        for_each_subdomain(&mut self.subdomains, all, parallel, &|subdomain, bodies| {
             let Interior { batch, sums, .. } = &mut subdomain.work;
-            *sums = widest!({
-                let mut sums = batch.iterate(factors, &mut bodies);
-                sums.products.join(&bodies.products());
-                sums
-            });
-        };
-        for_each_subdomain(&mut self.subdomains, self.bodies.all(), parallel, &iterate);
+            *sums = widest!(batch.iterate_inside(factors, bodies));
+        });
         for (number, (body, _)) in self.shared.iter().enumerate() {
             self.workspace.add_h_w(number, self.bodies.h_w(*body));
         }
