@@ -328,7 +328,7 @@ pub fn shown(value: &toml::Value) -> String {
     }
 }
 
-/// What a table would show of each of its values, by their keys.
+/// The values of a table, each as a table of the study shows it, by their keys.
 pub(super) fn shown_values(table: &toml::Table) -> BTreeMap<String, String> {
     let values = leaves(table).into_iter();
     values.map(|(key, value)| (key, shown(value))).collect()

@@ -81,6 +81,14 @@ impl Contact {
         [r_n * nx - r_t * ny, r_n * ny + r_t * nx]
     }
 
+    /// Adds an impulse (r_n, r_t) of this contact of two free disks (N s) to their velocities; the bodies count from `first`.
+    #[inline(always)]
+    pub(crate) fn push(&self, bodies: &mut [BodyRecord], first: usize, impulse: [f64; 2]) {
+        let (lever, [x, y]) = (self.lever(), self.in_xy(impulse));
+        bodies[self.a as usize - first].push(lever, [x, y], impulse);
+        bodies[self.b as usize - first].push(lever, [-x, -y], impulse);
+    }
+
     /// Diagonal of W with springs, D (1/kg).
     #[inline(always)]
     pub(crate) fn diagonal(&self) -> [f64; 2] {

@@ -371,9 +371,7 @@ fn solve_bonded(problem: &mut Problem, bonded: &[(u32, u32)], squares: &mut [f64
         let free = contact.without_impulse(velocity);
         let impulse = law.impulse(&contact.block, &contact.law, free);
         let step = take_over(contact, impulse, &mut sums);
-        let [x, y] = contact.in_xy(step);
-        records[a].push(contact.lever(), [x, y], step);
-        records[b].push(contact.lever(), [-x, -y], step);
+        contact.push(records, 0, step);
     }
     *squares = sums;
 }

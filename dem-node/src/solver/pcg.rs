@@ -65,7 +65,7 @@ const TIGHTER: [f64; 2] = [0.1, 0.9];
 pub struct Buffers {
     workspace: Workspace,
     correction: Correction,
-    /// Which of them has the problem that was solved last.
+    /// The form that has taken over the problem which was solved last.
     holds: Holder,
 }
 

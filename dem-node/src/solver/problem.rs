@@ -145,11 +145,7 @@ impl Problem {
                     subdomain.work.push((piece.passed + index) as u32);
                     continue;
                 }
-                let force = contact.in_xy(contact.impulse);
-                let lever = contact.lever();
-                let [a, b] = [contact.a, contact.b].map(|body| body as usize - piece.first);
-                piece.bodies[a].push(lever, force, contact.impulse);
-                piece.bodies[b].push(lever, [-force[0], -force[1]], contact.impulse);
+                contact.push(piece.bodies, piece.first, contact.impulse);
             }
         });
         self.records = records;

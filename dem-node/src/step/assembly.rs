@@ -10,7 +10,7 @@ use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
 use crate::step::state::GrainState;
 
-/// Where and when contacts are detected.
+/// State, step and positions at which contacts are detected.
 struct Detection<'a> {
     state: &'a GrainState,
     input: &'a StepInput<'a>,

@@ -35,7 +35,7 @@ type Row = [f32; CHUNK];
 /// Numbers of a body: along x, along y, of its spin, and 0, for four fill a register.
 pub type BodyRow = [f32; 4];
 
-/// What b takes where a gets: both disks turn the same way.
+/// Signs of b's numbers against those of a: a force on b is opposed to the one on a, and both disks turn the same way.
 const OPPOSITE: BodyRow = [1.0, 1.0, -1.0, -1.0];
 
 /// All bodies of a problem.
@@ -92,7 +92,7 @@ struct BondedChunk {
     axes: [Component; 2],
 }
 
-/// u.w, u.p, w.C p, w.C w, w.C p of the branches of now, p.C p and the square of the defect, place by place of the chunks.
+/// u.w, u.p, w.C p, w.C w, w.C p under the new branches, p.C p and the square of the defect, place by place of the chunks.
 type RowSums = [Row; 7];
 
 /// Bonded contacts of one subdomain, or across all of them.
@@ -214,9 +214,9 @@ impl BondedBatch {
 impl SingleBodies {
     /// Takes over the bodies of a problem, where a solve begins.
     pub fn load(&mut self, records: &[BodyRecord]) {
-        for quads in [&mut self.velocities, &mut self.h_w, &mut self.momenta] {
-            quads.clear();
-            quads.resize(records.len(), BodyRow::default());
+        for rows in [&mut self.velocities, &mut self.h_w, &mut self.momenta] {
+            rows.clear();
+            rows.resize(records.len(), BodyRow::default());
         }
         self.inverse.clear();
         self.inverse.extend(records.iter().map(|record| {

@@ -19,7 +19,7 @@ use crate::solver::pieces::ByCandidate;
 use crate::solver::problem::Problem;
 
 /// Largest share of the contacts in the outer problem, which is solved by one thread.
-const OUTER: f64 = 0.1;
+const OUTER_SHARE: f64 = 0.1;
 
 /// All that the outer problem can contain.
 type Outer = With<true, true, true>;
@@ -42,7 +42,7 @@ pub struct Correction {
     numbers: Vec<u32>,
 }
 
-/// What a subdomain holds.
+/// Contacts of a subdomain.
 #[derive(Clone, Debug, Default)]
 struct Interior {
     batch: BondedBatch,
@@ -105,7 +105,7 @@ impl Correction {
             batch.end();
         });
         let outside = self.subdomains.iter().map(|s| s.work.outside.len());
-        if outside.sum::<usize>() as f64 > OUTER * problem.contacts.len() as f64 {
+        if outside.sum::<usize>() as f64 > OUTER_SHARE * problem.contacts.len() as f64 {
             return false;
         }
         self.bodies.load(&problem.records);
@@ -136,11 +136,11 @@ impl Correction {
         let contacts = self.members.iter().map(|i| &problem.contacts[*i as usize]);
         for body in contacts.clone().flat_map(|contact| [contact.a, contact.b]) {
             if self.numbers[body as usize] == INSIDE && !is_held(problem, body) {
+                let record = problem.records[body as usize];
                 self.numbers[body as usize] = outer.records.len() as u32;
-                outer.records.push(problem.records[body as usize]);
+                outer.records.push(record);
                 self.bodies.leave(body);
-                let velocity = problem.records[body as usize].velocity;
-                self.shared.push((body, velocity));
+                self.shared.push((body, record.velocity));
             }
         }
         outer.first_glued = outer.records.len();
@@ -240,10 +240,7 @@ impl Correction {
             for (index, change) in subdomain.work.batch.changes() {
                 let contact = &mut piece.contacts[index as usize - piece.passed];
                 contact.impulse = [0, 1].map(|axis| contact.impulse[axis] + change[axis]);
-                let (lever, [x, y]) = (contact.lever(), contact.in_xy(change));
-                let [a, b] = [contact.a, contact.b].map(|body| body as usize - piece.first);
-                piece.bodies[a].push(lever, [x, y], change);
-                piece.bodies[b].push(lever, [-x, -y], change);
+                contact.push(piece.bodies, piece.first, change);
             }
         });
         let solved = self.members.iter().zip(&self.outer.contacts);
