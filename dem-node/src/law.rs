@@ -69,14 +69,6 @@ pub struct Springs {
 }
 
 impl Springs {
-    /// The same springs alone.
-    pub fn undamped(self) -> Springs {
-        Springs {
-            damping: 0.0,
-            ..self
-        }
-    }
-
     /// Damping ratio under which a pair that meets leaves with this part e of its speed, 0.14 to 1, the contact ending where its
     /// force vanishes: e = exp(-(pi - 2 phi) tan phi), zeta = sin phi (Schwager and Poschel 2007).
     pub fn damping_ratio(restitution: f64) -> f64 {
@@ -127,6 +119,12 @@ impl Law {
             (None, Some(restitution), _) => (gap <= 0.0).then_some(restitution * before),
             (None, None, _) => Some(gap.max(0.0) / step),
         }
+    }
+
+    /// True if some of the forces are those of dampers.
+    pub fn is_damped(&self) -> bool {
+        self.springs.is_some_and(|springs| springs.damping > 0.0)
+            || self.cohesion.is_some_and(|bonds| bonds.damping > 0.0)
     }
 
     /// Elastic energy of a contact under these forces (J).

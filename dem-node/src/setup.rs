@@ -152,6 +152,7 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
         thickness,
         alert: config.alert_m?,
         bonds_min: config.bonds_min as usize,
+        damping: config.bond_damping_ratio.unwrap_or(0.0),
     })
 }
 

@@ -239,7 +239,7 @@ impl Stepper {
                         continue;
                     };
                     let velocity = problem.relative_velocity(contact);
-                    let adhesion = bond.fall(law, velocity, contact.bias[0], h);
+                    let adhesion = bond.fall(law, velocity, contact.gap, h);
                     if adhesion < bond.adhesion[1] {
                         softened.push(index as u32);
                     }

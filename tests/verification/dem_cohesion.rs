@@ -149,6 +149,7 @@ fn adhesion_in(steps: u32) -> f64 {
         thickness: 1e-3,
         alert: 1e-6,
         bonds_min: 0,
+        damping: 0.0,
     };
     let end = 3.0 * critical();
     let h = end / 0.1 / f64::from(steps);

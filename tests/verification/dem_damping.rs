@@ -80,6 +80,62 @@ fn the_step_alone_leaves_what_the_results_say() {
     );
 }
 
+/// Two disks whose bond is as stiff in tension as in compression. Exact, of an oscillator with the damping ratio z that begins with the
+/// velocity 2 V: 2 V exp(-z w t) (cos w_d t - z w / w_d sin w_d t), w_d = w sqrt(1 - z^2); along the bond w^2 = 2 k/m, across it
+/// w_t^2 = 6 k_t/m, as both disks turn, and z_t = z w_t / w. Of first order in the step, so extrapolated from two.
+#[test]
+fn a_damped_bond_rings_as_an_oscillator() {
+    let (zeta, radius_m) = (0.3, R);
+    let k = STIFFNESS_PA * THICKNESS;
+    let per_area = k / (0.5 * R * THICKNESS);
+    let ring = |across: bool, h_omega: f64, spans: u32| {
+        let law = json!({
+            "kind": "cohesion", "friction": 0.0, "contact_stiffness_pa": STIFFNESS_PA, "tangential_stiffness_ratio": 1.0,
+            "cn_pa_per_m": per_area, "ct_pa_per_m": 0.25 * per_area, "w_j_per_m2": 1e9, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one",
+            "alert_m": 0.1 * R, "bond_damping_ratio": zeta,
+        });
+        let speed = 1e-4 * V;
+        let disk = |side: f64| {
+            let (along, over) = if across {
+                ("vy_m_per_s", "vx_m_per_s")
+            } else {
+                ("vx_m_per_s", "vy_m_per_s")
+            };
+            json!({"x_m": side * R, "y_m": 0.0, "radius_m": radius_m, along: side * speed, over: 0.0})
+        };
+        let sample = json!({"kind": "disks", "disks": [disk(-1.0), disk(1.0)]});
+        let mut dem = build(&scene(law, h_omega / omega(), sample, json!({})));
+        let report = march(&mut dem, 0, (f64::from(spans) / h_omega) as u32);
+        let before = mass(R) * speed * speed;
+        assert!(
+            report.imbalance(before) < 1e-9,
+            "{}",
+            report.imbalance(before)
+        );
+        let [a, b] = [dem.state().velocities[0], dem.state().velocities[1]];
+        let apart = if across {
+            b[1] - a[1] - b[2] - a[2]
+        } else {
+            b[0] - a[0]
+        };
+        (
+            apart.abs() / (2.0 * speed),
+            report.energy("damping") / before,
+        )
+    };
+    for spans in [1, 2, 4] {
+        for (across, stiffer) in [(false, 1.0), (true, 0.75)] {
+            let [(coarse, _), (fine, lost)] = [4e-4, 2e-4].map(|h| ring(across, h, spans));
+            let (w, z) = (f64::sqrt(stiffer), zeta * f64::sqrt(stiffer));
+            let (t, wd) = (f64::from(spans), w * (1.0 - z * z).sqrt());
+            let exact = (-z * w * t).exp() * ((wd * t).cos() - z * w / wd * (wd * t).sin());
+            let at = format!("{spans} {across}");
+            close(&at, 2.0 * fine - coarse, exact.abs(), 1e-5);
+            assert!(lost > 0.1, "{at}: {lost}");
+        }
+    }
+}
+
 #[test]
 fn dampers_need_springs_and_a_restitution_that_they_can_give() {
     let with = |law: Value| {
@@ -93,4 +149,9 @@ fn dampers_need_springs_and_a_restitution_that_they_can_give() {
     );
     let low = with(json!({"kind": "signorini", "contact_stiffness_pa": 1e10, "damping": 0.1}));
     assert!(low.contains("law.damping") && low.contains("0.14"), "{low}");
+    let loose = with(json!({"kind": "signorini", "bond_damping_ratio": 0.1}));
+    assert!(
+        loose.contains("law.bond_damping_ratio") && loose.contains("belongs to bonds"),
+        "{loose}"
+    );
 }

@@ -25,7 +25,8 @@ pub struct LawConfig {
     /// kt / kn of compliant contacts with friction, above 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
-    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give; elastic when absent. Bonds have none.
+    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give; elastic when absent. Bonds have
+    /// `bond_damping_ratio`.
     #[schemars(range(min = 0.14, max = 1.0))]
     pub damping: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
@@ -45,6 +46,9 @@ pub struct LawConfig {
     /// b (Pa m s^p), viscosity of decohesion, at least 0.
     #[schemars(range(min = 0.0))]
     pub b_pa_m_s: Option<f64>,
+    /// Damping ratio of the dampers beside the springs of bonds, 0 to 1; they weaken with the bond. None when absent.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub bond_damping_ratio: Option<f64>,
     /// p, power of the rate.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p: Option<f64>,
@@ -227,6 +231,11 @@ impl LawConfig {
             not_negative(key, given(key, value)?, unit)?;
         }
         within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
+        within(
+            "law.bond_damping_ratio",
+            self.bond_damping_ratio,
+            [0.0, 1.0],
+        )?;
         refuse_if(
             self.h_prime.is_none(),
             "law.h_prime",
@@ -242,6 +251,7 @@ impl LawConfig {
         let others = [
             ("law.h_prime", self.h_prime.is_some()),
             ("law.bonds_min", self.bonds_min > 0),
+            ("law.bond_damping_ratio", self.bond_damping_ratio.is_some()),
         ];
         refuse_given(
             numbers.into_iter().chain(others),

@@ -24,9 +24,8 @@ kit::plausible_bounds! {
         /// Force that moves the mass added by `mass_scale`, over the force that goes through the grains, both summed over the last
         /// half of the steps or a little more, without a wheel's ramp.
         added_inertia_rel = [0.1, 0.4],
-        /// Energy of springs and bonds that detection changes between two steps, sizes summed, over what the grains have stored
-        /// and dissipated. Pairs that pass each other by s turn their normal and open by s^2 / (2 (r_1 + r_2)), of first order in
-        /// the step over a run; a gap or a normal that is wrong does more.
+        /// Energy of springs and bonds that detection changes between two steps otherwise than the velocities foretell, sizes summed, over what
+        /// the grains have stored and dissipated: a gap or a normal that is wrong, or a way past each other that is long beside the radii.
         detection_rel = [5e-3, 3e-2],
         /// Energy that rigid contacts have made over what the grains have stored and dissipated, contact by contact: Newton's restitution with friction
         /// can make some (Kane and Levinson 1985), a true law none.
@@ -50,7 +49,7 @@ kit::plausible_bounds! {
         /// Energy that decohesion took less than that of the surface which bonds gave up, over the latter, where that is a thousandth of what the
         /// grains were given.
         bond_energy_rel = [0.1, 0.5],
-        /// Energy that the scheme took over all that the grains were given, where drives, walls, weight or their flight at the start gave a tenth of
+        /// Energy that the scheme took, as contacts turn too, over all that the grains were given, where drives, walls, weight or their flight at the start gave a tenth of
         /// that at least.
         numerical_rel = [0.1, 0.5],
         /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.

@@ -131,27 +131,38 @@ pub struct BondContact {
     pub index: u32,
     /// Adhesion at the start of the step, and the one under which the problem is solved.
     pub adhesion: [f64; 2],
+    /// Ratio of its dampers to its springs (s).
+    pub relaxation: f64,
     /// The law under that adhesion.
     pub law: BondLaw,
 }
 
 impl BondContact {
-    /// The bond at the start of a step h (s).
+    /// The bond at the start of a step h (s), its disks having these inverse masses in sum (1/kg).
     ///
     /// A rigid contact has friction beside the bond. The tangential spring of a compliant one belongs to the bond and
     /// becomes a stick-slip spring when the bond breaks (see [`end_step`]).
-    pub fn new(law: &Law, bond: &Bond, index: usize, h: f64) -> BondContact {
+    pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
         let friction = match law.springs {
             None => law.friction,
             Some(_) => 0.0,
         };
+        let cohesion = law.cohesion.as_ref();
         let mut contact = BondContact {
             index: index as u32,
             adhesion: [bond.adhesion; 2],
-            law: BondLaw::new(bond.slip / h, friction),
+            relaxation: cohesion.map_or(0.0, |c| c.relaxation(bond.area, inverse_mass)),
+            law: BondLaw::default(),
         };
+        contact.law = BondLaw::new(contact.damped_share(h) * bond.slip / h, friction);
         contact.soften(law, bond, bond.adhesion, h);
         contact
+    }
+
+    /// What the dampers make of all springs of the contact in a step h (s): 1/(k h^2), delta/h and delta_t/h become this part of themselves,
+    /// since a force is -k (delta + h u) - c u.
+    pub fn damped_share(&self, h: f64) -> f64 {
+        1.0 / (1.0 + self.relaxation / h)
     }
 
     /// Takes over a lower adhesion.
@@ -160,12 +171,14 @@ impl BondContact {
         let stiffness = law
             .cohesion
             .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion));
-        self.law.set_stiffness(stiffness, h);
+        let share = self.damped_share(h);
+        self.law.set_stiffness(stiffness.map(|k| k / share), h);
     }
 
-    /// The adhesion that the end of the step allows, the gap opening at u_n and sliding at u_t; `bias` is delta/h (m/s).
-    pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], bias: f64, h: f64) -> f64 {
-        let drive = law.drive(h * (bias + velocity[0]), h * (self.law.slip + velocity[1]));
+    /// The adhesion that the end of the step allows, the gap of delta (m) opening at u_n and sliding at u_t.
+    pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
+        let slip = self.law.slip / self.damped_share(h);
+        let drive = law.drive(h * (delta / h + velocity[0]), h * (slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }
@@ -173,23 +186,26 @@ impl BondContact {
 
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
-/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start, a_1 in the solution and a_2 at
-/// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
+/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the solution, which is `solved`,
+/// and a_2 = `after` at the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that opens in the step is pulled over the
 /// rest of the path as well. Of all that, decohesion takes the surface energy that has been given up, as far as it goes, and the
 /// scheme the rest: neither is ever negative. A rigid contact loses what [`rigid_loss`] says of its compression and its slip.
+/// Its dampers lose what the work leaves beside the energy of the springs and the loss of the scheme.
 /// The change of the opening between two steps, by the turning of the normal, is that of detection, see [`ContactStep::turned`].
 pub fn end_step(
     law: &Law,
     bond: &mut Bond,
     slot: &mut Slot,
     contact: &ContactStep,
-    [before, solved, after]: [f64; 3],
+    solution: &BondContact,
+    after: f64,
 ) -> Loss {
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();
     };
     let ([r_n, r_t], [u_n, u_t], h) = (contact.impulse, contact.velocity, contact.step);
+    let ([before, solved], relaxation) = (solution.adhesion, solution.relaxation);
     let [k_n, k_t] = cohesion.stiffness(bond.area, solved);
     let stored = |adhesion, opening, slip| cohesion.stored(bond.area, adhesion, opening, slip);
     let (opening, slip) = (contact.gap + h * u_n, bond.slip + h * u_t);
@@ -197,17 +213,22 @@ pub fn end_step(
     let mut lost = stored(before, contact.gap, bond.slip) - stored(solved, contact.gap, bond.slip)
         + stored(solved, opening, slip)
         - stored(after, opening, slip)
-        + stretched(k_n, contact.gap, r_n.min(0.0), h)
         + 0.5 * k_t * (h * u_t).powi(2);
+    let ([pull, push], damped) = ([r_n.min(0.0), r_n.max(0.0)], relaxation > 0.0);
+    let [numerical, mut damping] = stretched(k_n, damped, contact, pull);
+    lost += numerical;
+    damping += h * relaxation * k_t * u_t * u_t;
     let surface = bond.area * cohesion.surface([before, after], h);
-    let turned = law.springs.map_or(0.0, |s| contact.turned(s.normal))
-        + stored(before, contact.last_gap, bond.slip)
-        - stored(before, contact.gap, bond.slip);
+    let of_springs = law.springs.map_or([0.0; 2], |s| contact.turned(s.normal));
+    let [detection, unforeseen] = [0, 1].map(|k| {
+        let gap = [contact.last_gap, contact.turned_gap][k];
+        of_springs[k] + stored(before, gap, bond.slip) - stored(before, contact.gap, bond.slip)
+    });
     let (mut compressed, r_f) = match &law.springs {
         Some(springs) => {
-            let [numerical, _] = pressed(&springs.undamped(), contact, r_n.max(0.0));
-            let behind = r_n.max(0.0) * contact.change[0];
-            let numerical = numerical + (1.0 - contact.theta) * behind;
+            let [numerical, of_normal] = pressed(springs.normal, damped, contact, push);
+            let numerical = numerical + (1.0 - contact.theta) * push * contact.change[0];
+            damping += of_normal;
             (
                 Loss {
                     numerical,
@@ -217,8 +238,8 @@ pub fn end_step(
             )
         }
         None => {
-            let r_f = r_t + h * k_t * slip;
-            (rigid_loss(contact, [r_n.max(0.0), r_f]), r_f)
+            let r_f = r_t + h * k_t * (slip + relaxation * u_t);
+            (rigid_loss(contact, [push, r_f]), r_f)
         }
     };
     (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
@@ -227,18 +248,27 @@ pub fn end_step(
         let [_, k_t] = cohesion.stiffness(bond.area, before);
         lost -= leave_touching(law, bond, slot, k_t, lost - surface);
     }
-    let behind = r_n.min(0.0) * contact.change[0] + (r_t - r_f) * contact.change[1];
+    let behind = pull * contact.change[0] + (r_t - r_f) * contact.change[1];
     compressed.cohesion = lost.min(surface);
     compressed.surface = surface;
     compressed.numerical += lost - compressed.cohesion + (1.0 - contact.theta) * behind;
-    compressed.detection = turned;
+    compressed.damping = damping;
+    (compressed.detection, compressed.unforeseen) = (detection, unforeseen);
     compressed
 }
 
-/// Loss of the tensile spring k under the impulse r_n <= 0.
-fn stretched(k: f64, before: f64, r_n: f64, h: f64) -> f64 {
-    let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
-    0.5 * k * (reached - before.max(0.0)).powi(2) - k * reached * before.min(0.0)
+/// Losses of the scheme and of the damper in tension, where a spring k (N/m) pulls with the impulse r_n <= 0.
+fn stretched(k: f64, damped: bool, contact: &ContactStep, r_n: f64) -> [f64; 2] {
+    let (h, u_n) = (contact.step, contact.velocity[0]);
+    let (before, open) = (contact.gap.max(0.0), contact.gap.min(0.0));
+    let numerical = |reached: f64| 0.5 * k * (reached - before).powi(2) - k * reached * open;
+    if !damped {
+        let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
+        return [numerical(reached), 0.0];
+    }
+    let reached = (contact.gap + h * u_n).max(0.0);
+    let lost = -r_n * u_n - 0.5 * k * (reached.powi(2) - before.powi(2));
+    [numerical(reached), lost - numerical(reached)]
 }
 
 /// The pair of a broken bond goes on as a contact: it touches where the bond did and keeps its pressure. The bond's tangential
@@ -288,6 +318,7 @@ mod tests {
                 thickness: 1.0,
                 alert: 0.1,
                 bonds_min: 0,
+                damping: 0.0,
             }),
             ..Law::default()
         }
@@ -304,13 +335,20 @@ mod tests {
 
     /// U_n = u_n + delta/h, u_t, and the impulse for these free velocities.
     fn solved(law: &Law, compliance: f64, b: [f64; 2]) -> ([f64; 2], [f64; 2]) {
-        let mut contact = BondContact::new(law, &bond(), 0, STEP);
+        let mut contact = BondContact::new(law, (0, &bond()), 0.0, STEP);
         let law = &mut contact.law;
         let compressed = law.prepare(BLOCK, compliance, (0, 1));
         let [r_n, r_t] = law.impulse(&BLOCK, &compressed.expect("it is well posed"), b);
         let u_n = b[0] + BLOCK.nn * r_n + BLOCK.nt * r_t;
         let u_t = b[1] + BLOCK.nt * r_n + BLOCK.tt * r_t;
         ([u_n, u_t], [r_n, r_t])
+    }
+
+    fn of(adhesion: [f64; 2]) -> BondContact {
+        BondContact {
+            adhesion,
+            ..BondContact::default()
+        }
     }
 
     fn close(a: f64, b: f64) {
@@ -360,6 +398,57 @@ mod tests {
         assert!(r_t.abs() > 0.4 * r_n);
     }
 
+    /// Forces -k (delta + h u) - c u with c/k = 0.25 s, in tension where that is below 0. Dampers lose c u^2 h where the step stays on its
+    /// branch, and never less than nothing; with the scheme they lose the work that the springs do not store.
+    #[test]
+    fn dampers_lose_what_springs_do_not_store() {
+        let (law, tau) = (law(Some(SPRINGS)), 0.25);
+        let [k_n, k_t] = [1.28, 0.64];
+        for gap in [-0.3, -0.1, 0.0, 0.1, 0.3] {
+            for u_n in [-2.0, -0.5, 0.0, 0.3, 1.5] {
+                let (u_t, h) = (0.7, STEP);
+                let after = gap + h * u_n;
+                let strained = after + tau * u_n;
+                let k = if strained > 0.0 { k_n } else { SPRINGS.normal };
+                let contact = ContactStep {
+                    step: h,
+                    theta: 1.0,
+                    gap,
+                    last_gap: gap,
+                    turned_gap: gap,
+                    spring: [0.0; 2],
+                    impulse: [-h * k * strained, -h * k_t * (0.3 + (h + tau) * u_t)],
+                    velocity: [u_n, u_t],
+                    change: [0.0; 2],
+                    elastic: true,
+                };
+                let solution = BondContact {
+                    relaxation: tau,
+                    ..of([0.8; 2])
+                };
+                let loss = end_step(
+                    &law,
+                    &mut bond(),
+                    &mut Slot::default(),
+                    &contact,
+                    &solution,
+                    0.8,
+                );
+                let eased = |gap: f64, slip: f64| {
+                    let k = if gap > 0.0 { k_n } else { SPRINGS.normal };
+                    0.5 * (k * gap * gap + k_t * slip * slip)
+                };
+                let stored = eased(after, 0.3 + h * u_t) - eased(gap, 0.3);
+                let work = contact.impulse[0] * u_n + contact.impulse[1] * u_t;
+                close(loss.damping + loss.numerical, -work - stored);
+                assert!(loss.damping >= 0.0 && loss.numerical >= 0.0);
+                if gap * after > 0.0 && after * strained > 0.0 {
+                    close(loss.damping, h * tau * (k * u_n * u_n + k_t * u_t * u_t));
+                }
+            }
+        }
+    }
+
     /// From an opening of 0.3 found as 0.1, l Cn a^2 = 1.28, and with springs from an overlap of 0.3 found as 0.1.
     #[test]
     fn what_detection_changes_in_a_bond_is_no_impact() {
@@ -374,6 +463,7 @@ mod tests {
                 theta: 1.0,
                 gap: 0.1 * sign,
                 last_gap: 0.3 * sign,
+                turned_gap: 0.3 * sign,
                 spring: [0.0; 2],
                 impulse: [0.0; 2],
                 velocity: [0.0; 2],
@@ -381,7 +471,7 @@ mod tests {
                 elastic: true,
             };
             let (law, mut slot) = (law(springs), Slot::default());
-            let loss = end_step(&law, &mut bond(), &mut slot, &contact, [0.8; 3]);
+            let loss = end_step(&law, &mut bond(), &mut slot, &contact, &of([0.8; 2]), 0.8);
             close(loss.detection, expected);
             close(loss.cohesion, 0.0);
         }
@@ -411,6 +501,7 @@ mod tests {
                 theta: 1.0,
                 gap: -0.3,
                 last_gap: -0.3,
+                turned_gap: -0.3,
                 spring: [0.0; 2],
                 impulse: [2.4 * STEP, 0.0],
                 velocity: [0.0; 2],
@@ -418,7 +509,7 @@ mod tests {
                 elastic: true,
             };
             let law = law(Some(SPRINGS));
-            let loss = end_step(&law, &mut bond, &mut slot, &contact, [1.0, 1.0, 0.0]);
+            let loss = end_step(&law, &mut bond, &mut slot, &contact, &of([1.0; 2]), 0.0);
             assert_eq!((bond.adhesion, slot.reference), (0.0, 0.1));
             close(slot.spring, expected);
             close(slot.force[0], 2.4);

@@ -30,6 +30,8 @@ pub struct Cohesion {
     pub alert: f64,
     /// Bonds that a grain has at the start, whatever gap they span.
     pub bonds_min: usize,
+    /// Damping ratio zeta of the dampers beside the springs of a bond.
+    pub damping: f64,
 }
 
 /// Weight of the surface energy at a falling adhesion: the words for `law.h_prime`.
@@ -80,6 +82,16 @@ impl Cohesion {
     /// l Cn a^2 and l Ct a^2 (N/m).
     pub fn stiffness(&self, area: f64, adhesion: f64) -> [f64; 2] {
         [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)
+    }
+
+    /// Ratio of damper to spring of a bond in either direction (s), 2 zeta / omega with omega^2 = l Cn / m at full adhesion, 1/m being the sum
+    /// of the inverse masses (1/kg): a solid of Kelvin and Voigt, whose damper weakens as its spring does. Between two bodies that nothing
+    /// moves there is none.
+    pub fn relaxation(&self, area: f64, inverse_mass: f64) -> f64 {
+        if inverse_mass == 0.0 {
+            return 0.0;
+        }
+        2.0 * self.damping / (area * self.normal * inverse_mass).sqrt()
     }
 
     /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
@@ -143,6 +155,7 @@ mod tests {
             thickness: 1.0,
             alert: 0.1,
             bonds_min: 0,
+            damping: 0.0,
         }
     }
 

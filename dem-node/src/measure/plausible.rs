@@ -189,9 +189,9 @@ impl FinishedRun<'_> {
 
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
-        let value = self.of_kept(self.state.ledger.detection_size);
+        let value = self.of_kept(self.state.ledger.unforeseen);
         judge!(self.bounds.detection_rel, "detection", value;
-            "detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+            "detection found the springs between the grains otherwise than their velocities foretell, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
     }
 
     /// Rigid contacts take energy.
@@ -243,16 +243,14 @@ impl FinishedRun<'_> {
     }
 
     /// Judges what the scheme took of the energy of the grains where drives, walls, weight or flight gave a part of that: rebounds and flows
-    /// depend on it. What only rings under a load comes to rest whatever takes its energy.
+    /// depend on it. What contacts lose as they turn is a part of it. What only rings under a load comes to rest whatever takes its energy.
     fn numerical(&self) -> Option<Finding> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + (-self.stored[0]).max(0.0);
-        let counts = ledger.numerical > 0.0 && moved > MOVING * given;
-        let value = if counts {
-            ledger.numerical / given
-        } else {
-            0.0
-        };
+        let taken = ledger.numerical + ledger.detection.abs();
+        let load = self.program.map_or(0.0, |program| program.load_n);
+        let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
+        let value = if counts { taken / given } else { 0.0 };
         let kept = self.stiffness.restitution(self.statistics.step_max);
         let rebound = kept.map_or(String::new(), |[low, high]| {
             format!(
@@ -260,7 +258,7 @@ impl FinishedRun<'_> {
             )
         });
         judge!(self.bounds.numerical_rel, "numerical", value;
-            "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping to rest by")
+            "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping and bonds law.bond_damping_ratio to rest by")
     }
 
     fn flow_kinetic(&self) -> Option<Finding> {
@@ -598,7 +596,7 @@ mod tests {
     fn jumps_of_detection_are_judged_over_all_energies() {
         judges("detection", [5e-3, 3e-2], |value| {
             let mut scene = sound();
-            scene.state.ledger.detection_size = 10.0 * value;
+            scene.state.ledger.unforeseen = 10.0 * value;
             scene
         });
         let mut rigid = sound();

@@ -6,6 +6,7 @@ use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
 use crate::contact::bond;
+use crate::law::Law;
 use crate::measure::flow::Flow;
 use crate::measure::plausible::FinishedRun;
 use crate::measure::report;
@@ -48,7 +49,7 @@ impl Dem {
         let moved = bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
         let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0)
-            || bodies.any_law(|law| law.springs.is_some_and(|s| s.damping > 0.0));
+            || bodies.any_law(Law::is_damped);
         let some = [
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),

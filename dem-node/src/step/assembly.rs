@@ -20,13 +20,21 @@ struct Detection<'a> {
 }
 
 impl Detection<'_> {
-    /// A bond in the contact problem, with its index.
-    fn bonded(&self, contact: &Contact, (index, bond): (usize, &Bond)) -> BondContact {
-        let law = self
-            .input
-            .bodies
-            .law_of(contact.a as usize, contact.b as usize);
-        BondContact::new(law, bond, index, self.input.step)
+    /// A bond in the contact problem, with its index, and what its dampers make of the contact.
+    fn bonded(
+        &self,
+        contact: &mut Contact,
+        bond: (usize, &Bond),
+        records: &[BodyRecord],
+    ) -> BondContact {
+        let (bodies, h) = (self.input.bodies, self.input.step);
+        let [a, b] = [contact.a as usize, contact.b as usize];
+        let inverse_mass = records[a].inverse_mass + records[b].inverse_mass;
+        let bond = BondContact::new(bodies.law_of(a, b), bond, inverse_mass, h);
+        let share = bond.damped_share(h);
+        contact.bias[0] *= share;
+        contact.compliance[0] *= share;
+        bond
     }
 }
 
@@ -103,7 +111,8 @@ impl Stepper {
             }
             if let Some(bond) = bond {
                 contact.bond = self.problem.bonds.len() as u32;
-                self.problem.bonds.push(at.bonded(&contact, bond));
+                let bond = at.bonded(&mut contact, bond, &self.problem.records);
+                self.problem.bonds.push(bond);
             }
             self.problem.contacts.push(contact);
             self.slots.push(index as u32);
@@ -184,7 +193,8 @@ impl Stepper {
                 Some(bond) => {
                     let (mut contact, _) = self.candidate(at, slot, Some(bond.1));
                     if let Some((number, bonded)) = bonds.next() {
-                        (contact.bond, *bonded) = (number, at.bonded(&contact, bond));
+                        *bonded = at.bonded(&mut contact, bond, &self.problem.records);
+                        contact.bond = number;
                     }
                     contact
                 }

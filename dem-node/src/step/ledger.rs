@@ -42,8 +42,8 @@ pub struct GrainLedger {
     pub surface: f64,
     /// Energy of springs and bonds that detection did not find again, less what it found too much.
     pub detection: f64,
-    /// Size of `detection`, contact by contact and step by step: no sign hides another.
-    pub detection_size: f64,
+    /// Size of the part of `detection` that the velocities do not foretell, contact by contact and step by step: no sign hides another.
+    pub unforeseen: f64,
     /// Energy that rigid contacts have made, contact by contact and step by step: what others lose hides none of it.
     pub made: f64,
     /// Work of load and weight in repairs of overlaps, which nothing stores.
@@ -74,13 +74,13 @@ impl GrainLedger {
     /// Adds the loss of a contact.
     pub fn lose(&mut self, loss: &Loss) {
         add_fields!(self, loss; impact, damping, numerical, friction, cohesion, surface, detection, made);
-        self.detection_size += loss.detection.abs();
+        self.unforeseen += loss.unforeseen.abs();
     }
 
     /// Adds the losses of other contacts.
     pub fn join(&mut self, losses: &GrainLedger) {
         add_fields!(self, losses; impact, damping, numerical, friction, cohesion, surface, detection, made);
-        self.detection_size += losses.detection_size;
+        self.unforeseen += losses.unforeseen;
     }
 
     /// Everything that was dissipated (J), but what detection and repairs make of it.
@@ -130,7 +130,7 @@ impl GrainLedger {
             self.cohesion,
             self.surface,
             self.detection,
-            self.detection_size,
+            self.unforeseen,
             self.repair,
         ]
     }
@@ -170,7 +170,8 @@ mod tests {
                 surface: 4.0,
                 damping: 5.0,
                 numerical: 6.0,
-                detection,
+                detection: 3.0 * detection,
+                unforeseen: detection,
                 made: 7.0,
             });
         }
@@ -181,8 +182,8 @@ mod tests {
             surface: 8.0,
             damping: 10.0,
             numerical: 12.0,
-            detection: -1.5,
-            detection_size: 2.5,
+            detection: -4.5,
+            unforeseen: 2.5,
             made: 14.0,
             ..GrainLedger::default()
         };

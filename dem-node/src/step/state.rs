@@ -233,7 +233,7 @@ impl GrainState {
             let [normal, tangential] = law.stored(force);
             // A damper is no spring.
             stored[0] += match law.springs {
-                Some(s) if s.damping > 0.0 => 0.5 * s.normal * slot.last_gap.min(0.0).powi(2),
+                Some(s) if law.is_damped() => 0.5 * s.normal * slot.last_gap.min(0.0).powi(2),
                 _ => normal,
             };
             stored[1] += tangential;

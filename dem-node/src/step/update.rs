@@ -165,10 +165,8 @@ impl Stepper {
                 Some(solved) => {
                     let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
                     let after = self.adhesion[contact.bond as usize];
-                    let [before, during] = solved.adhesion;
                     let law = bodies.law_of(slot.a as usize, slot.b as usize);
-                    let adhesion = [before, during, after];
-                    ledger.lose(&bond::end_step(law, bond, slot, &done, adhesion));
+                    ledger.lose(&bond::end_step(law, bond, slot, &done, solved, after));
                     let load = bond.load_squared(law);
                     summary.bond_load_squared = larger(summary.bond_load_squared, load);
                 }
@@ -209,22 +207,38 @@ impl Stepper {
         };
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
-        let last_gap = if contact.glued && self.problem.boundary.is_compliant() {
-            contact.gap
+        let [last_gap, turned_gap] = if contact.glued && self.problem.boundary.is_compliant() {
+            [contact.gap; 2]
         } else {
-            slot.last_gap
+            let turned = self.turn(state, input, contact, slot);
+            [slot.last_gap, slot.last_gap + turned]
         };
         ContactStep {
             step: input.step,
             theta: input.theta,
             gap: contact.gap,
             last_gap,
+            turned_gap,
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
             elastic: input.bodies.is_elastic(),
         }
+    }
+
+    /// Way (m) by which two disks have come apart along the line of their centres, passing each other by s in the last step: s^2/(2 d), d being
+    /// the distance of the centres.
+    #[inline(always)]
+    fn turn(&self, state: &GrainState, input: &StepInput, contact: &Contact, slot: &Slot) -> f64 {
+        let radii = &input.bodies.radii;
+        let Some(other) = radii.get(slot.b as usize) else {
+            return 0.0;
+        };
+        let distance = (radii[slot.a as usize] + other) * contact.lever();
+        let ([x, y], [nx, ny]) = (passing(input.bodies, state, slot), contact.normal);
+        let way = input.step * (nx * y - ny * x);
+        0.5 * way * way / distance
     }
 
     /// (u_n, u_t) at the start of the step (m/s).
@@ -241,9 +255,9 @@ impl Stepper {
     }
 }
 
-/// Speed at which a disk passes another, in any direction, or comes to a face, along its normal; over the smaller radius (1/s).
+/// Velocity of the first body of a slot against the second at the start of the step (m/s).
 #[inline(always)]
-fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &Slot) -> f64 {
+fn passing(bodies: &Bodies, state: &GrainState, slot: &Slot) -> [f64; 2] {
     let alone = bodies.clusters.list.is_empty();
     let velocity = |body: usize| {
         if alone && body < bodies.free {
@@ -253,7 +267,13 @@ fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &
         }
     };
     let [a, b] = [slot.a, slot.b].map(|body| velocity(body as usize));
-    let ([x, y], own) = ([a[0] - b[0], a[1] - b[1]], bodies.radii[slot.a as usize]);
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// Speed at which a disk passes another, in any direction, or comes to a face, along its normal; over the smaller radius (1/s).
+#[inline(always)]
+fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &Slot) -> f64 {
+    let ([x, y], own) = (passing(bodies, state, slot), bodies.radii[slot.a as usize]);
     match bodies.radii.get(slot.b as usize) {
         Some(other) => (x * x + y * y).sqrt() / own.min(*other),
         None => (x * contact.normal[0] + y * contact.normal[1]).abs() / own,

@@ -205,6 +205,7 @@ fn only_a_bonded_face_is_bonded() {
         thickness: 1e-3,
         alert: 1e-5,
         bonds_min: 0,
+        damping: 0.0,
     };
     for (bonded, pairs) in [(false, vec![]), (true, vec![(0, 1), (0, 2)])] {
         let bodies = in_a_valley(Some(law), bonded);

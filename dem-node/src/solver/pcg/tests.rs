@@ -10,7 +10,9 @@ use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::Partition;
-use crate::solver::pcg::Buffers;
+use crate::solver::pcg::batch::Pass;
+use crate::solver::pcg::group::PassSums;
+use crate::solver::pcg::{Buffers, Form, solve_with};
 use crate::solver::problem::Problem;
 use textbook::Textbook;
 
@@ -124,6 +126,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
             thickness: 1.0,
             alert: 0.1,
             bonds_min: 0,
+            damping: 0.0,
         }),
         restitution: None,
         penetration: Penetration::Gap,
@@ -134,7 +137,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
         slip: 0.1,
         ..Bond::default()
     };
-    BondContact::new(&law, &bond, index, 0.5)
+    BondContact::new(&law, (index, &bond), 0.0, 0.5)
 }
 
 fn scenes(grains: usize) -> Vec<Scene> {
@@ -450,4 +453,32 @@ fn what_is_accepted_is_within_the_tolerance() {
             );
         }
     }
+}
+
+/// A form that sees no residual, whatever there is.
+struct Blind;
+
+impl Form for Blind {
+    const THRESHOLDS: bool = false;
+    const CANCELLED: f64 = 0.0;
+    const REDUCED: f64 = 0.0;
+    const PATIENCE: usize = usize::MAX;
+
+    fn run(&mut self, _problem: &Problem, _pass: Pass) -> PassSums<f64> {
+        PassSums::default()
+    }
+
+    fn store(&mut self, _problem: &mut Problem) {}
+
+    fn restart(&mut self, _problem: &mut Problem) {}
+}
+
+#[test]
+fn a_form_that_sees_no_residual_ends() {
+    let mut problem = problem(scenes(40)[0]);
+    let criteria = Criteria {
+        tolerance: 1e-8,
+        ..exactly(10, false)
+    };
+    assert!(!solve_with(&mut problem, Blind, &criteria).converged);
 }
