@@ -2,7 +2,7 @@
 //!
 //! A thread that waits by giving way to others is back at once while nobody else wants its core. A program that computes there,
 //! and knows nothing of this one, keeps it for a whole time slice of some milliseconds at each yield; a sleeping thread that is
-//! woken is let in before it. So a yield that comes back late says: sleep.
+//! woken is let in before it. So a yield that comes back as late as that says: sleep.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,5 +1,6 @@
 //! The way in which an end of a link waits: awake, giving way to all who compute, for as long as the wait is foreseen to last
-//! on a core that nobody else wants; asleep otherwise.
+//! on a core that no stranger wants; asleep otherwise. Another participant may have the core meanwhile: an end that sleeps then has
+//! to be woken when its frame is there, one that is awake goes on as soon as the core is free.
 
 use std::time::{Duration, Instant};
 
@@ -56,9 +57,10 @@ impl Waiting {
 
     /// Gives way once; false if the end had better sleep.
     pub(super) fn give_way(&mut self) -> bool {
-        let awake = !self.late && Instant::now() < self.awake_until;
+        let now = Instant::now();
+        let awake = now < self.awake_until && !self.core.is_wanted(now);
         if awake {
-            self.late = self.core.give_way() == Yield::Late;
+            self.late |= self.core.give_way() == Yield::Late;
         }
         awake
     }

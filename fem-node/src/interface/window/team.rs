@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use protocol::link::{Core, Yield};
+use protocol::link::Core;
 use rayon::ThreadPool;
 
 use crate::error::FemError;
@@ -83,15 +83,14 @@ impl Team {
     }
 }
 
-/// Spins until it is over, for a while at most, yielding to threads that compute and not at all where another process needs the
-/// core. After that the thread sleeps.
+/// Spins until it is over, for a while at most, yielding to threads that compute and not at all where a stranger needs the core.
+/// After that the thread sleeps. Where another participant of the run has had the core it stays awake: the work that it waits for
+/// comes soon.
 fn wait(core: &Mutex<Core>, is_over: impl Fn() -> bool) {
     let mut core = core.lock().unwrap_or_else(PoisonError::into_inner);
     let start = Instant::now();
     while !is_over() && !core.is_wanted(Instant::now()) && start.elapsed() < AWAKE {
-        if core.give_way() == Yield::Late {
-            return;
-        }
+        core.give_way();
     }
 }
 
