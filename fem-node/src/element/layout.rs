@@ -125,11 +125,16 @@ impl Layout {
         index / self.row_len()
     }
 
-    /// Packs of elements in a row that the nodes of these columns touch, of whole packs; `columns` is not empty.
+    /// Column at which the registers that reach a column begin: of a piece, with a line of the cache.
+    pub(crate) fn unit_of(self, column: usize) -> usize {
+        column / self.unit * self.unit
+    }
+
+    /// Elements in a row that the nodes of these columns touch, and others to fill whole packs; `columns` is not empty.
     pub(crate) fn elements_at(self, columns: [usize; 2]) -> Range<usize> {
         let [first, end] = columns;
-        let first = first.saturating_sub(1) / LANES * LANES;
-        first..end.next_multiple_of(LANES).min(self.padded_columns())
+        self.unit_of(first.saturating_sub(1))
+            ..end.next_multiple_of(LANES).min(self.padded_columns())
     }
 
     /// True where the last node of each row is the first one.

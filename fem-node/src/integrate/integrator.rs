@@ -161,7 +161,7 @@ impl Integrator {
     }
 
     /// One step of the same columns in all rows, of which those beside them are where the step before has left them. The rest of
-    /// the packs at both ends is stepped too.
+    /// the line of the cache at the beginning and of the pack at the end is stepped too.
     pub(crate) fn step_columns(
         &mut self,
         body: &Body,
@@ -174,7 +174,7 @@ impl Integrator {
             state.damping_force.resize(body.layout.len());
         }
         let [first, end] = columns;
-        let packs = [first / LANES * LANES, end.next_multiple_of(LANES)];
+        let packs = [body.layout.unit_of(first), end.next_multiple_of(LANES)];
         let beside = [
             packs[0].saturating_sub(1),
             (packs[1] + 1).min(body.layout.stride),
