@@ -5,7 +5,11 @@
 
 use crate::bodies::geometry::{Period, between_points, range, squared_displacements};
 use crate::contact::cells::NearPairs;
+use crate::law::lanes::widest;
 use crate::sample::types::Disk;
+
+/// Pairs whose distances are taken side by side.
+const TOGETHER: usize = 16;
 
 /// Direction in which the floor pushes.
 const UPWARDS: [f64; 2] = [0.0, 1.0];
@@ -41,11 +45,16 @@ struct Overlaps {
 }
 
 impl Overlaps {
+    #[inline(always)]
     fn add(&mut self, overlap: f64) {
         self.sum += overlap;
         self.squares += overlap * overlap;
         self.count += 1;
-        self.largest = self.largest.max(overlap);
+        self.largest = if overlap > self.largest {
+            overlap
+        } else {
+            self.largest
+        };
     }
 }
 
@@ -92,28 +101,20 @@ impl PackingForces {
     /// True if every resultant is below this fraction of the mean contact force, and that on the floor below this
     /// fraction of its thrust.
     pub fn is_balanced(&self, fraction: f64) -> bool {
-        self.unbalanced() <= fraction * self.mean() && self.on_floor.abs() <= fraction * self.thrust
+        self.on_floor.abs() <= fraction * self.thrust && self.unbalanced() <= fraction * self.mean()
     }
 }
 
 /// Verlet list of the packing.
 struct NeighbourList {
-    /// Disks near each movable one, of higher numbers than its own, with the distance at which they touch (m).
-    near: Vec<(u32, f64)>,
-    /// Ends of the movable disks' parts of `near`.
-    ends: Vec<usize>,
+    /// A movable disk, one near it of a higher number, and the distance at which they touch (m): by these numbers, and at the end some
+    /// that never touch, so that all stand in rows of [`TOGETHER`].
+    near: Vec<(u32, u32, f64)>,
+    /// Movable disks near a plate.
+    near_plates: Vec<u32>,
     centres: Vec<[f64; 2]>,
+    floor: f64,
     skin: f64,
-}
-
-impl NeighbourList {
-    /// The disks near each movable one.
-    fn of_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
-        let starts = std::iter::once(&0).chain(&self.ends);
-        starts
-            .zip(&self.ends)
-            .map(|(start, end)| &self.near[*start..*end])
-    }
 }
 
 impl Packing {
@@ -151,26 +152,31 @@ impl Packing {
     }
 
     fn neighbours(&self) -> NeighbourList {
-        let skin = 0.3 * range(self.radii.iter().copied())[0];
+        let skin = 0.45 * range(self.radii.iter().copied())[0];
         let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin, self.period);
-        let (mut listed, mut ends) = (Vec::new(), Vec::with_capacity(self.movable));
+        let mut listed = Vec::new();
         for a in 0..self.movable {
             let reach = |b: &u32| self.radii[a] + self.radii[*b as usize];
-            listed.extend(near.of(a).iter().map(|b| (*b, reach(b))));
-            ends.push(listed.len());
+            listed.extend(near.of(a).iter().map(|b| (a as u32, *b, reach(b))));
         }
+        listed.resize(listed.len().next_multiple_of(TOGETHER), (0, 0, 0.0));
+        let near_plate = |a: &u32| self.pushed_off_plates(*a as usize, skin).next().is_some();
         NeighbourList {
             near: listed,
-            ends,
+            near_plates: (0..self.movable as u32).filter(near_plate).collect(),
             centres: self.centres.clone(),
+            floor: self.floor,
             skin,
         }
     }
 
     fn refresh(&self, neighbours: &mut NeighbourList) {
         let limit = (0.5 * neighbours.skin).powi(2);
-        if squared_displacements(&self.centres, &neighbours.centres).any(|squared| squared > limit)
-        {
+        let moved = squared_displacements(&self.centres, &neighbours.centres);
+        // Counted, not looked for: a loop that may end early goes disk by disk.
+        let far = moved.map(|squared| u64::from(squared > limit));
+        let floor_moved = (self.floor - neighbours.floor).powi(2) > limit;
+        if widest!(far.sum::<u64>()) > 0 || floor_moved {
             *neighbours = self.neighbours();
         }
     }
@@ -180,25 +186,10 @@ impl Packing {
         load.on_disks.resize(self.movable, [0.0; 2]);
         load.thrust = self.thrust.unwrap_or(0.0);
         load.on_floor = load.thrust;
-        let mut overlaps = Overlaps::default();
-        let on_disks = &mut load.on_disks[..];
-        for (a, near) in neighbours.of_each().enumerate() {
-            let (centre, mut on_a) = (self.centres[a], on_disks[a]);
-            for (b, reach) in near {
-                let b = *b as usize;
-                let Some((overlap, force)) = self.pushed_apart(centre, b, *reach) else {
-                    continue;
-                };
-                on_a = [on_a[0] + force[0], on_a[1] + force[1]];
-                if let Some(on_b) = on_disks.get_mut(b) {
-                    *on_b = [on_b[0] - force[0], on_b[1] - force[1]];
-                }
-                overlaps.add(overlap);
-            }
-            on_disks[a] = on_a;
-        }
-        for (a, on_a) in on_disks.iter_mut().enumerate() {
-            for (overlap, direction) in self.pushed_off_plates(a) {
+        let mut overlaps = widest!(self.push_pairs(neighbours, &mut load.on_disks));
+        for a in &neighbours.near_plates {
+            let on_a = &mut load.on_disks[*a as usize];
+            for (overlap, direction) in self.pushed_off_plates(*a as usize, 0.0) {
                 *on_a = [
                     on_a[0] + overlap * direction[0],
                     on_a[1] + overlap * direction[1],
@@ -212,10 +203,11 @@ impl Packing {
         load.overlaps = overlaps;
     }
 
-    /// Overlap of a disk around `centre` with disk b, which it touches at the distance `reach`, and the force on the first (m).
+    /// Overlap of the disks of a pair and the force on the first (m), if they touch.
     #[inline]
-    fn pushed_apart(&self, centre: [f64; 2], b: usize, reach: f64) -> Option<(f64, [f64; 2])> {
-        let [dx, dy] = between_points(centre, self.centres[b], self.period);
+    fn pushed_apart(&self, (a, b, reach): (u32, u32, f64)) -> Option<(f64, [f64; 2])> {
+        let [a, b] = [a, b].map(|disk| self.centres[disk as usize]);
+        let [dx, dy] = between_points(a, b, self.period);
         let squared = dx * dx + dy * dy;
         if squared >= reach * reach || squared == 0.0 {
             return None;
@@ -225,9 +217,43 @@ impl Packing {
         Some((overlap, [overlap * dx / distance, overlap * dy / distance]))
     }
 
-    /// Overlaps of a disk with the plates that it touches (m), and the directions in which they push: sides, ceiling, floor.
+    /// Pushes the disks of pairs that touch apart, [`TOGETHER`] at a time where that changes no bit: sums go pair by pair, and a pair that
+    /// does not touch adds zeros.
+    #[inline(always)]
+    fn push_pairs(&self, neighbours: &NeighbourList, on_disks: &mut [[f64; 2]]) -> Overlaps {
+        let (mut overlaps, centre) = (Overlaps::default(), |disk: u32| self.centres[disk as usize]);
+        for row in neighbours.near.as_chunks::<TOGETHER>().0 {
+            let [mut dx, mut dy, mut reach] = [[0.0; TOGETHER]; 3];
+            for (k, (a, b, sum)) in row.iter().enumerate() {
+                [dx[k], dy[k]] = between_points(centre(*a), centre(*b), self.period);
+                reach[k] = *sum;
+            }
+            let (mut overlap, mut apart) = ([0.0; TOGETHER], 0);
+            for k in 0..TOGETHER {
+                let squared = dx[k] * dx[k] + dy[k] * dy[k];
+                let touches = squared < reach[k] * reach[k] && squared != 0.0;
+                let distance = if touches { squared.sqrt() } else { 1.0 };
+                apart += u64::from(!touches);
+                overlap[k] = if touches { reach[k] - distance } else { 0.0 };
+                (dx[k], dy[k]) = (overlap[k] * dx[k] / distance, overlap[k] * dy[k] / distance);
+            }
+            for (k, (a, b, _)) in row.iter().enumerate() {
+                let on_a = &mut on_disks[*a as usize];
+                *on_a = [on_a[0] + dx[k], on_a[1] + dy[k]];
+                if let Some(on_b) = on_disks.get_mut(*b as usize) {
+                    *on_b = [on_b[0] - dx[k], on_b[1] - dy[k]];
+                }
+                overlaps.add(overlap[k]);
+            }
+            overlaps.count -= apart as usize;
+        }
+        overlaps
+    }
+
+    /// Overlaps of a disk with the plates that are nearer than `reach` to it (m), and the directions in which they push: sides, ceiling,
+    /// floor.
     #[inline]
-    fn pushed_off_plates(&self, a: usize) -> impl Iterator<Item = (f64, [f64; 2])> {
+    fn pushed_off_plates(&self, a: usize, reach: f64) -> impl Iterator<Item = (f64, [f64; 2])> {
         let ([x, y], r) = (self.centres[a], self.radii[a]);
         let beside = self.period.map_or(self.half_width, |_| f64::INFINITY);
         let plates = [
@@ -236,21 +262,17 @@ impl Packing {
             (r - (self.ceiling - y), [0.0, -1.0]),
             (r - (y - self.floor), UPWARDS),
         ];
-        plates.into_iter().filter(|(overlap, _)| *overlap > 0.0)
+        plates
+            .into_iter()
+            .filter(move |(overlap, _)| *overlap > -reach)
     }
 
     /// The contacts of the packing: pairs of disks, and how many plates each movable disk touches.
     pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
-        let neighbours = self.neighbours();
-        let mut pairs = Vec::new();
-        for (a, near) in neighbours.of_each().enumerate() {
-            let touching = |(b, reach): &&(u32, f64)| {
-                self.pushed_apart(self.centres[a], *b as usize, *reach)
-                    .is_some()
-            };
-            pairs.extend(near.iter().filter(touching).map(|(b, _)| (a as u32, *b)));
-        }
-        let plates = (0..self.movable).map(|a| self.pushed_off_plates(a).count() as u32);
+        let mut pairs = self.neighbours().near;
+        pairs.retain(|pair| self.pushed_apart(*pair).is_some());
+        let pairs = pairs.into_iter().map(|(a, b, _)| (a, b)).collect();
+        let plates = (0..self.movable).map(|a| self.pushed_off_plates(a, 0.0).count() as u32);
         (pairs, plates.collect())
     }
 }
@@ -286,13 +308,13 @@ impl Fire {
         let floor_force = packing.thrust.map_or(0.0, |_| load.on_floor);
         self.steer(load, floor_force);
         let dt = self.step;
-        let moved = self.velocities.iter_mut().zip(&load.on_disks);
-        for ((v, f), x) in moved.zip(&mut packing.centres) {
-            v[0] += dt * f[0];
-            v[1] += dt * f[1];
-            x[0] += dt * v[0];
-            x[1] += dt * v[1];
-        }
+        let forces = load.on_disks.as_flattened();
+        let moved = self.velocities.as_flattened_mut().iter_mut().zip(forces);
+        let moved = moved.zip(packing.centres.as_flattened_mut());
+        widest!(moved.for_each(|((v, f), x)| {
+            *v += dt * f;
+            *x += dt * *v;
+        }));
         self.floor_velocity += dt * floor_force / self.floor_mass;
         packing.floor += dt * self.floor_velocity;
     }
@@ -319,15 +341,76 @@ impl Fire {
             return;
         }
         let (keep, turn) = (1.0 - self.mixing, self.mixing * (speed / force).sqrt());
-        for (v, f) in self.velocities.iter_mut().zip(&load.on_disks) {
-            v[0] = keep * v[0] + turn * f[0];
-            v[1] = keep * v[1] + turn * f[1];
-        }
+        let turned = self.velocities.as_flattened_mut().iter_mut();
+        let turned = turned.zip(load.on_disks.as_flattened());
+        widest!(turned.for_each(|(v, f)| *v = keep * *v + turn * f));
         self.floor_velocity = keep * self.floor_velocity + turn * floor_force / self.floor_mass;
         self.downhill += 1;
         if self.downhill > 5 {
             self.step = (1.1 * self.step).min(Fire::LONGEST_STEP);
             self.mixing *= 0.99;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::random::RandomNumbers;
+
+    /// The plain double loop over all pairs, in their order, is the reference: bit by bit, after a move as well that the list of
+    /// neighbours has room for.
+    #[test]
+    fn pairs_side_by_side_push_as_one_after_the_other() {
+        for period in [None, Some(Period::between([-4.0, 4.0]))] {
+            let mut numbers = RandomNumbers::new(3);
+            let count = 150;
+            let radii: Vec<f64> = (0..count).map(|_| numbers.between(0.3, 0.6)).collect();
+            let centre = |_| [numbers.between(-4.0, 4.0), numbers.between(-4.0, 4.0)];
+            let mut packing = Packing {
+                centres: (0..count).map(centre).collect(),
+                radii,
+                movable: 130,
+                period,
+                ceiling: 4.0,
+                floor: -4.0,
+                half_width: 4.0,
+                thrust: Some(0.5),
+            };
+            packing.centres[7] = packing.centres[6];
+            let neighbours = packing.neighbours();
+            packing.centres[9][0] += 0.49 * neighbours.skin;
+            packing.floor += 0.49 * neighbours.skin;
+            let mut load = PackingForces::default();
+            packing.forces(&neighbours, &mut load);
+            let (mut on_disks, mut overlaps) = ([[0.0; 2]; 130], Overlaps::default());
+            for a in 0..packing.movable {
+                for b in a + 1..count {
+                    let reach = packing.radii[a] + packing.radii[b];
+                    let pair = (a as u32, b as u32, reach);
+                    let Some((overlap, [x, y])) = packing.pushed_apart(pair) else {
+                        continue;
+                    };
+                    on_disks[a] = [on_disks[a][0] + x, on_disks[a][1] + y];
+                    if let Some(on_b) = on_disks.get_mut(b) {
+                        *on_b = [on_b[0] - x, on_b[1] - y];
+                    }
+                    overlaps.add(overlap);
+                }
+            }
+            let mut on_floor = 0.5;
+            for (a, on_a) in on_disks.iter_mut().enumerate() {
+                for (overlap, [x, y]) in packing.pushed_off_plates(a, 0.0) {
+                    *on_a = [on_a[0] + overlap * x, on_a[1] + overlap * y];
+                    overlaps.add(overlap);
+                    on_floor -= if y > 0.0 { overlap } else { 0.0 };
+                }
+            }
+            assert_eq!(load.on_disks, on_disks);
+            assert_eq!(load.on_floor, on_floor);
+            let numbers = |o: &Overlaps| ([o.sum, o.squares, o.largest], o.count);
+            assert_eq!(numbers(&load.overlaps), numbers(&overlaps));
+            assert!(overlaps.count > 200);
         }
     }
 }
