@@ -22,7 +22,7 @@ use crate::sample;
 use crate::sample::types::Sample;
 
 /// A sample that took less time than this is not kept: to make it again costs little more than to read it.
-const WORTH: Duration = Duration::from_secs(1);
+const WORTH: Duration = Duration::from_millis(100);
 /// Bytes of the checksum in front of a file.
 const CHECKSUM: usize = 32;
 
