@@ -32,11 +32,11 @@ const ALIVE: &str = "alive";
 /// The longest path below which the sockets of a run fit, given the longest prefix of [`run_prefix`].
 const ROOT_LENGTH: usize = 27;
 
-/// The folder of this user's service files: `thirdbody-<uid>` in the folder for temporary files, or in `/tmp`
-/// where that folder's path is too long for sockets.
+/// The folder of this user's service files: `thirdbody-<uid>` in shared memory, where a file that is synchronised costs no access to a
+/// disk (iceoryx2 does so dozens of times a launch), or in `/tmp` where the path would be too long for sockets.
 pub fn run_root() -> PathBuf {
     let name = format!("thirdbody-{}", geteuid());
-    let root = std::env::temp_dir().join(&name);
+    let root = Path::new(SHARED_MEMORY).join(&name);
     if root.as_os_str().len() <= ROOT_LENGTH {
         root
     } else {
