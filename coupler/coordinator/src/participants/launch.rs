@@ -43,52 +43,56 @@ impl Launcher<'_> {
         if scenario.run.transport == TransportKind::Shm {
             require_open_files(participants.len())?;
         }
-        let mut peers = Vec::new();
+        let mut started = Vec::new();
         for participant in participants {
-            let name = &participant.name;
-            let (link, life) = match scenario.run.transport {
-                TransportKind::Shm => self.start_process(participant, &memory)?,
+            started.push(match scenario.run.transport {
+                TransportKind::Shm => (None, self.start_process(participant, &memory)?),
                 TransportKind::Channel if participant.command.is_some() => {
                     let problem = "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"";
-                    return Err(Refusal::participant(name, problem).into());
+                    return Err(Refusal::participant(&participant.name, problem).into());
                 }
                 TransportKind::Channel => self.start_thread(participant)?,
-            };
+            });
+        }
+        // Processes load while their connections are made: they wait for them.
+        let mut peers = Vec::new();
+        for (participant, (link, life)) in participants.iter().zip(started) {
+            let name = &participant.name;
+            let link = link.map_or_else(|| self.connect(name, &memory), Ok)?;
             peers.push(Peer::new(name, link, life));
         }
         let memory = Some(memory);
         Ok(Peers::new(peers, memory, self.run_id, scenario, watch))
     }
 
-    fn start_process(
-        &self,
-        participant: &Participant,
-        memory: &SharedMemory,
-    ) -> Result<(Box<dyn Link>, OtherEnd)> {
-        let SharedMemory { root, prefix, .. } = memory;
+    fn start_process(&self, participant: &Participant, memory: &SharedMemory) -> Result<OtherEnd> {
         let transport = Transport::Shm {
-            root: root.clone(),
-            prefix: prefix.clone(),
+            root: memory.root.clone(),
+            prefix: memory.prefix.clone(),
         };
-        let processes = self.loaded.scenario.participant.len() + 1;
-        let wait = WaitMode::Auto { processes };
         let (name, kind) = (&participant.name, &participant.kind);
-        let link = ShmLink::coordinator(root, prefix, name, wait);
-        let link = link.map_err(|error| Error::Protocol {
-            peer: name.clone(),
-            phase: "before its launch".into(),
-            why: error.to_string(),
-        })?;
         let session = self.session(participant, transport);
         let logs = absolute(self.rundir.logs());
         let child = spawn(self.command(participant)?, &session, &logs)?;
         let pid = child.id();
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
-        Ok((Box::new(link), OtherEnd::Process(child)))
+        Ok(OtherEnd::Process(child))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd)> {
+    fn connect(&self, participant: &str, memory: &SharedMemory) -> Result<Box<dyn Link>> {
+        let processes = self.loaded.scenario.participant.len() + 1;
+        let wait = WaitMode::Auto { processes };
+        let link = ShmLink::coordinator(&memory.root, &memory.prefix, participant, wait);
+        let link = link.map_err(|error| Error::Protocol {
+            peer: participant.into(),
+            phase: "at its launch".into(),
+            why: error.to_string(),
+        })?;
+        Ok(Box::new(link))
+    }
+
+    fn start_thread(&self, participant: &Participant) -> Result<(Option<Box<dyn Link>>, OtherEnd)> {
         let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
@@ -98,7 +102,7 @@ impl Launcher<'_> {
             .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
             .map_err(Error::input(what))?;
-        Ok((Box::new(ours), OtherEnd::Thread(Some(thread))))
+        Ok((Some(Box::new(ours)), OtherEnd::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
