@@ -1,7 +1,7 @@
 //! The reference contact law: the impulse of one contact in closed form, unbonded and bonded.
 //!
 //! Sweeps, residuals and conjugate gradients solve or project many contacts side by side with [`super::vector`], which is
-//! the same law for W_nt = 0 and is tested against this one. Contacts of bonds, of glued disks, of the wheel and of
+//! the same law for W_nt = 0 and is tested against this one, as is the sweep over bonds. Contacts of glued disks, of the wheel and of
 //! clusters are solved by this one.
 
 use crate::error::DemError;
@@ -32,10 +32,10 @@ impl DelassusBlock {
 /// step, so that a sweep never divides.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LocalLaw {
-    inverse: DelassusBlock,
+    pub(crate) inverse: DelassusBlock,
     /// 1 / (W_nn + s mu W_nt) for s = +1 and s = -1.
     slide: [f64; 2],
-    friction: f64,
+    pub(crate) friction: f64,
 }
 
 /// A rigid contact of two bodies with prescribed sideways motion (glued disk on a fixed boundary under the wheel) has
@@ -121,9 +121,9 @@ pub struct BondLaw {
     /// Coefficient of friction on the compressive part of the force.
     friction: f64,
     /// kappa_t / (1 + kappa_t W_tt) (kg).
-    shear: f64,
+    pub(crate) shear: f64,
     /// kappa_n / (1 + kappa_n W_nn) under the bond's own shear (kg).
-    tension: f64,
+    pub(crate) tension: f64,
 }
 
 impl BondLaw {

@@ -1,7 +1,7 @@
 //! Gauss-Seidel sweeps over contacts in groups of eight that share no body.
 //!
 //! Contacts of a group do not see each other, so solving them side by side is the same as one after the other, and the
-//! compiler can use whole vector registers. Contacts of glued disks, of bonds and of the wheel are solved one by one.
+//! compiler can use whole vector registers. Contacts of glued disks and of the wheel are solved one by one.
 //!
 //! Contacts inside a block of [`super::partition`] come first, block beside block, then those crossing.
 
@@ -15,9 +15,6 @@ use super::problem::Problem;
 use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
-
-/// Bonded contacts that are interleaved at a time: near enough in a sample to stay in the cache.
-const INTERLEAVED: usize = 256;
 
 /// A number of each contact of a group.
 type Doubles = lanes::Lanes<LANES>;
@@ -36,6 +33,16 @@ struct Group {
     /// 1/(W_nn + c_n) and 1/(W_tt + c_t); 0 in a lane without contact.
     inverse: [Doubles; 2],
     impulse: [Doubles; 2],
+}
+
+/// The bonds of a group, see [`crate::law::local::BondLaw`]: their slip, coefficient of friction, and what they bear in shear and in
+/// tension; none in a lane without contact.
+#[derive(Clone, Copy, Debug, Default)]
+struct GroupBonds {
+    slip: Doubles,
+    friction: Doubles,
+    shear: Doubles,
+    tension: Doubles,
 }
 
 /// Squares of a sweep, lane by lane: ||W dr||^2 and ||W r||^2.
@@ -63,14 +70,31 @@ impl Group {
         group
     }
 
+    /// The bonds of these contacts; the diagonal that they leave a compressed contact takes the place of its own.
+    fn take_bonds(&mut self, problem: &Problem, members: &[u32; LANES]) -> GroupBonds {
+        let mut bonds = GroupBonds::default();
+        for (k, member) in members.iter().enumerate() {
+            let Some(contact) = problem.contacts.get(*member as usize) else {
+                continue;
+            };
+            let (law, compressed) = (&problem.bonds[contact.bond as usize].law, &contact.law);
+            (bonds.slip.0[k], bonds.friction.0[k]) = (law.slip, compressed.friction);
+            (bonds.shear.0[k], bonds.tension.0[k]) = (law.shear, law.tension);
+            self.inverse[0].0[k] = compressed.inverse.nn;
+            self.inverse[1].0[k] = compressed.inverse.tt;
+        }
+        bonds
+    }
+
     /// Solves each contact for its own impulse. With W_nt = 0 the closed solution of [`crate::law::LocalLaw`] is
     /// r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
-    /// b = u + bias - W r.
+    /// b = u + bias - W r; that of a bond is [`crate::law::local::BondLaw::impulse`].
     #[inline(always)]
     fn solve<const FRICTION: bool>(
         &mut self,
         records: &mut [BodyRecord],
         friction: f64,
+        bonds: Option<&GroupBonds>,
         squares: &mut Squares,
     ) {
         let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
@@ -84,7 +108,14 @@ impl Group {
         let [dx, dy, ds, w] = [dx, dy, ds, w].map(lanes::Lanes);
         let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
         let b_n = nx * dx + ny * dy + self.bias[0] - w * old_n;
-        let r_n = normal_impulse(b_n, self.inverse[0]);
+        let r_n = match bonds {
+            None => normal_impulse(b_n, self.inverse[0]),
+            Some(bonds) => {
+                let pressed = self.inverse[0].zip(b_n, |x, b| if b < 0.0 { x } else { 0.0 });
+                let pulled = bonds.tension.zip(b_n, |x, b| if b < 0.0 { 0.0 } else { x });
+                -b_n * (pressed + pulled)
+            }
+        };
         let step_n = r_n - old_n;
         let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Doubles::default());
         add_squares(squares, w, [step_n, r_n]);
@@ -94,7 +125,16 @@ impl Group {
             let lever = self.lever;
             let w_t = (one + two * lever * lever) * w;
             let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
-            let r_t = tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n);
+            let r_t = match bonds {
+                None => tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n),
+                Some(bonds) => {
+                    let pull = bonds.shear * (b_t + bonds.slip);
+                    let trial = -(b_t - w_t * pull) * self.inverse[1];
+                    let pressure = r_n.zip(b_n, |r, b| if b < 0.0 { r } else { 0.0 });
+                    let r_f = tangential_impulse(trial, bonds.friction * pressure);
+                    r_f - pull - bonds.shear * w_t * r_f
+                }
+            };
             let step_t = r_t - old_t;
             px = px - step_t * ny;
             py = py + step_t * nx;
@@ -133,6 +173,8 @@ struct SweepList {
     chosen: Vec<u32>,
     members: Vec<[u32; LANES]>,
     groups: Vec<Group>,
+    /// The bonds of each group of a list of bonded contacts; none of another list.
+    bonds: Vec<GroupBonds>,
     squares: Squares,
 }
 
@@ -142,13 +184,22 @@ impl SweepList {
         self.chosen.clear();
         self.members.clear();
         self.groups.clear();
+        self.bonds.clear();
     }
 
-    fn pack(&mut self, contacts: &[Contact], records: &[BodyRecord], grouping: &mut Grouping) {
-        grouping.sort(contacts, &self.chosen, records, &mut self.members);
+    fn pack(&mut self, problem: &Problem, grouping: &mut Grouping) {
+        let contacts = &problem.contacts[..];
+        grouping.sort(contacts, &self.chosen, &problem.records, &mut self.members);
         let first = self.first as u32;
         let group = |members| Group::new(contacts, members, first);
         self.groups.extend(self.members.iter().map(group));
+    }
+
+    fn pack_bonded(&mut self, problem: &Problem, grouping: &mut Grouping) {
+        self.pack(problem, grouping);
+        let groups = self.groups.iter_mut().zip(&self.members);
+        let bonds = groups.map(|(group, members)| group.take_bonds(problem, members));
+        self.bonds.extend(bonds);
     }
 
     /// `records` are those of the bodies from the first on.
@@ -167,9 +218,20 @@ impl SweepList {
     ) -> Squares {
         let mut squares = Squares::default();
         for group in &mut self.groups {
-            group.solve::<FRICTION>(records, friction, &mut squares);
+            group.solve::<FRICTION>(records, friction, None, &mut squares);
         }
         squares
+    }
+
+    /// The sweep over a list of bonded contacts.
+    fn sweep_bonded(&mut self, records: &mut [BodyRecord]) {
+        self.squares = widest!({
+            let mut squares = Squares::default();
+            for (group, bonds) in self.groups.iter_mut().zip(&self.bonds) {
+                group.solve::<true>(records, 0.0, Some(bonds), &mut squares);
+            }
+            squares
+        });
     }
 
     fn store(&self, contacts: &mut [Contact]) {
@@ -192,14 +254,12 @@ pub struct Sweeper {
     crossing: SweepList,
     /// Contacts of free grains with glued disks: disk, then contact, so that those of a disk follow each other.
     glued: Vec<(u32, u32)>,
-    /// Contacts with a bond: stage, then contact ([`interleave`]).
-    bonded: Vec<(u32, u32)>,
+    /// Contacts with a bond.
+    bonded: SweepList,
     /// Contacts of the wheel, of clusters, and of pairs with a law of their own.
     wheel: Vec<u32>,
     clustered: Vec<u32>,
     grouping: Grouping,
-    /// Next stage of each body.
-    stages: Vec<u32>,
     sorting: CountingSort,
 }
 
@@ -213,7 +273,7 @@ impl Sweeper {
         }
         self.crossing.clear(0);
         self.glued.clear();
-        self.bonded.clear();
+        self.bonded.clear(0);
         self.wheel.clear();
         self.clustered.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
@@ -227,8 +287,7 @@ impl Sweeper {
                 self.glued.push((contact.b, index as u32));
                 continue;
             } else if problem.bonds.get(contact.bond as usize).is_some() {
-                self.bonded.push((0, index as u32));
-                continue;
+                &mut self.bonded.chosen
             } else if let Some(shared) = partition.common(contact.a, contact.b) {
                 &mut self.subdomains[shared].work.chosen
             } else {
@@ -237,18 +296,14 @@ impl Sweeper {
             chosen.push(index as u32);
         }
         self.sorting.sort(&mut self.glued);
-        self.stages.resize(problem.records.len(), 0);
-        for part in self.bonded.chunks_mut(INTERLEAVED) {
-            interleave(part, &problem.contacts, &mut self.stages);
-            self.sorting.sort(part);
-        }
         let inside = self
             .subdomains
             .iter_mut()
             .map(|subdomain| &mut subdomain.work);
         for list in inside.chain([&mut self.crossing]) {
-            list.pack(&problem.contacts, &problem.records, &mut self.grouping);
+            list.pack(problem, &mut self.grouping);
         }
+        self.bonded.pack_bonded(problem, &mut self.grouping);
     }
 
     /// One pass over all contacts. Returns ||W dr||^2 and ||W r||^2, W the diagonal without springs.
@@ -270,13 +325,13 @@ impl Sweeper {
             &sweep,
         );
         self.crossing.sweep(&mut problem.records, friction);
+        self.bonded.sweep_bonded(&mut problem.records);
         for list in self.lists() {
             for (sum, lanes) in squares.iter_mut().zip(&list.squares) {
                 *sum += lanes.sum();
             }
         }
         widest!({
-            solve_bonded(problem, &self.bonded, &mut squares);
             // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
             let mut contacts = std::mem::take(&mut problem.contacts);
             for index in self.wheel.iter().chain(&self.clustered) {
@@ -296,7 +351,7 @@ impl Sweeper {
 
     fn lists(&self) -> impl Iterator<Item = &SweepList> {
         let inside = self.subdomains.iter().map(|subdomain| &subdomain.work);
-        inside.chain([&self.crossing])
+        inside.chain([&self.crossing, &self.bonded])
     }
 }
 
@@ -333,22 +388,6 @@ impl CountingSort {
     }
 }
 
-/// Gives contacts their stages, each of which comes after all earlier contacts of the same two bodies: sorted by them, sweeps
-/// keep their bits. Those of a stage share no body, and a processor works on one while it waits for another.
-fn interleave(listed: &mut [(u32, u32)], contacts: &[Contact], stages: &mut [u32]) {
-    let bodies = |index: u32| [contacts[index as usize].a, contacts[index as usize].b];
-    for body in listed.iter().flat_map(|(_, index)| bodies(*index)) {
-        stages[body as usize] = 0;
-    }
-    for (stage, index) in listed.iter_mut() {
-        let pair = bodies(*index).map(|body| body as usize);
-        *stage = stages[pair[0]].max(stages[pair[1]]);
-        for body in pair {
-            stages[body] = *stage + 1;
-        }
-    }
-}
-
 /// Solves a contact by its prepared law, compliant boundary and wheel included.
 #[inline(always)]
 fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
@@ -356,24 +395,6 @@ fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f6
     let impulse = problem.local_solution(contact, velocity);
     let step = take_over(contact, impulse, squares);
     problem.apply(contact, step);
-}
-
-/// Solves bonded contacts of free disks, which are most contacts of a layer: without asking for all that they are not.
-#[inline(always)]
-fn solve_bonded(problem: &mut Problem, bonded: &[(u32, u32)], squares: &mut [f64; 2]) {
-    let (contacts, records) = (&mut problem.contacts[..], &mut problem.records[..]);
-    let mut sums = *squares;
-    for (_, index) in bonded {
-        let contact = &mut contacts[*index as usize];
-        let [a, b] = [contact.a as usize, contact.b as usize];
-        let velocity = contact.relative_velocity(records[a].velocity, records[b].velocity);
-        let law = &problem.bonds[contact.bond as usize].law;
-        let free = contact.without_impulse(velocity);
-        let impulse = law.impulse(&contact.block, &contact.law, free);
-        let step = take_over(contact, impulse, &mut sums);
-        contact.push(records, 0, step);
-    }
-    *squares = sums;
 }
 
 /// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the product

@@ -94,7 +94,6 @@ fn order(sweeper: &Sweeper) -> Vec<u32> {
         .iter()
         .map(|(_, index)| index)
         .chain(grouped)
-        .chain(sweeper.bonded.iter().map(|(_, index)| index))
         .chain(&sweeper.wheel)
         .chain(&sweeper.clustered);
     all.copied().filter(|index| *index != EMPTY).collect()
@@ -133,38 +132,6 @@ fn pairs_are_sorted_by_their_first_numbers_and_else_keep_their_order() {
         assert_eq!(sorted, [(5, 1), (5, 4), (5, 5), (7, 0), (7, 2), (9, 3)]);
         sorting.sort(&mut []);
     }
-}
-
-/// The order of the list is the reference: contacts of the same body keep it, and so does every bit.
-#[test]
-fn interleaved_bonds_keep_the_order_of_every_body_and_rarely_touch_the_last_one() {
-    let mut problem = problem();
-    // Grains in columns of six, numbered column by column.
-    let inside = |(a, b): &(usize, usize)| *b < GRAINS && (b - a > 1 || b % 6 > 0);
-    let pairs = (0..GRAINS).flat_map(|a| [(a, a + 1), (a, a + 6)]);
-    let contact = |(a, b)| Contact {
-        a: a as u32,
-        b: b as u32,
-        ..problem.contacts[0]
-    };
-    problem.contacts = pairs.filter(inside).map(contact).collect();
-    bond_every(1, &mut problem.contacts);
-    let mut sweeper = Sweeper::default();
-    sweeper.load(&problem);
-    let listed = sweeper.bonded.iter();
-    let order: Vec<usize> = listed.map(|(_, index)| *index as usize).collect();
-    let bodies = |index: usize| [problem.contacts[index].a, problem.contacts[index].b];
-    for body in 0..GRAINS as u32 {
-        let of_body = order.iter().filter(|i| bodies(**i).contains(&body));
-        assert!(of_body.is_sorted(), "body {body}");
-    }
-    let touch = |a: usize, b: usize| bodies(a).iter().any(|body| bodies(b).contains(body));
-    let plain = (1..order.len()).filter(|i| touch(i - 1, *i)).count();
-    let interleaved = order
-        .windows(2)
-        .filter(|pair| touch(pair[0], pair[1]))
-        .count();
-    assert!(3 * interleaved < plain, "{interleaved} of {plain}");
 }
 
 #[test]
