@@ -7,7 +7,7 @@ use crate::bodies::Bodies;
 use crate::contact::bond::{self, Bond, BondContact};
 use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, contact_loss};
-use crate::solver::contact::Contact;
+use crate::solver::contact::{Contact, NO_BOND};
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
 use crate::step::ledger::GrainLedger;
@@ -207,38 +207,25 @@ impl Stepper {
         };
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
-        let [last_gap, turned_gap] = if contact.glued && self.problem.boundary.is_compliant() {
-            [contact.gap; 2]
+        let [last_gap, turned] = if contact.glued && self.problem.boundary.is_compliant() {
+            [contact.gap, 0.0]
+        } else if springs.is_some() || contact.bond != NO_BOND {
+            [slot.last_gap, turn(state, input, contact, slot)]
         } else {
-            let turned = self.turn(state, input, contact, slot);
-            [slot.last_gap, slot.last_gap + turned]
+            [slot.last_gap, 0.0]
         };
         ContactStep {
             step: input.step,
             theta: input.theta,
             gap: contact.gap,
             last_gap,
-            turned_gap,
+            turned_gap: last_gap + turned,
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
             elastic: input.bodies.is_elastic(),
         }
-    }
-
-    /// Way (m) by which two disks have come apart along the line of their centres, passing each other by s in the last step: s^2/(2 d), d being
-    /// the distance of the centres.
-    #[inline(always)]
-    fn turn(&self, state: &GrainState, input: &StepInput, contact: &Contact, slot: &Slot) -> f64 {
-        let radii = &input.bodies.radii;
-        let Some(other) = radii.get(slot.b as usize) else {
-            return 0.0;
-        };
-        let distance = (radii[slot.a as usize] + other) * contact.lever();
-        let ([x, y], [nx, ny]) = (passing(input.bodies, state, slot), contact.normal);
-        let way = input.step * (nx * y - ny * x);
-        0.5 * way * way / distance
     }
 
     /// (u_n, u_t) at the start of the step (m/s).
@@ -253,6 +240,20 @@ impl Stepper {
         let b = velocity_before(bodies, state, contact.b as usize);
         self.problem.project(contact, a, b)
     }
+}
+
+/// Way (m) by which two disks have come apart along the line of their centres, passing each other by s in the last step: s^2/(2 d), d being
+/// the distance of the centres.
+#[inline(always)]
+fn turn(state: &GrainState, input: &StepInput, contact: &Contact, slot: &Slot) -> f64 {
+    let radii = &input.bodies.radii;
+    let Some(other) = radii.get(slot.b as usize) else {
+        return 0.0;
+    };
+    let distance = (radii[slot.a as usize] + other) * contact.lever();
+    let ([x, y], [nx, ny]) = (passing(input.bodies, state, slot), contact.normal);
+    let way = input.step * (nx * y - ny * x);
+    0.5 * way * way / distance
 }
 
 /// Velocity of the first body of a slot against the second at the start of the step (m/s).
