@@ -231,11 +231,8 @@ impl LawConfig {
             not_negative(key, given(key, value)?, unit)?;
         }
         within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
-        within(
-            "law.bond_damping_ratio",
-            self.bond_damping_ratio,
-            [0.0, 1.0],
-        )?;
+        let damping = self.bond_damping_ratio;
+        within("law.bond_damping_ratio", damping, [0.0, 1.0])?;
         refuse_if(
             self.h_prime.is_none(),
             "law.h_prime",

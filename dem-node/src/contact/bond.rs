@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::contact::detect::Slot;
-use crate::contact::loss::{ContactStep, Loss, pressed, rigid_loss};
+use crate::contact::loss::{ContactStep, Loss, rigid_loss, spring_losses};
 use crate::law::Law;
 use crate::law::cohesion::Cohesion;
 use crate::law::local::BondLaw;
@@ -215,7 +215,7 @@ pub fn end_step(
         - stored(after, opening, slip)
         + 0.5 * k_t * (h * u_t).powi(2);
     let ([pull, push], damped) = ([r_n.min(0.0), r_n.max(0.0)], relaxation > 0.0);
-    let [numerical, mut damping] = stretched(k_n, damped, contact, pull);
+    let [numerical, mut damping] = spring_losses(k_n, damped, contact, pull, |gap| gap.max(0.0));
     lost += numerical;
     damping += h * relaxation * k_t * u_t * u_t;
     let surface = bond.area * cohesion.surface([before, after], h);
@@ -226,7 +226,8 @@ pub fn end_step(
     });
     let (mut compressed, r_f) = match &law.springs {
         Some(springs) => {
-            let [numerical, of_normal] = pressed(springs.normal, damped, contact, push);
+            let [numerical, of_normal] =
+                spring_losses(springs.normal, damped, contact, push, |gap| gap.min(0.0));
             let numerical = numerical + (1.0 - contact.theta) * push * contact.change[0];
             damping += of_normal;
             (
@@ -255,20 +256,6 @@ pub fn end_step(
     compressed.damping = damping;
     (compressed.detection, compressed.unforeseen) = (detection, unforeseen);
     compressed
-}
-
-/// Losses of the scheme and of the damper in tension, where a spring k (N/m) pulls with the impulse r_n <= 0.
-fn stretched(k: f64, damped: bool, contact: &ContactStep, r_n: f64) -> [f64; 2] {
-    let (h, u_n) = (contact.step, contact.velocity[0]);
-    let (before, open) = (contact.gap.max(0.0), contact.gap.min(0.0));
-    let numerical = |reached: f64| 0.5 * k * (reached - before).powi(2) - k * reached * open;
-    if !damped {
-        let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
-        return [numerical(reached), 0.0];
-    }
-    let reached = (contact.gap + h * u_n).max(0.0);
-    let lost = -r_n * u_n - 0.5 * k * (reached.powi(2) - before.powi(2));
-    [numerical(reached), lost - numerical(reached)]
 }
 
 /// The pair of a broken bond goes on as a contact: it touches where the bond did and keeps its pressure. The bond's tangential

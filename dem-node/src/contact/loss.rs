@@ -83,7 +83,8 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
             ..rigid_loss(contact, contact.impulse)
         };
     };
-    let [normal, damping] = pressed(springs.normal, springs.damping > 0.0, contact, r_n);
+    let damped = springs.damping > 0.0;
+    let [normal, damping] = spring_losses(springs.normal, damped, contact, r_n, |gap| gap.min(0.0));
     let stretch = contact.spring[1] - contact.spring[0];
     let slip = contact.step * contact.velocity[1] - stretch;
     let tangential = 0.5 * springs.tangential * stretch.powi(2);
@@ -117,17 +118,24 @@ pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     }
 }
 
-/// Losses of a normal spring and of the damper beside it under the impulse r_n >= 0: a spring driven implicitly from elongation
+/// Losses of a normal spring k (N/m) and of the damper beside it under the impulse r_n: a spring driven implicitly from elongation
 /// e_0 to e loses k (e - e_0)^2 / 2 to the scheme; one that closes in the step is pushed over the open gap as well, k |e| g. The
-/// rest of the work is the damper's.
-pub fn pressed(k: f64, damped: bool, contact: &ContactStep, r_n: f64) -> [f64; 2] {
-    let (h, u_n) = (contact.step, contact.velocity[0]);
-    let (before, open) = (contact.gap.min(0.0), contact.gap.max(0.0));
+/// rest of the work is the damper's. `elongation` is that of a gap: its negative part under pressure, its positive one in tension.
+pub fn spring_losses(
+    k: f64,
+    damped: bool,
+    contact: &ContactStep,
+    r_n: f64,
+    elongation: impl Fn(f64) -> f64,
+) -> [f64; 2] {
+    let (h, u_n, before) = (contact.step, contact.velocity[0], elongation(contact.gap));
+    let open = contact.gap - before;
     let numerical = |reached: f64| 0.5 * k * (reached - before).powi(2) - k * reached * open;
     if !damped {
-        return [numerical(-r_n / (h * k)), 0.0];
+        let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
+        return [numerical(reached), 0.0];
     }
-    let reached = (contact.gap + h * u_n).min(0.0);
+    let reached = elongation(contact.gap + h * u_n);
     let lost = -r_n * u_n - 0.5 * k * (reached.powi(2) - before.powi(2));
     [numerical(reached), lost - numerical(reached)]
 }

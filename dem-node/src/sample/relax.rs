@@ -50,11 +50,7 @@ impl Overlaps {
         self.sum += overlap;
         self.squares += overlap * overlap;
         self.count += 1;
-        self.largest = if overlap > self.largest {
-            overlap
-        } else {
-            self.largest
-        };
+        self.largest = self.largest.max(overlap);
     }
 }
 
