@@ -186,12 +186,12 @@ impl BondContact {
 
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
-/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the solution, which is `solved`,
-/// and a_2 = `after` at the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
+/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the `solution`, and a_2 = `after` at
+/// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that opens in the step is pulled over the
 /// rest of the path as well. Of all that, decohesion takes the surface energy that has been given up, as far as it goes, and the
 /// scheme the rest: neither is ever negative. A rigid contact loses what [`rigid_loss`] says of its compression and its slip.
-/// Its dampers lose what the work leaves beside the energy of the springs and the loss of the scheme.
+/// Dampers lose what the work leaves beside the energy of the springs and the loss of the scheme.
 /// The change of the opening between two steps, by the turning of the normal, is that of detection, see [`ContactStep::turned`].
 pub fn end_step(
     law: &Law,
