@@ -8,7 +8,7 @@
 //! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
 
 use coordinator::error::Error;
-use harness::runs::{Left, run_in_process, thirdbody};
+use harness::runs::{Left, Scratch, run_in_process, thirdbody};
 use harness::scene::{bar, glue, head, participant};
 use harness::window_matrix::{Joint, Operator, TransmissionCondition as Condition};
 use lab::bench::stability::bar::UnitBar;
@@ -247,9 +247,9 @@ fn a_run_notes_what_is_foreseen() {
 
 #[test]
 fn check_says_which_bound_decides() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let work = Scratch::new("bounds");
     let check = |sets: &[&str]| -> String {
-        let output = thirdbody(&root)
+        let output = thirdbody(work.path())
             .args(["check", "quick"])
             .args(sets)
             .output()
