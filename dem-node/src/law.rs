@@ -81,15 +81,26 @@ impl Springs {
         high.sin() * f64::from(u8::from(restitution < 1.0))
     }
 
-    /// What the damper makes of a spring on overlapping surfaces in a step h (s), 1/m being the sum of the inverse masses (1/kg):
-    /// both 1/(kn h^2) and g/h become this part of themselves, since the force is -kn (g + h u_n) - c u_n. Between two bodies
-    /// that nothing moves there is no damper.
+    /// Factor of 1/(kn h^2) and g/h on overlapping surfaces in a step h (s), see [`damped_share`], 1/m being the sum of the inverse masses
+    /// (1/kg).
     pub fn damped_share(&self, inverse_mass: f64, h: f64) -> f64 {
-        if inverse_mass == 0.0 {
-            return 1.0;
-        }
-        1.0 / (1.0 + 2.0 * self.damping / (self.normal * inverse_mass).sqrt() / h)
+        damped_share(relaxation(self.damping, self.normal, inverse_mass), h)
     }
+}
+
+/// Ratio c/k of a damper to the spring k (N/m) beside it (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses
+/// (1/kg). Between two bodies that nothing moves there is no damper.
+pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
+    if inverse_mass == 0.0 {
+        return 0.0;
+    }
+    2.0 * damping / (k * inverse_mass).sqrt()
+}
+
+/// Factor of the terms 1/(k h^2) and g/h of a spring that has a damper with this ratio c/k (s) beside it, in a step h (s): the force is
+/// -k (g + h u) - c u.
+pub fn damped_share(relaxation: f64, h: f64) -> f64 {
+    1.0 / (1.0 + relaxation / h)
 }
 
 impl Law {

@@ -49,8 +49,8 @@ kit::plausible_bounds! {
         /// Energy that decohesion took less than that of the surface which bonds gave up, over the latter, where that is a thousandth of what the
         /// grains were given.
         bond_energy_rel = [0.1, 0.5],
-        /// Energy that the scheme took, as contacts turn too, over all that the grains were given, where drives, walls, weight or their flight at the start gave a tenth of
-        /// that at least.
+        /// Energy that the scheme took, as contacts turn too, over all that the grains were given, where drives, walls, weight or their flight at
+        /// the start gave a tenth of that at least; elsewhere what contacts lost as they turned, over what the grains stored and lost.
         numerical_rel = [0.1, 0.5],
         /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.
         flow_kinetic_rel = [1e-3, 1e-2],

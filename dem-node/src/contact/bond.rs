@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, Loss, rigid_loss, spring_losses};
-use crate::law::Law;
 use crate::law::cohesion::Cohesion;
 use crate::law::local::BondLaw;
+use crate::law::{Law, damped_share, relaxation};
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -131,7 +131,7 @@ pub struct BondContact {
     pub index: u32,
     /// Adhesion at the start of the step, and the one under which the problem is solved.
     pub adhesion: [f64; 2],
-    /// Ratio of its dampers to its springs (s).
+    /// Ratio of its dampers to its springs in either direction (s), at any adhesion: a solid of Kelvin and Voigt.
     pub relaxation: f64,
     /// The law under that adhesion.
     pub law: BondLaw,
@@ -151,7 +151,9 @@ impl BondContact {
         let mut contact = BondContact {
             index: index as u32,
             adhesion: [bond.adhesion; 2],
-            relaxation: cohesion.map_or(0.0, |c| c.relaxation(bond.area, inverse_mass)),
+            relaxation: cohesion.map_or(0.0, |c| {
+                relaxation(c.damping, bond.area * c.normal, inverse_mass)
+            }),
             law: BondLaw::default(),
         };
         contact.law = BondLaw::new(contact.damped_share(h) * bond.slip / h, friction);
@@ -159,10 +161,9 @@ impl BondContact {
         contact
     }
 
-    /// What the dampers make of all springs of the contact in a step h (s): 1/(k h^2), delta/h and delta_t/h become this part of themselves,
-    /// since a force is -k (delta + h u) - c u.
+    /// Factor of 1/(k h^2), delta/h and delta_t/h of all springs of the contact in a step h (s), see [`damped_share`].
     pub fn damped_share(&self, h: f64) -> f64 {
-        1.0 / (1.0 + self.relaxation / h)
+        damped_share(self.relaxation, h)
     }
 
     /// Takes over a lower adhesion.

@@ -84,16 +84,6 @@ impl Cohesion {
         [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)
     }
 
-    /// Ratio of damper to spring of a bond in either direction (s), 2 zeta / omega with omega^2 = l Cn / m at full adhesion, 1/m being the sum
-    /// of the inverse masses (1/kg): a solid of Kelvin and Voigt, whose damper weakens as its spring does. Between two bodies that nothing
-    /// moves there is none.
-    pub fn relaxation(&self, area: f64, inverse_mass: f64) -> f64 {
-        if inverse_mass == 0.0 {
-            return 0.0;
-        }
-        2.0 * self.damping / (area * self.normal * inverse_mass).sqrt()
-    }
-
     /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
     /// Saulot and Berthier 2006 with its signs put right; Raous, Cangemi and Cocou 1999).
     ///

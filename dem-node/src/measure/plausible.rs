@@ -243,14 +243,15 @@ impl FinishedRun<'_> {
     }
 
     /// Judges what the scheme took of the energy of the grains where drives, walls, weight or flight gave a part of that: rebounds and flows
-    /// depend on it. What contacts lose as they turn is a part of it. What only rings under a load comes to rest whatever takes its energy.
+    /// depend on it. What contacts lose as they turn is a part of it, and is judged alone where nothing moves grains. What only rings under a load comes to rest whatever takes its energy.
     fn numerical(&self) -> Option<Finding> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + (-self.stored[0]).max(0.0);
         let taken = ledger.numerical + ledger.detection.abs();
         let load = self.program.map_or(0.0, |program| program.load_n);
         let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
-        let value = if counts { taken / given } else { 0.0 };
+        let turned = self.of_kept(ledger.detection.abs());
+        let value = if counts { taken / given } else { turned };
         let kept = self.stiffness.restitution(self.statistics.step_max);
         let rebound = kept.map_or(String::new(), |[low, high]| {
             format!(
