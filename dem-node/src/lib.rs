@@ -163,7 +163,7 @@
 //! | projected conjugate gradient (CPG) | [`solver::pcg::solve`] | Renouf and Alart 2005 |
 //! | springs: U += g/h, W += 1/(k h^2) | [`law::Law::compliance`], [`law::Law::bias`] | LMGC90 (elastic repel) |
 //! | dampers: both times 1/(1 + c/(kn h)), c = 2 zeta sqrt(kn m) | [`law::Springs::damped_share`], [`law::Springs::damping_ratio`] | Schwager and Pöschel 2007 |
-//! | bonds with dampers: delta/h, delta_t/h and 1/kappa times 1/(1 + c/(k h)) | [`contact::bond::BondContact::damped_share`], [`law::relaxation`] | Kelvin and Voigt |
+//! | bonds with dampers: delta/h, delta_t/h and 1/kappa times 1/(1 + c/(k h)) | [`law::damped_share`], [`law::relaxation`] | Kelvin and Voigt |
 //! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`setup::bounds::numerical_restitution`] | Jean 1999; this project |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
 //! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |

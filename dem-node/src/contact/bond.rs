@@ -156,14 +156,12 @@ impl BondContact {
             }),
             law: BondLaw::default(),
         };
-        contact.law = BondLaw::new(contact.damped_share(h) * bond.slip / h, friction);
+        contact.law = BondLaw::new(
+            damped_share(contact.relaxation, h) * bond.slip / h,
+            friction,
+        );
         contact.soften(law, bond, bond.adhesion, h);
         contact
-    }
-
-    /// Factor of 1/(k h^2), delta/h and delta_t/h of all springs of the contact in a step h (s), see [`damped_share`].
-    pub fn damped_share(&self, h: f64) -> f64 {
-        damped_share(self.relaxation, h)
     }
 
     /// Takes over a lower adhesion.
@@ -172,13 +170,13 @@ impl BondContact {
         let stiffness = law
             .cohesion
             .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion));
-        let share = self.damped_share(h);
+        let share = damped_share(self.relaxation, h);
         self.law.set_stiffness(stiffness.map(|k| k / share), h);
     }
 
     /// The adhesion that the end of the step allows, the gap of delta (m) opening at u_n and sliding at u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
-        let slip = self.law.slip / self.damped_share(h);
+        let slip = self.law.slip / damped_share(self.relaxation, h);
         let drive = law.drive(h * (delta / h + velocity[0]), h * (slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])

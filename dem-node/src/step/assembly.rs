@@ -31,7 +31,7 @@ impl Detection<'_> {
         let [a, b] = [contact.a as usize, contact.b as usize];
         let inverse_mass = records[a].inverse_mass + records[b].inverse_mass;
         let bond = BondContact::new(bodies.law_of(a, b), bond, inverse_mass, h);
-        let share = bond.damped_share(h);
+        let share = crate::law::damped_share(bond.relaxation, h);
         contact.bias[0] *= share;
         contact.compliance[0] *= share;
         bond
