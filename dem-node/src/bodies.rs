@@ -2,7 +2,7 @@
 //!
 //! In reading order:
 //! - [`geometry`]: normals and gaps of two bodies;
-//! - [`faces`]: rigid walls;
+//! - [`faces`], [`surface`]: rigid walls, and surfaces that another solver moves;
 //! - [`levers`], [`drive`], [`cluster`]: grains that move together, and what moves them;
 //! - [`feed`]: grains that are fed in;
 //! - [`pairs`]: laws by pair;
@@ -16,15 +16,17 @@ pub mod geometry;
 pub mod levers;
 pub mod pairs;
 pub mod positions;
+pub mod surface;
 
 use crate::bodies::cluster::Clusters;
 use crate::bodies::faces::{Face, RigidWall};
 use crate::bodies::feed::Injection;
 use crate::bodies::geometry::{Period, height_on, over_disk};
 use crate::bodies::pairs::Pairs;
+use crate::bodies::surface::BareSurface;
 use crate::law::Law;
 
-/// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls.
+/// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls, segments of the surface.
 #[derive(Clone, Debug, Default)]
 pub struct Bodies {
     /// Number of free grains.
@@ -43,8 +45,12 @@ pub struct Bodies {
     pub reference: Vec<[f64; 2]>,
     /// Number of those of the base.
     pub base: usize,
-    /// Distance beside the base, beyond the widest disk, in which grains still belong to the sample (m).
-    pub apron: f64,
+    /// Surfaces beside the glued disks, or in their place.
+    pub surface: BareSurface,
+    /// Undeformed lines of the bodies below and above, by ascending x: numbers of boundary points, and their places on the line (m).
+    pub lines: [Vec<(usize, [f64; 2])>; 2],
+    /// Ends beyond which a grain has left the sample (m), where it has any.
+    pub ends: Option<[f64; 2]>,
     /// Mass of the wheel (kg), where there is one.
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
@@ -82,6 +88,20 @@ impl Bodies {
         self.reference.len()
     }
 
+    /// Number of points that the boundary moves: glued disks, then points of the surface.
+    pub fn boundary_points(&self) -> usize {
+        self.glued() + self.surface.points.len()
+    }
+
+    /// Place of a glued disk or a point of the surface in the undeformed boundary (m).
+    pub fn boundary_point(&self, number: usize) -> [f64; 2] {
+        let of_surface = || self.surface.points[number - self.glued()];
+        self.reference
+            .get(number)
+            .copied()
+            .unwrap_or_else(of_surface)
+    }
+
     /// The law between two bodies.
     #[inline]
     pub fn law_of(&self, a: usize, b: usize) -> &Law {
@@ -114,7 +134,7 @@ impl Bodies {
 
     /// Number of all bodies.
     pub fn count(&self) -> usize {
-        self.disks() + usize::from(self.wheel_mass.is_some()) + self.walls.len()
+        self.first_segment() + self.surface.segments()
     }
 
     /// Number of the first disk of the wheel's face.
@@ -151,10 +171,21 @@ impl Bodies {
         self.disks() + usize::from(self.wheel_mass.is_some())
     }
 
+    /// Number of the first segment of the surface.
+    pub fn first_segment(&self) -> usize {
+        self.first_wall() + self.walls.len()
+    }
+
+    /// Index of a segment of the surface; `None` for other bodies.
+    pub fn segment_index(&self, body: usize) -> Option<usize> {
+        let index = body.checked_sub(self.first_segment())?;
+        (index < self.surface.segments()).then_some(index)
+    }
+
     /// True if a disk may pass from one wall to another without leaving either.
     pub fn has_joints(&self) -> bool {
         let mut faces = self.walls.iter().map(|wall| &wall.face);
-        faces.any(|face| matches!(face, Face::Segment(_)))
+        self.surface.segments() > 0 || faces.any(|face| matches!(face, Face::Segment(_)))
     }
 
     /// Speed of the fastest wall (m/s).

@@ -23,6 +23,7 @@ pub mod rail;
 pub mod sample;
 pub mod solver;
 pub mod stress;
+pub mod surface;
 pub mod wheel;
 
 use std::collections::BTreeMap;
@@ -240,10 +241,15 @@ impl DemConfig {
             SampleConfig::Rail(_) => groups.extend(&ROWS[..1]),
         }
         pairs::validate_pairs(&self.law, &groups)?;
+        let own = self
+            .sample
+            .surface()
+            .and_then(|keys| keys.friction)
+            .is_some();
         refuse_if(
-            self.solver.algorithm == Algorithm::Pcg && !self.law.pairs.is_empty(),
+            self.solver.algorithm == Algorithm::Pcg && (own || !self.law.pairs.is_empty()),
             "solver.kind",
-            "\"pcg\" solves contacts of one law, and law.pairs has others",
+            "\"pcg\" solves contacts of one law, and law.pairs or sample.surface.friction has others",
             "write solver.kind = \"nsgs\"",
         )
     }

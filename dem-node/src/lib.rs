@@ -1,4 +1,4 @@
-//! Non-Smooth Contact Dynamics of the third body: disks in the plane, walls, a glued base and a rigid wheel.
+//! Non-Smooth Contact Dynamics of the third body: disks in the plane, walls, a glued base, bare surfaces and a rigid wheel.
 //!
 //! Grains are rigid disks with unilateral contact, Coulomb friction and, if wanted, elastic contacts; steps are implicit
 //! (Moreau-Jean). The base of a layer is a row of *glued* disks on a *compliant boundary*, which yields to the contact forces
@@ -86,6 +86,9 @@
 //! v_g = a_g + W_g p    a_g, W_g: given by the coupler for this window
 //! ```
 //!
+//! Beside the disks, or in their place, the boundary may have points of a surface, on whose segments grains lie ([`bodies::surface`]): a grain
+//! with the foot (1 - s, s) between two of them sees S v_g and hands S^T p on.
+//!
 //! It enters the sweeps like any other velocity ([`contact::boundary`]). v_g is the mean velocity of the window and the end velocity of
 //! the grains at once, which is consistent for theta = 1 only: a coupled run with another theta is refused.
 //!
@@ -117,7 +120,7 @@
 //! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
 //! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`measure::flow`]).
 //! - Rigid contacts only take energy: what friction and rebounds make is summed contact by contact ([`step::ledger::GrainLedger::made`]).
-//! - Plausibility: ways of grains in a step, walls met from behind, overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
+//! - Plausibility: ways of grains in a step, walls met from behind, grains behind a surface, overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
 //! - Exact answers: impacts, slopes, columns, pyramids, chains, bonds; published ones for packings and plane shear (`tests/verification/dem*.rs`).
 //!
 //! # Limits
@@ -170,6 +173,7 @@
 //! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`law::cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
 //! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`setup::bounds::step_limit`] | [`contact::bond`] |
+//! | feet on a surface, v = S v_g, p = S^T f | [`bodies::surface::Foot`], [`contact::boundary::CompliantBoundary::place_foot`] | virtual work |
 //! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
 //! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`step::state::GrainState::energies`] | [`step::ledger`] |

@@ -26,6 +26,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::measure::snapshot;
 use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
+use crate::step::state::GrainState;
 use dem::{Dem, Pending};
 use request::{request, require_numbers};
 
@@ -41,7 +42,7 @@ fn steps_at_once(disks: usize) -> Option<u32> {
 
 impl Node for Dem {
     fn describe(&self) -> Description {
-        let glued = self.bodies.glued() > 0;
+        let glued = self.bodies.boundary_points() > 0;
         Description {
             kind: "dem".into(),
             software: concat!("thirdbody dem-node ", env!("CARGO_PKG_VERSION")).into(),
@@ -115,7 +116,7 @@ impl Node for Dem {
             }
         }
         CompliantBoundary::refuse_misfit(self.interface.disks.len(), compliance)?;
-        let glued = self.bodies.glued();
+        let glued = self.bodies.boundary_points();
         let compliance = self.interface.scatter_square(compliance, glued);
         self.stepper.problem.boundary = CompliantBoundary::compliant(glued, compliance);
         self.window = Some(window_s);
@@ -129,7 +130,9 @@ impl Node for Dem {
         free_velocity: &[f64],
     ) -> Result<BoundaryAnswer, NodeError> {
         let step = self.check_window(window, free_velocity)?;
-        let free_velocity = self.interface.scatter(free_velocity, self.bodies.glued());
+        let free_velocity = self
+            .interface
+            .scatter(free_velocity, self.bodies.boundary_points());
         self.trial.clone_from(&self.progress.state);
         let summary = self.advance([window.t0_s, window.t1_s], step, &free_velocity, true)?;
         self.pending = Some(Pending {
@@ -164,9 +167,16 @@ impl Node for Dem {
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
-        let displacement = self.interface.scatter(displacement, self.bodies.glued());
-        let glued = self.progress.state.centres[self.bodies.free..].iter_mut();
-        let both = glued.zip(&self.bodies.reference);
+        let bodies = &self.bodies;
+        let displacement = self
+            .interface
+            .scatter(displacement, bodies.boundary_points());
+        let GrainState {
+            centres, surface, ..
+        } = &mut self.progress.state;
+        let glued = centres[bodies.free..bodies.first_face()].iter_mut();
+        let both = glued.chain(surface);
+        let both = both.zip(bodies.reference.iter().chain(&bodies.surface.points));
         for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
@@ -185,7 +195,7 @@ impl Node for Dem {
         if !self.interface.disks.is_empty() {
             return Ok(request("a coupled participant cannot advance alone")?);
         }
-        let fixed = vec![0.0; 2 * self.bodies.glued()];
+        let fixed = vec![0.0; 2 * self.bodies.boundary_points()];
         let mut summary = StepSummary::default();
         for index in window.step..window.step + u64::from(window.substeps) {
             // Times are multiples of the step: no rounding builds up.

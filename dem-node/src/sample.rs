@@ -4,6 +4,7 @@
 //! - [`types`], [`random`]: a sample, and the random numbers of it;
 //! - `fill`: grains listed one by one, and those that fill a region;
 //! - [`relax`], [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
+//! - [`surface`]: what they lie on beside their glued rows;
 //! - [`wheel_face`]: the disks of a rough wheel;
 //! - [`prepared`]: samples that are kept for later runs.
 
@@ -14,6 +15,7 @@ pub mod prepared;
 pub mod rail;
 pub mod random;
 pub mod relax;
+pub mod surface;
 pub mod types;
 pub mod wheel_face;
 

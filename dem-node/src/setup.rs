@@ -15,7 +15,7 @@ use crate::bodies::cluster::{Cluster, Clusters};
 use crate::bodies::faces::depth_behind;
 use crate::bodies::feed::Injection;
 use crate::bodies::geometry::range;
-use crate::bodies::pairs::{GRAINS, Pairs, ROWS, WHEEL};
+use crate::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
 use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
 use crate::config::injection::InjectionConfig;
@@ -24,6 +24,7 @@ use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
+use crate::sample::surface;
 use crate::sample::types::Sample;
 use crate::step::state::GrainState;
 use kit::keys::refuse_if;
@@ -58,7 +59,9 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         base: sample.glued.len() - sample.lid,
-        apron: config.sample.apron(),
+        surface: sample.surface.clone(),
+        lines: surface::lines(&config.sample, sample),
+        ends: ends(&config.sample, sample),
         wheel_mass: config.wheel.as_ref().map(|wheel| wheel.mass_kg),
         face: sample.face.iter().map(|disk| disk.centre).collect(),
         face_bonded: config.wheel.as_ref().is_some_and(|wheel| wheel.bonded),
@@ -72,6 +75,20 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
     }
+}
+
+/// Ends of a sample that does not repeat: of a layer as far as its surface reaches by default, of others those of their base.
+fn ends(config: &SampleConfig, sample: &Sample) -> Option<[f64; 2]> {
+    let [half_width, _] = config.ends().unwrap_or_default();
+    if half_width > 0.0 {
+        let reach = half_width + surface::REACH * surface::mean_radius(sample);
+        return Some([-reach, reach]);
+    }
+    let base = &sample.glued[..sample.glued.len() - sample.lid];
+    let row = base.first().zip(base.last());
+    let apron = config.apron();
+    let ends = row.map(|(first, last)| [first.centre[0] - apron, last.centre[0] + apron]);
+    ends.filter(|_| config.period().is_none())
 }
 
 /// The feed of so many grains at the end of these masses, which are scaled (kg).
@@ -90,14 +107,36 @@ fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]
 
 /// The laws by pair of the scene.
 fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
-    if config.law.pairs.is_empty() {
-        return Pairs::default();
-    }
     let mut names = vec![GRAINS.to_string(); sample.free.len()];
     for cluster in &sample.clusters {
         for disk in &cluster.disks {
             names[*disk].clone_from(&cluster.name);
         }
+    }
+    let listed = config.law.pairs.iter();
+    let mut laws: Vec<([String; 2], LawConfig)> = listed
+        .map(|pair| (pair.between.clone(), pair.merged(&config.law)))
+        .collect();
+    let surface = config.sample.surface().and_then(|keys| keys.friction);
+    if let Some(friction) = surface {
+        // The law of the row, but for friction.
+        let mut groups = names.clone();
+        groups.sort();
+        groups.dedup();
+        for group in groups {
+            let is_row = |between: &[String; 2]| {
+                between.contains(&group) && between.iter().any(|name| name == ROWS[0])
+            };
+            let row = laws.iter().find(|(between, _)| is_row(between));
+            let law = LawConfig {
+                friction: Some(friction),
+                ..row.map_or(&config.law, |(_, law)| law).clone()
+            };
+            laws.push(([group, SURFACE.to_string()], law));
+        }
+    }
+    if laws.is_empty() {
+        return Pairs::default();
     }
     let base = sample.glued.len() - sample.lid;
     let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
@@ -105,13 +144,14 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     let parts = sample.face.len() + usize::from(config.wheel.is_some());
     names.extend(std::iter::repeat_n(WHEEL.to_string(), parts));
     names.extend(sample.wall_names.iter().cloned());
-    let laws = config.law.pairs.iter();
-    let laws = laws.map(|pair| {
-        (
-            pair.between.clone(),
-            law(&pair.merged(&config.law), thickness),
-        )
+    let segments = (0..sample.surface.segments()).map(|segment| {
+        let above = sample.surface.ends(segment)[0] >= sample.surface.base;
+        surface.map_or(ROWS[usize::from(above)], |_| SURFACE)
     });
+    names.extend(segments.map(String::from));
+    let laws = laws
+        .into_iter()
+        .map(|(pair, config)| (pair, law(&config, thickness)));
     Pairs::new(&names, &laws.collect::<Vec<_>>())
 }
 

@@ -40,6 +40,7 @@ mod dem_solvers;
 mod dem_stress;
 mod dem_structure;
 mod dem_support;
+mod dem_surface;
 mod dem_travel;
 mod dem_viscous;
 mod dem_walls;

@@ -9,6 +9,7 @@ use dem_node::config::DemConfig;
 use dem_node::config::layer::LayerConfig;
 use dem_node::config::radii::RadiusLaw;
 use dem_node::config::sample::SampleConfig;
+use dem_node::config::surface::SurfaceConfig;
 use dem_node::sample;
 use dem_node::sample::types::{Disk, Sample};
 use dem_node::sample::{bed, layer};
@@ -21,6 +22,8 @@ const STIFFNESS: f64 = 2.255e11;
 
 fn recipe(thickness_m: f64) -> LayerConfig {
     LayerConfig {
+        glued: true,
+        surface: SurfaceConfig::default(),
         thickness_m,
         half_width_m: 8e-3,
         half_width_load_n: None,
@@ -57,7 +60,7 @@ fn a_layer_has_the_expected_number_of_grains() {
                 "{found} grains, {expected} expected"
             );
             assert!(
-                (115..=140).contains(&sample.glued.len()),
+                (104..=130).contains(&sample.glued.len()),
                 "{} glued",
                 sample.glued.len()
             );
@@ -116,16 +119,8 @@ fn the_glued_row_lies_within_a_radius_of_the_crowned_line() {
         );
     }
     assert!(sample.glued.is_sorted_by(|a, b| a.centre[0] <= b.centre[0]));
-    let diameter = 2.0 * 0.0693e-3;
     let last = sample.glued.last().expect("there are some");
-    let reach = last.centre[0] + last.radius - 8e-3;
-    assert!(
-        (reach / diameter - 5.0).abs() < 0.3,
-        "catch row of {} d",
-        reach / diameter
-    );
-    let top = last.centre[1] + last.radius + drop_at(last.centre[0]);
-    assert!(top.abs() < 1e-15, "the catch row is flush with the line");
+    assert!(last.centre[0] <= 8e-3, "it ends with the layer");
 }
 
 #[test]

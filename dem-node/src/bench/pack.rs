@@ -157,6 +157,7 @@ fn pressed(disks: usize) -> Packing {
         [place(), place()]
     });
     let mut packing = Packing {
+        crown_radius: 0.0,
         centres: centres.collect(),
         movable: disks,
         radii,

@@ -7,11 +7,17 @@
 //!                 \        passes from one to the other it has one contact, whose normal turns without a jump.
 //!                  c       In a concave corner it has two.
 //! ```
+//!
+//! A shallow concave corner is divided by its bisector, and a disk in it has one contact, whose gap is continuous and whose normal turns.
+//! Two contacts would bear twice as long as a disk that overlaps is above the corner: over an angle phi it comes to the second face with
+//! its whole overlap delta unless delta < r phi^2/2.
 
 use crate::bodies::geometry::Proximity;
 
 /// Sine of the angle below which two segments in a row are one straight line.
 const STRAIGHT: f64 = 1e-12;
+/// Sine of the angle up to which a concave corner is shallow: overlaps of 0.02 r meet the second face of a wider one from zero on.
+const SHALLOW: f64 = 0.2;
 /// Part of a distance by which two faces may be equally far.
 const ROUNDING: f64 = 1e-9;
 
@@ -51,10 +57,11 @@ pub struct Segment {
 
 /// Another segment at an end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Joint {
-    /// Its index in the list of walls.
-    wall: usize,
-    direction: [f64; 2],
+pub struct Joint {
+    /// Its index in the list of walls, or of segments of a surface.
+    pub wall: usize,
+    /// Unit vector along it.
+    pub direction: [f64; 2],
 }
 
 impl RigidWall {
@@ -76,7 +83,7 @@ impl RigidWall {
                     normal: left_of(segment.direction),
                     gap: f64::INFINITY,
                 };
-                segment.touch(centre, radius).unwrap_or(apart)
+                segment.touch(centre, radius, 0.0).unwrap_or(apart)
             }
         }
     }
@@ -149,6 +156,22 @@ pub fn depth_behind<'a>(
 }
 
 impl Segment {
+    /// The segment from a point along a vector (m), between two others.
+    pub fn new(
+        start: [f64; 2],
+        along: [f64; 2],
+        before: Option<Joint>,
+        after: Option<Joint>,
+    ) -> Segment {
+        Segment {
+            start,
+            end: [start[0] + along[0], start[1] + along[1]],
+            direction: unit(along),
+            before,
+            after,
+        }
+    }
+
     /// Distance of a point straight behind the face (m), infinite for any other.
     fn depth(&self, point: [f64; 2]) -> f64 {
         let (from_start, from_end) = (minus(point, self.start), minus(point, self.end));
@@ -161,15 +184,26 @@ impl Segment {
         }
     }
 
-    /// Contact with a disk in front of the face, or in the fan of its first corner, or around a free end.
-    fn touch(&self, centre: [f64; 2], radius: f64) -> Option<Proximity> {
+    /// Contact with a disk in front of the face or less than `depth` behind it (m), or in the fan of its first corner, or around a free
+    /// end.
+    pub fn touch(&self, centre: [f64; 2], radius: f64, depth: f64) -> Option<Proximity> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
-        if dot(from_start, self.direction) < 0.0 {
+        let start = bisector(self.before.map(|b| b.direction), Some(self.direction));
+        let end = bisector(
+            Some(self.direction),
+            self.after.map(|after| after.direction),
+        );
+        if start.is_some_and(|along| dot(from_start, along) < 0.0)
+            || end.is_some_and(|along| dot(from_end, along) >= 0.0)
+        {
+            return None;
+        }
+        if start.is_none() && dot(from_start, self.direction) < 0.0 {
             return self
                 .owns_start(from_start)
                 .then(|| around(from_start, self.direction, radius));
         }
-        if dot(from_end, self.direction) >= 0.0 {
+        if end.is_none() && dot(from_end, self.direction) >= 0.0 {
             return self
                 .after
                 .is_none()
@@ -178,7 +212,7 @@ impl Segment {
         let normal = left_of(self.direction);
         let height = dot(from_start, normal);
         // A centre behind the face is on another side of the body that the polyline surrounds.
-        (height >= 0.0).then_some(Proximity {
+        (height >= -depth).then_some(Proximity {
             normal,
             gap: height - radius,
         })
@@ -196,16 +230,23 @@ impl Segment {
 
     /// The wall to which a disk has passed that is beyond an end of this segment.
     pub fn successor(&self, centre: [f64; 2]) -> Option<usize> {
-        let from_start = minus(centre, self.start);
-        if dot(from_start, self.direction) < 0.0 {
-            let passed = self.before.filter(|_| !self.owns_start(from_start));
-            return passed.map(|joint| joint.wall);
-        }
-        let beyond = dot(minus(centre, self.end), self.direction) >= 0.0;
-        self.after.filter(|_| beyond).map(|joint| joint.wall)
+        let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
+        let is_before = match bisector(self.before.map(|b| b.direction), Some(self.direction)) {
+            Some(along) => dot(from_start, along) < 0.0,
+            None => dot(from_start, self.direction) < 0.0 && !self.owns_start(from_start),
+        };
+        let end = bisector(
+            Some(self.direction),
+            self.after.map(|after| after.direction),
+        );
+        let is_beyond = dot(from_end, end.unwrap_or(self.direction)) >= 0.0;
+        let before = self.before.filter(|_| is_before);
+        let next = before.or(self.after.filter(|_| is_beyond));
+        next.map(|joint| joint.wall)
     }
 
-    fn distance(&self, point: [f64; 2]) -> f64 {
+    /// Distance of a point from any part of it (m).
+    pub fn distance(&self, point: [f64; 2]) -> f64 {
         let (from_start, from_end) = (minus(point, self.start), minus(point, self.end));
         if dot(from_start, self.direction) < 0.0 {
             from_start[0].hypot(from_start[1])
@@ -215,6 +256,14 @@ impl Segment {
             cross(self.direction, from_start).abs()
         }
     }
+}
+
+/// The direction across the bisector of a shallow concave corner between two directions; none of another corner or an end.
+fn bisector(before: Option<[f64; 2]>, after: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    let (before, after) = (before?, after?);
+    let turn = cross(before, after);
+    let is_shallow = turn > 0.0 && turn < SHALLOW && dot(before, after) > 0.0;
+    is_shallow.then(|| [before[0] + after[0], before[1] + after[1]])
 }
 
 /// Contact with a point; `from` leads from it to the centre of the disk.
@@ -231,7 +280,8 @@ fn around(from: [f64; 2], direction: [f64; 2], radius: f64) -> Proximity {
     }
 }
 
-fn unit(v: [f64; 2]) -> [f64; 2] {
+/// The unit vector along a vector.
+pub fn unit(v: [f64; 2]) -> [f64; 2] {
     let length = v[0].hypot(v[1]);
     v.map(|x| x / length)
 }
@@ -248,7 +298,8 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn left_of(direction: [f64; 2]) -> [f64; 2] {
+/// A direction turned to its left.
+pub fn left_of(direction: [f64; 2]) -> [f64; 2] {
     [-direction[1], direction[0]]
 }
 
@@ -258,7 +309,7 @@ mod tests {
 
     fn contacts(points: &[[f64; 2]], centre: [f64; 2]) -> Vec<Proximity> {
         let segments = polyline(points, 0);
-        let touching = segments.iter().filter_map(|s| s.touch(centre, 1.0));
+        let touching = segments.iter().filter_map(|s| s.touch(centre, 1.0, 0.0));
         touching.filter(|at| at.gap <= 1e-12).collect()
     }
 
@@ -279,6 +330,32 @@ mod tests {
         let found = contacts(&[[-5.0, 0.0], [0.0, 0.0], [0.0, 5.0]], [-1.0, 1.0]);
         let normals: Vec<[f64; 2]> = found.iter().map(|at| at.normal).collect();
         assert_eq!(normals, [[0.0, 1.0], [-1.0, 0.0]]);
+    }
+
+    #[test]
+    fn a_shallow_concave_corner_is_touched_once_by_a_disk_that_overlaps() {
+        let angle = 0.01f64;
+        let valley = [
+            [-5.0, 0.0],
+            [0.0, 0.0],
+            [5.0 * angle.cos(), 5.0 * angle.sin()],
+        ];
+        let mut last = f64::NAN;
+        for k in -200..200 {
+            let x = f64::from(k) * 1e-4;
+            // 0.1 deep, along the first face.
+            let segments = polyline(&valley, 0);
+            let found: Vec<Proximity> = segments
+                .iter()
+                .filter_map(|s| s.touch([x, 0.9], 1.0, 0.0))
+                .collect();
+            assert_eq!(found.len(), 1, "at {x}");
+            assert!(!((found[0].gap - last).abs() > 2e-6), "it goes on at {x}");
+            last = found[0].gap;
+            let passed = [0, 1].map(|i| segments[i].successor([x, 0.9]));
+            let owner = usize::from(found[0].normal[0] < 0.0);
+            assert_eq!((passed[owner], passed[1 - owner]), (None, Some(owner)));
+        }
     }
 
     #[test]

@@ -6,6 +6,8 @@ use crate::law::Law;
 pub const GRAINS: &str = "grains";
 /// Names of the groups of glued disks.
 pub const ROWS: [&str; 2] = ["base", "lid"];
+/// Name of the group of the surface, where it has a friction of its own; else it belongs to a row.
+pub const SURFACE: &str = "surface";
 /// Name of the wheel's group.
 pub const WHEEL: &str = "wheel";
 

@@ -8,8 +8,10 @@ use serde::Deserialize;
 
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
+use super::surface::SurfaceConfig;
 use crate::bodies::geometry::range;
-use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
+use crate::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
+use crate::sample::surface::SPACING;
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -27,6 +29,8 @@ pub struct DisksConfig {
     /// Rigid walls.
     #[serde(default)]
     pub walls: Vec<WallConfig>,
+    /// The surface of a body that another solver moves, set `base`; at rest and rigid where no interface couples it.
+    pub surface: Option<SurfaceConfig>,
     /// Properties of rigid clusters; one that is not listed is free and as heavy as its disks.
     #[serde(default)]
     pub clusters: Vec<ClusterConfig>,
@@ -272,6 +276,19 @@ impl DisksConfig {
         for (i, wall) in self.walls.iter().enumerate() {
             wall.validate(&format!("sample.walls[{i}]"))?;
         }
+        if let Some(surface) = &self.surface {
+            let glued = self.disks.iter().filter(|disk| disk.glued && !disk.lid);
+            let within = range(glued.flat_map(|d| [d.x_m - d.radius_m, d.x_m + d.radius_m]));
+            let within = within.map(|x| if x.is_finite() { x.abs() } else { 0.0 });
+            let spacing = SPACING * self.radii().0;
+            surface.validate(within[0].max(within[1]), spacing, false)?;
+            refuse_if(
+                surface.half_width_m.is_none() && surface.points_m.is_none(),
+                "sample.surface.half_width_m",
+                "is missing, and so is points_m",
+                "write how far the surface reaches",
+            )?;
+        }
         self.validate_clusters()
     }
 
@@ -283,7 +300,8 @@ impl DisksConfig {
     /// Names of the groups of its bodies, for `law.pairs`.
     pub(super) fn groups(&self) -> Vec<&str> {
         let glued = |lid: bool| self.disks.iter().any(|disk| disk.glued && disk.lid == lid);
-        let rows = ROWS.into_iter().zip([glued(false), glued(true)]);
+        let base = glued(false) || self.surface.is_some();
+        let rows = ROWS.into_iter().zip([base, glued(true)]);
         let rows = rows.filter_map(|(name, there)| there.then_some(name));
         let walls = self.walls.iter().filter_map(|wall| wall.name.as_deref());
         let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
@@ -299,7 +317,7 @@ impl DisksConfig {
         let walls = walls.filter_map(|(i, wall)| Some(("walls", i, wall.name.as_deref()?)));
         let clusters = self.clusters.iter().enumerate();
         let clusters = clusters.map(|(i, cluster)| ("clusters", i, cluster.name.as_str()));
-        let mut known = vec![GRAINS, WHEEL, ROWS[0], ROWS[1]];
+        let mut known = vec![GRAINS, WHEEL, SURFACE, ROWS[0], ROWS[1]];
         for (list, i, name) in walls.chain(clusters) {
             let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
             let wrong = name.is_empty() || !name.chars().all(plain);

@@ -7,6 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::radii::{Radii, RadiusLaw};
+use super::surface::SurfaceConfig;
+use crate::sample::surface::SPACING;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
@@ -49,6 +51,12 @@ pub struct LayerConfig {
     /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
     #[serde(default)]
     pub lid: bool,
+    /// False for grains that lie on the bare surface: they are pressed on a flat plate in its place, and nothing is cut or glued.
+    #[serde(default = "glued")]
+    pub glued: bool,
+    /// The bare surface beside the glued row, or in its place.
+    #[serde(default)]
+    pub surface: SurfaceConfig,
     /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
     #[schemars(range(min = 0.0))]
@@ -60,6 +68,10 @@ pub struct LayerConfig {
     /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
     /// straight then.
     pub periodic_x_m: Option<[f64; 2]>,
+}
+
+fn glued() -> bool {
+    true
 }
 
 fn bed_extra() -> f64 {
@@ -97,8 +109,9 @@ impl LayerConfig {
             positive(&format!("sample.{key}"), value, "m")?;
         }
         let widest = self.radius_max_m;
+        let below = if self.glued { 4.0 * widest } else { 0.0 };
         for (key, value, least) in [
-            ("bed_extra_m", self.bed_extra_m, 4.0 * widest),
+            ("bed_extra_m", self.bed_extra_m, below),
             ("half_width_m", self.half_width_m, 10.0 * widest),
             // A layer thinner than a grain consists of glued ones only.
             ("thickness_m", self.thickness_m, 2.0 * self.radius_min_m),
@@ -120,6 +133,21 @@ impl LayerConfig {
             let least = 2.0 * self.half_width_m;
             at_least("sample.crown_radius_m", self.crown_radius_m, least, "m")?;
         }
+        refuse_if(
+            self.lid && !self.glued,
+            "sample.glued",
+            "a lid is glued to its layer, and so is the base then",
+            "remove the key, or sample.lid",
+        )?;
+        refuse_if(
+            self.glued && self.surface.points_m.is_some(),
+            "sample.surface.points_m",
+            "says where the whole surface is, and a glued row lies on a part of it",
+            "add sample.glued = false, or write half_width_m instead",
+        )?;
+        let spacing = SPACING * self.radii().mean();
+        let within = self.half_width_m;
+        self.surface.validate(within, spacing, true)?;
         if self.press_pa.is_empty() {
             return Err(ConfigError::new(
                 "sample.press_pa",

@@ -10,6 +10,8 @@ kit::plausible_bounds! {
         overlap_rigid_rel = [2e-3, 0.1],
         /// Grains that left the layer, over all.
         ejected_rel = [0.0, 0.1],
+        /// Grains whose centre ends behind the face of a body that carries them by more than 0.3 of their radius, over all.
+        inside_rel = [0.0, 0.0],
         /// Largest distance of the wheel's force from its load in the second half of the hold, over the load.
         wheel_force_rel = [0.05, 0.2],
         /// Height that the wheel loses or gains in the second half of the hold, by its trend, over its approach (and 0.01 of the mean

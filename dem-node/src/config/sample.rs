@@ -13,6 +13,7 @@ use super::file::FileConfig;
 use super::layer::{LayerConfig, PERIOD};
 use super::radii::Radii;
 use super::rail::RailConfig;
+use super::surface::SurfaceConfig;
 use crate::bodies::geometry::Period;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
@@ -100,11 +101,20 @@ impl SampleConfig {
         self.period_ends().map(Period::between)
     }
 
-    pub(super) fn period_ends(&self) -> Option<[f64; 2]> {
+    pub(crate) fn period_ends(&self) -> Option<[f64; 2]> {
         match self {
             SampleConfig::Layer(layer) => layer.periodic_x_m,
             SampleConfig::Rail(_) => None,
             SampleConfig::Disks(disks) => disks.periodic_x_m,
+        }
+    }
+
+    /// The keys of the surface that the sample lies on, where there are any.
+    pub fn surface(&self) -> Option<&SurfaceConfig> {
+        match self {
+            SampleConfig::Layer(layer) => Some(&layer.surface),
+            SampleConfig::Rail(_) => None,
+            SampleConfig::Disks(disks) => disks.surface.as_ref(),
         }
     }
 
@@ -121,8 +131,7 @@ impl SampleConfig {
         })
     }
 
-    /// Distance beside the base in which grains still belong to the sample (m): the sides of a rail bulge, while a layer has bare
-    /// rows there.
+    /// Distance beside the base in which grains still belong to the sample (m): the sides of a rail bulge.
     pub fn apron(&self) -> f64 {
         match self {
             SampleConfig::Rail(rail) => APRON * 2.0 * rail.radius_max_m,

@@ -1,7 +1,8 @@
-//! The compliant boundary: massless glued disks on a body that another solver moves, v_g = a_g + W_g p.
+//! The compliant boundary: massless glued disks, and points of surfaces, on a body that another solver moves, v_g = a_g + W_g p.
 
 use std::ops::Range;
 
+use crate::bodies::surface::Foot;
 use crate::error::DemError;
 use crate::law::lanes::widest;
 
@@ -11,6 +12,10 @@ const TOGETHER: usize = 4;
 /// The boundary of n glued disks during a step: their velocities are v_g = a_g + W_g p, with a_g without contact forces,
 /// p the contact impulses on them and W_g the compliance of the body over a window (the dual Schur relation of
 /// Gravouil and Combescure 2001, as the coupler announces it). Velocities and impulses are (2 n): x0, y0, x1, y1, ...
+///
+/// After the n disks and points come the *feet* of the grains that touch a segment of a surface in this step. A foot moves with its two
+/// points, and hands its impulse on to them, by its shares: with S the matrix of shares v = S v_g and p = S^T f, so that no power is
+/// lost, and the grains see S W_g S^T of those points only that they touch.
 #[derive(Clone, Debug, Default)]
 pub struct CompliantBoundary {
     /// W_g (1/kg), 2 n x 2 n, column-major; empty for a fixed boundary.
@@ -23,6 +28,7 @@ pub struct CompliantBoundary {
     pub velocity: Vec<f64>,
     /// Contact impulses on the glued disks, p (N s).
     pub impulse: Vec<f64>,
+    feet: Vec<Foot>,
 }
 
 impl CompliantBoundary {
@@ -89,9 +95,36 @@ impl CompliantBoundary {
         self.impulse.fill(0.0);
     }
 
+    /// Forgets the feet.
+    pub fn lift_feet(&mut self) {
+        self.feet.clear();
+    }
+
+    /// Adds a foot.
+    pub fn place_foot(&mut self, foot: Foot) {
+        self.feet.push(foot);
+    }
+
+    /// The feet in the order of their numbers.
+    pub fn feet(&self) -> &[Foot] {
+        &self.feet
+    }
+
+    /// The foot with this number among disks, points and feet.
+    #[inline(always)]
+    pub fn foot(&self, disk: usize) -> Option<&Foot> {
+        self.feet.get(disk.wrapping_sub(self.disks()))
+    }
+
     /// Adds an impulse (N s) on a glued disk; all glued disks follow with two columns of W_g.
     #[inline(always)]
     pub fn apply(&mut self, disk: usize, impulse: [f64; 2]) {
+        if let Some(foot) = self.foot(disk) {
+            for (point, part) in foot.parts(impulse) {
+                self.apply(point, part);
+            }
+            return;
+        }
         self.gather(disk, impulse);
         if let Some(columns) = self.columns.get(disk) {
             columns.add(&self.compliance, disk, &mut self.velocity, impulse);
@@ -101,6 +134,12 @@ impl CompliantBoundary {
     /// Adds an impulse (N s) that the boundary follows at the next [`CompliantBoundary::evaluate`].
     #[inline(always)]
     pub fn gather(&mut self, disk: usize, impulse: [f64; 2]) {
+        if let Some(foot) = self.foot(disk) {
+            for (point, part) in foot.parts(impulse) {
+                self.gather(point, part);
+            }
+            return;
+        }
         self.impulse[2 * disk] += impulse[0];
         self.impulse[2 * disk + 1] += impulse[1];
     }
@@ -120,7 +159,7 @@ impl CompliantBoundary {
         });
     }
 
-    /// Number of its glued disks.
+    /// Number of its glued disks and points.
     pub fn disks(&self) -> usize {
         self.velocity.len() / 2
     }
@@ -128,12 +167,32 @@ impl CompliantBoundary {
     /// Velocity of a glued disk (m/s).
     #[inline(always)]
     pub fn velocity_of(&self, disk: usize) -> [f64; 2] {
+        if let Some(foot) = self.foot(disk) {
+            return foot.mean(&self.velocity);
+        }
         [self.velocity[2 * disk], self.velocity[2 * disk + 1]]
     }
 
     /// The block of W_g at a glued disk, 2 x 2, row by row (1/kg). A measured one is not quite symmetric.
     pub fn block(&self, disk: usize) -> [[f64; 2]; 2] {
-        self.columns.get(disk).map_or([[0.0; 2]; 2], |c| c.block)
+        let Some(foot) = self.foot(disk) else {
+            return self.columns.get(disk).map_or([[0.0; 2]; 2], |c| c.block);
+        };
+        let mut block = [[0.0; 2]; 2];
+        if self.is_compliant() {
+            // A column of S W_g S^T is what a unit impulse makes of the foot's own velocity.
+            for column in 0..2 {
+                let mut unit = [0.0; 2];
+                unit[column] = 1.0;
+                for (point, part) in foot.parts(unit) {
+                    let (x, y) = columns_of(&self.compliance, self.velocity.len(), point);
+                    let [vx, vy] = [foot.mean(x), foot.mean(y)];
+                    block[0][column] += vx[0] * part[0] + vy[0] * part[1];
+                    block[1][column] += vx[1] * part[0] + vy[1] * part[1];
+                }
+            }
+        }
+        block
     }
 
     /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes (Gravouil and Combescure 2001).

@@ -3,14 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bodies::faces::Face;
 use crate::bodies::geometry::squared_displacements;
-use crate::bodies::positions::{Positions, distance};
+use crate::bodies::positions::{Positions, distance, successor};
 use crate::contact::cells::NearPairs;
 
 /// A pair of bodies that may touch, with its memory from step to step.
 ///
-/// Bodies are numbered free grains first, then glued disks, then the wheel, then the walls; `a < b` always,
+/// Bodies are numbered free grains first, then glued disks, then the wheel, the walls and the surface; `a < b` always,
 /// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slot {
@@ -49,6 +48,8 @@ pub struct VerletList {
     reach: f64,
     /// Centres when the list was built (m).
     centres: Vec<[f64; 2]>,
+    /// Points of the surface when the list was built (m).
+    surface: Vec<[f64; 2]>,
     /// Position of the wheel when the list was built (m).
     wheel: [f64; 2],
     /// Time for which walls had moved when the list was built (s).
@@ -75,6 +76,8 @@ impl VerletList {
         self.reach = needed + bodies.skin;
         self.centres.clear();
         self.centres.extend_from_slice(positions.centres);
+        self.surface.clear();
+        self.surface.extend_from_slice(positions.surface);
         self.wheel = positions.wheel;
         self.wall_motion_time = positions.wall_motion_time;
         let mut listed = list_pairs(bodies, positions, self.reach);
@@ -95,24 +98,23 @@ impl VerletList {
         self.reach = 0.0;
     }
 
-    /// Force and spring of a disk that has passed from one segment of a polyline to the next go along.
+    /// Force and spring of a disk that has passed from one segment of a wall or surface to the next go along.
     pub fn hand_over(&mut self, bodies: &Bodies, positions: &Positions) {
         for index in 0..self.slots.len() {
             let slot = self.slots[index];
-            let loaded = slot.force != [0.0; 2] || slot.spring != 0.0;
-            let Some(wall) = bodies.wall_of(slot.b as usize).filter(|_| loaded) else {
+            if slot.force == [0.0; 2] && slot.spring == 0.0 {
                 continue;
-            };
-            let centre = wall.frame(
-                positions.centres[slot.a as usize],
-                positions.wall_motion_time,
-            );
-            let successor = match &wall.face {
-                Face::HalfPlane { .. } => None,
-                Face::Segment(segment) => segment.successor(centre),
-            };
-            if let Some(next) = successor {
-                self.move_slot(index, bodies.first_wall() + next);
+            }
+            let start = slot.b as usize;
+            let mut passed = [start, start];
+            // Of short segments several may be passed at once.
+            while let Some(next) = successor(bodies, positions, slot.a as usize, passed[1])
+                && next != passed[0]
+            {
+                passed = [passed[1], next];
+            }
+            if passed[1] != start {
+                self.move_slot(index, passed[1]);
             }
         }
     }
@@ -134,6 +136,7 @@ impl VerletList {
     /// Largest displacement of a body since the list was built (m).
     fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
         let squared = squared_displacements(positions.centres, &self.centres);
+        let squared = squared.chain(squared_displacements(positions.surface, &self.surface));
         let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
         let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
         match positions.wall_motion_time - self.wall_motion_time {
@@ -153,7 +156,8 @@ impl VerletList {
         if self.wall_motion_time != 0.0 {
             visit(self.wall_motion_time);
         }
-        self.centres.iter().flatten().for_each(|x| visit(*x));
+        let both = self.centres.iter().chain(&self.surface);
+        both.flatten().for_each(|x| visit(*x));
         for slot in &self.slots {
             visit(f64::from(slot.a));
             visit(f64::from(slot.b));
@@ -179,15 +183,20 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
         bodies.period,
     );
     let store = positions.store(bodies);
+    let segments = bodies.surface.order(positions.surface);
     for a in (0..store.start).chain(store.end..bodies.disks()) {
         let near = near.of(a).iter().map(|b| *b as usize);
         let near = near.filter(|b| !store.contains(b));
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
         slots.extend(apart.map(|b| slot(a, b)));
         // A rough face is met in its disks.
-        let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.count();
+        let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.first_segment();
+        let [x, _] = positions.centres[a];
+        let near = segments.near(x, bodies.radii[a] + reach).into_iter();
+        let near = near.map(|segment| bodies.first_segment() + segment as usize);
         slots.extend(
             others
+                .chain(near.filter(|_| a < bodies.free))
                 .map(|b| slot(a, b))
                 // A glued disk and a fixed wall make no contact: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())

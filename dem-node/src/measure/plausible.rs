@@ -5,7 +5,7 @@ use protocol::{Finding, HeldLoad, larger};
 use crate::bodies::Bodies;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::measure::flow::Flow;
-use crate::measure::report::{RunStatistics, lost_grains};
+use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use crate::setup::bounds::StiffnessBounds;
 use crate::step::state::GrainState;
 use kit::judge;
@@ -53,6 +53,7 @@ impl FinishedRun<'_> {
         let all = [
             self.overlap(),
             self.ejected(),
+            self.inside(),
             self.wheel_at_rest(),
             self.layer_at_rest(),
             self.wheel_drift(),
@@ -100,11 +101,18 @@ impl FinishedRun<'_> {
     }
 
     fn ejected(&self) -> Option<Finding> {
-        let lost = lost_grains(self.bodies, self.state);
+        let lost = ejected_grains(self.bodies, self.state);
         let grains = self.state.present(self.bodies);
         let value = lost as f64 / grains as f64;
         judge!(self.bounds.ejected_rel, "ejected", value;
             "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger")
+    }
+
+    fn inside(&self) -> Option<Finding> {
+        let count = inside_grains(self.bodies, self.state);
+        let value = count as f64 / self.state.present(self.bodies) as f64;
+        judge!(self.bounds.inside_rel, "inside", value;
+            "{count} grains ended behind the face of the body that carries them: they went through it, and are missing where they should lie; lower time.step_s or, where there are windows, substeps, or raise law.contact_stiffness_pa")
     }
 
     /// The wheel must be at rest when its results are taken.

@@ -48,27 +48,77 @@ fn top_speed(state: &GrainState) -> f64 {
     squares.fold(0.0, larger).sqrt()
 }
 
-/// Free grains that left the glued rows: more than a radius of the widest disk and the apron beside the base unless it repeats,
-/// or more than its diameter below it or above the lid.
+/// Free grains that left the bodies that are there: more than a radius of the widest disk beside the glued disks and surfaces of the base
+/// and the ends of the sample unless it repeats, or more than its diameter below them or above the lid.
 pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let (base, lid) = bodies.reference.split_at(bodies.base);
-    let (Some(first), Some(last)) = (base.first(), base.last()) else {
+    let (below, above) = bodies.surface.points.split_at(bodies.surface.base);
+    if base.is_empty() && below.is_empty() {
         return 0;
-    };
+    }
     let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    let heights = |row: &[[f64; 2]]| range(row.iter().map(|c| c[1]));
-    let lowest = heights(base)[0] - 2.0 * widest;
-    let highest = if lid.is_empty() {
-        f64::INFINITY
-    } else {
-        heights(lid)[1] + 2.0 * widest
+    let along = |row: &[[f64; 2]], surface: &[[f64; 2]], axis: usize| {
+        range(row.iter().chain(surface).map(|c| c[axis]))
     };
-    let reach = widest + bodies.apron;
-    let beside =
-        |x: f64| bodies.period.is_none() && !(first[0] - reach..=last[0] + reach).contains(&x);
+    let lowest = along(base, below, 1)[0] - 2.0 * widest;
+    // Infinite without a lid.
+    let highest = match along(lid, above, 1)[1] + 2.0 * widest {
+        f64::NEG_INFINITY => f64::INFINITY,
+        highest => highest,
+    };
+    let [first, last] = along(base, below, 0);
+    let sample = bodies.ends.unwrap_or([first, last]);
+    let reach = first.min(sample[0]) - widest..=last.max(sample[1]) + widest;
+    let beside = |x: f64| bodies.period.is_none() && !reach.contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
     let present = state.present(bodies);
     present - state.centres[..present].iter().filter(inside).count()
+}
+
+/// Free grains that left the sample: those that are lost, and those that lie on a surface beside it.
+pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
+    let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
+    let (base, below) = (&bodies.reference[..bodies.base], bodies.surface.base);
+    let points = base.iter().chain(&bodies.surface.points[..below]);
+    let world = range(points.map(|c| c[0]));
+    let Some([left, right]) = bodies.ends else {
+        return lost_grains(bodies, state);
+    };
+    let left = world[0] - widest..left - widest;
+    let right = right + widest..world[1] + widest;
+    let present = state.present(bodies);
+    let beside = state.centres[..present].iter();
+    let beside = beside.filter(|c| left.contains(&c[0]) || right.contains(&c[0]));
+    lost_grains(bodies, state) + beside.count()
+}
+
+/// Part of its radius by which the centre of a grain may be beyond a surface.
+const BEYOND: f64 = 0.3;
+
+/// Free grains whose centres are behind the faces of the bodies below or above, as these lie now, by more than 0.3 of their radius.
+pub fn inside_grains(bodies: &Bodies, state: &GrainState) -> usize {
+    let glued = &state.centres[bodies.free..bodies.first_face()];
+    let now: Vec<&[f64; 2]> = glued.iter().chain(&state.surface).collect();
+    let lines = [0, 1].map(|side| {
+        let line = bodies.lines[side].iter().map(|(number, [x, y])| {
+            let ([x_now, y_now], [x_0, y_0]) = (now[*number], bodies.boundary_point(*number));
+            [x + x_now - x_0, y + y_now - y_0]
+        });
+        line.collect::<Vec<[f64; 2]>>()
+    });
+    let height = |line: &[[f64; 2]], x: f64| {
+        let x = bodies.period.map_or(x, |period| period.inside(x));
+        let next = line.partition_point(|point| point[0] <= x);
+        let [a, b] = [line.get(next.checked_sub(1)?)?, line.get(next)?];
+        Some(a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0]))
+    };
+    let present = state.present(bodies);
+    let grains = state.centres[..present].iter().zip(&bodies.radii);
+    let inside = grains.filter(|([x, y], radius)| {
+        let below = height(&lines[0], *x).is_some_and(|line| *y < line - BEYOND * **radius);
+        below || height(&lines[1], *x).is_some_and(|line| *y > line + BEYOND * **radius)
+    });
+    inside.count()
 }
 
 /// Grains that overlap walls of points from behind.
@@ -307,7 +357,9 @@ impl RunStatistics {
             ("momentum_defect_max_n", self.defect_max),
             ("overlap_mean_rel", self.last.overlap[0] / radius),
             ("overlap_max_rel", self.overlap_max / radius),
-            ("ejected_grains", lost_grains(bodies, state) as f64),
+            ("ejected_grains", ejected_grains(bodies, state) as f64),
+            ("lost_grains", lost_grains(bodies, state) as f64),
+            ("inside_grains", inside_grains(bodies, state) as f64),
         ]);
         let rounding = self.rounding_limited().filter(|share| *share > 0.0);
         results.extend(given([("rounding_limited_rel", rounding)]));

@@ -24,7 +24,7 @@ use crate::measure::stress::{self, StressMap};
 use crate::node::interface::InterfaceDisks;
 use crate::sample::prepared::SampleStore;
 use crate::sample::types::Sample;
-use crate::sample::{perturb, wheel_face};
+use crate::sample::{perturb, surface, wheel_face};
 use crate::setup;
 use crate::setup::bounds::{StepBounds, StiffnessBounds, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
@@ -138,6 +138,7 @@ impl Dem {
         if let Some(wheel) = &config.wheel {
             sample.face = wheel_face::row(wheel, &config.sample, setting.seed);
         }
+        sample.surface = surface::surface(&config.sample, &sample, setting.seed);
         let fed = injection::store(config, setting.thickness_m, &sample, setting.seed);
         let scaling = MassScaling::new(config, &bounds, &sample);
         sample.free.extend(&fed);
@@ -156,7 +157,7 @@ impl Dem {
             warnings.extend(advice_on_travel(&bodies, &state, numbers));
         }
         let mut stepper = Stepper::default();
-        stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
+        stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
         Ok(Dem {
             setting: setting.clone(),
             mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,

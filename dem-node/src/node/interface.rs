@@ -1,8 +1,7 @@
-//! The interface: the glued rows that a coupler moves, and the order in which their disks are exchanged.
+//! The interface: the glued rows and surfaces that a coupler moves, and the order in which their disks and points are exchanged.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::ops::Range;
 
 use protocol::{Cause, NodeError, Surface};
 
@@ -10,16 +9,25 @@ use crate::bodies::Bodies;
 use crate::bodies::geometry::{Period, drop_at};
 use crate::config::sample::BaseLine;
 
-/// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
-fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
+/// The sets on the bodies below and above, by name: their glued disks and points of the surface, by ascending x and by their numbers in the
+/// boundary.
+fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Vec<usize>)> {
+    let (glued, points) = (bodies.glued(), bodies.boundary_points());
+    let first_above = glued + bodies.surface.base;
     let rows = [
-        ("base", 0..bodies.base),
-        ("lid", bodies.base..bodies.glued()),
+        ("base", (0..bodies.base).chain(glued..first_above)),
+        ("lid", (bodies.base..glued).chain(first_above..points)),
     ];
+    let rows = rows.map(|(name, numbers)| {
+        let mut numbers: Vec<usize> = numbers.collect();
+        let x = |number: &usize| bodies.boundary_point(*number)[0];
+        numbers.sort_by(|i, j| x(i).total_cmp(&x(j)));
+        (name, numbers)
+    });
     rows.into_iter().filter(|(_, disks)| !disks.is_empty())
 }
 
-fn by_set<T>(bodies: &Bodies, of: impl Fn(&str, Range<usize>) -> T) -> BTreeMap<String, T> {
+fn by_set<T>(bodies: &Bodies, of: impl Fn(&str, Vec<usize>) -> T) -> BTreeMap<String, T> {
     let rows = rows(bodies);
     rows.map(|(name, disks)| (name.to_string(), of(name, disks)))
         .collect()
@@ -30,11 +38,19 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
     rows(bodies).map(|(name, _)| name.to_string()).collect()
 }
 
-/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
+/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2); none of points. No equation here holds them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
-    let mass = |r: &f64| mass_per_area * PI * r * r;
-    let radii = &bodies.radii[bodies.free..];
-    by_set(bodies, |_, disks| radii[disks].iter().map(mass).collect())
+    let mass = |disk: usize| mass_per_area * PI * radius(bodies, disk).powi(2);
+    by_set(bodies, |_, disks| disks.into_iter().map(mass).collect())
+}
+
+/// Radius of a glued disk, 0 of a point (m).
+fn radius(bodies: &Bodies, number: usize) -> f64 {
+    if number < bodies.glued() {
+        bodies.radii[bodies.free + number]
+    } else {
+        0.0
+    }
 }
 
 /// Outward normals of the sets: the base lies on a body below, the lid hangs on one above.
@@ -54,17 +70,17 @@ pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
 /// Points on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
 pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
     let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
-    let point = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
-    let centres = &bodies.reference;
-    by_set(bodies, |_, disks| {
-        centres[disks].iter().map(point).collect()
-    })
+    let point = |disk: usize| {
+        let [x, _] = bodies.boundary_point(disk);
+        [x, -below(x)]
+    };
+    by_set(bodies, |_, disks| disks.into_iter().map(point).collect())
 }
 
-/// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
+/// Glued disks and points in the order in which a coupler knows them; a row that no interface couples stays where it is.
 #[derive(Clone, Debug, Default)]
 pub struct InterfaceDisks {
-    /// Their numbers among the glued ones.
+    /// Their numbers in the boundary.
     pub disks: Vec<usize>,
 }
 
@@ -79,7 +95,7 @@ impl InterfaceDisks {
         let Some((_, disks)) = rows(bodies).find(|(name, _)| *name == set) else {
             let known = sets(bodies);
             let help = if known.is_empty() {
-                "; its sample has no glued disks".into()
+                "; its sample has neither glued disks nor a surface".into()
             } else {
                 format!("; it has `{}`", known.join("`, `"))
             };
@@ -88,14 +104,15 @@ impl InterfaceDisks {
                 format!("{participant} has no set `{set}` to couple{help}"),
             ));
         };
-        if self.disks.contains(&disks.start) {
+        if self.disks.contains(&disks[0]) {
             return Err(NodeError::of(
                 Cause::SetCoupledTwice,
                 format!("the set `{set}` is already coupled: one interface carries it"),
             ));
         }
-        self.disks.extend(disks.clone());
-        Ok(surface(bodies, disks))
+        let surface = surface(bodies, &disks);
+        self.disks.extend(disks);
+        Ok(surface)
     }
 
     /// Maps exchanged components to those of all `glued` disks; the others are zero.
@@ -129,20 +146,21 @@ impl InterfaceDisks {
     }
 }
 
-/// Glued disks as points: half the distances to the neighbours in x are theirs.
-fn surface(bodies: &Bodies, row: Range<usize>) -> Surface {
-    let centres = &bodies.reference[row.clone()];
-    let radii = &bodies.radii[bodies.free..][row];
-    let x: Vec<f64> = centres.iter().map(|c| c[0]).collect();
-    let n = x.len();
+/// Glued disks and points of a surface as points: half the distances to the neighbours in x are theirs.
+fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
+    let (x, y): (Vec<f64>, Vec<f64>) = row
+        .iter()
+        .map(|number| bodies.boundary_point(*number).into())
+        .unzip();
+    let radius_m: Vec<f64> = row.iter().map(|number| radius(bodies, *number)).collect();
     Surface {
         length_m: match bodies.period {
-            None => lengths(&x, radii[0]),
+            None => lengths(&x, radius_m[0]),
             Some(period) => repeating_lengths(&x, period),
         },
-        y_m: centres.iter().map(|c| c[1]).collect(),
-        mass_kg: vec![0.0; n],
-        radius_m: radii.to_vec(),
+        y_m: y,
+        mass_kg: vec![0.0; x.len()],
+        radius_m,
         x_m: x,
     }
 }

@@ -90,9 +90,13 @@ impl Dem {
         let present = self.progress.state.present(&self.bodies);
         let grains: f64 = self.bodies.masses[..present].iter().sum();
         let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
+        let carriers = match self.bodies.glued() {
+            0 => self.bodies.boundary_points(),
+            glued => glued,
+        };
         BoundaryInertia {
             glued_mass_kg: 0.0,
-            mass_kg: movable / self.bodies.glued() as f64,
+            mass_kg: movable / carriers as f64,
             stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
             theta: self.theta,
             may_part: true,

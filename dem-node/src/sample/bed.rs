@@ -90,6 +90,7 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Packing {
         period,
         ceiling,
         floor,
+        crown_radius: 0.0,
         half_width: recipe.half_width_m,
         thrust: None,
     }
@@ -153,6 +154,7 @@ mod tests {
             period: None,
             ceiling: f64::INFINITY,
             floor: 0.0,
+            crown_radius: 0.0,
             half_width: f64::INFINITY,
             thrust: None,
         }

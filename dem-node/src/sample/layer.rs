@@ -11,8 +11,6 @@ use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Packing;
 use crate::sample::types::{Disk, Sample};
 
-/// Mean diameters by which the bare row extends past each side, to catch grains that come loose.
-const CATCH_DIAMETERS: f64 = 5.0;
 /// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r. Rigid grains
 /// then lose that much of their radius, see [`release`].
 const RIGID_BED_STIFFNESS: f64 = 1e3;
@@ -34,20 +32,26 @@ pub fn prepare(
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
-    let (mut free, base) = cut(&bed.packing);
     let (mut lid, mut ceiling) = (Vec::new(), recipe.thickness_m);
+    let (mut free, mut glued) = if recipe.glued {
+        cut(&bed.packing)
+    } else {
+        ceiling -= bed.packing.floor;
+        (laid_down(&bed.packing), Vec::new())
+    };
     if recipe.lid {
-        let (below, above) = cut_above(free, recipe.thickness_m);
-        lid = extended(recipe, &below, above, |radius| recipe.thickness_m + radius);
-        (free, ceiling) = (below, f64::INFINITY);
+        (free, lid) = cut_above(free, recipe.thickness_m);
+        ceiling = f64::INFINITY;
     }
     let on_top = lid.len();
-    let mut glued = extended(recipe, &free, base, |radius| -radius);
+    for row in [&mut glued, &mut lid] {
+        row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+    }
     glued.extend(lid);
     (free, glued) = (follow(recipe, free), follow(recipe, glued));
     if !bonded {
         let overlap;
-        (free, overlap) = release(&bed, free, &glued, ceiling);
+        (free, overlap) = release(recipe, &bed, free, &glued, ceiling);
         if stiffness.is_none() {
             shrink(&mut free, overlap);
         }
@@ -61,13 +65,29 @@ pub fn prepare(
     })
 }
 
-/// A layer that is cut from above too comes out of a bed that is higher by as much as goes below.
+/// A layer that is cut from above too comes out of a bed that is higher by as much as goes below, one that is not cut out of a bed as
+/// high as itself.
 fn bed_of(recipe: &LayerConfig) -> LayerConfig {
     let above = if recipe.lid { recipe.bed_extra_m } else { 0.0 };
+    let extra = if recipe.glued {
+        recipe.bed_extra_m
+    } else {
+        0.0
+    };
     LayerConfig {
         thickness_m: recipe.thickness_m + above,
+        bed_extra_m: extra,
         ..recipe.clone()
     }
+}
+
+/// The bed as it is, its lower plate at y = 0.
+fn laid_down(packing: &Packing) -> Vec<Disk> {
+    let down = |mut disk: Disk| {
+        disk.centre[1] -= packing.floor;
+        disk
+    };
+    packing.disks().map(down).collect()
 }
 
 /// Cuts along y = height: disks wholly above go, disks whose centre is less than r below it are glued.
@@ -85,33 +105,6 @@ fn cut(packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
         .partition(|disk| disk.centre[1] >= disk.radius)
 }
 
-/// A glued row by ascending x with its catch rows: bare touching disks of the mean diameter on both sides, at the height that
-/// their radius gives, flush with the line.
-fn extended(
-    recipe: &LayerConfig,
-    free: &[Disk],
-    mut row: Vec<Disk>,
-    height: impl Fn(f64) -> f64,
-) -> Vec<Disk> {
-    let disks = free.iter().chain(&row);
-    let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
-    let radius = sum / disks.count().max(1) as f64;
-    let disk = |side: f64, k: usize| {
-        let x = side * (recipe.half_width_m + (2 * k + 1) as f64 * radius);
-        Disk {
-            centre: [x, height(radius)],
-            radius,
-            ..Disk::default()
-        }
-    };
-    if recipe.periodic_x_m.is_none() {
-        let steps = 0..CATCH_DIAMETERS as usize;
-        row.extend(steps.flat_map(|k| [disk(-1.0, k), disk(1.0, k)]));
-    }
-    row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
-    row
-}
-
 fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
     for disk in &mut disks {
         disk.centre[1] -= drop_at(disk.centre[0], recipe.crown_radius_m);
@@ -125,7 +118,13 @@ fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
 /// The shift along the crown leaves overlaps of up to a few micrometres on the flanks. Grains that find no support
 /// drift off slowly; that they still do is no reason to wait, so the number of iterations is bounded, not the drift.
 /// Returns the grains and the largest overlap that is left (m).
-fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Disk>, f64) {
+fn release(
+    recipe: &LayerConfig,
+    bed: &Bed,
+    free: Vec<Disk>,
+    glued: &[Disk],
+    ceiling: f64,
+) -> (Vec<Disk>, f64) {
     let all = || free.iter().chain(glued);
     let mut packing = Packing {
         centres: all().map(|disk| disk.centre).collect(),
@@ -133,7 +132,8 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Dis
         movable: free.len(),
         period: bed.packing.period,
         ceiling,
-        floor: f64::NEG_INFINITY,
+        floor: if recipe.glued { f64::NEG_INFINITY } else { 0.0 },
+        crown_radius: recipe.crown_radius_m,
         half_width: f64::INFINITY,
         thrust: None,
     };

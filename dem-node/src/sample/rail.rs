@@ -74,6 +74,7 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Packing {
     }
     let disks = in_columns(disks);
     Packing {
+        crown_radius: 0.0,
         centres: disks.iter().map(|disk| disk.centre).collect(),
         radii: disks.iter().map(|disk| disk.radius).collect(),
         movable: disks.len(),

@@ -3,7 +3,7 @@
 //! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
-use crate::bodies::geometry::{Period, between_points, range, squared_displacements};
+use crate::bodies::geometry::{Period, between_points, drop_at, range, squared_displacements};
 use crate::contact::cells::NearPairs;
 use crate::law::lanes::widest;
 use crate::sample::types::Disk;
@@ -29,6 +29,8 @@ pub struct Packing {
     pub ceiling: f64,
     /// Height of the lower plate (m); minus infinity when there is none.
     pub floor: f64,
+    /// Radius of the crown that the lower plate follows (m); 0 = flat.
+    pub crown_radius: f64,
     /// Distance of the side walls, or of the ends of the strip, from x = 0 (m); infinity when there are none.
     pub half_width: f64,
     /// Force with which the floor is pushed upwards over the stiffness (m); a fixed floor when absent.
@@ -256,7 +258,10 @@ impl Packing {
             (r - (x + beside), [1.0, 0.0]),
             (r - (beside - x), [-1.0, 0.0]),
             (r - (self.ceiling - y), [0.0, -1.0]),
-            (r - (y - self.floor), UPWARDS),
+            (
+                r - (y + drop_at(x, self.crown_radius) - self.floor),
+                UPWARDS,
+            ),
         ];
         plates
             .into_iter()
@@ -370,6 +375,7 @@ mod tests {
                 period,
                 ceiling: 4.0,
                 floor: -4.0,
+                crown_radius: 0.0,
                 half_width: 4.0,
                 thrust: Some(0.5),
             };

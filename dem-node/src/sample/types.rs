@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::cluster::ClusterMembers;
 use crate::bodies::faces::RigidWall;
+use crate::bodies::surface::BareSurface;
 
 /// A disk of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -29,6 +30,9 @@ pub struct Sample {
     /// Disks of the wheel's face, about its lowest point.
     #[serde(skip)]
     pub face: Vec<Disk>,
+    /// The surface beside the glued disks, or in their place.
+    #[serde(skip)]
+    pub surface: BareSurface,
     /// Rigid walls, polylines segment by segment.
     #[serde(skip)]
     pub walls: Vec<RigidWall>,

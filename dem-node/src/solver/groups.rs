@@ -282,7 +282,8 @@ impl Sweeper {
         self.clustered.clear();
         let loose = problem.bonds.is_empty();
         let parts = if loose { 1 } else { GLUED_PARTS };
-        let length = problem.boundary.disks().div_ceil(parts);
+        let places = problem.boundary.disks() + problem.boundary.feet().len();
+        let length = places.div_ceil(parts);
         for (index, contact) in problem.contacts.iter().enumerate() {
             let plain = contact.glued || contact.bond != NO_BOND;
             let apart = contact.pair_law > 0 && !plain;
@@ -290,8 +291,9 @@ impl Sweeper {
                 &mut self.clustered
             } else if problem.wheel == Some(contact.b as usize) {
                 &mut self.wheel
-            } else if contact.glued {
-                let disk = contact.b as usize - problem.first_glued;
+            } else if contact.glued
+                && let Some(disk) = problem.glued_index(contact.b as usize)
+            {
                 let turn = disk % length * parts + disk / length;
                 self.glued.push((turn as u32, index as u32));
                 continue;
@@ -410,7 +412,10 @@ fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f6
 /// with two columns of W_g is made once for all.
 #[inline(always)]
 fn solve_glued_disk(problem: &mut Problem, run: &[(u32, u32)], squares: &mut [f64; 2]) {
-    let disk = problem.contacts[run[0].1 as usize].b as usize - problem.first_glued;
+    let body = problem.contacts[run[0].1 as usize].b as usize;
+    let Some(disk) = problem.glued_index(body) else {
+        return;
+    };
     let ([vx, vy], block) = (
         problem.boundary.velocity_of(disk),
         problem.boundary.block(disk),

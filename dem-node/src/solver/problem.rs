@@ -20,8 +20,12 @@ pub struct Problem {
     pub levers: Vec<Levers>,
     /// Bodies; the entries of glued disks are not used.
     pub records: Vec<BodyRecord>,
-    /// First glued disk; the glued disks end where `boundary` does.
+    /// First glued disk.
     pub first_glued: usize,
+    /// Number of points of surfaces, which follow the glued disks in the boundary, and are no bodies.
+    pub surface_points: usize,
+    /// First foot on a surface; feet are the last bodies.
+    pub first_foot: usize,
     /// The wheel: impulses move it along y only, its sideways velocity is prescribed.
     pub wheel: Option<usize>,
     /// The boundary that the glued disks belong to.
@@ -234,10 +238,15 @@ impl Problem {
         self.friction > 0.0 || self.frictions.iter().any(|friction| *friction > 0.0)
     }
 
-    /// Index of a glued disk in the boundary; `None` for other bodies.
+    /// Index of a glued disk or a foot in the boundary; `None` for other bodies.
+    #[inline(always)]
     pub(super) fn glued_index(&self, body: usize) -> Option<usize> {
         let index = body.checked_sub(self.first_glued)?;
-        (2 * index < self.boundary.velocity.len()).then_some(index)
+        if index < self.boundary.disks() - self.surface_points {
+            return Some(index);
+        }
+        let foot = body.checked_sub(self.first_foot)?;
+        (foot < self.boundary.feet().len()).then(|| self.boundary.disks() + foot)
     }
 
     /// Index in the boundary of a body of this contact, if it is a glued disk.

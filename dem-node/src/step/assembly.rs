@@ -61,6 +61,9 @@ impl Stepper {
         self.problem.frictions.clear();
         self.problem.frictions.extend(bodies.pairs.frictions());
         self.problem.first_glued = bodies.free;
+        self.problem.surface_points = bodies.surface.points.len();
+        self.problem.first_foot = bodies.count();
+        self.problem.boundary.lift_feet();
         self.problem.wheel = bodies.wheel();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;
         self.problem.boundary.start(input.free_velocity);
@@ -89,7 +92,36 @@ impl Stepper {
         } else {
             self.take_in_turn(&at, &mut list.slots);
         }
+        self.place_feet(&at, &list.slots);
         state.list = list;
+    }
+
+    /// The contacts with segments of the surface get their feet.
+    fn place_feet(&mut self, at: &Detection, slots: &[Slot]) {
+        let (bodies, surface) = (at.input.bodies, &at.input.bodies.surface);
+        if surface.segments() == 0 {
+            return;
+        }
+        for index in 0..self.slots.len() {
+            let slot = &slots[self.slots[index] as usize];
+            let Some(segment) = bodies.segment_index(slot.b as usize) else {
+                continue;
+            };
+            let centre = at.state.centres[slot.a as usize];
+            let foot = surface.foot(segment, at.positions.surface, centre);
+            let mut contact = self.problem.contacts[index];
+            contact.b = self.problem.records.len() as u32;
+            contact.glued = true;
+            self.problem.boundary.place_foot(foot.after(bodies.glued()));
+            self.problem.records.push(BodyRecord::default());
+            let law = bodies.law_at(contact.pair_law);
+            if law.restitution.is_some() {
+                let [before, _] = self.relative_before(bodies, at.state, &contact);
+                let bias = law.bias(contact.gap, before, at.input.step);
+                contact.bias[0] = bias.unwrap_or(contact.bias[0]);
+            }
+            self.problem.contacts[index] = contact;
+        }
     }
 
     /// Takes over the contacts of the slots, one after the other.
@@ -248,10 +280,18 @@ impl Stepper {
                 inverse_mass: 1.0 / mass,
             });
         }
-        records.extend(bodies.walls.iter().map(|wall| BodyRecord {
-            velocity: [wall.velocity[0], wall.velocity[1], 0.0],
+        let fixed = |[x, y]: [f64; 2]| BodyRecord {
+            velocity: [x, y, 0.0],
             inverse_mass: 0.0,
-        }));
+        };
+        records.extend(bodies.walls.iter().map(|wall| fixed(wall.velocity)));
+        // Until its contacts have feet a segment moves as its middle does.
+        let surface = &bodies.surface;
+        let middle = |index| surface.middle(index).after(bodies.glued());
+        let segments = (0..surface.segments()).map(middle);
+        records.extend(segments.map(|foot| fixed(foot.mean(input.free_velocity))));
+        let feet = self.problem.boundary.feet().len();
+        records.resize(records.len() + feet, BodyRecord::default());
     }
 
     fn top_speed(&self, bodies: &Bodies) -> f64 {
@@ -287,6 +327,8 @@ impl Stepper {
             gap: near.gap,
             relative_gap: match bodies.radii.get(slot.b as usize) {
                 Some(radius) => near.gap / (radius + bodies.radii[slot.a as usize]),
+                // The foot of a grain is where its force acts.
+                None if bodies.segment_index(pair[1]).is_some() => near.gap / bodies.radii[pair[0]],
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
@@ -338,7 +380,9 @@ impl Stepper {
         let (bodies, h) = (at.input.bodies, at.input.step);
         contact.gap = slot.gap(contact.gap);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
-        let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
+        // Infinite is the way to a segment that another has taken over from.
+        let held = contact.impulse[0] > 0.0 && contact.gap.is_finite();
+        let touches = held || contact.gap + h * approach < bodies.alert;
         let law = bodies.law_at(contact.pair_law);
         let before = match law.restitution {
             Some(_) if touches => self.relative_before(bodies, at.state, contact)[0],

@@ -122,6 +122,7 @@ impl Repair {
         problem.first_glued = solved.first_glued;
         problem.wheel = solved.wheel;
         problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres);
+        // The repair leaves the surface where it is.
         problem.boundary = CompliantBoundary::fixed(bodies.glued());
         problem.records.clear();
         let at_rest = |record: &BodyRecord| BodyRecord {

@@ -17,13 +17,15 @@ use crate::step::ledger::GrainLedger;
 pub struct GrainState {
     /// Centres of free grains, then of glued disks, then of the wheel's face (m).
     pub centres: Vec<[f64; 2]>,
+    /// Points of the surface (m).
+    pub surface: Vec<[f64; 2]>,
     /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
     pub velocities: Vec<[f64; 3]>,
     /// Poses of the clusters.
     pub clusters: Vec<Pose>,
     /// Time for which moving walls have moved (s); 0 where there are none.
     pub wall_motion_time: f64,
-    /// Velocities of the glued disks, two components a disk (m/s).
+    /// Velocities of the glued disks and of the points of the surface, two components each (m/s).
     pub glued_velocity: Vec<f64>,
     /// The wheel.
     pub wheel: WheelState,
@@ -56,6 +58,7 @@ impl Clone for GrainState {
     /// Reuses the buffers: a window is repeated thousands of times.
     fn clone_from(&mut self, other: &GrainState) {
         self.centres.clone_from(&other.centres);
+        self.surface.clone_from(&other.surface);
         self.velocities.clone_from(&other.velocities);
         self.clusters.clone_from(&other.clusters);
         self.wall_motion_time = other.wall_motion_time;
@@ -82,7 +85,8 @@ impl GrainState {
         let mut state = GrainState {
             centres: all().map(|disk| disk.centre).collect(),
             velocities: free.iter().map(velocity).collect(),
-            glued_velocity: vec![0.0; 2 * glued.len()],
+            surface: bodies.surface.points.clone(),
+            glued_velocity: vec![0.0; 2 * bodies.boundary_points()],
             wheel: WheelState {
                 position: [0.0, highest],
                 velocity: [0.0; 2],
@@ -124,6 +128,7 @@ impl GrainState {
         let [x, y] = self.wheel.position;
         Positions {
             centres: &self.centres,
+            surface: &self.surface,
             present: self.present(bodies),
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
             wall_motion_time: self.wall_motion_time,
@@ -172,10 +177,15 @@ impl GrainState {
         }
     }
 
-    /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s), or of the wheel or a wall.
+    /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s), or of the wheel, a wall or the middle of a segment.
     pub fn velocity_of(&self, bodies: &Bodies, disk: usize) -> [f64; 3] {
         if let Some(wall) = bodies.wall_of(disk) {
             return [wall.velocity[0], wall.velocity[1], 0.0];
+        }
+        if let Some(segment) = bodies.segment_index(disk) {
+            let middle = bodies.surface.middle(segment).after(bodies.glued());
+            let [x, y] = middle.mean(&self.glued_velocity);
+            return [x, y, 0.0];
         }
         if let Some(glued) = bodies.glued_index(disk) {
             let [x, y] = [0, 1].map(|k| self.glued_velocity[2 * glued + k]);
@@ -264,7 +274,8 @@ impl GrainState {
         let mut add = |x: f64| {
             hasher.update(&x.to_bits().to_le_bytes());
         };
-        self.centres.iter().flatten().for_each(|x| add(*x));
+        let points = self.centres.iter().chain(&self.surface);
+        points.flatten().for_each(|x| add(*x));
         self.velocities.iter().flatten().for_each(|x| add(*x));
         for Pose { centre, angle } in &self.clusters {
             [centre[0], centre[1], *angle]

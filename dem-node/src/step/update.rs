@@ -206,8 +206,9 @@ impl Stepper {
             self.relative_before(input.bodies, state, contact)
         };
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
-        // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
-        let [last_gap, turned] = if contact.glued && self.problem.boundary.is_compliant() {
+        // A compliant boundary puts its disks where its own body says: this ledger has no account of that. Feet are sought anew.
+        let on_disk = contact.glued && (slot.b as usize) < input.bodies.first_segment();
+        let [last_gap, turned] = if on_disk && self.problem.boundary.is_compliant() {
             [contact.gap, 0.0]
         } else if springs.is_some() || contact.bond != NO_BOND {
             [slot.last_gap, turn(state, input, contact, slot)]
@@ -237,7 +238,14 @@ impl Stepper {
         contact: &Contact,
     ) -> [f64; 2] {
         let a = velocity_before(bodies, state, contact.a as usize);
-        let b = velocity_before(bodies, state, contact.b as usize);
+        let b = match contact.b as usize {
+            body if body < bodies.count() => velocity_before(bodies, state, body),
+            body => {
+                let foot = &self.problem.boundary.feet()[body - bodies.count()];
+                let [x, y] = foot.mean(&state.glued_velocity);
+                [x, y, 0.0]
+            }
+        };
         self.problem.project(contact, a, b)
     }
 }

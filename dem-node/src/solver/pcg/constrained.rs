@@ -1,4 +1,4 @@
-//! The constrained bodies of the conjugate gradient, wheel and glued disks: W of theirs is no mass.
+//! The constrained bodies of the conjugate gradient, wheel, glued disks and feet on surfaces: W of theirs is no mass.
 //!
 //! Impulses move the wheel along y only, and an impulse on one glued disk moves all of them by W_g. Their record among
 //! the bodies gathers impulses and has the inverse mass 0; here is what answers instead.
@@ -6,13 +6,16 @@
 use std::ops::Range;
 
 use super::body_state::{BodyState, Momentum, Products};
+use crate::bodies::surface::Foot;
 use crate::contact::boundary::CompliantBoundary;
 use crate::solver::problem::Problem;
 
-/// Vectors hold two components a glued disk and then y of the wheel.
+/// Vectors hold two components a glued disk and point, and then y of the wheel.
 #[derive(Clone, Debug, Default)]
 pub struct ConstrainedBodies {
     glued: Range<usize>,
+    first_foot: usize,
+    feet: Vec<Foot>,
     wheel: Option<usize>,
     wheel_inverse: f64,
     /// M^-1 H p, then M^-1 H z, and M^-1 H w (m/s).
@@ -30,7 +33,11 @@ impl ConstrainedBodies {
     /// Takes over wheel and glued disks, and their velocities.
     pub fn load(&mut self, problem: &Problem, bodies: &mut [BodyState]) {
         let components = problem.boundary.velocity.len();
-        self.glued = problem.first_glued..problem.first_glued + components / 2;
+        let disks = components / 2 - problem.surface_points;
+        self.glued = problem.first_glued..problem.first_glued + disks;
+        self.first_foot = problem.first_foot;
+        self.feet.clear();
+        self.feet.extend_from_slice(problem.boundary.feet());
         self.wheel = problem.wheel;
         self.wheel_inverse = self
             .wheel
@@ -53,7 +60,12 @@ impl ConstrainedBodies {
         {
             body.velocity = [v[0], v[1], 0.0];
         }
-        for body in self.glued.clone().chain(self.wheel) {
+        for (foot, body) in self.feet.iter().zip(&mut bodies[self.first_foot..]) {
+            let [x, y] = foot.mean(&problem.boundary.velocity);
+            body.velocity = [x, y, 0.0];
+        }
+        let feet = self.first_foot..self.first_foot + self.feet.len();
+        for body in self.glued.clone().chain(feet).chain(self.wheel) {
             (bodies[body].inverse_mass, bodies[body].inner) = (0.0, 0.0);
         }
     }
@@ -68,7 +80,11 @@ impl ConstrainedBodies {
 
     /// True if a body is one of these.
     pub fn holds(&self, body: usize) -> bool {
-        self.glued.contains(&body) || self.wheel == Some(body)
+        self.glued.contains(&body) || self.wheel == Some(body) || self.foot(body).is_some()
+    }
+
+    fn foot(&self, body: usize) -> Option<Foot> {
+        self.feet.get(body.wrapping_sub(self.first_foot)).copied()
     }
 
     /// Gathers an impulse on a body, if it is one of these.
@@ -81,6 +97,8 @@ impl ConstrainedBodies {
             && let Some(y) = self.gathered.last_mut()
         {
             *y += impulse[1];
+        } else if let Some(foot) = self.foot(body) {
+            add_parts(&mut self.gathered, foot, impulse);
         } else {
             return;
         }
@@ -127,20 +145,19 @@ impl ConstrainedBodies {
         self.impulses = impulses;
     }
 
-    /// Writes the impulses on the glued disks back, `outside` being the contacts that may have one.
+    /// Writes the impulses on the glued disks and points back, `outside` being the contacts that may have one.
     pub fn store(&self, problem: &mut Problem, outside: impl Iterator<Item = usize>) {
-        let boundary = &mut problem.boundary;
-        boundary.impulse.fill(0.0);
-        let outside = outside.map(|index| &problem.contacts[index]);
-        for contact in outside.filter(|contact| contact.glued) {
+        problem.boundary.impulse.fill(0.0);
+        for index in outside.filter(|index| problem.contacts[*index].glued) {
+            let contact = problem.contacts[index];
             let force = contact.in_xy(contact.impulse);
             for (body, force) in [(contact.a, force), (contact.b, [-force[0], -force[1]])] {
-                if self.glued.contains(&(body as usize)) {
-                    boundary.gather(body as usize - self.glued.start, force);
+                if let Some(index) = problem.glued_index(body as usize) {
+                    problem.boundary.gather(index, force);
                 }
             }
         }
-        boundary.evaluate();
+        problem.boundary.evaluate();
     }
 
     /// M^-1 of the gathered impulses into `spare`, and forgets them; false if there were none.
@@ -164,18 +181,35 @@ impl ConstrainedBodies {
             body.velocity[0] += factor * v[0];
             body.velocity[1] += factor * v[1];
         }
+        for (foot, body) in self.feet.iter().zip(&mut bodies[self.first_foot..]) {
+            let v = foot.mean(change);
+            body.velocity[0] += factor * v[0];
+            body.velocity[1] += factor * v[1];
+        }
         if let (Some(wheel), Some(v)) = (self.wheel, change.last()) {
             bodies[wheel].velocity[1] += factor * v;
         }
     }
 
     fn collect(&self, into: &mut [f64], of: impl Fn(usize) -> [f64; 3]) {
+        into.fill(0.0);
         for (pair, body) in into.chunks_exact_mut(2).zip(self.glued.clone()) {
             pair.copy_from_slice(&of(body)[..2]);
+        }
+        for (foot, body) in self.feet.iter().zip(self.first_foot..) {
+            add_parts(into, *foot, of(body));
         }
         if let (Some(wheel), Some(y)) = (self.wheel, into.last_mut()) {
             *y = of(wheel)[1];
         }
+    }
+}
+
+/// Adds an impulse to the components of the two points of a foot.
+fn add_parts(into: &mut [f64], foot: Foot, [x, y, _]: [f64; 3]) {
+    for (point, part) in foot.parts([x, y]) {
+        into[2 * point] += part[0];
+        into[2 * point + 1] += part[1];
     }
 }
 

@@ -61,6 +61,7 @@ pub fn suits(problem: &Problem) -> bool {
         && !problem.bonds.is_empty()
         && !problem.has_friction()
         && problem.levers.is_empty()
+        && problem.boundary.feet().is_empty()
 }
 
 impl Correction {
@@ -144,7 +145,9 @@ impl Correction {
             }
         }
         outer.first_glued = outer.records.len();
-        let glued = problem.first_glued..problem.first_glued + problem.boundary.disks();
+        let disks = problem.boundary.disks() - problem.surface_points;
+        outer.surface_points = problem.surface_points;
+        let glued = problem.first_glued..problem.first_glued + disks;
         outer.wheel = problem.wheel.map(|_| outer.first_glued + glued.len());
         for body in glued.chain(problem.wheel) {
             self.numbers[body] = outer.records.len() as u32;

@@ -1,0 +1,235 @@
+//! Surfaces of the bodies that another solver moves: polylines of their points, on whose segments the grains lie.
+//!
+//! ```text
+//!        ( a )
+//!  _ i____|___ j_        f on the grain: -(1 - s) f on point i, -s f on point j; the segment moves under the grain with
+//!       s |                v = (1 - s) v_i + s v_j: forces, moments and power are exact
+//! ```
+//!
+//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, in a concave one a disk has two contacts.
+
+use crate::bodies::faces::{Joint, Segment, left_of, unit};
+use crate::bodies::geometry::{Period, Proximity, between_points};
+
+/// The polylines, on the bodies below and above. The solid is on the right of their direction.
+#[derive(Clone, Debug, Default)]
+pub struct BareSurface {
+    /// Points where nothing moves them (m), line by line.
+    pub points: Vec<[f64; 2]>,
+    /// Number of those of the body below, which come first.
+    pub base: usize,
+    segments: Vec<Ends>,
+    period: Option<Period>,
+}
+
+/// A segment by its points, and the segments before and after it.
+#[derive(Clone, Copy, Debug)]
+struct Ends {
+    points: [u32; 2],
+    before: Option<u32>,
+    after: Option<u32>,
+}
+
+/// The place of a grain on a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// The points at the ends of the segment.
+    pub points: [u32; 2],
+    /// Weight of the second one.
+    pub share: f64,
+}
+
+impl Foot {
+    /// The parts of an impulse that the two points take.
+    #[inline(always)]
+    pub fn parts(self, impulse: [f64; 2]) -> [(usize, [f64; 2]); 2] {
+        let [first, second] = self.points.map(|point| point as usize);
+        [(first, 1.0 - self.share), (second, self.share)]
+            .map(|(point, weight)| (point, impulse.map(|p| weight * p)))
+    }
+
+    /// The mean of the two points' (x, y) among the components x0, y0, x1, y1, ...
+    #[inline(always)]
+    pub fn mean(self, of: &[f64]) -> [f64; 2] {
+        let [first, second] = self.points.map(|point| 2 * point as usize);
+        [0, 1].map(|k| (1.0 - self.share) * of[first + k] + self.share * of[second + k])
+    }
+
+    /// The same foot among points that are counted after `glued` disks.
+    pub fn after(self, glued: usize) -> Foot {
+        Foot {
+            points: self.points.map(|point| point + glued as u32),
+            ..self
+        }
+    }
+}
+
+impl BareSurface {
+    /// The surface of polylines of points (m) on the bodies below and above; one that ends at the image of its start is closed in a strip
+    /// that repeats.
+    pub fn new([below, above]: [&[Vec<[f64; 2]>]; 2], period: Option<Period>) -> BareSurface {
+        let mut surface = BareSurface {
+            base: below.iter().map(Vec::len).sum(),
+            period,
+            ..BareSurface::default()
+        };
+        for line in below.iter().chain(above) {
+            surface.add(line);
+        }
+        surface
+    }
+
+    fn add(&mut self, line: &[[f64; 2]]) {
+        let (first, count) = (self.segments.len() as u32, line.len() - 1);
+        let image = |period: Period| between_points(line[0], line[count], Some(period));
+        let closed = self.period.is_some_and(|p| image(p) == [0.0; 2]);
+        let point = self.points.len() as u32;
+        let kept = count + usize::from(!closed);
+        for i in 0..count as u32 {
+            let last = count as u32 - 1;
+            self.segments.push(Ends {
+                points: [point + i, point + (i + 1) % kept as u32],
+                before: (i > 0 || closed).then(|| first + (i + last) % (last + 1)),
+                after: (i < last || closed).then(|| first + (i + 1) % (last + 1)),
+            });
+        }
+        self.points.extend(&line[..kept]);
+        if point < self.base as u32 && closed {
+            self.base -= 1;
+        }
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.segments.len()
+    }
+
+    /// The points at the ends of a segment.
+    pub fn ends(&self, segment: usize) -> [usize; 2] {
+        self.segments[segment].points.map(|point| point as usize)
+    }
+
+    fn vector(&self, segment: usize, points: &[[f64; 2]]) -> [f64; 2] {
+        let [start, end] = self.ends(segment);
+        between_points(points[end], points[start], self.period)
+    }
+
+    /// A segment where these points are (m).
+    pub fn segment(&self, index: usize, points: &[[f64; 2]]) -> Segment {
+        let Ends { before, after, .. } = self.segments[index];
+        let joint = |segment: u32| Joint {
+            wall: segment as usize,
+            direction: unit(self.vector(segment as usize, points)),
+        };
+        let start = points[self.ends(index)[0]];
+        Segment::new(
+            start,
+            self.vector(index, points),
+            before.map(joint),
+            after.map(joint),
+        )
+    }
+
+    /// The image of a centre (m) that is nearest to a segment.
+    pub fn image(&self, index: usize, points: &[[f64; 2]], centre: [f64; 2]) -> [f64; 2] {
+        let start = points[self.ends(index)[0]];
+        match self.period {
+            None => centre,
+            Some(period) => {
+                let middle = 0.5 * self.vector(index, points)[0];
+                let [dx, _] = [period.nearest(centre[0] - start[0] - middle) + middle, 0.0];
+                [start[0] + dx, centre[1]]
+            }
+        }
+    }
+
+    /// Normal and gap of a disk at a segment. One that belongs to another segment is infinitely far away; one whose centre has come behind
+    /// the face by less than its radius is still held.
+    pub fn proximity(
+        &self,
+        index: usize,
+        points: &[[f64; 2]],
+        centre: [f64; 2],
+        radius: f64,
+    ) -> Proximity {
+        let segment = self.segment(index, points);
+        let centre = self.image(index, points, centre);
+        segment.touch(centre, radius, radius).unwrap_or(Proximity {
+            normal: left_of(unit(self.vector(index, points))),
+            gap: f64::INFINITY,
+        })
+    }
+
+    /// The foot of a disk on a segment.
+    pub fn foot(&self, index: usize, points: &[[f64; 2]], centre: [f64; 2]) -> Foot {
+        let [dx, dy] = self.vector(index, points);
+        let start = points[self.ends(index)[0]];
+        let [x, y] = self.image(index, points, centre);
+        let along = ((x - start[0]) * dx + (y - start[1]) * dy) / (dx * dx + dy * dy);
+        Foot {
+            points: self.segments[index].points,
+            share: along.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The middle of a segment.
+    pub fn middle(&self, index: usize) -> Foot {
+        Foot {
+            points: self.segments[index].points,
+            share: 0.5,
+        }
+    }
+
+    /// The segments ordered by their left ends, to find those near a disk.
+    pub fn order(&self, points: &[[f64; 2]]) -> SegmentOrder {
+        let mut order = SegmentOrder {
+            period: self.period,
+            ..SegmentOrder::default()
+        };
+        for index in 0..self.segments() {
+            let [dx, _] = self.vector(index, points);
+            let left = points[self.ends(index)[0]][0] + dx.min(0.0);
+            let left = self.period.map_or(left, |period| period.inside(left));
+            order.lefts.push((left, index as u32));
+            order.widest = order.widest.max(dx.abs());
+        }
+        order.lefts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order
+    }
+}
+
+/// The segments of a surface by ascending left ends.
+#[derive(Clone, Debug, Default)]
+pub struct SegmentOrder {
+    lefts: Vec<(f64, u32)>,
+    /// Width of the widest (m).
+    widest: f64,
+    period: Option<Period>,
+}
+
+impl SegmentOrder {
+    /// Segments some part of which may be nearer to x than `reach` along x (m), in the order of their numbers.
+    pub fn near(&self, x: f64, reach: f64) -> Vec<u32> {
+        let within = |x: f64| {
+            let first = self
+                .lefts
+                .partition_point(|l| l.0 < x - reach - self.widest);
+            let last = self.lefts.partition_point(|l| l.0 <= x + reach);
+            self.lefts[first..last.max(first)].iter().map(|l| l.1)
+        };
+        let mut near: Vec<u32> = match self.period {
+            None => within(x).collect(),
+            Some(period) => {
+                let x = period.inside(x);
+                let images = [-period.length, 0.0, period.length];
+                images
+                    .into_iter()
+                    .flat_map(|turn| within(x + turn))
+                    .collect()
+            }
+        };
+        near.sort_unstable();
+        near.dedup();
+        near
+    }
+}

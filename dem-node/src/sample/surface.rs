@@ -1,0 +1,165 @@
+//! Surfaces of the bodies that carry a sample, beside its glued rows or in their place.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::bodies::geometry::{Period, drop_at};
+use crate::bodies::surface::BareSurface;
+use crate::config::sample::{BaseLine, SampleConfig};
+use crate::config::surface::{RoughnessConfig, SurfaceConfig};
+use crate::sample::random::RandomNumbers;
+use crate::sample::types::{Disk, Sample};
+
+/// Mean radii by which a surface reaches beyond its layer, and between its points, by default.
+pub(crate) const REACH: f64 = 9.0;
+pub(crate) const SPACING: f64 = 4.0;
+/// Waves of a rough profile.
+const WAVES: usize = 256;
+
+/// The surface of a prepared sample. `seed` is the run's.
+///
+/// Beside a glued row it begins where the last disk of the row ends, so that no grain falls between them.
+pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface {
+    let mean = mean_radius(sample);
+    let Some(keys) = config.surface() else {
+        return BareSurface::default();
+    };
+    let [width, _] = config.ends().unwrap_or_default();
+    let width = width + REACH * mean;
+    let ends = config.period_ends();
+    let period = ends.map(Period::between);
+    if let Some(points) = &keys.points_m {
+        return BareSurface::new([&[points.clone()], &[]], period);
+    }
+    let width = keys.half_width_m.unwrap_or(width);
+    let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
+    let spacing = keys.spacing_m.unwrap_or(SPACING * mean);
+    let lines = config.lines(keys);
+    let make = |row: &[Disk], line: BaseLine| -> Vec<Vec<[f64; 2]>> {
+        let waves = keys.roughness.map(|rough| Waves::new(rough, seed, period));
+        let height = |x: f64| line.height(x) + waves.as_ref().map_or(0.0, |waves| waves.at(x));
+        let pieces = pieces(row, ends, width).into_iter();
+        let point = |x: f64| [x, height(x)];
+        let line = |[left, right]: [f64; 2]| {
+            let count = ((right - left) / spacing).ceil().max(1.0) as usize;
+            let x = |k: usize| left + (right - left) * k as f64 / count as f64;
+            let mut points: Vec<[f64; 2]> = (0..=count).map(|k| point(x(k))).collect();
+            if let (Some(period), Some([_, y])) = (period, points.first().copied()) {
+                // The image of the start, to the last bit.
+                points[count] = [points[0][0] + period.length, y];
+            }
+            points
+        };
+        pieces.map(line).collect()
+    };
+    let below = make(base, lines[0]);
+    let mut above = match lid {
+        [] => Vec::new(),
+        row => make(row, lines[1]),
+    };
+    above.iter_mut().for_each(|line| line.reverse());
+    BareSurface::new([&below, &above], period)
+}
+
+/// Mean radius of grains and glued disks (m).
+pub(crate) fn mean_radius(sample: &Sample) -> f64 {
+    let disks = || sample.free.iter().chain(&sample.glued);
+    let count = disks().count().max(1);
+    disks().map(|disk| disk.radius).sum::<f64>() / count as f64
+}
+
+/// The lines of the bodies below and above, as [`crate::bodies::Bodies::lines`]: a glued disk of a layer lies on the line that it was cut
+/// along.
+pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>; 2] {
+    let Some(keys) = config.surface() else {
+        return Default::default();
+    };
+    let glued = sample.glued.len();
+    let base = glued - sample.lid;
+    let rows = [0..base, base..glued];
+    let surface = &sample.surface;
+    let points = [0..surface.base, surface.base..surface.points.len()];
+    let cut = config.base_line().is_some();
+    [0, 1].map(|side| {
+        let line = config.lines(keys)[side];
+        let disks = rows[side].clone().filter(|_| cut).map(|number| {
+            let [x, _] = sample.glued[number].centre;
+            (number, [x, line.height(x)])
+        });
+        let points = points[side].clone().map(|i| (glued + i, surface.points[i]));
+        let mut all: Vec<(usize, [f64; 2])> = disks.chain(points).collect();
+        all.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+        all
+    })
+}
+
+/// Where a surface has no glued disks, between two values of x (m).
+fn pieces(row: &[Disk], strip: Option<[f64; 2]>, width: f64) -> Vec<[f64; 2]> {
+    let (Some(first), Some(last)) = (row.first(), row.last()) else {
+        return vec![strip.unwrap_or([-width, width])];
+    };
+    let [left, right] = [first.centre[0] - first.radius, last.centre[0] + last.radius];
+    let beside = [[-width, left], [right, width]];
+    let beside = beside.into_iter().filter(|[from, to]| from < to);
+    beside.filter(|_| strip.is_none()).collect()
+}
+
+/// A sum of waves of random length and phase, the spectral form of a Gaussian process (Shinozuka and Deodatis 1991).
+struct Waves {
+    /// Amplitude of each (m).
+    amplitude: f64,
+    /// Wave number (1/m) and phase of each.
+    waves: Vec<[f64; 2]>,
+}
+
+impl Waves {
+    fn new(rough: RoughnessConfig, seed: u64, period: Option<Period>) -> Waves {
+        let mut random = RandomNumbers::new(rough.seed.unwrap_or(seed));
+        let spread = std::f64::consts::SQRT_2 / rough.correlation_m;
+        let wave = |_| {
+            // A normal number of two uniform ones (Box and Muller 1958).
+            let size = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
+            let mut number = spread * size * (TAU * random.unit()).cos();
+            if let Some(period) = period {
+                let turn = TAU / period.length;
+                number = turn * (number / turn).round();
+            }
+            [number, random.between(-PI, PI)]
+        };
+        Waves {
+            waves: (0..WAVES).map(wave).collect(),
+            amplitude: rough.rms_m * (2.0 / WAVES as f64).sqrt(),
+        }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let waves = self.waves.iter();
+        let heights = waves.map(|[number, phase]| (number * x + phase).cos());
+        self.amplitude * heights.sum::<f64>()
+    }
+}
+
+impl BaseLine {
+    /// Height of the line at x (m).
+    pub fn height(&self, x: f64) -> f64 {
+        -self.depth - drop_at(x, self.crown_radius)
+    }
+}
+
+impl SampleConfig {
+    /// The lines of the bodies below and above.
+    fn lines(&self, keys: &SurfaceConfig) -> [BaseLine; 2] {
+        let flat = BaseLine {
+            crown_radius: keys.crown_radius_m.unwrap_or(0.0),
+            depth: 0.0,
+        };
+        let above = match self {
+            SampleConfig::Layer(layer) => -layer.thickness_m,
+            SampleConfig::Rail(_) | SampleConfig::Disks(_) => 0.0,
+        };
+        let lid = BaseLine {
+            crown_radius: 0.0,
+            depth: above,
+        };
+        [self.base_line().unwrap_or(flat), lid]
+    }
+}
