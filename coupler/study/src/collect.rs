@@ -347,8 +347,8 @@ fn add(message: &mut String, reason: &str) {
 }
 
 /// A line of a table of comma-separated cells.
-pub fn line(cells: &[String]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| quoted(cell)).collect();
+pub fn line(cells: &[impl AsRef<str>]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| quoted(cell.as_ref())).collect();
     cells.join(",") + "\n"
 }
 

@@ -5,19 +5,25 @@ use std::fmt::Write as _;
 use super::collect::{Results, line};
 use super::ensemble::{self, EnsembleMean, ensemble};
 use super::front::{Trade, front, knee};
-use super::picture::{self, FrontPanel};
+use super::picture;
 use super::settings::{StudySetting, settings};
 use super::varied_keys::{VariedKey, percent, varied_keys};
 
-/// A measure's settings, front and knee.
+/// Settings and the front of one measure.
 #[derive(Clone, Debug)]
-struct MeasureFront {
-    measure: String,
-    trades: Vec<Trade>,
-    fallen: Vec<Trade>,
-    front: Vec<Trade>,
-    knee: Option<usize>,
-    floor: f64,
+pub(super) struct MeasureFront {
+    /// Name of the measure.
+    pub(super) measure: String,
+    /// All settings that stand.
+    pub(super) trades: Vec<Trade>,
+    /// Settings that do not, of which cost and error are known.
+    pub(super) fallen: Vec<Trade>,
+    /// The front.
+    pub(super) front: Vec<Trade>,
+    /// Index of the knee in it.
+    pub(super) knee: Option<usize>,
+    /// The floor of noise.
+    pub(super) floor: f64,
 }
 
 impl MeasureFront {
@@ -92,8 +98,7 @@ impl<'a> Digest<'a> {
 
     /// front.csv: the fronts of all measures, cheapest first.
     pub fn front_csv(&self) -> String {
-        let head = ["measure", "setting", "cost", "error", "floor", "knee"].map(String::from);
-        let mut lines = line(&head);
+        let mut lines = line(&["measure", "setting", "cost", "error", "floor", "knee"]);
         for of in &self.fronts {
             for (index, trade) in of.front.iter().enumerate() {
                 lines += &line(&[
@@ -111,16 +116,7 @@ impl<'a> Digest<'a> {
 
     /// front.svg, knobs.svg and, with several scenes, means.svg.
     pub fn pictures(&self) -> Vec<(&'static str, String)> {
-        let panels = self.fronts.iter().map(|of| FrontPanel {
-            measure: &of.measure,
-            trades: &of.trades,
-            fallen: &of.fallen,
-            front: &of.front,
-            knee: of.knee,
-            floor: of.floor,
-        });
-        let panels: Vec<FrontPanel> = panels.collect();
-        let fronts = picture::fronts(&panels, &self.settings, self.results);
+        let fronts = picture::fronts(&self.fronts, &self.settings, self.results);
         let keys = picture::knobs(&self.keys, &self.measures);
         let mut pictures = vec![("front.svg", fronts), ("knobs.svg", keys)];
         if !self.means.is_empty() {

@@ -98,7 +98,7 @@ impl EnsembleMean {
 
 /// means.csv.
 pub fn csv(means: &[EnsembleMean]) -> String {
-    let head = [
+    let mut text = line(&[
         "measure",
         "setting",
         "scenes",
@@ -107,8 +107,7 @@ pub fn csv(means: &[EnsembleMean]) -> String {
         "half_width_95",
         "difference",
         "difference_half_width_95",
-    ];
-    let mut text = line(&head.map(String::from));
+    ]);
     for of in means {
         let number = |k: usize| {
             of.difference

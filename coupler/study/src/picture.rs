@@ -1,6 +1,7 @@
 //! Pictures of a study: errors over costs with the front, and errors along each knob.
 
 use super::collect::Results;
+use super::digest::MeasureFront;
 use super::ensemble::{EnsembleMean, words};
 use super::front::Trade;
 use super::settings::StudySetting;
@@ -28,24 +29,12 @@ const LETTERS: usize = 60;
 /// Words for a front that nowhere lies below the chord of its ends.
 pub const NO_KNEE: &str = "no knee: the front lies above the chord between its ends";
 
-/// Settings and the front of one measure.
-pub struct FrontPanel<'a> {
-    /// Name of the measure.
-    pub measure: &'a str,
-    /// All settings that stand.
-    pub trades: &'a [Trade],
-    /// Settings that do not, of which cost and error are known.
-    pub fallen: &'a [Trade],
-    /// The front.
-    pub front: &'a [Trade],
-    /// Index of the knee in it.
-    pub knee: Option<usize>,
-    /// The floor of noise.
-    pub floor: f64,
-}
-
 /// front.svg: a panel a measure.
-pub fn fronts(panels: &[FrontPanel], settings: &[StudySetting], results: &Results) -> String {
+pub(super) fn fronts(
+    panels: &[MeasureFront],
+    settings: &[StudySetting],
+    results: &Results,
+) -> String {
     let relative = results.reference(0).is_some();
     let cost = match relative {
         true => "processor time over that of the reference",
@@ -73,14 +62,14 @@ pub fn fronts(panels: &[FrontPanel], settings: &[StudySetting], results: &Result
 }
 
 /// Position of a setting: its cost, and its error in per cent.
-fn point(panel: &FrontPanel, trade: &Trade) -> (f64, f64) {
-    let all = panel.trades.iter().chain(panel.fallen);
+fn point(panel: &MeasureFront, trade: &Trade) -> (f64, f64) {
+    let all = panel.trades.iter().chain(&panel.fallen);
     let smallest = smallest(all.map(|t| t.error));
     (trade.cost, 100.0 * trade.error.max(BOTTOM * smallest))
 }
 
-fn front_axes(panel: &FrontPanel, cost: &str) -> [PlotAxis; 2] {
-    let all = || panel.trades.iter().chain(panel.fallen);
+fn front_axes(panel: &MeasureFront, cost: &str) -> [PlotAxis; 2] {
+    let all = || panel.trades.iter().chain(&panel.fallen);
     let errors = all().map(|t| point(panel, t).1);
     [
         PlotAxis::logarithmic(cost, all().map(|t| t.cost)),
@@ -88,20 +77,20 @@ fn front_axes(panel: &FrontPanel, cost: &str) -> [PlotAxis; 2] {
     ]
 }
 
-fn draw_front(svg: &mut Svg, axes: &AxisPair, panel: &FrontPanel) {
+fn draw_front(svg: &mut Svg, axes: &AxisPair, panel: &MeasureFront) {
     let at = |trade: &Trade| axes.at(point(panel, trade));
     floor(svg, axes, panel.floor, BLACK);
-    for trade in panel.trades {
+    for trade in &panel.trades {
         svg.circle("fill=\"#000\" fill-opacity=\".35\"", at(trade), 3.0);
     }
-    for trade in panel.fallen {
+    for trade in &panel.fallen {
         let [x, y] = at(trade);
         let cross = format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
         svg.path(&format!("stroke=\"{}\"", COLOURS[1]), &cross);
     }
     let line = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
     svg.line(&line, panel.front.iter().map(at));
-    for trade in panel.front {
+    for trade in &panel.front {
         svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(trade), 4.0);
     }
     if let Some(knee) = panel.knee {
