@@ -1,13 +1,14 @@
 //! `profile.csv`: the traction of the interface on the continuum's surface.
 
 use std::fmt::Write;
-use std::ops::Range;
 
-use protocol::{Surface, larger};
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::rundir::RunDir;
+use scheme::coupling::Coupling;
+use scheme::group::Patch;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -24,34 +25,20 @@ pub struct InterfaceTraction {
     period_m: Option<f64>,
 }
 
-/// Loaded nodes of one interface.
-pub struct LoadedNodes<'a> {
-    /// Nodes of all interfaces that are solved together.
-    pub nodes: &'a Surface,
-    /// Those of this interface among them.
-    pub own: Range<usize>,
-    /// Force on each node (N), two components a node.
-    pub force: &'a [f64],
-    /// 1 where the continuum's outward normal points up, -1 where it points down.
-    pub outward_y: f64,
-    /// Length after which they repeat along x (m), where they do.
-    pub period_m: Option<f64>,
-}
-
 impl InterfaceTraction {
-    /// The traction of an interface under these forces.
-    pub fn of(loaded: LoadedNodes, thickness_m: f64) -> InterfaceTraction {
-        let nodes = loaded.nodes;
-        let mut order: Vec<usize> = loaded.own.collect();
+    /// The traction of an interface in the last accepted window of its group.
+    pub fn of(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> InterfaceTraction {
+        let (nodes, force) = (&coupling.group().nodes, &coupling.state.lambda);
+        let mut order: Vec<usize> = patch.nodes.clone().collect();
         order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
         let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
         InterfaceTraction {
             x_m: take(&|i| nodes.x_m[i]),
-            normal_n: take(&|i| -loaded.outward_y * loaded.force[2 * i + 1]),
-            shear_n: take(&|i| loaded.force[2 * i]),
+            normal_n: take(&|i| -patch.outward_y * force[2 * i + 1]),
+            shear_n: take(&|i| force[2 * i]),
             area_m2: take(&|i| nodes.length_m[i] * thickness_m),
             thickness_m,
-            period_m: loaded.period_m,
+            period_m: patch.period_m,
         }
     }
 

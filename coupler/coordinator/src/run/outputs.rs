@@ -14,7 +14,7 @@ use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
 use crate::error::{Error, Result};
-use crate::output::profile::{self, InterfaceTraction, LoadedNodes};
+use crate::output::profile::{self, InterfaceTraction};
 use crate::output::progress::ProgressSpan;
 use crate::output::run_progress::RunProgress;
 use crate::output::sample::load_history;
@@ -413,16 +413,8 @@ impl<'a> Outputs<'a> {
     fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<()> {
         let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
-            let group = coupling.group();
-            for patch in &group.patches {
-                let loaded = LoadedNodes {
-                    nodes: &group.nodes,
-                    own: patch.nodes.clone(),
-                    force: &coupling.state.lambda,
-                    outward_y: patch.outward_y,
-                    period_m: patch.period_m,
-                };
-                let traction = InterfaceTraction::of(loaded, self.thickness_m);
+            for patch in &coupling.group().patches {
+                let traction = InterfaceTraction::of(coupling, patch, self.thickness_m);
                 let name = match only {
                     true => "profile.csv".into(),
                     false => format!("profile-{}.csv", patch.name),
