@@ -130,21 +130,9 @@ pub struct FieldsSummary {
     pub last: BTreeMap<String, ArrayRanges>,
 }
 
-/// A file of a collection.
-#[derive(Clone, Copy, Debug)]
-pub struct DataSet<'a> {
-    /// Its simulated time (s).
-    pub time_s: f64,
-    /// Number and name of its part.
-    pub part: (usize, &'a str),
-    /// Place of the file, seen from the collection.
-    pub file: &'a str,
-}
-
-/// The line of a collection that names a file.
-pub fn data_set(set: &DataSet) -> String {
-    let DataSet { time_s, part, file } = set;
-    let (index, name) = part;
+/// The line of a collection that names a file, by its place seen from the collection: it shows the part of this number and
+/// name at this simulated time (s).
+pub fn data_set(time_s: f64, (index, name): (usize, &str), file: &str) -> String {
     format!("<DataSet timestep=\"{time_s:e}\" part=\"{index}\" name=\"{name}\" file=\"{file}\"/>\n")
 }
 
@@ -209,13 +197,7 @@ mod tests {
         let scratch = Scratch::new("pvd", 1);
         std::fs::create_dir_all(scratch.path()).expect("a folder");
         let path = scratch.path().join("rail.pvd");
-        let set = |time_s| {
-            data_set(&DataSet {
-                time_s,
-                part: (0, "rail"),
-                file: "rail-hold.vtu",
-            })
-        };
+        let set = |time_s| data_set(time_s, (0, "rail"), "rail-hold.vtu");
         let mut collection = Collection::new(path.clone());
         let mut sets = String::new();
         for time_s in [0.5, 1e-4, 2.0] {

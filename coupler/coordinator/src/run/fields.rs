@@ -8,7 +8,7 @@ use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
 use crate::error::Result;
-use crate::output::collection::{self, Collection, DataSet, FieldsSummary, SnapshotTime};
+use crate::output::collection::{self, Collection, FieldsSummary, SnapshotTime};
 use crate::output::interface_fields;
 use crate::output::sample::load_history;
 use crate::output::vtk_arrays::ranges;
@@ -168,10 +168,7 @@ impl<'a> Fields<'a> {
             let Some((file, bytes)) = part.file(&folder, name) else {
                 continue;
             };
-            let set = |index, file: &str| {
-                let part = (index, part.name.as_str());
-                collection::data_set(&DataSet { time_s, part, file })
-            };
+            let set = |index, file: &str| collection::data_set(time_s, (index, &part.name), file);
             sets += &set(index, &format!("fields/{file}"));
             part.collection.add(&set(0, &file))?;
             part.last = Some(folder.join(file));
