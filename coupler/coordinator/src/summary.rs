@@ -368,28 +368,17 @@ impl Summary {
         let mut add = |about: &str, finding: Option<Finding>| {
             found.extend(finding.map(|finding| Warning::of(about, finding)));
         };
+        let balance = |balance: f64| plausible::energy_balance(bounds.energy_balance_rel, balance);
+        let held =
+            |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
+        let works = |works| plausible::interface_work(bounds.interface_work_rel, works);
         for (peer, (name, participant)) in self.participants.iter().enumerate() {
-            if let Some(balance) = participant.energy_balance_rel {
-                add(
-                    name,
-                    plausible::energy_balance(bounds.energy_balance_rel, balance),
-                );
-            }
+            add(name, participant.energy_balance_rel.and_then(balance));
             let load = self.held.get(peer).copied().flatten();
             let through = self.joins.iter().map(|join| join.force_of(peer, through_n));
             let through: Option<f64> = through.flatten().reduce(|sum, force| sum + force);
-            if let Some((load, through)) = load.zip(through) {
-                add(
-                    name,
-                    plausible::force_balance(bounds.force_balance_rel, load, through),
-                );
-            }
-            if let Some(works) = self.works_of(peer) {
-                add(
-                    name,
-                    plausible::interface_work(bounds.interface_work_rel, works),
-                );
-            }
+            add(name, load.zip(through).and_then(held));
+            add(name, self.works_of(peer).and_then(works));
         }
         for (name, interface) in &self.interfaces {
             let energy = interface.energy_defect_rel;
@@ -403,13 +392,9 @@ impl Summary {
             let judged = plausible::not_converged(bounds.not_converged_rel, accepted, self.windows);
             add(name, judged);
         }
-        let total = self.results.get("energy_balance_rel");
-        if let Some(total) = total.filter(|_| self.participants.len() > 1) {
-            add(
-                "run",
-                plausible::energy_balance(bounds.energy_balance_rel, *total),
-            );
-        }
+        let total = self.results.get("energy_balance_rel").copied();
+        let total = total.filter(|_| self.participants.len() > 1);
+        add("run", total.and_then(balance));
         found
     }
 
