@@ -13,7 +13,7 @@ use harness::scene::{bar, glue, head, participant};
 use harness::window_matrix::{Joint, Operator, TransmissionCondition as Condition};
 use lab::bench::stability::bar::UnitBar;
 use lab::bench::stability::map::{Axes, Cell, departure, map};
-use lab::bench::stability::setup::scheme;
+use lab::bench::stability::setup::keys;
 use lab::bench::stability::{findings, limits};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
@@ -50,7 +50,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     ] {
         let grows = |cell: &&_| -> bool {
             let cell: &lab::bench::stability::map::Cell = cell;
-            cell.setup.scheme == scheme(word, Dirichlet::MotionDriven) && cell.growth > 2.0
+            cell.setup.keys == keys(word, Dirichlet::MotionDriven) && cell.growth > 2.0
         };
         assert!(cells.iter().filter(grows).count() > 10, "{word:?}");
     }
@@ -73,13 +73,13 @@ fn growth_by_matrix(cell: &Cell) -> f64 {
     let response = trial.bar.response(trial.substeps);
     let model = trial.model(&response);
     let (window_s, wall) = (model.window_s, model.whole());
-    let continuum = trial.scheme.dirichlet() == Dirichlet::ForceDriven;
+    let continuum = trial.keys.dirichlet() == Dirichlet::ForceDriven;
     let comes_back = if continuum {
         1.0 / (response.prescribed_compliance(window_s) * wall.stiffness())
     } else {
         response.compliance() * wall.stiffness()
     };
-    let condition = match (trial.scheme, continuum) {
+    let condition = match (trial.keys.scheme(), continuum) {
         (CouplingScheme::FixedPoint { relaxation, .. }, _)
             if (1.0 - relaxation * (1.0 + comes_back)).abs() >= 1.0 =>
         {
@@ -296,6 +296,6 @@ fn stiff_and_heavy_cells_follow_the_matrix_too() {
     axes.stiffness_ratios = vec![100.0];
     for cell in map(&axes).expect("the models are linear") {
         let distance = departure(&cell, 12).expect("the coupler runs");
-        assert!(distance <= 1e-6, "{:?}: {distance:e}", cell.setup.scheme);
+        assert!(distance <= 1e-6, "{:?}: {distance:e}", cell.setup.keys);
     }
 }

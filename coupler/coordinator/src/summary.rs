@@ -232,7 +232,8 @@ impl Summary {
             self.participants.push((participant.name.clone(), summary));
         }
         let naive = scenario.interface.iter().filter(|interface| {
-            interface.unsafe_window && matches!(interface.scheme, CouplingScheme::Staggered { .. })
+            interface.unsafe_window
+                && matches!(interface.scheme(), CouplingScheme::Staggered { .. })
         });
         self.shown_to_fail = naive.map(|interface| interface.name.clone()).collect();
     }

@@ -16,7 +16,7 @@ use super::source::ComplianceSource;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Result, SchemeError, Unfit};
-use crate::keys::{CouplingScheme, Dirichlet, Policy, SchemeWord};
+use crate::keys::{CouplingScheme, Dirichlet, Policy, Update};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
 #[derive(Clone, Debug)]
@@ -43,8 +43,13 @@ pub struct CouplingState {
 impl Coupling {
     /// All sides at rest and unloaded; messages speak of the interface `name`.
     pub fn new(name: &str, scheme: CouplingScheme, policy: Policy, group: Group) -> Coupling {
-        let cheap = scheme.word() == SchemeWord::DualSchurCheap;
-        let factor = if cheap { dual_schur::CHEAP_FACTOR } else { 1.0 };
+        let factor = match scheme {
+            CouplingScheme::DualSchur {
+                update: Update::Cheap,
+                ..
+            } => dual_schur::CHEAP_FACTOR,
+            _ => 1.0,
+        };
         Coupling {
             name: name.to_string(),
             scheme,

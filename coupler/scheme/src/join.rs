@@ -152,23 +152,23 @@ fn clock(
         let own = participants.description(continuum).step_s;
         let step_s = step_of(interface, participants.name(continuum), own)?;
         refuse_above_limit(participants, interface, step_s, pair.motion_driven.peer)?;
-        let window_s = step_s * f64::from(interface.substeps);
+        let window_s = step_s * f64::from(interface.substeps());
         let (leader, leading) = *first.get_or_insert((interface, step_s));
-        let leading_s = leading * f64::from(leader.substeps);
+        let leading_s = leading * f64::from(leader.substeps());
         if (window_s - leading_s).abs() > SAME_WINDOW * leading_s {
             let window = |interface: &Interface, step_s| WindowOf {
                 interface: interface.name.clone(),
-                substeps: interface.substeps,
+                substeps: interface.substeps(),
                 step_s,
             };
             let windows = Unfit::Windows(window(leader, leading), window(interface, step_s));
             return Err(windows.into());
         }
-        common = greatest_common_divisor(common, interface.substeps);
+        common = greatest_common_divisor(common, interface.substeps());
     }
     let (leader, step_s) = first.expect("a group has an interface");
     Ok(Clock {
-        step_s: step_s * f64::from(leader.substeps / common),
+        step_s: step_s * f64::from(leader.substeps() / common),
         substeps: common,
     })
 }
@@ -177,7 +177,7 @@ fn clock(
 pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64> {
     let problem = match (own, interface.window_s) {
         (Some(step_s), None) => return Ok(step_s),
-        (None, Some(window_s)) => return Ok(window_s / f64::from(interface.substeps)),
+        (None, Some(window_s)) => return Ok(window_s / f64::from(interface.substeps())),
         (None, None) => format!(
             "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
         ),
@@ -195,7 +195,7 @@ fn refuse_above_limit(
     layer: usize,
 ) -> Result<()> {
     let (name, layer) = (participants.name(layer), participants.description(layer));
-    let substeps = interface.substeps;
+    let substeps = interface.substeps();
     let window_s = step_s * f64::from(substeps);
     let Some(limit) = layer.step_limit_s.filter(|limit| window_s > *limit) else {
         return Ok(());
@@ -223,7 +223,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let offered = participants.couple(continuum.peer, &continuum.set)?;
     let mut points = participants.couple(layer.peer, &layer.set)?;
     let told = participants.description(layer.peer);
-    let swapped = interface.scheme.dirichlet() == Dirichlet::ForceDriven;
+    let swapped = interface.scheme().dirichlet() == Dirichlet::ForceDriven;
     if swapped {
         let name = participants.name(layer.peer);
         points.mass_kg = point_masses(interface, name, &layer.set, told, points.len())?;
@@ -322,7 +322,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
         let (motion_driven, points) = layers.parts[index].clone();
         let all_points = &layers.sides[motion_driven].range;
         mapping.put(points.start, nodes.start, &seam.mapping);
-        continua.sides[force_driven].steps = interface.substeps / clock.substeps;
+        continua.sides[force_driven].steps = interface.substeps() / clock.substeps;
         patches.push(Patch {
             index,
             name: interface.name.clone(),

@@ -4,37 +4,74 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Two named sets that are joined.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "InterfaceKeys")]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["substeps"] }, { "required": ["window_s"] }]))]
 pub struct Interface {
     /// Its name.
     pub name: String,
-    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a boundary.
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
     pub between: [String; 2],
-    /// The scheme with its own data.
-    pub scheme: CouplingScheme,
-    /// Explicit steps in a window, at least 1.
-    pub substeps: u32,
-    /// Length of a window (s) where the continuum has no step of its own; `substeps` is then the number of equal parts that it may
-    /// be cut into.
+    /// The scheme that joins them.
+    pub scheme: SchemeWord,
+    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
+    pub dirichlet: Option<Dirichlet>,
+    /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
+    #[schemars(range(min = 1))]
+    pub substeps: Option<u32>,
+    /// Length of a window (s) where the continuum has no step of its own.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub window_s: Option<f64>,
     /// Relation of nodes and glued disks.
+    #[serde(default)]
     pub mapping: MappingKind,
     /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance_rel: f64,
-    /// Largest part of the energy through the interface that may be lost or made there, summed up to and with each window;
-    /// not judged when absent.
+    /// Repeats of a window before it counts as not converged; 8 when absent.
+    #[schemars(range(min = 1))]
+    pub repeats_max: Option<u32>,
+    /// Origin of the compliance of `dual-schur` schemes; `columns` when absent.
+    pub compliance: Option<CompliancePrior>,
+    /// Treatment of the last answers by `fixed-point-` schemes; `iqn-ils` when absent.
+    pub acceleration: Option<Acceleration>,
+    /// First, or constant, relaxation of `fixed-point-` schemes, above 0 and at most 1; 0.5 when absent.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
+    pub relaxation: Option<f64>,
+    /// Largest part of the energy through the interface that may be lost or made there; not judged when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy_defect_max_rel: Option<f64>,
-    /// Treatment of a window that did not converge, whose contact solve was starved, or whose energy defect is above
-    /// its bound. A window with a number that is not finite may be halved, but never accepted.
+    /// Treatment of a window that did not converge.
+    #[serde(default)]
     pub on_not_converged: Policy,
     /// Runs windows that are predicted to be unstable, to show how they fail.
+    #[serde(default)]
     pub unsafe_window: bool,
-    /// The keys of schemes as the scenario gives them.
-    pub given: SchemeKeys,
 }
 
 impl Interface {
+    /// The keys of its scheme.
+    pub fn given(&self) -> SchemeKeys {
+        SchemeKeys {
+            scheme: self.scheme,
+            dirichlet: self.dirichlet,
+            repeats_max: self.repeats_max,
+            compliance: self.compliance,
+            acceleration: self.acceleration,
+            relaxation: self.relaxation,
+        }
+    }
+
+    /// The scheme with its own data.
+    pub fn scheme(&self) -> CouplingScheme {
+        self.given().scheme()
+    }
+
+    /// Explicit steps in a window; with `window_s`, the number of equal parts that it may be cut into.
+    pub fn substeps(&self) -> u32 {
+        self.substeps.unwrap_or(1)
+    }
+
     /// The participants whose sets it joins.
     pub fn participants(&self) -> [&str; 2] {
         [0, 1].map(|side| {
@@ -128,26 +165,6 @@ impl CouplingScheme {
             CouplingScheme::DualSchur { .. } | CouplingScheme::Velocity { .. } => {
                 Dirichlet::MotionDriven
             }
-        }
-    }
-
-    /// Its word in a scenario.
-    pub fn word(&self) -> SchemeWord {
-        match self {
-            CouplingScheme::DualSchur { update, .. } => match update {
-                Update::None => SchemeWord::DualSchur,
-                Update::Secant => SchemeWord::DualSchurSecant,
-                Update::Cheap => SchemeWord::DualSchurCheap,
-            },
-            CouplingScheme::Velocity { .. } => SchemeWord::Velocity,
-            CouplingScheme::FixedPoint { order, .. } => match order {
-                Order::Serial => SchemeWord::FixedPointSerial,
-                Order::Parallel => SchemeWord::FixedPointParallel,
-            },
-            CouplingScheme::Staggered { order, .. } => match order {
-                Order::Serial => SchemeWord::StaggeredSerial,
-                Order::Parallel => SchemeWord::StaggeredParallel,
-            },
         }
     }
 }
@@ -294,82 +311,6 @@ impl SchemeKeys {
     }
 }
 
-/// Two named sets that are joined.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("anyOf" = [{ "required": ["substeps"] }, { "required": ["window_s"] }]))]
-pub struct InterfaceKeys {
-    /// Its name.
-    name: String,
-    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
-    between: [String; 2],
-    /// The scheme that joins them.
-    scheme: SchemeWord,
-    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
-    dirichlet: Option<Dirichlet>,
-    /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
-    #[schemars(range(min = 1))]
-    substeps: Option<u32>,
-    /// Length of a window (s) where the continuum has no step of its own.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    window_s: Option<f64>,
-    /// Relation of nodes and glued disks.
-    #[serde(default)]
-    mapping: MappingKind,
-    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    tolerance_rel: f64,
-    /// Repeats of a window before it counts as not converged; 8 when absent.
-    #[schemars(range(min = 1))]
-    repeats_max: Option<u32>,
-    /// Origin of the compliance of `dual-schur` schemes; `columns` when absent.
-    compliance: Option<CompliancePrior>,
-    /// Treatment of the last answers by `fixed-point-` schemes; `iqn-ils` when absent.
-    acceleration: Option<Acceleration>,
-    /// First, or constant, relaxation of `fixed-point-` schemes, above 0 and at most 1; 0.5 when absent.
-    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
-    relaxation: Option<f64>,
-    /// Largest part of the energy through the interface that may be lost or made there; not judged when absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    energy_defect_max_rel: Option<f64>,
-    /// Treatment of a window that did not converge.
-    #[serde(default)]
-    on_not_converged: Policy,
-    /// Runs windows that are predicted to be unstable, to show how they fail.
-    #[serde(default)]
-    unsafe_window: bool,
-}
-
-impl TryFrom<InterfaceKeys> for Interface {
-    type Error = &'static str;
-
-    fn try_from(keys: InterfaceKeys) -> Result<Interface, Self::Error> {
-        let whole = keys.window_s.map(|_| 1);
-        let substeps = keys.substeps.or(whole).ok_or("missing field `substeps`")?;
-        let given = SchemeKeys {
-            scheme: keys.scheme,
-            dirichlet: keys.dirichlet,
-            repeats_max: keys.repeats_max,
-            compliance: keys.compliance,
-            acceleration: keys.acceleration,
-            relaxation: keys.relaxation,
-        };
-        Ok(Interface {
-            name: keys.name,
-            between: keys.between,
-            scheme: given.scheme(),
-            substeps,
-            window_s: keys.window_s,
-            mapping: keys.mapping,
-            tolerance_rel: keys.tolerance_rel,
-            energy_defect_max_rel: keys.energy_defect_max_rel,
-            on_not_converged: keys.on_not_converged,
-            unsafe_window: keys.unsafe_window,
-            given,
-        })
-    }
-}
-
 /// The side that takes motion and answers force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Dirichlet {
@@ -449,19 +390,19 @@ mod tests {
         let dual =
             interface("scheme = \"dual-schur\"\nrelaxation = 0.5\nacceleration = \"aitken\"");
         assert_eq!(
-            dual.scheme,
+            dual.scheme(),
             CouplingScheme::DualSchur {
                 update: Update::None,
                 compliance: CompliancePrior::Columns,
                 repeats_max: 8
             }
         );
-        assert_eq!(dual.given.unused(), ["acceleration", "relaxation"]);
+        assert_eq!(dual.given().unused(), ["acceleration", "relaxation"]);
         let fixed =
             interface("scheme = \"fixed-point-parallel\"\nrelaxation = 0.2\ncompliance = \"mass\"");
-        assert_eq!(fixed.given.unused(), ["compliance"]);
+        assert_eq!(fixed.given().unused(), ["compliance"]);
         assert!(matches!(
-            fixed.scheme,
+            fixed.scheme(),
             CouplingScheme::FixedPoint {
                 order: Order::Parallel,
                 relaxation: 0.2,
@@ -469,9 +410,6 @@ mod tests {
             }
         ));
         let cheap = interface("scheme = \"dual-schur-cheap\"\nrepeats_max = 3");
-        assert_eq!(cheap.given.unused(), ["repeats_max"]);
-        for word in [SchemeWord::Velocity, SchemeWord::StaggeredSerial] {
-            assert_eq!(SchemeKeys::of(word).scheme().word(), word);
-        }
+        assert_eq!(cheap.given().unused(), ["repeats_max"]);
     }
 }

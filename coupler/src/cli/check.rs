@@ -174,10 +174,10 @@ fn describe(loaded: &Loaded) -> String {
         lines.push(format!("participant {name} ({kind}): {command}"));
     }
     for interface in &scenario.interface {
-        let ([a, b], scheme) = (&interface.between, interface.scheme.word());
+        let ([a, b], scheme) = (&interface.between, interface.scheme);
         lines.push(format!(
             "interface {}: {a} <-> {b}, {scheme:?}, {} substeps a window, gap within {:.1e} node spacings",
-            interface.name, interface.substeps, interface.tolerance_rel
+            interface.name, interface.substeps(), interface.tolerance_rel
         ));
     }
     if scenario.interface.is_empty() {

@@ -32,9 +32,9 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         warnings.push(Warning::advice("unused_key", key, text));
     }
     for interface in &loaded.scenario.interface {
-        let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
+        let scheme = toml::Value::try_from(interface.scheme).expect("it is a word");
         let name = &interface.name;
-        let unused = interface.given.unused().into_iter();
+        let unused = interface.given().unused().into_iter();
         warnings.extend(unused.map(|key| {
             let key = format!("interface.{name}.{key}");
             let text = format!("means nothing for scheme = {scheme} and is not used");

@@ -47,7 +47,7 @@ pub fn coupled(
 ) -> Volume {
     let mut volume = Volume::default();
     for (run, members) in groups.iter().zip(connected(&scenario.interface)) {
-        let scheme = &scenario.interface[members[0]].scheme;
+        let scheme = &scenario.interface[members[0]].scheme();
         // Runs of each side in a window.
         let again = repeats.of(scheme);
         let both_again = matches!(scheme, CouplingScheme::FixedPoint { .. })

@@ -40,7 +40,7 @@ pub fn groups_at_start(
         let first = &scenario.interface[members[0]];
         Ok(GroupRun {
             end: group.clock.steps_until(end_s)?,
-            coupling: Coupling::new(&first.name, first.scheme, first.on_not_converged, group),
+            coupling: Coupling::new(&first.name, first.scheme(), first.on_not_converged, group),
             at: GroupPosition::default(),
         })
     };

@@ -1,7 +1,7 @@
 //! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
 
 use kit::ConfigError;
-use kit::keys::{proposal, refuse_if};
+use kit::keys::{config_error, proposal, refuse_if};
 use kit::limits::{positive, within};
 use protocol::Cause;
 use scheme::keys::connected;
@@ -109,7 +109,7 @@ fn check_one_solution(
     interface: &Interface,
     index: usize,
 ) -> Result<(), ConfigError> {
-    let (ours, theirs) = (interface.given, first.given);
+    let (ours, theirs) = (interface.given(), first.given());
     let agree = [
         ("scheme", ours.scheme == theirs.scheme),
         ("dirichlet", ours.dirichlet() == theirs.dirichlet()),
@@ -172,8 +172,11 @@ fn check_interface(
 ) -> Result<(), ConfigError> {
     let key = |name: &str| format!("interface[{index}].{name}");
     plain_name(&key("name"), &interface.name)?;
-    let given = interface.given;
-    at_least_one(&key("substeps"), Some(interface.substeps.into()))?;
+    let given = interface.given();
+    if interface.substeps.is_none() && interface.window_s.is_none() {
+        return Err(config_error(&key(""), "missing field `substeps`"));
+    }
+    at_least_one(&key("substeps"), interface.substeps.map(u64::from))?;
     positive(&key("window_s"), interface.window_s, "s")?;
     at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
     positive(&key("tolerance_rel"), interface.tolerance_rel, "")?;
@@ -189,7 +192,7 @@ fn check_interface(
     )?;
     refuse_if(
         given.dirichlet == Some(Dirichlet::ForceDriven)
-            && interface.scheme.dirichlet() != Dirichlet::ForceDriven,
+            && interface.scheme().dirichlet() != Dirichlet::ForceDriven,
         &key("dirichlet"),
         "the scheme gives both sides force and motion at once, so that neither follows the other",
         "remove the key, or take scheme = \"fixed-point-serial\"",

@@ -4,7 +4,7 @@ use kit::schema::schema_of;
 use serde_json::{Map, Value, json};
 
 use super::{Participant, RunKeys};
-use scheme::keys::InterfaceKeys;
+use scheme::keys::Interface;
 
 /// The schema, for solvers of these kinds with the schemas of their own keys where they have one.
 pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
@@ -25,7 +25,7 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
             "interface": {
                 "description": "Joints between them; without any, the one participant runs alone.",
                 "type": "array",
-                "items": schema_of::<InterfaceKeys>(),
+                "items": schema_of::<Interface>(),
             },
         },
         "required": ["run", "participant"],

@@ -85,7 +85,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
     let offered = |cell: &Cell| {
         let monolithic = matches!(
-            cell.setup.scheme,
+            cell.setup.keys.scheme(),
             CouplingScheme::DualSchur { .. } | CouplingScheme::Velocity { .. }
         );
         monolithic && cell.setup.boundary_inertia.theta == 1.0

@@ -156,7 +156,7 @@ impl<'a> TestedParticipant<'a> {
                     Part::MotionDriven => step_of_other_side(launcher, interface, participant)?,
                     _ => step_of(interface, &participant.name, description.step_s)?,
                 };
-                let substeps = interface.substeps;
+                let substeps = interface.substeps();
                 (part, Clock { step_s, substeps })
             }
         };

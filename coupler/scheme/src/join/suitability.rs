@@ -23,7 +23,7 @@ fn refuse_finer_than_solver(
     interface: &Interface,
     (name, layer): (&str, &Description),
 ) -> Result<()> {
-    let through_answers = matches!(interface.scheme, CouplingScheme::FixedPoint { .. });
+    let through_answers = matches!(interface.scheme(), CouplingScheme::FixedPoint { .. });
     match &layer.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
@@ -41,9 +41,11 @@ fn refuse_without_prescribed_velocity(
     interface: &Interface,
     (name, continuum): (&str, &Description),
 ) -> Result<()> {
-    let key = match interface.scheme {
+    let key = match interface.scheme() {
         CouplingScheme::Velocity { .. } => "scheme = \"velocity\"",
-        _ if interface.scheme.dirichlet() == Dirichlet::ForceDriven => "dirichlet = \"continuum\"",
+        _ if interface.scheme().dirichlet() == Dirichlet::ForceDriven => {
+            "dirichlet = \"continuum\""
+        }
         _ => return Ok(()),
     };
     if continuum.capabilities.prescribed_velocity {
@@ -65,7 +67,7 @@ fn refuse_what_is_not_offered(
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
-        if !matches!(interface.scheme, CouplingScheme::Staggered { .. }) {
+        if !matches!(interface.scheme(), CouplingScheme::Staggered { .. }) {
             let problem = format!("{why}: take scheme = \"staggered-serial\"");
             return refuse("scheme", problem);
         }
@@ -74,7 +76,7 @@ fn refuse_what_is_not_offered(
             return refuse("on_not_converged", problem);
         }
     }
-    let source = ComplianceSource::of(&interface.scheme);
+    let source = ComplianceSource::of(&interface.scheme());
     let ((continuum, gives), (layer, takes)) = (continuum, layer);
     if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
@@ -97,7 +99,7 @@ pub(super) fn refuse_weightless(
     continuum: &str,
     mass_kg: &[f64],
 ) -> Result<()> {
-    let by_mass = ComplianceSource::of(&interface.scheme) == ComplianceSource::Mass;
+    let by_mass = ComplianceSource::of(&interface.scheme()) == ComplianceSource::Mass;
     let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
     let Some(point) = weightless.filter(|_| by_mass) else {
         return Ok(());

@@ -187,14 +187,14 @@ impl StabilityPrediction {
             format!(" ({}, margin {:.3})", bound.name, bound.margin)
         });
         let growth = self.growth.unwrap_or(1.0);
-        let other_way = match interface.scheme.dirichlet() {
+        let other_way = match interface.scheme().dirichlet() {
             Dirichlet::MotionDriven => "",
             Dirichlet::ForceDriven => ", dirichlet = \"wall\"",
         };
         Err(SchemeError::from(Unfit::Unstable {
             interface: name.clone(),
-            scheme: format!("{:?}", interface.scheme.word()),
-            substeps: interface.substeps,
+            scheme: format!("{:?}", interface.scheme),
+            substeps: interface.substeps(),
             bound,
             growth,
             other_way,

@@ -2,16 +2,16 @@
 
 use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
-use super::setup::{StabilitySetup, largest, scheme, word};
+use super::setup::{StabilitySetup, keys, largest, word};
 use coordinator::error::Error;
-use scheme::keys::{CouplingScheme, Dirichlet, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
 
 /// A limit, twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
-    pub scheme: CouplingScheme,
+    pub keys: SchemeKeys,
     /// The bisected quantity: `mass_ratio`, mass behind the boundary over that of the bar, or `cfl`, step over its limit.
     pub axis: &'static str,
     /// Steps in a window.
@@ -52,7 +52,7 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
                 SchemeWord::FixedPointSerial,
             ] {
                 for dirichlet in [Dirichlet::MotionDriven, Dirichlet::ForceDriven] {
-                    limits.push(mass_limit(scheme(word, dirichlet), *m, *cfl)?);
+                    limits.push(mass_limit(keys(word, dirichlet), *m, *cfl)?);
                 }
             }
         }
@@ -61,35 +61,36 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
             SchemeWord::DualSchurSecant,
             SchemeWord::Velocity,
         ] {
-            limits.push(step_limit(scheme(word, Dirichlet::MotionDriven), *m)?);
+            limits.push(step_limit(keys(word, Dirichlet::MotionDriven), *m)?);
         }
     }
     Ok(limits)
 }
 
-fn setup(scheme: CouplingScheme, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
+fn setup(keys: SchemeKeys, substeps: u32, cfl: f64, mass_ratio: f64) -> StabilitySetup {
     StabilitySetup {
         bar: bar(cfl),
         substeps,
-        scheme,
+        keys,
         boundary_inertia: boundary_inertia(mass_ratio, f64::INFINITY, 1.0),
     }
 }
 
 /// Heavy masses make schemes grow in which the boundary follows, light ones those in which the continuum does.
-fn mass_limit(scheme: CouplingScheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
-    let at_low_end = scheme.dirichlet() == Dirichlet::MotionDriven;
+fn mass_limit(keys: SchemeKeys, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+    let scheme = keys.scheme();
+    let at_low_end = keys.dirichlet() == Dirichlet::MotionDriven;
     let response = bar(cfl).response(substeps);
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
-        let setup = setup(scheme, substeps, cfl, mass_ratio);
+        let setup = setup(keys, substeps, cfl, mass_ratio);
         let growth = explain(&inputs(&setup, &response), &scheme)?.growth;
         Ok(growth.is_some_and(|growth| growth <= level(&scheme)) == at_low_end)
     };
     let found = |mass_ratio: f64| -> Result<bool, Error> {
-        Ok(is_stable(&setup(scheme, substeps, cfl, mass_ratio)) == at_low_end)
+        Ok(is_stable(&setup(keys, substeps, cfl, mass_ratio)) == at_low_end)
     };
     Ok(Limit {
-        scheme,
+        keys,
         axis: "mass_ratio",
         substeps,
         cfl,
@@ -98,10 +99,10 @@ fn mass_limit(scheme: CouplingScheme, substeps: u32, cfl: f64) -> Result<Limit, 
     })
 }
 
-fn step_limit(scheme: CouplingScheme, substeps: u32) -> Result<Limit, Error> {
-    let found = |cfl: f64| Ok(is_stable(&setup(scheme, substeps, cfl, 1.0)));
+fn step_limit(keys: SchemeKeys, substeps: u32) -> Result<Limit, Error> {
+    let found = |cfl: f64| Ok(is_stable(&setup(keys, substeps, cfl, 1.0)));
     Ok(Limit {
-        scheme,
+        keys,
         axis: "cfl",
         substeps,
         cfl: 0.5,
@@ -120,7 +121,7 @@ fn level(scheme: &CouplingScheme) -> f64 {
 
 /// True if a real run grows by less than the limit a window, from its third quarter to its last.
 fn is_stable(setup: &StabilitySetup) -> bool {
-    let fixed_point = level(&setup.scheme) < GROWTH;
+    let fixed_point = level(&setup.keys.scheme()) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
     let run = setup.run(&setup.response(), windows, GAP_M);
     if run.error.is_some() || fixed_point {
@@ -154,14 +155,14 @@ pub fn csv(limits: &[Limit]) -> String {
     for limit in limits {
         text.push_str(&format!(
             "{},{},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
-            word(limit.scheme.word()),
+            word(limit.keys.scheme),
             limit.axis,
             limit.substeps,
             limit.cfl,
             limit.predicted,
             limit.measured,
             limit.difference_rel(),
-            word(limit.scheme.dirichlet())
+            word(limit.keys.dirichlet())
         ));
     }
     text

@@ -3,10 +3,10 @@
 use protocol::{BoundaryInertia, larger};
 
 use super::bar::UnitBar;
-use super::setup::{MOVING, StabilitySetup, largest, scheme, word};
+use super::setup::{MOVING, StabilitySetup, keys, largest, word};
 use crate::cores::on_all_cores;
 use coordinator::error::Error;
-use scheme::keys::{CouplingScheme, Dirichlet, SchemeWord};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use scheme::predict::linear_pair::LinearPair;
 use scheme::predict::prediction::{StabilityInputs, compliance, predict};
@@ -23,7 +23,7 @@ pub const ELEMENTS: usize = 10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
     /// Schemes, those with roles in both of them.
-    pub schemes: Vec<CouplingScheme>,
+    pub schemes: Vec<SchemeKeys>,
     /// Theta of the masses behind the boundary.
     pub thetas: Vec<f64>,
     /// Mass behind the boundary over that of the bar.
@@ -45,12 +45,12 @@ const WITH_ROLES: [SchemeWord; 4] = [
 ];
 
 /// All schemes, those with roles in both of them.
-fn all_schemes() -> Vec<CouplingScheme> {
+fn all_schemes() -> Vec<SchemeKeys> {
     use SchemeWord::{DualSchur, DualSchurCheap, DualSchurSecant, Velocity};
     let words = [DualSchur, DualSchurSecant, DualSchurCheap].into_iter();
     let words = words.chain(WITH_ROLES).chain([Velocity]);
-    let wall = words.map(|word| scheme(word, Dirichlet::MotionDriven));
-    let continuum = WITH_ROLES.map(|word| scheme(word, Dirichlet::ForceDriven));
+    let wall = words.map(|word| keys(word, Dirichlet::MotionDriven));
+    let continuum = WITH_ROLES.map(|word| keys(word, Dirichlet::ForceDriven));
     wall.chain(continuum).collect()
 }
 
@@ -122,15 +122,15 @@ impl Axes {
         let setup = StabilitySetup {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
-            scheme: self.schemes[scheme],
+            keys: self.schemes[scheme],
             boundary_inertia: boundary_inertia(mass_ratio, stiffness_ratio, self.thetas[theta]),
         };
         let response = setup.response();
-        let predicted = predict(&inputs(&setup, &response), &setup.scheme)?;
+        let predicted = predict(&inputs(&setup, &response), &setup.keys.scheme())?;
         Ok(Cell {
             setup,
             mass_ratio,
-            growth: growth(&setup.scheme, setup.model(&response))?,
+            growth: growth(&setup.keys.scheme(), setup.model(&response))?,
             predicted_stable: predicted.stable() == Some(true),
         })
     }
@@ -156,7 +156,7 @@ pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityIn
         first_period_s: Some(setup.bar.first_period_s()),
         window_limit: None,
         accuracy_limits: Vec::new(),
-        compliance: compliance(&setup.scheme, response, setup.window_s()),
+        compliance: compliance(&setup.keys.scheme(), response, setup.window_s()),
         definite: true,
         boundary_inertia: Some(setup.boundary_inertia),
         point_mass_kg: setup.point_mass_kg(),
@@ -168,13 +168,13 @@ pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityIn
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let setup = &cell.setup;
     let response = setup.response();
-    let repeated = matches!(setup.scheme, CouplingScheme::FixedPoint { .. });
+    let repeated = matches!(setup.keys.scheme(), CouplingScheme::FixedPoint { .. });
     let model = setup.model(&response);
     let start = Disturbance {
         pair: LinearPair::new(model, MOVING).state,
         interface: InterfaceState::at_rest(1, 1),
     };
-    let foreseen = forces_of_map(&setup.scheme, model, &start, windows)?;
+    let foreseen = forces_of_map(&setup.keys.scheme(), model, &start, windows)?;
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = if repeated {
         REPEATED * inputs(setup, &response).compliance * largest(&foreseen)
@@ -191,7 +191,7 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
         return Ok(if agree { 0.0 } else { f64::INFINITY });
     };
     // From the first window's end on: a compliance that is learnt is known then.
-    let expected = forces_of_map(&setup.scheme, model, &start, windows - 1)?;
+    let expected = forces_of_map(&setup.keys.scheme(), model, &start, windows - 1)?;
     let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most, (index, (force, expected))| {
         let off = (force - expected).abs();
@@ -208,7 +208,7 @@ pub fn csv(cells: &[Cell]) -> String {
         let inertia = &cell.setup.boundary_inertia;
         text.push_str(&format!(
             "{},{},{},{},{},{},{:.12e},{},{}\n",
-            word(cell.setup.scheme.word()),
+            word(cell.setup.keys.scheme),
             inertia.theta,
             cell.mass_ratio,
             cell.setup.substeps,
@@ -216,7 +216,7 @@ pub fn csv(cells: &[Cell]) -> String {
             inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
             cell.growth,
             cell.predicted_stable,
-            word(cell.setup.scheme.dirichlet())
+            word(cell.setup.keys.dirichlet())
         ));
     }
     text

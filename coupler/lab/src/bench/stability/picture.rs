@@ -4,7 +4,7 @@ use draw::svg::{Anchor, Svg};
 
 use super::map::{Axes, Cell};
 use super::setup::word;
-use scheme::keys::{CouplingScheme, Dirichlet};
+use scheme::keys::{Dirichlet, SchemeKeys};
 use scheme::predict::prediction::NEUTRAL;
 
 const BOX: f64 = 26.0;
@@ -27,10 +27,10 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     let axes_named =
         "right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000; swapped: the bar follows";
     svg.text([LEFT, 36.0], Anchor::Start, axes_named);
-    for (row, scheme) in axes.schemes.iter().enumerate() {
+    for (row, keys) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
         let beside = [LEFT - 16.0, top + 0.5 * panel[1]];
-        svg.text(beside, Anchor::End, &name(scheme));
+        svg.text(beside, Anchor::End, &name(keys));
         for (column, theta) in axes.thetas.iter().enumerate() {
             let left = LEFT + column as f64 * (panel[0] + GAP);
             let above = format!("theta = {theta}");
@@ -38,7 +38,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
-                        cell.setup.scheme == *scheme
+                        cell.setup.keys == *keys
                             && cell.setup.boundary_inertia.theta == *theta
                             && cell.mass_ratio == *mass_ratio
                             && cell.setup.substeps == *substeps
@@ -59,9 +59,9 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     svg.page([width, height])
 }
 
-fn name(scheme: &CouplingScheme) -> String {
-    let word = word(scheme.word());
-    match scheme.dirichlet() {
+fn name(keys: &SchemeKeys) -> String {
+    let word = word(keys.scheme);
+    match keys.dirichlet() {
         Dirichlet::MotionDriven => word,
         Dirichlet::ForceDriven => format!("{word}, swapped"),
     }

@@ -5,7 +5,7 @@ use protocol::{BoundaryInertia, larger};
 use super::bar::UnitBar;
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
-use scheme::keys::{Acceleration, CouplingScheme, Dirichlet, Policy, SchemeKeys, SchemeWord};
+use scheme::keys::{Acceleration, Dirichlet, Policy, SchemeKeys, SchemeWord};
 use scheme::predict::growth::Disturbance;
 use scheme::predict::linear_pair::{LinearModel, LinearPair};
 use scheme::predict::response::Response;
@@ -19,7 +19,7 @@ pub struct StabilitySetup {
     /// Steps in a window.
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
-    pub scheme: CouplingScheme,
+    pub keys: SchemeKeys,
     /// The masses behind the boundary.
     pub boundary_inertia: BoundaryInertia,
 }
@@ -37,7 +37,7 @@ pub const MOVING: Masses = Masses {
 };
 
 /// A scheme of the bench, in which this side takes the motion.
-pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> CouplingScheme {
+pub fn keys(word: SchemeWord, dirichlet: Dirichlet) -> SchemeKeys {
     SchemeKeys {
         dirichlet: Some(dirichlet),
         acceleration: Some(Acceleration::Constant),
@@ -45,7 +45,6 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> CouplingScheme {
         repeats_max: Some(4000),
         ..SchemeKeys::of(word)
     }
-    .scheme()
 }
 
 /// The windows that were run.
@@ -62,7 +61,7 @@ pub struct StabilityRun {
 impl StabilitySetup {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
-        match self.scheme.dirichlet() {
+        match self.keys.dirichlet() {
             Dirichlet::MotionDriven => 0.0,
             Dirichlet::ForceDriven => POINT * self.boundary_inertia.mass_kg,
         }
@@ -91,7 +90,8 @@ impl StabilitySetup {
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> StabilityRun {
         let model = self.model(response);
-        let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
+        let mut coupling =
+            Coupling::new("glue", self.keys.scheme(), Policy::Stop, model.group(gap_m));
         let mut pair = LinearPair::new(model, MOVING);
         let mut run = StabilityRun::default();
         for index in 0..windows {
