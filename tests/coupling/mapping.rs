@@ -51,21 +51,26 @@ fn degenerate_input_is_refused_by_the_name_of_the_point() {
         MappingKind::Linear,
         MappingKind::Nearest,
     ] {
-        let single = Mapping::new(kind, &line, &[[5e-3, 0.0]]).expect("one point is enough");
+        let single = Mapping::new(kind, &line, &[[5e-3, 0.0]], None).expect("one point is enough");
         let field: Vec<f64> = line.iter().flat_map(|node| [node[0], 1.0]).collect();
         assert!((single.motion(&field)[0] - 5e-3).abs() <= 0.5e-6);
-        let repeated = Mapping::new(kind, &line, &[[1e-3, 0.0], [2e-3, 0.0], [1e-3, 1e-5]]);
+        let repeated = Mapping::new(kind, &line, &[[1e-3, 0.0], [2e-3, 0.0], [1e-3, 1e-5]], None);
         let error = repeated.expect_err("points 0 and 2 share a place");
         assert!(error.to_string().contains("points 0 and 2"), "{error}");
-        let beyond = Mapping::new(kind, &line, &[[1e-3, 0.0], [2e-2, 0.0]]);
+        let beyond = Mapping::new(kind, &line, &[[1e-3, 0.0], [2e-2, 0.0]], None);
         let error = beyond.expect_err("point 1 is beyond the end");
         assert!(error.to_string().contains("point 1"), "{error}");
         let mut doubled = line.clone();
         doubled[77] = doubled[76];
-        let error = Mapping::new(kind, &doubled, &[[1e-3, 0.0]]).expect_err("nodes share a place");
+        let error =
+            Mapping::new(kind, &doubled, &[[1e-3, 0.0]], None).expect_err("nodes share a place");
         assert!(error.to_string().contains("76 and 77"), "{error}");
-        assert_eq!(Mapping::new(kind, &line, &[]), Err(MappingError::Empty));
-        let one = Mapping::new(kind, &line[..1], &[[0.0, 0.0]]).expect("one node carries all");
+        assert_eq!(
+            Mapping::new(kind, &line, &[], None),
+            Err(MappingError::Empty)
+        );
+        let one =
+            Mapping::new(kind, &line[..1], &[[0.0, 0.0]], None).expect("one node carries all");
         assert_eq!(one.motion(&[3.0, 4.0]), vec![3.0, 4.0]);
     }
 }

@@ -89,7 +89,7 @@ fn in_one_loop() -> Vec<f64> {
     let mean = mean.expect("the strip reports it");
     let (nodes, points) = (strip.couple("top"), plate.couple("row"));
     let (nodes, points) = (nodes.expect("a set"), points.expect("a set"));
-    let mapping = Mapping::new(MappingKind::Mortar, &places(&nodes), &places(&points));
+    let mapping = Mapping::new(MappingKind::Mortar, &places(&nodes), &places(&points), None);
     let mapping = mapping.expect("the points lie on the line");
     let size = 2 * nodes.len();
     let c = DMatrix::from_vec(

@@ -248,10 +248,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let period_m = common_period(sides).map_err(&refuse)?;
     let (nodes, glued) = (positions(&offered), positions(&points));
     let relate = |kind| {
-        let mapping = match period_m {
-            None => Mapping::new(kind, &nodes, &glued),
-            Some(period_m) => Mapping::repeating(kind, &nodes, &glued, period_m),
-        };
+        let mapping = Mapping::new(kind, &nodes, &glued, period_m);
         mapping.map_err(|error| refuse(error.to_string()))
     };
     let smooth = told.smooth_m.get(&layer.set);

@@ -100,7 +100,7 @@
 //! | the same with the roles exchanged, v' = v_0 + M_n^-1 (H N^T F_g - H lambda) | [`neumann_dirichlet::solve_fixed_point`] | derived in [`neumann_dirichlet`] |
 //! | one pass a window, one window late | [`staggered::solve`], [`neumann_dirichlet::solve_staggered`] | shown to fail: Causin, Gerbeau and Nobile (2005) |
 //! | omega <- -omega r_old.(r - r_old) / \|r - r_old\|^2; x = x~ + W c | [`Accelerator::next`](acceleration::Accelerator::next) | Irons and Tuck (1969); Degroote, Bathe and Vierendeels (2009) |
-//! | N: mean of the shape functions over a segment, affine correction | [`Mapping::mortar`](mapping::Mapping::mortar) | mortar; stated there |
+//! | N: mean of the shape functions over a segment, affine correction | [`Mapping::new`](mapping::Mapping::new) | mortar; stated there |
 //! | M_n = N^T M_p N | [`nodal_mass`](nodal_mass::nodal_mass) | stated there |
 //! | \|N du - H v_g\| <= tolerance | [`criteria::open`] | stated there |
 //! | F_g.(N du - H v_g), the energy that the interface makes or loses | [`InterfaceLedger::add`](ledger::InterfaceLedger::add) | stated there |
@@ -112,9 +112,10 @@
 //! A point on the middle of the first quarter of an element moves with both of its nodes:
 //!
 //! ```
+//! use scheme::keys::MappingKind;
 //! use scheme::mapping::Mapping;
 //! let nodes = [[0.0, 0.0], [1.0, 0.0]];
-//! let mapping = Mapping::mortar(&nodes, &[[0.25, 0.0]]).expect("the point lies on the line");
+//! let mapping = Mapping::new(MappingKind::Mortar, &nodes, &[[0.25, 0.0]], None).expect("it lies on the line");
 //! assert_eq!(mapping.motion(&[0.0, 0.0, 4.0, 8.0]), [1.0, 2.0]);
 //! ```
 

@@ -21,40 +21,19 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// The relation that a scenario asks for.
-    pub fn new(
-        kind: MappingKind,
-        nodes: &[[f64; 2]],
-        points: &[[f64; 2]],
-    ) -> Result<Mapping, MappingError> {
-        Mapping::along(kind, nodes, points, None)
-    }
-
-    /// The same on a line that repeats after `period_m` along x, so that its nodes and points have images on both sides and
-    /// it has no ends. Each node is listed once, within one period; points may lie in any. Places are counted along x.
-    /// Constant fields are reproduced exactly, so that N^T conserves force; linear fields, which do not repeat, away from the
-    /// seam only, and the moment of forces that cross it has no meaning.
-    pub fn repeating(
-        kind: MappingKind,
-        nodes: &[[f64; 2]],
-        points: &[[f64; 2]],
-        period_m: f64,
-    ) -> Result<Mapping, MappingError> {
-        Mapping::along(kind, nodes, points, Some(period_m))
-    }
-
-    /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
-    /// functions over the segment of point i (halfway to its neighbours, cut at the ends of the line), plus
-    /// (s_i - centre of the segment) times their mean slope there. Constant and linear fields are reproduced exactly,
-    /// so that N^T conserves force and moment; the mean keeps a uniform pressure nearly uniform.
+    /// Rows made from each point's position and segment on the line through `nodes` (m); a single node carries all.
     ///
-    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too.
-    pub fn mortar(nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Result<Mapping, MappingError> {
-        Mapping::new(MappingKind::Mortar, nodes, points)
-    }
-
-    /// Rows made from each point's position and segment on the line through the nodes; a single node carries all.
-    fn along(
+    /// Mortar weights have an affine correction: row i is the mean of the nodes' shape functions over the segment of point i
+    /// (halfway to its neighbours, cut at the ends of the line), plus (s_i - centre of the segment) times their mean slope
+    /// there. Constant and linear fields are reproduced exactly, so that N^T conserves force and moment; the mean keeps a
+    /// uniform pressure nearly uniform.
+    ///
+    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too. A line that
+    /// repeats after `period_m` along x has images of its nodes and points on both sides, and no ends. Each node is then listed
+    /// once, within one period; points may lie in any. Places are counted along x. Constant fields are reproduced exactly, so
+    /// that N^T conserves force; linear fields, which do not repeat, away from the seam only, and the moment of forces that
+    /// cross it has no meaning.
+    pub fn new(
         kind: MappingKind,
         nodes: &[[f64; 2]],
         points: &[[f64; 2]],

@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn a_point_between_two_nodes_weighs_on_both() {
         let points = [[0.25, 0.0], [1.0, 0.0], [2.0, 0.0]];
-        let mapping = Mapping::new(MappingKind::Linear, &NODES, &points).expect("in order");
+        let mapping = Mapping::new(MappingKind::Linear, &NODES, &points, None).expect("in order");
         let masses = nodal_mass(&mapping, &[4.0, 2.0, 1.0], &(0..3));
         let exact = [2.25, 0.75, 0.0, 0.75, 2.25, 0.0, 0.0, 0.0, 1.0];
         assert!((&masses - DMatrix::from_row_slice(3, 3, &exact)).amax() < 1e-15);
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn two_points_do_not_hold_three_nodes() {
         let points = [[0.5, 0.0], [1.5, 0.0]];
-        let mapping = Mapping::new(MappingKind::Linear, &NODES, &points).expect("in order");
+        let mapping = Mapping::new(MappingKind::Linear, &NODES, &points, None).expect("in order");
         let masses = nodal_mass(&mapping, &[1.0, 1.0], &(0..3));
         assert_eq!(massless_node(&masses), Some(2));
     }

@@ -65,7 +65,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Mappin
     let nodes: Vec<[f64; 2]> = nodes.map(|x| [x, height(x)]).collect();
     let places = uneven(2 * count / 3);
     let points: Vec<[f64; 2]> = places.iter().map(|x| [*x, height(*x)]).collect();
-    let mapping = Mapping::new(kind, &nodes, &points)
+    let mapping = Mapping::new(kind, &nodes, &points, None)
         .map_err(|error| Refusal::Benchmark(format!("{count} nodes: {error}")))?;
     let force = components(points.len(), |i| 1.0 + (0.7 * i as f64).sin());
     let motion = components(count, |i| (0.3 * i as f64).cos());

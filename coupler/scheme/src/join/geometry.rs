@@ -120,7 +120,7 @@ mod tests {
                 [x, 0.5 * c * x * x + b * x + y]
             });
             let points: Vec<[f64; 2]> = points.collect();
-            let linear = Mapping::new(MappingKind::Linear, &nodes, &points).expect("it fits");
+            let linear = Mapping::new(MappingKind::Linear, &nodes, &points, None).expect("it fits");
             offset(&linear, &nodes, &points, None).shape_rel
         };
         assert!(off(0.0, 0.0, 0.0) < 1e-12);
@@ -138,7 +138,7 @@ mod tests {
             let position = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
             let points = (0..12).map(|i| [position(i), 2.0 + c * (PI * position(i) / 3.0).cos()]);
             let points: Vec<[f64; 2]> = points.collect();
-            let linear = Mapping::repeating(MappingKind::Linear, &nodes, &points, 6.0);
+            let linear = Mapping::new(MappingKind::Linear, &nodes, &points, Some(6.0));
             offset(&linear.expect("it fits"), &nodes, &points, Some(6.0))
         };
         assert!(off(0.0, 0.0).shape_rel < 1e-12);

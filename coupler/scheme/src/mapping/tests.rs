@@ -27,7 +27,8 @@ fn linear_fields_are_reproduced_on_flat_and_curved_lines() {
     let curved: Vec<[f64; 2]> = (0..41).map(|i| crown(-0.01 + 5e-4 * i as f64)).collect();
     let points = uneven_points(97, -0.008, 0.008);
     for nodes in [flat, curved] {
-        let mapping = Mapping::mortar(&nodes, &points).expect("regular input");
+        let mapping =
+            Mapping::new(MappingKind::Mortar, &nodes, &points, None).expect("regular input");
         let field = both(|i| 3.0 + 700.0 * nodes[i][0], nodes.len());
         let mapped = mapping.motion(&field);
         for (i, point) in points.iter().enumerate() {
@@ -46,7 +47,7 @@ fn linear_fields_are_reproduced_on_flat_and_curved_lines() {
 fn force_moment_and_power_are_conserved() {
     let nodes: Vec<[f64; 2]> = (0..41).map(|i| [-0.01 + 5e-4 * i as f64, 0.0]).collect();
     let points = uneven_points(97, -0.008, 0.008);
-    let mapping = Mapping::mortar(&nodes, &points).expect("regular input");
+    let mapping = Mapping::new(MappingKind::Mortar, &nodes, &points, None).expect("regular input");
     let force = both(|i| 1.0 + (i as f64).sin(), points.len());
     let nodal = mapping.force(&force);
     let sum = |f: &[f64], c: usize| f.iter().skip(c).step_by(2).sum::<f64>();
@@ -79,7 +80,7 @@ fn every_kind_conserves_force_and_power() {
         MappingKind::Linear,
         MappingKind::Nearest,
     ] {
-        let mapping = Mapping::new(kind, &nodes, &points).expect("regular input");
+        let mapping = Mapping::new(kind, &nodes, &points, None).expect("regular input");
         let force = both(|i| 1.0 + (i as f64).sin(), points.len());
         let sum = |f: &[f64]| f.iter().step_by(2).sum::<f64>();
         assert!(
@@ -95,7 +96,7 @@ fn mortar_keeps_a_uniform_pressure_more_even_than_the_others() {
     let nodes: Vec<[f64; 2]> = (0..121).map(|i| [1e-4 * i as f64, 0.0]).collect();
     let points = uneven_points(80, 0.0, 0.012);
     let ripple = |kind| {
-        let mapping = Mapping::new(kind, &nodes, &points).expect("regular input");
+        let mapping = Mapping::new(kind, &nodes, &points, None).expect("regular input");
         let mut positions: Vec<f64> = points.iter().map(|p| p[0]).collect();
         positions.sort_by(f64::total_cmp);
         let force: Vec<f64> = points
@@ -137,7 +138,7 @@ fn mortar_keeps_a_uniform_pressure_more_even_than_the_others() {
 fn condensing_is_n_c_nt() {
     let nodes = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
     let points = [[0.4, 0.0], [1.5, 0.0]];
-    let mapping = Mapping::mortar(&nodes, &points).expect("regular input");
+    let mapping = Mapping::new(MappingKind::Mortar, &nodes, &points, None).expect("regular input");
     let c = DMatrix::from_fn(6, 6, |i, j| 1.0 / (1.0 + i as f64 + j as f64));
     let mut n = DMatrix::zeros(4, 6);
     for column in 0..6 {
@@ -151,17 +152,21 @@ fn condensing_is_n_c_nt() {
 #[test]
 fn only_nodes_under_the_points_are_active() {
     let nodes: Vec<[f64; 2]> = (0..11).map(|i| [i as f64, 0.0]).collect();
-    let mapping = Mapping::mortar(&nodes, &[[3.4, 0.0], [4.4, 0.0]]).expect("regular input");
+    let mapping = Mapping::new(MappingKind::Mortar, &nodes, &[[3.4, 0.0], [4.4, 0.0]], None)
+        .expect("regular input");
     assert_eq!(mapping.active(), vec![2, 3, 4, 5]);
 }
 
 #[test]
 fn degenerate_input_is_named() {
     let nodes = [[0.0, 0.0], [1.0, 0.0]];
-    assert_eq!(Mapping::mortar(&nodes, &[]), Err(MappingError::Empty));
-    let beyond = Mapping::mortar(&nodes, &[[0.5, 0.0], [1.5, 0.0]]);
+    assert_eq!(
+        Mapping::new(MappingKind::Mortar, &nodes, &[], None),
+        Err(MappingError::Empty)
+    );
+    let beyond = Mapping::new(MappingKind::Mortar, &nodes, &[[0.5, 0.0], [1.5, 0.0]], None);
     assert!(matches!(beyond, Err(MappingError::Beyond { point: 1, .. })));
-    let twice = Mapping::mortar(&nodes, &[[0.5, 0.0], [0.5, 0.1]]);
+    let twice = Mapping::new(MappingKind::Mortar, &nodes, &[[0.5, 0.0], [0.5, 0.1]], None);
     assert!(matches!(
         twice,
         Err(MappingError::Repeated {
@@ -171,7 +176,12 @@ fn degenerate_input_is_named() {
             ..
         })
     ));
-    let same = Mapping::mortar(&[[0.0, 0.0], [0.0, 0.0]], &[[0.0, 0.0]]);
+    let same = Mapping::new(
+        MappingKind::Mortar,
+        &[[0.0, 0.0], [0.0, 0.0]],
+        &[[0.0, 0.0]],
+        None,
+    );
     assert!(matches!(
         same,
         Err(MappingError::Repeated {
@@ -179,6 +189,7 @@ fn degenerate_input_is_named() {
             ..
         })
     ));
-    let single = Mapping::mortar(&nodes, &[[0.25, 0.0]]).expect("one point interpolates");
+    let single = Mapping::new(MappingKind::Mortar, &nodes, &[[0.25, 0.0]], None)
+        .expect("one point interpolates");
     assert_eq!(single.motion(&[0.0, 0.0, 4.0, 8.0]), vec![1.0, 2.0]);
 }

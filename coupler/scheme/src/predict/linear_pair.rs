@@ -79,7 +79,7 @@ impl LinearModel<'_> {
             motion_driven: vec![side(BOUNDARY)],
             nodes: surface(0.0),
             points: surface(self.point_mass_kg),
-            mapping: Mapping::new(MappingKind::Linear, &[[0.0; 2]], &[[0.0; 2]])
+            mapping: Mapping::new(MappingKind::Linear, &[[0.0; 2]], &[[0.0; 2]], None)
                 .expect("one node carries all"),
             clock: Clock {
                 step_s: self.window_s,

@@ -27,7 +27,7 @@ fn points(count: usize) -> Vec<[f64; 2]> {
 }
 
 fn repeating(kind: MappingKind, nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Mapping {
-    Mapping::repeating(kind, nodes, points, PERIOD).expect("it is regular")
+    Mapping::new(kind, nodes, points, Some(PERIOD)).expect("it is regular")
 }
 
 /// N, points x nodes.
@@ -76,7 +76,7 @@ fn rows_are_those_of_the_middle_of_three_copies() {
             let turns = [-PERIOD, 0.0, PERIOD].into_iter();
             turns.flat_map(|by| moved(positions, |_| by)).collect()
         };
-        let plain = Mapping::new(kind, &with_ends(copies(&nodes)), &copies(&points));
+        let plain = Mapping::new(kind, &with_ends(copies(&nodes)), &copies(&points), None);
         let plain = dense(&plain.expect("it is regular"));
         let folded = DMatrix::from_fn(count, nodes.len(), |i, node| {
             (0..3)
@@ -133,7 +133,7 @@ fn a_uniform_pressure_on_regular_rows_stays_uniform() {
         let count = 10 * per_node;
         let position = |i: i32| 4e-3 * f64::from(i) / f64::from(count) + shift;
         let points: Vec<[f64; 2]> = (0..count).map(|i| [position(i), 0.0]).collect();
-        let mapping = Mapping::repeating(MappingKind::Mortar, &nodes, &points, 4e-3);
+        let mapping = Mapping::new(MappingKind::Mortar, &nodes, &points, Some(4e-3));
         let nodal = mapping
             .expect("regular")
             .force(&vec![1.0; 2 * points.len()]);
@@ -151,7 +151,7 @@ fn a_uniform_pressure_on_regular_rows_stays_uniform() {
 fn a_single_point_hangs_on_the_whole_line() {
     let nodes = [[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]];
     for x in [0.0, 0.7, 4.9, -6.1] {
-        let mapping = Mapping::repeating(MappingKind::Mortar, &nodes, &[[x, 0.0]], 5.0);
+        let mapping = Mapping::new(MappingKind::Mortar, &nodes, &[[x, 0.0]], Some(5.0));
         let row = dense(&mapping.expect("regular"));
         let exact = DMatrix::from_row_slice(1, 3, &[0.3, 0.3, 0.4]);
         assert!((row - exact).amax() < 1e-14, "{x}");
@@ -161,7 +161,7 @@ fn a_single_point_hangs_on_the_whole_line() {
 #[test]
 fn a_line_that_is_longer_than_its_period_or_has_a_place_twice_is_named() {
     let relate = |nodes: &[[f64; 2]], points: &[[f64; 2]]| {
-        Mapping::repeating(MappingKind::Mortar, nodes, points, 2.0).expect_err("it is refused")
+        Mapping::new(MappingKind::Mortar, nodes, points, Some(2.0)).expect_err("it is refused")
     };
     let (line, seam) = (
         [[0.0, 0.0], [1.0, 0.0]],
