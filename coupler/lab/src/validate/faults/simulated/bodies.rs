@@ -7,8 +7,7 @@
 use kit::read_config;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
-    BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Surface,
-    Window,
+    BoundaryAnswer, BoundaryInertia, Description, Node, NodeError, Outcome, Surface, Window,
 };
 use serde::{Deserialize, Serialize};
 
@@ -74,8 +73,8 @@ pub fn registry() -> Registry {
     };
     Registry {
         solvers: vec![
-            solver("spring", |_| Ok(Box::<Spring>::default())),
-            solver("block", |_| Ok(Box::<Block>::default())),
+            solver("spring", |_| Ok(Body::spring())),
+            solver("block", |_| Ok(Body::block())),
         ],
         ..Registry::default()
     }
@@ -98,13 +97,6 @@ struct State {
 }
 
 impl State {
-    fn at_rest(points: usize) -> State {
-        State {
-            u: vec![0.0; 2 * points],
-            v: vec![0.0; 2 * points],
-        }
-    }
-
     fn outcome(&self) -> Outcome {
         let mut hasher = blake3::Hasher::new();
         for value in self.u.iter().chain(&self.v) {
@@ -128,117 +120,31 @@ fn point(x_m: f64, mass_kg: f64) -> Surface {
     }
 }
 
-fn describe(kind: &str) -> Description {
-    Description {
-        kind: kind.into(),
-        software: format!("simulated {kind}"),
-        capabilities: Capabilities {
-            rollback: true,
-            resume: true,
-            ..Capabilities::default()
-        },
-        signals: vec!["u_m".into()],
-        end_s: Some(24.0 * STEP_S),
-        ..Description::default()
-    }
-}
-
-/// A mass on a spring.
+/// A mass on a spring, or masses on a compliant boundary: what it describes decides what it is asked for.
 #[derive(Default)]
-struct Spring {
-    committed: State,
-    trial: State,
-}
-
-impl Spring {
-    fn run(state: &mut State, force: &[f64], substeps: u32) {
-        for (k, force) in force.iter().enumerate() {
-            for _ in 0..substeps {
-                let a = force - state.u[k];
-                state.u[k] += STEP_S * (state.v[k] + 0.5 * STEP_S * a);
-                state.v[k] += 0.5 * STEP_S * (a + force - state.u[k]);
-            }
-        }
-    }
-}
-
-impl Node for Spring {
-    fn describe(&self) -> Description {
-        let mut description = describe("spring");
-        description.capabilities.advance = true;
-        description.capabilities.columns = true;
-        Description {
-            step_s: Some(STEP_S),
-            step_limit_s: Some(2.0),
-            step_limit_name: "stability limit".into(),
-            sets: vec!["end".into()],
-            ..description
-        }
-    }
-
-    fn couple(&mut self, _set: &str) -> Result<Surface, NodeError> {
-        self.committed = State::at_rest(1);
-        Ok(point(0.0, 1.0))
-    }
-
-    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
-        Ok(())
-    }
-
-    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let substeps = window.substeps;
-        let column = |unit: [f64; 2]| {
-            let mut state = State::at_rest(1);
-            Spring::run(&mut state, &unit, substeps);
-            state.u
-        };
-        Ok([column([1.0, 0.0]), column([0.0, 1.0])].concat())
-    }
-
-    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
-        self.trial.clone_from(&self.committed);
-        Spring::run(&mut self.trial, force, window.substeps);
-        let pairs = self.trial.u.iter().zip(&self.committed.u);
-        let mut increment: Vec<f64> = pairs.map(|(new, old)| new - old).collect();
-        if window.substeps >= TOO_MANY {
-            increment[0] = f64::NAN;
-        }
-        Ok(increment)
-    }
-
-    fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        self.committed.clone_from(&self.trial);
-        Ok(vec![self.committed.u[0]])
-    }
-
-    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        protocol::checkpoint::pack(&self.committed)
-    }
-
-    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
-        self.committed = protocol::checkpoint::unpack(state)?;
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<Outcome, NodeError> {
-        Ok(self.committed.outcome())
-    }
-}
-
-/// Masses on a compliant boundary.
-#[derive(Default)]
-struct Block {
+struct Body {
+    description: Description,
     committed: State,
     trial: State,
     window_s: f64,
     compliance: DMatrix<f64>,
 }
 
-impl Node for Block {
-    fn describe(&self) -> Description {
-        let mut description = describe("block");
-        description.capabilities.compliant_boundary = true;
-        Description {
+impl Body {
+    fn spring() -> Box<dyn Node> {
+        let mut told = Description {
+            step_s: Some(STEP_S),
+            step_limit_s: Some(2.0),
+            step_limit_name: "stability limit".into(),
+            ..Description::default()
+        };
+        told.capabilities.advance = true;
+        told.capabilities.columns = true;
+        Body::of("spring", &["end"], told)
+    }
+
+    fn block() -> Box<dyn Node> {
+        let mut told = Description {
             boundary_inertia: Some(BoundaryInertia {
                 glued_mass_kg: 1.0,
                 mass_kg: 0.0,
@@ -246,21 +152,81 @@ impl Node for Block {
                 theta: 1.0,
                 may_part: false,
             }),
-            sets: vec!["left".into(), "right".into()],
-            ..description
+            ..Description::default()
+        };
+        told.capabilities.compliant_boundary = true;
+        Body::of("block", &["left", "right"], told)
+    }
+
+    fn of(kind: &str, sets: &[&str], told: Description) -> Box<dyn Node> {
+        let mut description = Description {
+            kind: kind.into(),
+            software: format!("simulated {kind}"),
+            sets: sets.iter().map(|set| set.to_string()).collect(),
+            signals: vec!["u_m".into()],
+            end_s: Some(24.0 * STEP_S),
+            ..told
+        };
+        description.capabilities.rollback = true;
+        description.capabilities.resume = true;
+        Box::new(Body {
+            description,
+            ..Body::default()
+        })
+    }
+}
+
+/// Lets the mass on the spring swing under a force.
+fn swing(state: &mut State, force: &[f64], substeps: u32) {
+    for (k, force) in force.iter().enumerate() {
+        for _ in 0..substeps {
+            let a = force - state.u[k];
+            state.u[k] += STEP_S * (state.v[k] + 0.5 * STEP_S * a);
+            state.v[k] += 0.5 * STEP_S * (a + force - state.u[k]);
         }
+    }
+}
+
+impl Node for Body {
+    fn describe(&self) -> Description {
+        self.description.clone()
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        // The masses start with velocities of their own, so that an exchange of the two would show.
-        let velocity = if set == "left" { -1.0 } else { 0.5 };
+        // The masses of the block start with velocities of their own, so that an exchange of the two would show.
+        let (velocity, mass_kg) = match set {
+            "left" => (-1.0, 0.0),
+            "right" => (0.5, 0.0),
+            _ => (0.0, 1.0),
+        };
         self.committed.u.extend([0.0; 2]);
         self.committed.v.extend([velocity, 0.25 * velocity]);
-        Ok(point(0.0, 0.0))
+        Ok(point(0.0, mass_kg))
     }
 
     fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
         Ok(())
+    }
+
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let column = |unit: [f64; 2]| {
+            let (u, v) = (vec![0.0; 2], vec![0.0; 2]);
+            let mut state = State { u, v };
+            swing(&mut state, &unit, window.substeps);
+            state.u
+        };
+        Ok([column([1.0, 0.0]), column([0.0, 1.0])].concat())
+    }
+
+    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.trial.clone_from(&self.committed);
+        swing(&mut self.trial, force, window.substeps);
+        let pairs = self.trial.u.iter().zip(&self.committed.u);
+        let mut increment: Vec<f64> = pairs.map(|(new, old)| new - old).collect();
+        if window.substeps >= TOO_MANY {
+            increment[0] = f64::NAN;
+        }
+        Ok(increment)
     }
 
     fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
@@ -300,7 +266,8 @@ impl Node for Block {
 
     fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
         self.committed.clone_from(&self.trial);
-        self.committed.u.copy_from_slice(displacement);
+        // The spring is told no displacement.
+        self.committed.u[..displacement.len()].copy_from_slice(displacement);
         Ok(vec![self.committed.u[0]])
     }
 
