@@ -1,5 +1,6 @@
 //! Results of the interfaces in the phase that a participant marks for it ([`Phase::sampled`]).
 
+use kit::cycle_drift::Mean;
 use protocol::{Description, Phase, Window};
 use serde::{Deserialize, Serialize};
 
@@ -28,10 +29,10 @@ pub struct SampledMeans {
 struct InterfaceMean {
     /// Prefix of its results: none for the only interface.
     prefix: String,
-    windows: u64,
-    force_sum_n: f64,
+    /// Force through it (N).
+    force_n: Mean,
     /// Force that pushes the continuum down (N).
-    down_sum_n: f64,
+    down_n: Mean,
     traction: Option<InterfaceTraction>,
 }
 
@@ -41,9 +42,8 @@ impl SampledMeans {
         let sampled = phases.iter().find(|phase| phase.sampled);
         let mean = |interface: &Interface| InterfaceMean {
             prefix: interface.prefix_among(interfaces.len()),
-            windows: 0,
-            force_sum_n: 0.0,
-            down_sum_n: 0.0,
+            force_n: Mean::default(),
+            down_n: Mean::default(),
             traction: None,
         };
         SampledMeans {
@@ -58,9 +58,8 @@ impl SampledMeans {
             |(start, end): (f64, f64)| window.t0_s >= start && window.t1_s <= end * (1.0 + 1e-9);
         if self.span.is_some_and(inside) {
             let mean = &mut self.interfaces[interface];
-            mean.windows += 1;
-            mean.force_sum_n += signals.pressing_n;
-            mean.down_sum_n -= signals.force_n[1];
+            mean.force_n.add(signals.pressing_n);
+            mean.down_n.add(-signals.force_n[1]);
         }
     }
 
@@ -71,9 +70,7 @@ impl SampledMeans {
 
     /// Mean force that pushes the continuum of each interface down (N), where windows were sampled.
     pub fn down_n(&self) -> Vec<Option<f64>> {
-        let interfaces = self.interfaces.iter();
-        let mean = |of: &InterfaceMean| (of.windows > 0).then(|| of.down_sum_n / of.windows as f64);
-        interfaces.map(mean).collect()
+        self.interfaces.iter().map(|of| of.down_n.value()).collect()
     }
 
     /// Results by their names in summary.json.
@@ -83,8 +80,7 @@ impl SampledMeans {
             let mut add = |name: &str, value| {
                 results.push((format!("{}{name}", interface.prefix), value));
             };
-            if interface.windows > 0 {
-                let mean = interface.force_sum_n / interface.windows as f64;
+            if let Some(mean) = interface.force_n.value() {
                 add("interface_force_n", mean);
             }
             if let Some(traction) = &interface.traction {
