@@ -58,10 +58,7 @@ impl Count {
         self.remaining.add(done as f64, spent_s);
         let left_s = self.remaining.until(self.total as f64);
         match columns().filter(|_| self.drawn) {
-            Some(columns) => {
-                let line = self.line(done, left_s);
-                draw(vec![line.chars().take(columns).collect()]);
-            }
+            Some(columns) => draw(&[self.line(done, left_s)], columns),
             None => tell_of("count", self.object(done, left_s), || {
                 self.line(done, left_s)
             }),
@@ -97,7 +94,7 @@ impl Drop for Count {
     /// Takes the bar off the terminal.
     fn drop(&mut self) {
         if self.drawn {
-            draw(Vec::new());
+            draw(&[], 0);
         }
     }
 }

@@ -86,7 +86,7 @@ impl Progress {
         match (stderr_mode(), columns()) {
             (StderrMode::JsonLines, _) if since_s < OBJECT_EVERY_S && !over => return,
             (StderrMode::JsonLines, _) => tell_of("progress", run_progress.object(), String::new),
-            (_, Some(columns)) => draw(run_progress.block(columns)),
+            (_, Some(columns)) => draw(&run_progress.block(), columns),
             _ if parts == self.told_parts && since_s < LINE_EVERY_S => return,
             _ => tell_of("progress", Value::Null, || run_progress.line()),
         }
@@ -101,7 +101,7 @@ pub fn prepare(run: &str, participants: &[&str]) {
     let line = format!("{run}: {} prepare", participants.join(", "));
     match (stderr_mode(), columns()) {
         (StderrMode::JsonLines, _) => tell_of("prepare", object, String::new),
-        (StderrMode::Progress, Some(columns)) => draw(vec![line.chars().take(columns).collect()]),
+        (StderrMode::Progress, Some(columns)) => draw(&[line], columns),
         _ => {}
     }
 }

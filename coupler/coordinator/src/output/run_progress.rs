@@ -47,8 +47,8 @@ impl RunProgress {
         (1.0 - waited).max(0.0)
     }
 
-    /// Lines that are no longer than a terminal of so many columns.
-    pub fn block(&self, columns: usize) -> Vec<String> {
+    /// Lines for a terminal.
+    pub fn block(&self) -> Vec<String> {
         let bar = bar(self.done());
         let [percent, clock] = [self.percent(), self.clock()];
         let mut lines = vec![
@@ -60,8 +60,7 @@ impl RunProgress {
             lines.push(format!("  {}", judged.join("   ")));
         }
         lines.push(format!("  time: {}", self.shares()));
-        let cut = |line: &String| line.chars().take(columns).collect();
-        lines.iter().map(cut).collect()
+        lines
     }
 
     /// The same in one line.
@@ -168,6 +167,7 @@ pub(super) fn lasting(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::stderr::cut;
     use super::*;
 
     fn run_progress() -> RunProgress {
@@ -196,7 +196,7 @@ mod tests {
             "  repeats 1, mean 0.01   F_T/F_N -0.031   energy defect 3.2e-5",
             "  time: waits for rail 41 %, third-body 32 %; own work 27 %",
         ];
-        assert_eq!(run_progress().block(80), expected);
+        assert_eq!(run_progress().block(), expected);
     }
 
     #[test]
@@ -207,7 +207,7 @@ mod tests {
             .push(("a-participant-of-a-rather-long-name".into(), 0.1));
         run_progress.run = "n".repeat(100);
         for columns in [20, 80] {
-            let block = run_progress.block(columns);
+            let block = cut(&run_progress.block(), columns);
             assert!(
                 block.iter().all(|line| line.chars().count() <= columns),
                 "{block:?}"

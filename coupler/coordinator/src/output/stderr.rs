@@ -95,11 +95,17 @@ pub fn columns() -> Option<usize> {
     })
 }
 
-/// Draws lines at the end of a terminal, in place of those that were drawn before.
-pub fn draw(lines: Vec<String>) {
+/// Draws lines at the end of a terminal that has so many columns, in place of those that were drawn before.
+pub fn draw(lines: &[String], columns: usize) {
+    let lines = cut(lines, columns);
     let mut block = BLOCK.lock().unwrap_or_else(PoisonError::into_inner);
     write(&redrawn(&block, "", &lines));
     *block = lines;
+}
+
+pub(super) fn cut(lines: &[String], columns: usize) -> Vec<String> {
+    let cut = |line: &String| line.chars().take(columns).collect();
+    lines.iter().map(cut).collect()
 }
 
 /// Leaves the drawn lines standing; what is told next comes below them.
