@@ -207,16 +207,9 @@ impl Peers {
     }
 
     /// Keeps the times of the requests from now on.
-    pub fn keep_times(&mut self) {
+    pub fn keep_times(&mut self, kept: bool) {
         for peer in &mut self.peers {
-            peer.times = Some(Vec::new());
-        }
-    }
-
-    /// Keeps them no more.
-    pub fn forget_times(&mut self) {
-        for peer in &mut self.peers {
-            peer.times = None;
+            peer.times = kept.then(Vec::new);
         }
     }
 

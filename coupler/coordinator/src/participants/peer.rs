@@ -240,8 +240,10 @@ impl Peer {
         }
         let request = self.open.pop_front();
         self.answered += 1;
-        if kind == Kind::Finished {
-            self.other_end.take_leave();
+        if kind == Kind::Finished
+            && let Some(process) = self.process()
+        {
+            process.said_farewell();
         }
         match request.and_then(|asked| other_subject(&asked.header, &frame.header)) {
             None => Ok(frame),
@@ -332,13 +334,6 @@ impl OtherEnd {
     /// True for a process that was stopped from outside.
     fn is_stopped(&self) -> bool {
         matches!(self, OtherEnd::Process(process) if process::is_stopped(process.id()))
-    }
-
-    /// Gives it time to end after its farewell.
-    fn take_leave(&mut self) {
-        if let OtherEnd::Process(process) = self {
-            process.said_farewell();
-        }
     }
 
     /// Describes what can be seen of a peer that does not answer.

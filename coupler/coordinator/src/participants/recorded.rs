@@ -27,9 +27,7 @@ pub struct Recorded {
 impl Recorded {
     /// Participants whose times are written down as well if there is a place for them.
     pub fn new(mut peers: Peers, journal: Journal, timing: Option<TimingLog>) -> Recorded {
-        if timing.is_some() {
-            peers.keep_times();
-        }
+        peers.keep_times(timing.is_some());
         Recorded {
             peers,
             journal,
@@ -73,7 +71,7 @@ impl Recorded {
         if let Err(error) = write(timing, &mut self.peers) {
             self.untimed = Some(error.to_string());
             self.timing = None;
-            self.peers.forget_times();
+            self.peers.keep_times(false);
         }
     }
 }
