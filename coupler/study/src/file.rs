@@ -126,9 +126,9 @@ pub struct Vary {
     /// Numbers in a constant ratio.
     log: Option<LogRange>,
     /// Seeds 1, 2, ... so many.
-    seeds: Option<u64>,
-    /// Values that stand for overrides, or for another scenario.
-    case: Option<Vec<NamedValue>>,
+    pub(super) seeds: Option<u64>,
+    /// Values that stand for overrides, or for another scenario. The key is then no key of a scenario.
+    pub(super) case: Option<Vec<NamedValue>>,
 }
 
 /// Numbers in a constant ratio.
@@ -272,16 +272,6 @@ fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), Str
 }
 
 impl Vary {
-    /// True for a key that a scenario has, and not a name for cases.
-    pub fn is_key(&self) -> bool {
-        self.case.is_none()
-    }
-
-    /// True where any value will do for a scene that is like those of the study: seeds.
-    pub fn any_value(&self) -> bool {
-        self.seeds.is_some()
-    }
-
     /// The values; the error says what is wrong with them.
     pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
         let choice = |value: &toml::Value| KeyValue {

@@ -182,7 +182,7 @@ impl Plan {
         let loaded = load(&entry.scenario, &entry.set)?;
         let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
         let value = |(vary, choice): (&Vary, &Option<KeyValue>)| {
-            let own = value_at(&table, &vary.key).filter(|_| vary.is_key());
+            let own = value_at(&table, &vary.key).filter(|_| vary.case.is_none());
             let chosen = choice.as_ref().map(|choice| choice.text.clone());
             chosen.or(own.map(shown)).unwrap_or_default()
         };

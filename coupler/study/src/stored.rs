@@ -104,7 +104,7 @@ impl StoredStudy {
             let values = values.map(|scene| value_at(scene, &vary.key).cloned());
             Some(SceneKey {
                 key: vary.key.clone(),
-                any: vary.any_value(),
+                any: vary.seeds.is_some(),
                 values: values.collect::<Option<_>>()?,
             })
         };
