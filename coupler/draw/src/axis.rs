@@ -153,7 +153,7 @@ impl AxisPair {
 }
 
 /// The least and the largest of the numbers that are finite.
-fn range(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+pub fn range(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(None, |range, x| {
         let [low, high] = range.unwrap_or([x; 2]);

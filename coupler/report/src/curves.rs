@@ -3,6 +3,7 @@
 use super::cycles;
 use super::units::with_unit;
 use coordinator::error::Error;
+use draw::axis::range;
 use draw::picture::Picture;
 use draw::plot::{BACKGROUND, Labels, PlotCurve, cloud, plot};
 use runs::files::RunFiles;
@@ -287,10 +288,8 @@ fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
     let is_linear = matches!(chart.y, YAxis::Linear(..));
     let each = curves.iter().map(|curve| {
         let heights = curve.points.iter().map(|(_, y)| *y);
-        let drawn = heights.filter(|y| y.is_finite() && (is_linear || *y > 0.0));
-        let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-            (low.min(y), high.max(y))
-        });
+        let drawn = range(heights.filter(|y| is_linear || *y > 0.0));
+        let [low, high] = drawn.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
         format!("{} from {low:.4e} to {high:.4e}", curve.label)
     });
     let each = Vec::from_iter(each).join("; ");
@@ -301,8 +300,7 @@ fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
 pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Option<Picture> {
     let of = |run: &RunFiles, name: &str| Some(run.profile.as_ref()?.get(name)?.to_vec());
     let (x, pressure) = (of(run, "x_m")?, of(run, "pressure_pa")?);
-    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(x.iter().copied())?;
     let width = MEAN_SHARE * (high - low);
     let curve = |label: String, style: usize, x: &[f64], y: &[f64]| PlotCurve {
         label,

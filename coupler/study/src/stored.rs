@@ -1,5 +1,6 @@
 //! A study as it is kept for choosing by it: `study.json`.
 
+use draw::axis::range;
 use runs::curve::median;
 use std::path::{Path, PathBuf};
 
@@ -240,8 +241,7 @@ impl StoredStudy {
             let numbers: Option<Vec<f64>> = key.values.iter().map(number).collect();
             match (number(own), numbers) {
                 (Some(own), Some(known)) => {
-                    let least = known.iter().copied().fold(f64::INFINITY, f64::min);
-                    let most = known.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    let [least, most] = range(known.into_iter()).unwrap_or([f64::NAN; 2]);
                     if !(least..=most).contains(&own) {
                         return Err(format!(
                             "it knows {} from {least} to {most}, and this scene has {own}",

@@ -1,5 +1,7 @@
 //! MovieRanges of the numbers of a movie, over all of its frames.
 
+use draw::axis::range;
+
 use super::encode::Codes;
 use super::shots::Shots;
 
@@ -91,15 +93,7 @@ fn limited(all: [f64; 2], first: [f64; 2], smallest: f64) -> [f64; 2] {
 
 /// Least and largest of the numbers; zeros without any.
 pub fn of(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
-    let range = numbers.fold(none, |[low, high], number| {
-        [low.min(number), high.max(number)]
-    });
-    if range[0] <= range[1] {
-        range
-    } else {
-        [0.0; 2]
-    }
+    range(numbers).unwrap_or_default()
 }
 
 /// The number that most positive ones stay below.
