@@ -47,7 +47,7 @@ const VECTORS: [Vector; 2] = [
 
 /// The vectors at the last of the moments that has grains.
 pub fn at_last(run: &RunFiles) -> Result<Vec<Picture>, Error> {
-    let Some((moment, arrays)) = run.last_fields(".vtp")? else {
+    let Some((moment, arrays)) = run.fields_among(run.moments().into_iter().rev(), ".vtp")? else {
         return Ok(Vec::new());
     };
     let Some(cells) = GrainCells::of(&arrays) else {

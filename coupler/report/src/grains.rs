@@ -19,7 +19,7 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
     let Some(cells) = StressCells::read(run) else {
         return Ok(None);
     };
-    let continuum = run.first_fields(".vtu")?;
+    let continuum = run.fields_among(run.moments(), ".vtu")?;
     let body = continuum.as_ref().and_then(|(_, arrays)| {
         let pressure = arrays.get("hydrostatic_pressure_pa")?;
         Some((deformed_extent(arrays)?, arrays, pressure))

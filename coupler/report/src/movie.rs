@@ -273,7 +273,7 @@ fn accuracy(scene: &Scene, ranges: &MovieRanges) -> String {
 
 /// The end of the run in words.
 fn status(run: &RunFiles) -> String {
-    match run.status() {
+    match run.text("status") {
         "" => {
             "The run left no summary.json that can be read: it was killed, or is not over.".into()
         }

@@ -104,12 +104,7 @@ impl RunFiles {
         Setup::of(&self.path)
     }
 
-    /// Status in a word.
-    pub fn status(&self) -> &str {
-        self.text("status")
-    }
-
-    /// A text of the summary.
+    /// A text of the summary, such as its `status`.
     pub fn text(&self, key: &str) -> &str {
         self.summary[key].as_str().unwrap_or_default()
     }
@@ -217,17 +212,8 @@ impl RunFiles {
         named.into_iter().map(fields).collect()
     }
 
-    /// The first of the marked moments with such a file, and its fields.
-    pub fn first_fields(&self, ending: &str) -> Result<Option<(MarkedMoment, Arrays)>, Error> {
-        self.fields_among(self.moments(), ending)
-    }
-
-    /// The last of the marked moments with such a file, and its fields.
-    pub fn last_fields(&self, ending: &str) -> Result<Option<(MarkedMoment, Arrays)>, Error> {
-        self.fields_among(self.moments().into_iter().rev(), ending)
-    }
-
-    fn fields_among(
+    /// The first of these moments with such a file, and its fields.
+    pub fn fields_among(
         &self,
         moments: impl IntoIterator<Item = MarkedMoment>,
         ending: &str,
@@ -242,7 +228,7 @@ impl RunFiles {
 
     /// Mean radius of the grains that move freely at the first of the moments that has grains (m).
     pub fn mean_radius_m(&self) -> Result<Option<f64>, Error> {
-        let Some((_, arrays)) = self.first_fields(".vtp")? else {
+        let Some((_, arrays)) = self.fields_among(self.moments(), ".vtp")? else {
             return Ok(None);
         };
         let bound = ["glued", "wheel"].map(|name| flags(&arrays, name));
@@ -265,7 +251,8 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
     serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
 }
 
-fn read_json(path: &Path) -> Value {
+/// The content of a JSON file; null where it cannot be read.
+pub fn read_json(path: &Path) -> Value {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }

@@ -70,7 +70,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
                 ("reference", arguments.reference.display(), &reference),
             ];
             let heads =
-                runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.status()));
+                runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.text("status")));
             let errors = measured.iter().map(|(name, found)| match found {
                 Ok(error) => format!("error_{name:<36}{error:>12.3e}\n"),
                 Err(why) => format!("error_{name:<36}{why}\n"),

@@ -20,6 +20,7 @@ use kit::scratch::Scratch;
 use lab::replay::replayed::Replayed;
 use lab::replay::solver::ReplayOptions;
 use lab::replay::{Recording, coupler, drift, recording, solver};
+use runs::files::read_json;
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -304,9 +305,9 @@ fn summary_of(run: &Path) -> Value {
     } else {
         run.parent()
     };
-    let path = folder.map(|folder| folder.join("summary.json"));
-    let text = path.and_then(|path| std::fs::read_to_string(path).ok());
-    serde_json::from_str(&text.unwrap_or_default()).unwrap_or_default()
+    folder.map_or(Value::Null, |folder| {
+        read_json(&folder.join("summary.json"))
+    })
 }
 
 /// By kind: the drift in the last window, the largest, and that of each window.

@@ -107,7 +107,7 @@ impl Results {
             let task = tasks.iter().find(|task| task.role == TaskRole::Reference);
             let own = task.and_then(|task| finished(folder, task).ok().flatten());
             // What a run is warned of so much that it is suspect is nothing to hold others against.
-            let own = own.filter(|run| run.status() == "completed");
+            let own = own.filter(|run| run.text("status") == "completed");
             let reference = own.as_ref().or(given.as_ref());
             let numbers = match (&file.reference.value, reference) {
                 (Some(values), _) => ReferenceNumbers::Values(values),
