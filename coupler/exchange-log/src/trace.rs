@@ -42,7 +42,7 @@ pub fn write(timing: &Timing, windows: Option<Windows>, out: &Path) -> Result<Tr
     notes.extend(timing.cut_off.iter().map(|why| {
         format!("timing.mcap ends early ({why}): the run was killed; its beginning is drawn")
     }));
-    let written = put(&processes, range, &notes, out);
+    let written = put(processes, range, &notes, out);
     let written = written.and_then(|events| Ok((events, fs::metadata(out)?.len())));
     let (events, bytes) = written.map_err(ExportError::write(out))?;
     Ok(Traced {
@@ -130,7 +130,7 @@ fn coordinator(timing: &Timing) -> Process {
 /// A participant: its work, and its waits between. The note tells why its work is not drawn as it says it.
 fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
     let name = participant.name.clone();
-    let (work, begin_ns, note) = match told(participant) {
+    let (mut work, begin_ns, note) = match told(participant) {
         Ok((work, begin_ns)) => (work, begin_ns, None),
         Err(why) => {
             let work = seen(participant);
@@ -143,22 +143,15 @@ fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
     let mut reached_ns = begin_ns;
     let between = work.iter().map(|next| {
         let from_ns = std::mem::replace(&mut reached_ns, next.to_ns);
-        Span::new("wait", [from_ns, next.from_ns], window_only(&next.args))
+        Span::new("wait", [from_ns, next.from_ns], next.args.clone())
     });
-    let process = Process {
-        name,
-        wait: between.filter(|span| span.from_ns < span.to_ns).collect(),
-        work,
-    };
-    (process, note)
-}
-
-fn window_only(args: &Value) -> Value {
-    let mut args = args.clone();
-    if let Some(args) = args.as_object_mut() {
-        args.remove("seen_by");
+    let wait = between.filter(|span| span.from_ns < span.to_ns).collect();
+    if note.is_some() {
+        for span in &mut work {
+            span.args["seen_by"] = "coordinator".into();
+        }
     }
-    args
+    (Process { name, work, wait }, note)
 }
 
 /// The work of a participant by its own words, and its begin; or why these cannot be drawn.
@@ -212,13 +205,11 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
     let spans = requests.map(|request| {
         let from_ns = request.asked_ns.max(reached_ns);
         reached_ns = request.answered_ns.max(from_ns);
-        let mut args = args(request);
-        args["seen_by"] = "coordinator".into();
         let name = match request.kind == Kind::Hello as u32 {
             true => "set-up".into(),
             false => word(request),
         };
-        Span::new(name, [from_ns, reached_ns], args)
+        Span::new(name, [from_ns, reached_ns], args(request))
     });
     spans.collect()
 }
@@ -250,7 +241,7 @@ fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportEr
 }
 
 /// Writes all events; returns their number.
-fn put(processes: &[Process], range: [u64; 2], notes: &[String], out: &Path) -> io::Result<u64> {
+fn put(processes: Vec<Process>, range: [u64; 2], notes: &[String], out: &Path) -> io::Result<u64> {
     let mut file = BufWriter::new(File::create_new(out)?);
     let about = json!({
         "software": concat!("thirdbody ", env!("CARGO_PKG_VERSION")),
@@ -258,15 +249,16 @@ fn put(processes: &[Process], range: [u64; 2], notes: &[String], out: &Path) -> 
     });
     let head = format!("{{\"displayTimeUnit\": \"ms\", \"otherData\": {about}, \"traceEvents\": [");
     writeln!(file, "{head}")?;
-    let clip = |spans: &Vec<Span>| clipped(spans.clone(), range);
-    let drawn = processes.iter().map(|of| [clip(&of.work), clip(&of.wait)]);
-    let drawn: Vec<[Vec<Span>; 2]> = drawn.collect();
-    let all = drawn.iter().flatten().flatten();
+    let drawn = processes.into_iter().map(|Process { name, work, wait }| {
+        (name, [work, wait].map(|spans| clipped(spans, range)))
+    });
+    let drawn = Vec::from_iter(drawn);
+    let all = drawn.iter().flat_map(|(_, threads)| threads).flatten();
     let zero_ns = all.map(|span| span.from_ns).min().unwrap_or(0);
     let mut events = 0;
-    for (pid, (process, threads)) in processes.iter().zip(&drawn).enumerate() {
+    for (pid, (name, threads)) in drawn.iter().enumerate() {
         let lead = if pid == 0 { "" } else { ",\n" };
-        let name = named("process_name", pid, 0, &process.name);
+        let name = named("process_name", pid, 0, name);
         write!(file, "{lead}{name}")?;
         for (tid, (name, spans)) in (1..).zip(["work", "wait"].into_iter().zip(threads)) {
             write!(file, ",\n{}", named("thread_name", pid, tid, name))?;
