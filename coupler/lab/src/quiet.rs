@@ -1,26 +1,8 @@
 //! Runs without words, for trials.
 
-use std::path::Path;
-
 use coordinator::error::{Error, Refusal};
-use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::{Ended, RunOptions};
+use coordinator::run::session::Ended;
 use coordinator::scenario::Scenario;
-
-/// A run into a folder, one thread a participant, that shows no progress and that no signal ends.
-pub fn quiet_run<'a>(out: &'a Path, registry: &'a Registry, program: &Path) -> RunOptions<'a> {
-    RunOptions {
-        out: Some(out),
-        threads: 1,
-        registry,
-        program: program.to_path_buf(),
-        watch: Watch::default(),
-        progress: false,
-        strict: false,
-        dry_run: false,
-        budget: None,
-    }
-}
 
 /// A run that came to its end; one that did not is its error.
 pub fn whole(ended: Result<Ended, Error>) -> Result<Ended, Error> {

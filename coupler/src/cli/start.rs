@@ -16,15 +16,10 @@ pub(super) fn options<'a>(
     registry: &'a Registry,
 ) -> Result<RunOptions<'a>, Error> {
     Ok(RunOptions {
-        out,
         threads,
-        registry,
-        program: own_program()?,
         watch: listen()?,
         progress: true,
-        strict: false,
-        dry_run: false,
-        budget: None,
+        ..RunOptions::quiet(out, registry, &own_program()?)
     })
 }
 

@@ -66,6 +66,23 @@ pub struct RunOptions<'a> {
     pub budget: Option<RunBudget>,
 }
 
+impl<'a> RunOptions<'a> {
+    /// One thread a participant, no progress, and no signal ends the run.
+    pub fn quiet(out: Option<&'a Path>, registry: &'a Registry, program: &Path) -> RunOptions<'a> {
+        RunOptions {
+            out,
+            threads: 1,
+            registry,
+            program: program.to_path_buf(),
+            watch: Watch::default(),
+            progress: false,
+            strict: false,
+            dry_run: false,
+            budget: None,
+        }
+    }
+}
+
 /// A budget that the setting of a run was chosen by.
 #[derive(Clone, Debug, Default)]
 pub struct RunBudget {

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::quiet::{quiet_run, whole};
+use crate::quiet::whole;
 use coordinator::cost::prediction::Pace;
 use coordinator::error::{Error, Refusal};
 use coordinator::participants::Registry;
-use coordinator::run::session::{fresh_run_id, run};
+use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
@@ -173,7 +173,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
     let overrides = piece.base.iter().chain(set).map(|set| set.to_string());
     let loaded = load(piece.scenario, &overrides.collect::<Vec<_>>())?;
     let scratch = Scratch::new("pieces", fresh_run_id());
-    let options = quiet_run(scratch.path(), registry, program);
+    let options = RunOptions::quiet(Some(scratch.path()), registry, program);
     whole(run(&loaded, &options))?;
     let cost = RunFiles::read(scratch.path())?.cost();
     Ok(cost.get("cpu_s").copied().unwrap_or(0.0))

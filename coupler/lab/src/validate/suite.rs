@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::case::{Number, SuiteCase, read};
-use crate::quiet::{quiet_run, whole};
+use crate::quiet::whole;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::{Registry, Watch};
@@ -161,7 +161,7 @@ fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Re
     let options = RunOptions {
         threads: runs.threads,
         watch: runs.watch.clone(),
-        ..quiet_run(out, runs.registry, &runs.program)
+        ..RunOptions::quiet(Some(out), runs.registry, &runs.program)
     };
     whole(run(&loaded, &options))
 }

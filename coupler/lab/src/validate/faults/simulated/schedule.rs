@@ -18,11 +18,11 @@ use protocol::Transport;
 use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
 use super::network_faults::{NetworkFault, NetworkFaults};
-use crate::quiet::{quiet_run, whole};
+use crate::quiet::whole;
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::{RestartPoint, find};
-use coordinator::run::session::{Ended, fresh_run_id, run, run_among};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run, run_among};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
 
@@ -63,7 +63,8 @@ impl Simulation {
         let references = loaded.into_iter().map(|loaded| {
             let out = Scratch::in_memory("undisturbed", fresh_run_id());
             let registry = registry();
-            let ended = run(&loaded, &quiet_run(out.path(), &registry, PROGRAM.as_ref()));
+            let options = RunOptions::quiet(Some(out.path()), &registry, PROGRAM.as_ref());
+            let ended = run(&loaded, &options);
             let end = hashes(ended)?;
             let mut reference = Reference {
                 loaded,
@@ -190,7 +191,7 @@ fn run_behind(
     from: Option<&RestartPoint>,
 ) -> Result<Ended, Error> {
     let registry = registry();
-    let options = quiet_run(out, &registry, PROGRAM.as_ref());
+    let options = RunOptions::quiet(Some(out), &registry, PROGRAM.as_ref());
     let launch = |launcher: &Launcher| start(launcher, network, wrap);
     run_among(loaded, &options, from, &launch)
 }
