@@ -13,11 +13,10 @@ use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::run::session::RunOptions;
 use coordinator::rundir::write_whole;
-use runs::files::RunFiles;
-use study::collect::{DAMAGED, Results, line};
+use study::collect::{DAMAGED, Results, StudyRow, finished, line};
 use study::digest::Digest;
 use study::forecast::Forecast;
-use study::plan::{Plan, Task, runs};
+use study::plan::{Plan, Task, TaskRole, runs};
 use study::pool;
 use study::pool::TaskCommand;
 use study::progress::StudyProgress;
@@ -271,10 +270,8 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
 fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
     for task in runs(tasks) {
         let folder = TaskFolder::new(&opened.folder, &task.id);
-        if let TaskStage::Done(outcome) = folder.stage()?
-            && (!["completed", "suspect"].contains(&outcome.status.as_str())
-                || RunFiles::read(&folder.run()).is_err())
-        {
+        let done = matches!(folder.stage()?, TaskStage::Done(_));
+        if done && !matches!(finished(&opened.folder, task), Ok(Some(_))) {
             folder.forget()?;
         }
     }
@@ -307,14 +304,14 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
         print("")?;
     }
     let code = status(opened, tasks)?;
-    let damaged = results.rows.iter().any(|row| row.status == DAMAGED);
-    let fell = damaged
-        || (0..results.scenes()).any(|scene| {
-            results
-                .reference(scene)
-                .is_some_and(|row| !row.is_trusted())
-        });
-    Ok(if fell { CHECK_FAILED } else { code })
+    let fell = |row: &StudyRow| {
+        row.status == DAMAGED || (row.role == TaskRole::Reference && !row.is_trusted())
+    };
+    Ok(if results.rows.iter().any(fell) {
+        CHECK_FAILED
+    } else {
+        code
+    })
 }
 
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.

@@ -185,11 +185,6 @@ impl Results {
         cells
     }
 
-    /// Number of scenes.
-    pub fn scenes(&self) -> usize {
-        self.rows.last().map_or(0, |row| row.scene + 1)
-    }
-
     /// The reference of a scene, where it is a run of this study.
     pub fn reference(&self, scene: usize) -> Option<&StudyRow> {
         let mut rows = self.rows.iter();
@@ -255,7 +250,7 @@ fn other_load(task: &Task, reference: &Task) -> Option<String> {
 }
 
 /// The run of a task that came to its end.
-fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
+pub fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
         TaskStage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
@@ -327,8 +322,7 @@ fn row(
 
 /// Codes and values of what a run was warned of.
 fn warnings(run: &RunFiles) -> String {
-    let all = run.summary["warnings"].as_array().into_iter().flatten();
-    let told = all.filter_map(|warning| {
+    let told = run.list("warnings").filter_map(|warning| {
         let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);
         Some(format!(
             "{code} at {position}: {}",

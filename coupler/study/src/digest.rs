@@ -53,28 +53,25 @@ impl<'a> Digest<'a> {
         let measures: Vec<String> = measures.collect();
         let keys = varied_keys(results, &settings);
         let fronts = measures.iter().enumerate().map(|(index, name)| {
-            let trade = |(number, setting): (usize, &StudySetting)| {
+            let trade = |number: usize, error: Option<f64>| {
                 Some(Trade {
                     setting: number,
-                    cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: setting.error(index)?,
+                    cost: settings[number].price().filter(|cost| *cost > 0.0)?,
+                    error: error?,
                 })
             };
             // The reference has no error, whatever it is worth: it takes no part.
-            let others = settings.iter().enumerate();
-            let others = others.filter(|(_, setting)| !setting.is_reference(results));
-            let trades: Vec<Trade> = others.filter_map(trade).collect();
-            let fallen = |(number, setting): (usize, &StudySetting)| {
-                (!setting.is_trusted()).then_some(Trade {
-                    setting: number,
-                    cost: setting.price().filter(|cost| *cost > 0.0)?,
-                    error: setting.middle(|row| row.distance(index))?,
-                })
-            };
+            let all = || settings.iter().enumerate();
+            let others = all().filter(|(_, setting)| !setting.is_reference(results));
+            let trades = others.filter_map(|(k, setting)| trade(k, setting.error(index)));
+            let trades: Vec<Trade> = trades.collect();
+            let fallen = all().filter(|(_, setting)| !setting.is_trusted());
+            let distance = |setting: &StudySetting| setting.middle(|row| row.distance(index));
+            let fallen = fallen.filter_map(|(k, setting)| trade(k, distance(setting)));
             let front = front(&trades);
             MeasureFront {
                 measure: name.clone(),
-                fallen: settings.iter().enumerate().filter_map(fallen).collect(),
+                fallen: fallen.collect(),
                 knee: knee(&front),
                 front,
                 trades,

@@ -45,12 +45,8 @@ fn difference(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     let parts = [part(of_a, a.len()), part(of_b, b.len())];
     let variance = parts[0] + parts[1];
     let below = parts[0].powi(2) / (a.len() - 1) as f64 + parts[1].powi(2) / (b.len() - 1) as f64;
-    let freedom = (variance * variance / below).max(1.0);
-    let freedom = if freedom.is_finite() {
-        freedom as usize
-    } else {
-        1
-    };
+    // Without any scatter the ratio is no number, and the maximum is 1.
+    let freedom = (variance * variance / below).max(1.0) as usize;
     Some([of_a[0] - of_b[0], student(freedom) * variance.sqrt()])
 }
 

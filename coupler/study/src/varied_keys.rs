@@ -43,19 +43,6 @@ pub struct VariedKey {
     pub floors: Vec<f64>,
 }
 
-/// The errors along the values of a key by one measure.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ErrorTrend {
-    /// They fall towards the reference; rises below the floor of noise do not count.
-    Falls,
-    /// All of them are noise.
-    Noise,
-    /// They rise between these two positions, by more than the noise.
-    Rises(usize, usize),
-    /// There is no order, or fewer than two errors.
-    None,
-}
-
 /// Part by which the work of runs differs that do the same.
 const SAME_WORK: f64 = 0.02;
 
@@ -67,46 +54,30 @@ impl VariedKey {
     }
 
     /// The trend by a measure, on either side of the reference.
-    pub fn trend(&self, measure: usize) -> ErrorTrend {
+    pub fn trend(&self, measure: usize) -> String {
         let floor = self.floors[measure];
-        let errors: Vec<(usize, f64, f64)> = (self.positions.iter().enumerate())
-            .filter_map(|(index, p)| Some((index, p.errors[measure]?, p.distance?)))
-            .collect();
+        let errors = self.positions.iter();
+        let errors = errors.filter_map(|p| Some((p, p.errors[measure]?, p.distance?)));
+        let errors: Vec<(&ValueEffect, f64, f64)> = errors.collect();
         if !self.is_ordered() || errors.len() < 2 {
-            return ErrorTrend::None;
+            return "has too few values to fall".into();
         }
         if errors.iter().all(|(_, error, _)| *error <= floor) {
-            return ErrorTrend::Noise;
+            return format!("is noise (floor {} %)", percent(floor));
         }
         for side in [1.0, -1.0] {
             let of_side = errors.iter();
             let of_side = of_side.filter(|(_, _, distance)| side * distance >= 0.0);
-            let of_side: Vec<&(usize, f64, f64)> = of_side.collect();
-            let mut pairs = of_side.windows(2);
-            let rises = pairs.find(|pair| pair[1].1 > pair[0].1 + floor);
-            if let Some(pair) = rises {
-                return ErrorTrend::Rises(pair[0].0, pair[1].0);
+            let of_side: Vec<_> = of_side.collect();
+            let mut pairs = of_side.windows(2).map(|pair| [pair[0], pair[1]]);
+            if let Some([a, b]) = pairs.find(|[a, b]| b.1 > a.1 + floor) {
+                let why = self.why(measure, a.0, b.0);
+                let [a, b] =
+                    [a, b].map(|(p, error, _)| format!("{} ({} %)", p.value, percent(*error)));
+                return format!("does not fall from {a} to {b}{why}");
             }
         }
-        ErrorTrend::Falls
-    }
-
-    /// The trend in words.
-    pub fn trend_words(&self, measure: usize) -> String {
-        let at = |index: usize| {
-            let position = &self.positions[index];
-            let error = position.errors[measure].map_or("-".into(), percent);
-            format!("{} ({error} %)", position.value)
-        };
-        match self.trend(measure) {
-            ErrorTrend::Falls => "falls towards the reference".into(),
-            ErrorTrend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
-            ErrorTrend::Rises(a, b) => {
-                let why = self.why(measure, a, b);
-                format!("does not fall from {} to {}{why}", at(a), at(b))
-            }
-            ErrorTrend::None => "has too few values to fall".into(),
-        }
+        "falls towards the reference".into()
     }
 
     /// A line on the trend by each measure; none where the values have no order.
@@ -114,14 +85,12 @@ impl VariedKey {
         if !self.is_ordered() {
             return Vec::new();
         }
-        let line =
-            |(index, name): (usize, &String)| format!("error_{name} {}", self.trend_words(index));
+        let line = |(index, name): (usize, &String)| format!("error_{name} {}", self.trend(index));
         measures.iter().enumerate().map(line).collect()
     }
 
     /// The reason for a rise between two positions, as far as numbers tell it.
-    fn why(&self, measure: usize, a: usize, b: usize) -> &'static str {
-        let [a, b] = [a, b].map(|index| &self.positions[index]);
+    fn why(&self, measure: usize, a: &ValueEffect, b: &ValueEffect) -> &'static str {
         let signs = a.deviations[measure].zip(b.deviations[measure]);
         if signs.is_some_and(|(a, b)| a * b < 0.0) {
             return ": the deviation changes its sign in between";
@@ -323,35 +292,30 @@ mod tests {
 
     #[test]
     fn trends_are_judged_beyond_the_noise() {
-        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), ErrorTrend::Falls);
-        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), ErrorTrend::Falls);
-        assert_eq!(
-            knob(&[0.3, 0.1, 0.2], 0.05).trend(0),
-            ErrorTrend::Rises(1, 2)
-        );
-        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), ErrorTrend::Noise);
+        let falls = "falls towards the reference";
+        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), falls);
+        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), falls);
+        let rises = "does not fall from 1 (10 %) to 2 (20 %)";
+        assert_eq!(knob(&[0.3, 0.1, 0.2], 0.05).trend(0), rises);
+        let noise = "is noise (floor 5.0 %)";
+        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), noise);
         let mut loose = knob(&[0.3, 0.1], 0.0);
         loose.positions[0].distance = None;
-        assert_eq!(loose.trend(0), ErrorTrend::None);
+        assert_eq!(loose.trend(0), "has too few values to fall");
         // 0.2 lies on one side of the reference, and 0.3 and 0.1 on the other.
         let mut sides = knob(&[0.3, 0.2, 0.25, 0.1], 0.0);
-        assert_eq!(sides.trend(0), ErrorTrend::Rises(1, 2));
+        let rises = "does not fall from 1 (20 %) to 2 (25 %)";
+        assert_eq!(sides.trend(0), rises);
         sides.positions[1].distance = Some(-3.0);
-        assert_eq!(sides.trend(0), ErrorTrend::Falls);
+        assert_eq!(sides.trend(0), falls);
     }
 
     #[test]
     fn a_rise_has_a_reason_where_numbers_tell_one() {
         let mut rising = knob(&[0.1, 0.3], 0.0);
-        assert_eq!(
-            rising.trend_words(0),
-            "does not fall from 0 (10 %) to 1 (30 %)"
-        );
+        assert_eq!(rising.trend(0), "does not fall from 0 (10 %) to 1 (30 %)");
         rising.positions[1].work = [Some(1.01), None];
-        assert_eq!(
-            rising.trend_words(0),
-            "does not fall from 0 (10 %) to 1 (30 %)"
-        );
+        assert_eq!(rising.trend(0), "does not fall from 0 (10 %) to 1 (30 %)");
         rising.positions.push(ValueEffect {
             work: [Some(3.0), None],
             errors: vec![None],
@@ -359,16 +323,12 @@ mod tests {
         });
         assert!(
             rising
-                .trend_words(0)
+                .trend(0)
                 .ends_with("both do the same work within 2 %")
         );
         rising.positions[0].deviations = vec![Some(-0.1)];
         rising.positions[1].deviations = vec![Some(0.3)];
-        assert!(
-            rising
-                .trend_words(0)
-                .ends_with("changes its sign in between")
-        );
+        assert!(rising.trend(0).ends_with("changes its sign in between"));
     }
 
     #[test]
