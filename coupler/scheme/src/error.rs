@@ -4,6 +4,7 @@ use std::error::Error as StdError;
 
 use thiserror::Error;
 
+use crate::clock::Clock;
 use crate::keys::Interface;
 
 /// Reasons for which a scheme cannot go on.
@@ -73,8 +74,8 @@ pub enum Unfit {
     #[error(
         "interfaces `{}` and `{}` are connected but have windows of {:.9e} s ({} x {:.9e} s) and {:.9e} s ({} x {:.9e} s): give substeps and time.step_s with the same product",
         .0.interface, .1.interface,
-        .0.window_s(), .0.substeps, .0.step_s,
-        .1.window_s(), .1.substeps, .1.step_s
+        .0.clock.window_s(), .0.clock.substeps, .0.clock.step_s,
+        .1.clock.window_s(), .1.clock.substeps, .1.clock.step_s
     )]
     Windows(WindowOf, WindowOf),
     #[error(
@@ -106,16 +107,8 @@ pub enum Unfit {
 pub struct WindowOf {
     /// The interface.
     pub interface: String,
-    /// Steps in it.
-    pub substeps: u32,
-    /// Step of its continuum (s).
-    pub step_s: f64,
-}
-
-impl WindowOf {
-    fn window_s(&self) -> f64 {
-        self.step_s * f64::from(self.substeps)
-    }
+    /// Steps of its continuum, and how many are in it.
+    pub clock: Clock,
 }
 
 impl Unfit {

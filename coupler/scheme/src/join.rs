@@ -145,30 +145,30 @@ fn clock(
     interfaces: &[&Interface],
     pairs: &[Pair],
 ) -> Result<Clock> {
-    let mut first: Option<(&Interface, f64)> = None;
+    let mut first: Option<(&Interface, Clock)> = None;
     let mut common = 0;
     for (interface, pair) in interfaces.iter().zip(pairs) {
         let continuum = pair.force_driven.peer;
         let own = participants.description(continuum).step_s;
         let step_s = step_of(interface, participants.name(continuum), own)?;
-        refuse_above_limit(participants, interface, step_s, pair.motion_driven.peer)?;
-        let window_s = step_s * f64::from(interface.substeps());
-        let (leader, leading) = *first.get_or_insert((interface, step_s));
-        let leading_s = leading * f64::from(leader.substeps());
-        if (window_s - leading_s).abs() > SAME_WINDOW * leading_s {
-            let window = |interface: &Interface, step_s| WindowOf {
+        let substeps = interface.substeps();
+        let clock = Clock { step_s, substeps };
+        refuse_above_limit(participants, interface, clock, pair.motion_driven.peer)?;
+        let (leader, leading) = *first.get_or_insert((interface, clock));
+        let leading_s = leading.window_s();
+        if (clock.window_s() - leading_s).abs() > SAME_WINDOW * leading_s {
+            let window = |interface: &Interface, clock| WindowOf {
                 interface: interface.name.clone(),
-                substeps: interface.substeps(),
-                step_s,
+                clock,
             };
-            let windows = Unfit::Windows(window(leader, leading), window(interface, step_s));
+            let windows = Unfit::Windows(window(leader, leading), window(interface, clock));
             return Err(windows.into());
         }
-        common = greatest_common_divisor(common, interface.substeps());
+        common = greatest_common_divisor(common, substeps);
     }
-    let (leader, step_s) = first.expect("a group has an interface");
+    let (_, leading) = first.expect("a group has an interface");
     Ok(Clock {
-        step_s: step_s * f64::from(leader.substeps() / common),
+        step_s: leading.step_s * f64::from(leading.substeps / common),
         substeps: common,
     })
 }
@@ -191,12 +191,11 @@ pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Resu
 fn refuse_above_limit(
     participants: &dyn Participants,
     interface: &Interface,
-    step_s: f64,
+    clock: Clock,
     layer: usize,
 ) -> Result<()> {
     let (name, layer) = (participants.name(layer), participants.description(layer));
-    let substeps = interface.substeps();
-    let window_s = step_s * f64::from(substeps);
+    let (window_s, Clock { step_s, substeps }) = (clock.window_s(), clock);
     let Some(limit) = layer.step_limit_s.filter(|limit| window_s > *limit) else {
         return Ok(());
     };

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use protocol::BoundaryInertia;
 
 use super::prediction::{StabilityInputs, StabilityPrediction, explain};
+use crate::clock::Clock;
 use crate::coupling::Coupling;
 use crate::error::Result;
 use crate::group::{Group, Patch};
@@ -73,8 +74,10 @@ fn inputs(
         }
     };
     StabilityInputs {
-        step_s: group.clock.step_s / f64::from(side.steps),
-        substeps: group.clock.substeps * side.steps,
+        clock: Clock {
+            step_s: group.clock.step_s / f64::from(side.steps),
+            substeps: group.clock.substeps * side.steps,
+        },
         step_limit: limit(continuum.step_limit_s, &continuum.step_limit_name),
         first_period_s: continuum.first_period_s.filter(positive),
         window_limit: limit(motion_driven.step_limit_s, &motion_driven.step_limit_name),

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
 use super::response::{EquivalentBar, Response};
+use crate::clock::Clock;
 use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{CouplingScheme, Dirichlet, Interface};
 
@@ -15,10 +16,8 @@ pub const NEUTRAL: f64 = 1e-9;
 /// The numbers of the handshake that stability depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StabilityInputs {
-    /// The continuum's step (s).
-    pub step_s: f64,
-    /// Steps in a window.
-    pub substeps: u32,
+    /// The continuum's steps in a window.
+    pub clock: Clock,
     /// The longest stable step (s), and its name.
     pub step_limit: Option<(f64, String)>,
     /// The continuum's first period (s).
@@ -100,7 +99,7 @@ pub fn explain(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
 
 /// Predicts the stability of a scheme.
 pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<StabilityPrediction> {
-    let window_s = inputs.window_s();
+    let window_s = inputs.clock.window_s();
     let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
         prediction.bounds.push(Bound {
@@ -110,7 +109,7 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
         });
     };
     if let Some((limit, name)) = &inputs.step_limit {
-        add(&format!("CFL ({name})"), limit / inputs.step_s, true);
+        add(&format!("CFL ({name})"), limit / inputs.clock.step_s, true);
     }
     if let Some(period) = inputs.first_period_s {
         add("first period / 4", 0.25 * period / window_s, false);
@@ -134,23 +133,19 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
 }
 
 impl StabilityInputs {
-    fn window_s(&self) -> f64 {
-        self.step_s * f64::from(self.substeps)
-    }
-
     /// A window of the bar that agrees with the handshake. An undamped step keeps what a damped one would lose: it errs to the
     /// unstable side.
     fn equivalent(&self, scheme: &CouplingScheme) -> Response {
-        let limit = self.step_limit.as_ref();
+        let (limit, Clock { step_s, substeps }) = (self.step_limit.as_ref(), self.clock);
         let bar = EquivalentBar::equivalent(
-            self.step_s,
-            self.substeps,
-            limit.map_or(self.step_s, |(limit, _)| *limit),
+            step_s,
+            substeps,
+            limit.map_or(step_s, |(limit, _)| *limit),
             self.first_period_s,
             self.compliance,
-            |response| compliance(scheme, response, self.window_s()),
+            |response| compliance(scheme, response, self.clock.window_s()),
         );
-        bar.response(self.step_s, self.substeps)
+        bar.response(step_s, substeps)
     }
 
     fn model<'a>(&self, response: &'a Response, inertia: BoundaryInertia) -> LinearModel<'a> {
@@ -158,7 +153,7 @@ impl StabilityInputs {
             response,
             inertia,
             point_mass_kg: self.point_mass_kg,
-            window_s: self.window_s(),
+            window_s: self.clock.window_s(),
         }
     }
 }

@@ -150,13 +150,12 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
 /// The knowledge of the coupler after the handshake: the bar by four numbers.
 pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityInputs {
     StabilityInputs {
-        step_s: setup.bar.step_s,
-        substeps: setup.substeps,
+        clock: setup.clock(),
         step_limit: Some((UnitBar::LIMIT_S, "stability limit".into())),
         first_period_s: Some(setup.bar.first_period_s()),
         window_limit: None,
         accuracy_limits: Vec::new(),
-        compliance: compliance(&setup.keys.scheme(), response, setup.window_s()),
+        compliance: compliance(&setup.keys.scheme(), response, setup.clock().window_s()),
         definite: true,
         boundary_inertia: Some(setup.boundary_inertia),
         point_mass_kg: setup.point_mass_kg(),

@@ -3,6 +3,7 @@
 use protocol::{BoundaryInertia, larger};
 
 use super::bar::UnitBar;
+use scheme::clock::Clock;
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
 use scheme::keys::{Acceleration, Dirichlet, Policy, SchemeKeys, SchemeWord};
@@ -67,9 +68,12 @@ impl StabilitySetup {
         }
     }
 
-    /// Length of the window (s).
-    pub fn window_s(&self) -> f64 {
-        self.bar.step_s * f64::from(self.substeps)
+    /// The steps of a window.
+    pub fn clock(&self) -> Clock {
+        Clock {
+            step_s: self.bar.step_s,
+            substeps: self.substeps,
+        }
     }
 
     /// The bar's window as matrices.
@@ -83,7 +87,7 @@ impl StabilitySetup {
             response,
             inertia: self.boundary_inertia,
             point_mass_kg: self.point_mass_kg(),
-            window_s: self.window_s(),
+            window_s: self.clock().window_s(),
         }
     }
 
