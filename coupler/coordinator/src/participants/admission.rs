@@ -18,23 +18,15 @@ pub fn fault_of_description(told: &Description) -> Option<String> {
         ("end_s", told.end_s),
         ("first_period_s", told.first_period_s),
     ];
-    let wrong = |value: f64| !(value.is_finite() && value > 0.0);
-    for (what, value) in lengths {
-        if let Some(value) = value.filter(|value| wrong(*value)) {
-            return Some(format!(
-                "says that its {what} is {value}: it must be a finite time above zero, or absent"
-            ));
-        }
-    }
-    if let Some(bound) = told
-        .accuracy_limits
-        .iter()
-        .find(|bound| wrong(bound.limit_s))
-    {
+    let lengths = lengths.into_iter();
+    let lengths = lengths.filter_map(|(what, value)| Some((what, value?)));
+    let limits = told.accuracy_limits.iter();
+    let limits = limits.map(|limit| (&*limit.name, limit.limit_s));
+    let mut all = lengths.chain(limits);
+    if let Some((what, value)) = all.find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
         return Some(format!(
-            "says that the limit `{}` is {}: it must be a finite time above zero",
-            bound.name.escape_debug(),
-            bound.limit_s
+            "says that its {} is {value}: it must be a finite time above zero, or absent",
+            what.escape_debug()
         ));
     }
     for phase in &told.phases {
