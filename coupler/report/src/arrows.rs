@@ -7,6 +7,7 @@ use draw::colour::shade;
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::RunFiles;
 
@@ -201,10 +202,7 @@ impl GrainCells {
 fn longest(fields: &[Means]) -> Option<f64> {
     let arrows = fields.iter().flatten();
     let lengths = arrows.map(|(_, v)| v[0].hypot(v[1])).filter(|v| *v > 0.0);
-    let mut lengths: Vec<f64> = lengths.collect();
-    lengths.sort_by(f64::total_cmp);
-    let to_scale = (TO_SCALE * lengths.len() as f64) as usize;
-    lengths.get(to_scale).copied()
+    quantile(lengths.collect(), TO_SCALE)
 }
 
 /// An arrow of this part of a cell's size around its centre.

@@ -7,6 +7,7 @@ use draw::colour::{ColourScale, full_scale};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use runs::curve::quantile;
 use runs::files::RunFiles;
 use runs::table::Table;
 
@@ -89,10 +90,8 @@ impl StressCells {
     }
 
     fn full_pa(&self) -> f64 {
-        let mut pressures: Vec<f64> = self.all.iter().map(|(_, p)| *p).collect();
-        pressures.sort_by(f64::total_cmp);
-        let shown = (SHOWN * pressures.len() as f64) as usize;
-        full_scale(pressures.get(shown).copied().unwrap_or(0.0))
+        let pressures = self.all.iter().map(|(_, p)| *p);
+        full_scale(quantile(pressures.collect(), SHOWN).unwrap_or(0.0))
     }
 
     fn draw(&self, panel: &mut Panel, scale: &ColourScale) {

@@ -7,6 +7,7 @@ use draw::colour::{ColourScale, full_mpa};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps, middle};
 use draw::picture::Picture;
+use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 
@@ -123,9 +124,8 @@ impl Scene {
         if let Some(continuum) = of(&self.continuum, "hydrostatic_pressure_pa") {
             return full_mpa(continuum.into_iter().fold(0.0, f64::max));
         }
-        let mut grains = of(&self.grains, "pressure_pa").unwrap_or_default();
-        grains.sort_by(f64::total_cmp);
-        full_mpa(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
+        let grains = of(&self.grains, "pressure_pa").unwrap_or_default();
+        full_mpa(quantile(grains, 0.95).unwrap_or(0.0))
     }
 
     fn draw(&self, panel: &mut Panel, scale: &ColourScale) {

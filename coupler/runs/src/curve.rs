@@ -116,6 +116,12 @@ pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
     Some(0.5 * (numbers[last / 2] + numbers[last.div_ceil(2)]))
 }
 
+/// The number that this share of them, below 1, stays below; none of none.
+pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
+    let below = (share * numbers.len() as f64) as usize;
+    (below < numbers.len()).then(|| *numbers.select_nth_unstable_by(below, f64::total_cmp).1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

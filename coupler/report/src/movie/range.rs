@@ -1,6 +1,7 @@
 //! MovieRanges of the numbers of a movie, over all of its frames.
 
 use draw::axis::range;
+use runs::curve::quantile;
 
 use super::encode::Codes;
 use super::shots::Shots;
@@ -98,12 +99,8 @@ pub fn of(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 
 /// The number that most positive ones stay below.
 fn share(numbers: impl Iterator<Item = f64>) -> f64 {
-    let mut numbers: Vec<f64> = numbers.filter(|number| *number > 0.0).collect();
-    let most = ((SHOWN * numbers.len() as f64) as usize).min(numbers.len().saturating_sub(1));
-    if numbers.is_empty() {
-        return 0.0;
-    }
-    *numbers.select_nth_unstable_by(most, f64::total_cmp).1
+    let numbers = numbers.filter(|number| *number > 0.0);
+    quantile(numbers.collect(), SHOWN).unwrap_or(0.0)
 }
 
 /// The least number with two significant digits that is not below a positive one; 0 for others.
