@@ -39,11 +39,18 @@ pub struct CostPrediction {
 
 /// A moment between two windows.
 #[derive(Clone, Copy, Debug, Default)]
-struct Mark {
+pub struct Mark {
     /// Simulated time (s).
-    t_s: f64,
+    pub t_s: f64,
     /// Wall-clock time since the first window began (s).
-    wall_s: f64,
+    pub wall_s: f64,
+}
+
+impl Mark {
+    /// Wall-clock time (s) that a simulated second takes from here to a later one.
+    pub fn rate(self, later: Mark) -> f64 {
+        (later.wall_s - self.wall_s) / (later.t_s - self.t_s)
+    }
 }
 
 /// A run on its way, until its cost can be predicted.
@@ -57,7 +64,7 @@ pub struct Pace {
     /// End of the last window (ns of the monotonic clock).
     ended_ns: Option<u64>,
     /// Largest memory (bytes) of all processes together at that time.
-    memory_bytes: u64,
+    pub memory_bytes: u64,
 }
 
 /// The beginning of the first window.
@@ -121,11 +128,6 @@ impl Pace {
         Some([self.begun.as_ref()?.at_ns, self.ended_ns?])
     }
 
-    /// Largest memory (bytes) of all processes together until then.
-    pub fn memory_bytes(&self) -> u64 {
-        self.memory_bytes
-    }
-
     /// Wall-clock time of the set-up (s), once it is over.
     pub fn setup_wall_s(&self) -> Option<f64> {
         self.begun.as_ref().map(|begun| begun.setup_wall_s)
@@ -140,10 +142,7 @@ fn predict(marks: &[Mark], end_s: f64) -> CostPrediction {
         let wall_s = last.wall_s * part as f64 / QUARTERS as f64;
         marks[marks.partition_point(|mark| mark.wall_s < wall_s)]
     };
-    let rate = |from: Mark, to: Mark| {
-        let rate = (to.wall_s - from.wall_s) / (to.t_s - from.t_s);
-        Some(rate).filter(|rate| rate.is_finite())
-    };
+    let rate = |from: Mark, to: Mark| Some(from.rate(to)).filter(|rate| rate.is_finite());
     let mean = rate(first, last).unwrap_or(0.0);
     let quarters = (0..QUARTERS).filter_map(|part| rate(at(part), at(part + 1)));
     let quarters: Vec<f64> = quarters.collect();

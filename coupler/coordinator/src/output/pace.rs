@@ -1,11 +1,6 @@
 //! The time that a run has left.
 
-/// A simulated time (s) and the wall-clock time (s) at which a run came to it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Mark {
-    t_s: f64,
-    wall_s: f64,
-}
+use crate::cost::prediction::Mark;
 
 /// Marks that are kept; then every other one is dropped.
 const MARKS: usize = 256;
@@ -44,8 +39,7 @@ impl Remaining {
             .marks
             .partition_point(|mark| mark.wall_s < 0.5 * last.wall_s);
         let from = self.marks[half.min(self.marks.len().saturating_sub(2))];
-        let rate = (last.wall_s - from.wall_s) / (last.t_s - from.t_s);
-        let left_s = rate * (end_s - last.t_s);
+        let left_s = from.rate(last) * (end_s - last.t_s);
         left_s.is_finite().then(|| left_s.max(0.0))
     }
 }

@@ -43,7 +43,7 @@ impl Spent {
             closing_wall_s: 0.0,
             prediction: None,
             told: pace.prediction,
-            memory_bytes: pace.memory_bytes() as f64,
+            memory_bytes: pace.memory_bytes as f64,
         })
     }
 
