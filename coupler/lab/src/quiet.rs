@@ -1,6 +1,6 @@
 //! Runs without words, for trials.
 
-use coordinator::error::{Error, Refusal};
+use coordinator::error::{Code, Error, Refusal};
 use coordinator::run::session::Ended;
 use coordinator::scenario::Scenario;
 
@@ -19,9 +19,8 @@ pub fn participant_index(scenario: &Scenario, name: &str) -> Result<usize, Error
     let names: Vec<&str> = names.map(|p| p.name.as_str()).collect();
     let index = names.iter().position(|known| *known == name);
     index.ok_or_else(|| {
-        Error::from(Refusal::NoParticipant {
-            name: name.into(),
-            known: names.join(", "),
-        })
+        let known = names.join(", ");
+        let text = format!("no participant `{name}` in this run; participants: {known}");
+        Refusal::other(Code::UnknownParticipant, text).into()
     })
 }

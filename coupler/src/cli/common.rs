@@ -94,12 +94,11 @@ pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
     let Some((participant, command)) = foreign(scenario) else {
         return Ok(());
     };
-    let (participant, command) = (participant.into(), command.join(" "));
-    Err(Refusal::ForeignCommand {
-        participant,
-        command,
-    }
-    .into())
+    let text = format!(
+        "the scenario starts `{}` for participant `{participant}`: read it, then repeat with --allow-commands",
+        command.join(" ")
+    );
+    Err(Refusal::other(Code::ForeignCommand, text).into())
 }
 
 /// The first participant that is a program of its own, and how it is started.

@@ -6,7 +6,7 @@ use kit::keys::proposal;
 use protocol::Kind;
 
 use super::common::{RecoverArgument, VerbResult, log_of, print};
-use coordinator::error::{DAMAGED, Error, Refusal};
+use coordinator::error::{Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
 use exchange_log::export::{Selection, long, wide};
 use exchange_log::timing;
@@ -70,7 +70,8 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
         }
     }
     if exported.messages == 0 && code == 0 {
-        return Err(Refusal::EmptyExport.into());
+        let text = "no message was chosen: `thirdbody inspect` lists the streams";
+        return Err(Refusal::other(Code::NothingChosen, text).into());
     }
     print(&format!("{} messages", exported.messages))?;
     for file in &exported.files {

@@ -14,7 +14,7 @@ use signal_hook::consts::SIGTERM;
 use signal_hook::flag;
 
 use super::common::VerbResult;
-use coordinator::error::{Error, Refusal};
+use coordinator::error::{Code, Error, Refusal};
 use coordinator::participants::Registry;
 
 /// Arguments of `node`.
@@ -34,8 +34,10 @@ pub struct ExecArguments {
 
 /// Serves a shipped solver until the run ends.
 pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
-    let solver = registry.get(&arguments.kind);
-    let solver = solver.ok_or_else(|| Refusal::NoSolver(arguments.kind.clone()))?;
+    let kind = &arguments.kind;
+    let text = || format!("no solver of kind `{kind}` is built in");
+    let missing = || Refusal::other(Code::UnknownKind, text());
+    let solver = registry.get(kind).ok_or_else(missing)?;
     participate(solver.build).map_err(Refusal::from)?;
     Ok(0)
 }

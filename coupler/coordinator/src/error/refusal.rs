@@ -16,38 +16,12 @@ use super::code::Code;
 pub enum Refusal {
     #[error(transparent)]
     Unfit(#[from] Unfit),
-    #[error(
-        "no scenario `{name}`: give a folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists{}", .meant.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
-    )]
-    NoScenario {
-        name: String,
-        meant: Option<&'static str>,
-    },
-    #[error("no message was chosen: `thirdbody inspect` lists the streams")]
-    EmptyExport,
     #[error("{0}")]
     Benchmark(String),
     #[error(transparent)]
     NotLaunched(#[from] ParticipateError),
-    #[error(
-        "the scenario starts `{command}` for participant `{participant}`: read it, then repeat with --allow-commands"
-    )]
-    ForeignCommand {
-        participant: String,
-        command: String,
-    },
-    #[error("no solver of kind `{0}` is built in")]
-    NoSolver(String),
     #[error("the log: {0}")]
     Frame(#[from] FrameError),
-    #[error("a tape broke")]
-    BrokenTape,
-    #[error("no participant `{name}` in this run; participants: {known}")]
-    NoParticipant { name: String, known: String },
-    #[error("no participant has a load history that ends: give run.end_s")]
-    NoEnd,
-    #[error("a solver that ran alone has no coupler to replay")]
-    NoCoupler,
     /// Any other: its text is written where the fault is found, and no code reads it.
     #[error("{text}")]
     Other { code: Code, text: String },
@@ -58,17 +32,9 @@ impl Refusal {
     pub fn code(&self) -> Code {
         match self {
             Refusal::Unfit(unfit) => code_of_unfit(unfit),
-            Refusal::NoScenario { .. } => Code::NoScenario,
-            Refusal::EmptyExport => Code::NothingChosen,
             Refusal::Benchmark(_) => Code::MeasurementFailed,
             Refusal::NotLaunched(error) => code_of_participation(error),
-            Refusal::ForeignCommand { .. } => Code::ForeignCommand,
-            Refusal::NoSolver(_) => Code::UnknownKind,
             Refusal::Frame(_) => Code::FileUnfit,
-            Refusal::BrokenTape => Code::ReplayBroken,
-            Refusal::NoParticipant { .. } => Code::UnknownParticipant,
-            Refusal::NoEnd => Code::NoEnd,
-            Refusal::NoCoupler => Code::NoCoupler,
             Refusal::Other { code, .. } => *code,
         }
     }

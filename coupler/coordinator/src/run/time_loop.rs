@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use protocol::{Window, larger};
 
 use super::position::{GroupPosition, RunPosition};
-use crate::error::{Refusal, Result};
+use crate::error::{Code, Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -51,7 +51,8 @@ pub fn groups_at_start(
 pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64> {
     let ends = greeted.iter().filter_map(|one| one.description.end_s);
     let end_s = scenario.run.end_s.or(ends.reduce(larger));
-    end_s.ok_or_else(|| Refusal::NoEnd.into())
+    let text = "no participant has a load history that ends: give run.end_s";
+    end_s.ok_or_else(|| Refusal::other(Code::NoEnd, text).into())
 }
 
 /// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the

@@ -155,8 +155,12 @@ fn find(scenario: &str) -> Result<Found> {
         .map(Found::Shipped)
         .ok_or_else(|| {
             let meant = scenes::meant(scenario, false);
-            let name = scenario.into();
-            Refusal::NoScenario { name, meant }.into()
+            let meant = meant.map(|near| format!("; did you mean `{near}`?"));
+            let text = format!(
+                "no scenario `{scenario}`: give a folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists{}",
+                meant.unwrap_or_default()
+            );
+            Refusal::other(Code::NoScenario, text).into()
         })
 }
 

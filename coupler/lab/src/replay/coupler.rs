@@ -7,10 +7,9 @@ use std::time::Instant;
 use super::Recording;
 use super::replayed::Replayed;
 use super::tape::{TapeLink, TapeProgress, turns};
-use coordinator::error::{Error, Refusal};
+use coordinator::error::{Code, Error, Refusal};
 use coordinator::output::Count;
-use coordinator::participants::handshake;
-use coordinator::participants::handshake::Greeted;
+use coordinator::participants::handshake::{Greeted, greet};
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::RestartPoint;
@@ -28,8 +27,10 @@ pub fn replay(
     watch: &Watch,
     from: Option<&RestartPoint>,
 ) -> Result<Replayed, Error> {
-    let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
+    let mut launched = launcher.start(&scenario.participant, watch.clone())?;
+    let greeted = greet(&mut launched, &recording.loaded, launcher.run_id)?;
+    drop(launched);
     let seen = Arc::new(Mutex::new(TapeProgress {
         replayed: Replayed::of(COUPLER),
         ended: false,
@@ -57,7 +58,7 @@ pub fn replay(
     // A tape notes what is left of it when it is dropped.
     drop(peers);
     let seen = seen.lock();
-    let seen = seen.map_err(|_| Refusal::BrokenTape)?;
+    let seen = seen.map_err(|_| Refusal::other(Code::ReplayBroken, "a tape broke"))?;
     let replayed = Replayed {
         wall_s,
         ..seen.replayed.clone()
@@ -70,16 +71,6 @@ pub fn replay(
     }
 }
 
-fn greetings(
-    recording: &Recording,
-    launcher: &Launcher,
-    watch: &Watch,
-) -> Result<Vec<Greeted>, Error> {
-    let participants = &recording.loaded.scenario.participant;
-    let mut peers = launcher.start(participants, watch.clone())?;
-    handshake::greet(&mut peers, &recording.loaded, launcher.run_id)
-}
-
 /// The whole coupled exchange without outputs.
 fn windows(
     peers: &mut Peers,
@@ -89,7 +80,8 @@ fn windows(
     count: &mut Count,
 ) -> Result<(), Error> {
     if scenario.interface.is_empty() {
-        return Err(Refusal::NoCoupler.into());
+        let text = "a solver that ran alone has no coupler to replay";
+        return Err(Refusal::other(Code::NoCoupler, text).into());
     }
     let remote = &mut Remote::new(peers, greeted);
     let mut groups = groups_at_start(scenario, greeted, join(remote, &scenario.interface)?)?;
