@@ -20,7 +20,7 @@ fn ends(lacks: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
     .concat();
     let left = run_in_process(&harmed(&text, lacks), &[]).expect("it is valid");
     let summary = left.ended.summary.value();
-    (left.ended.summary.exit_code(), summary)
+    (left.ended.summary.exit_code, summary)
 }
 
 #[test]

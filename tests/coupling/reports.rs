@@ -62,7 +62,7 @@ fn an_energy_that_is_no_number_ends_the_run_by_its_name() {
     for part in ["`body`", "`energy`", "window 7"] {
         assert!(error.to_string().contains(part), "{part}: {error}");
     }
-    assert_eq!(left.ended.summary.exit_code(), 3);
+    assert_eq!(left.ended.summary.exit_code, 3);
 }
 
 /// 60 J of the body come from nowhere for five windows; in all it gives the bar 10 J.

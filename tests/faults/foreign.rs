@@ -89,7 +89,7 @@ fn numbers_that_cannot_be_are_refused_at_the_handshake() {
         let message = summary["message"].as_str().expect("a text");
         assert!(message.contains("`rail`"), "{harm}: {message}");
         assert!(message.contains(words), "{harm}: {message}");
-        assert_eq!(ended.summary.exit_code(), 4, "{harm}: {message}");
+        assert_eq!(ended.summary.exit_code, 4, "{harm}: {message}");
         assert_eq!(summary["windows"], 0, "{harm}");
     }
 }
@@ -103,7 +103,7 @@ fn surfaces_in_other_units_or_places_are_warned_of() {
     // Whatever their places, a crown that is a thousand times as large is another one.
     let (ended, summary) = with_rail("millimetres", &[]);
     assert!(codes(&summary).contains(&"surface_offset"), "{summary:#}");
-    assert_eq!(ended.summary.exit_code(), 8, "{summary:#}");
+    assert_eq!(ended.summary.exit_code, 8, "{summary:#}");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn masses_that_do_not_fit_the_columns_are_warned_of() {
             said,
             "{harm}: {summary:#}"
         );
-        assert_eq!(ended.summary.exit_code(), 0, "{harm}: {summary:#}");
+        assert_eq!(ended.summary.exit_code, 0, "{harm}: {summary:#}");
     }
 }
 
@@ -214,7 +214,7 @@ fn answers_that_are_not_those_of_the_state_that_is_kept_are_found_by_their_work(
         );
         assert!(said, "{harm} {sets:?}: {summary:#}");
         // What contradicts itself has ended in an error, and keeps its results.
-        assert_eq!(ended.summary.exit_code(), 3, "{harm} {sets:?}: {found:?}");
+        assert_eq!(ended.summary.exit_code, 3, "{harm} {sets:?}: {found:?}");
     }
 }
 
@@ -222,7 +222,7 @@ fn answers_that_are_not_those_of_the_state_that_is_kept_are_found_by_their_work(
 fn a_report_with_a_number_that_is_none_is_told() {
     let (ended, summary) = with_rail("nan-signal", &[]);
     assert!(codes(&summary).contains(&"not_a_number"), "{summary:#}");
-    assert_eq!(ended.summary.exit_code(), 0, "{summary:#}");
+    assert_eq!(ended.summary.exit_code, 0, "{summary:#}");
     let (ended, summary) = with_rail("nan-energy", &[]);
-    assert_eq!(ended.summary.exit_code(), 3, "{summary:#}");
+    assert_eq!(ended.summary.exit_code, 3, "{summary:#}");
 }

@@ -33,8 +33,10 @@ use spent::Spent;
 pub struct Summary {
     schema: &'static str,
     scenario: String,
-    status: &'static str,
-    exit_code: i32,
+    /// The word for how it ended.
+    pub status: &'static str,
+    /// The exit code of the run.
+    pub exit_code: i32,
     message: String,
     /// Code of the error that ended it; `thirdbody explain CODE` tells cause and cure.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -446,16 +448,6 @@ impl Summary {
         self.exit_code = error.map_or(code, Error::exit_code);
         self.message = error.map_or_else(String::new, ToString::to_string);
         self.code = error.map(|error| error.code().word());
-    }
-
-    /// The word for how it ended.
-    pub fn status(&self) -> &'static str {
-        self.status
-    }
-
-    /// The exit code of the run.
-    pub fn exit_code(&self) -> i32 {
-        self.exit_code
     }
 
     /// The text of summary.json.

@@ -51,6 +51,6 @@ pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
         || ended.summary.to_json(),
         || table(&ended.path, ended.summary.value(), &ended.summary.warnings),
     );
-    let code = ended.summary.exit_code();
+    let code = ended.summary.exit_code;
     ended.error.map_or(printed, Err).map(|()| code)
 }

@@ -56,8 +56,8 @@ impl TaskOutcome {
                 message: error.line(),
             },
             Ok(ended) => TaskOutcome {
-                status: ended.summary.status().into(),
-                exit_code: ended.summary.exit_code(),
+                status: ended.summary.status.into(),
+                exit_code: ended.summary.exit_code,
                 message: ended.error.map_or(String::new(), |error| error.line()),
             },
         }

@@ -181,7 +181,7 @@ pub fn run_among(
     summary.end(wall_s, error.as_ref(), options.strict);
     rundir.write_summary(&summary.to_json())?;
     rundir.note(&match &error {
-        None => summary.status().to_string(),
+        None => summary.status.to_string(),
         Some(error) => format!("ended early: {error}"),
     });
     Ok(Ended {

@@ -173,7 +173,7 @@ pub fn checkpoint(trial: &RuleTrial) -> RuleFinding {
     let mut saved = None;
     let kept = trial.live(1, &mut |launch, window, load| {
         if window.index == half {
-            saved = Some((launch.checkpoint()?, launch.displacement()));
+            saved = Some((launch.checkpoint()?, launch.displacement.clone()));
         }
         ask_once(launch, window, load)
     })?;

@@ -93,7 +93,7 @@ pub fn faults(trial: &RuleTrial) -> RuleFinding {
         let state = launch.checkpoint()?;
         let bytes = state.bytes().map_err(Refusal::from)?;
         let half = Frame::with_bytes(state.header, &bytes[..bytes.len() / 2]);
-        launch.restore(&half, &launch.displacement())
+        launch.restore(&half, &launch.displacement.clone())
     };
     let mut all: Vec<Nonsense> = vec![("a set that it does not have", &unknown_set)];
     if trial.tested.part != Part::Alone {

@@ -30,7 +30,7 @@ pub struct Launch<'a> {
     /// Number of those that are exchanged.
     exchanged: usize,
     /// Displacement (m) of the points of a motion-driven participant.
-    displacement: Vec<f64>,
+    pub displacement: Vec<f64>,
     launched: Instant,
 }
 
@@ -214,11 +214,6 @@ impl<'a> Launch<'a> {
         let rigid = DMatrix::zeros(self.size(), self.size());
         let boundary = self.tested.boundary.get().unwrap_or(&rigid);
         self.set_boundary(self.tested.clock.window_s(), boundary)
-    }
-
-    /// Displacement (m) of the points of a motion-driven participant.
-    pub fn displacement(&self) -> Vec<f64> {
-        self.displacement.clone()
     }
 
     /// Couples a set, whether there is one of this name or not.

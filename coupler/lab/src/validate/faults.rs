@@ -151,35 +151,14 @@ fn run_row(
     tell_progress(&row.name);
     let tried = on_all_cores(campaign.trials, |index| {
         let seed = Random::new(campaign.seed ^ (number << 32) ^ index).draw();
-        run_trial(undisturbed, fault, seed, index)
+        let trial = FaultTrial::new(undisturbed, seed, index);
+        trial.map(|mut trial| (fault(&mut trial), trial.leftovers()))
     });
-    for (index, (tried, leftovers)) in tried.into_iter().enumerate() {
-        row.add(tried.map_err(|wrong| numbered(wrong, index)), leftovers)?;
+    for (index, tried) in tried.into_iter().enumerate() {
+        let (tried, leftovers) = tried?;
+        row.add(index, tried, leftovers)?;
     }
     Ok(row.judged())
-}
-
-/// Runs one trial, and counts what was left of it.
-fn run_trial(
-    undisturbed: &UndisturbedRun,
-    fault: Fault,
-    seed: u64,
-    index: u64,
-) -> (FaultResult, u64) {
-    match FaultTrial::new(undisturbed, seed, index) {
-        Ok(mut trial) => {
-            let tried = fault(&mut trial);
-            (tried, trial.leftovers())
-        }
-        Err(error) => (Err(error.into()), 0),
-    }
-}
-
-fn numbered(wrong: Wrong, index: usize) -> Wrong {
-    match wrong {
-        Wrong::Outcome(why) => Wrong::Outcome(format!("trial {index}: {why}")),
-        wrong => wrong,
-    }
 }
 
 fn simulated_row(campaign: &Campaign) -> Result<FaultRow, Error> {

@@ -169,7 +169,7 @@ fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Re
 /// The end of the run, as a row of its own.
 fn ending(case: &SuiteCase, outcome: &Result<Left, Error>) -> CaseRow {
     let (code, message) = match outcome {
-        Ok(left) => (left.ended.summary.exit_code(), String::new()),
+        Ok(left) => (left.ended.summary.exit_code, String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));

@@ -129,7 +129,7 @@ impl FaultRow {
     }
 
     /// Counts a trial; the error is one of the campaign.
-    pub fn add(&mut self, tried: FaultResult, leftovers: u64) -> Result<(), Error> {
+    pub fn add(&mut self, index: usize, tried: FaultResult, leftovers: u64) -> Result<(), Error> {
         self.leftovers += leftovers;
         match tried {
             Ok(outcome) => {
@@ -137,7 +137,7 @@ impl FaultRow {
                 self.detections_s.extend(outcome.detection_s);
                 self.windows_lost.extend(outcome.windows_lost);
             }
-            Err(Wrong::Outcome(why)) => self.failed(why),
+            Err(Wrong::Outcome(why)) => self.failed(format!("trial {index}: {why}")),
             Err(Wrong::Campaign(error)) => return Err(error),
         }
         Ok(())
@@ -171,8 +171,9 @@ mod tests {
 
     fn row(tried: impl IntoIterator<Item = (FaultResult, u64)>) -> FaultRow {
         let mut row = FaultRow::new("fault", 1, Some(1.0));
-        for (tried, leftovers) in tried {
-            row.add(tried, leftovers).expect("the campaign goes on");
+        for (index, (tried, leftovers)) in tried.into_iter().enumerate() {
+            row.add(index, tried, leftovers)
+                .expect("the campaign goes on");
         }
         row.judged()
     }

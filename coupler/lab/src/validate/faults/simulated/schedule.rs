@@ -218,7 +218,7 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
 /// Exit code and hashes of a run that came to its end.
 fn end_of(ended: &Ended) -> (i32, String) {
     let hashes = ended.summary.value()["hashes"].to_string();
-    (ended.summary.exit_code(), hashes)
+    (ended.summary.exit_code, hashes)
 }
 
 /// The same of one that must have come to its end.
