@@ -1,7 +1,5 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use std::iter;
-
 use serde_json::Value;
 
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
@@ -85,31 +83,22 @@ fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     let summary = &ended.summary;
     let unreached = summary.warnings.iter().filter(|w| w.code == "unreached");
     let foreseen = summary.foreseen.iter().cloned();
-    let lines = unreached.map(Warning::line).chain(foreseen);
     let cost = summary.spent.as_ref().and_then(|spent| spent.told);
-    match (cost, ended.error) {
-        (Some(cost), _) => Ok(lines.chain(cost_lines(summary, &cost)).collect()),
-        (None, Some(error @ Error::Interrupted { .. })) => Err(error),
-        (
-            None,
-            Some(Error::Deadline {
-                peer,
-                key: "setup_s",
-                ..
-            }),
-        ) => {
-            let why = format!(
-                "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
-            );
-            Ok(lines.chain(iter::once(why)).collect())
-        }
-        (None, Some(error)) if summary.foreseen.is_empty() => Err(error),
+    let rest = match (cost, ended.error) {
+        (Some(cost), _) => cost_lines(summary, &cost),
+        (None, None) => Vec::new(),
+        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => vec![format!(
+            "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
+        )],
         (None, Some(error)) => {
-            let why = format!("cost: not predicted, the run ends early: {error}");
-            Ok(lines.chain(iter::once(why)).collect())
+            if summary.foreseen.is_empty() || matches!(error, Error::Interrupted { .. }) {
+                return Err(error);
+            }
+            vec![format!("cost: not predicted, the run ends early: {error}")]
         }
-        (None, None) => Ok(lines.collect()),
-    }
+    };
+    let lines = unreached.map(Warning::line).chain(foreseen);
+    Ok(lines.chain(rest).collect())
 }
 
 fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {

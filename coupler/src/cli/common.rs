@@ -75,13 +75,15 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(cores, usize::from)
 }
 
+/// A file of a run directory, or the file itself.
+pub(super) fn file_of(run: &Path, name: &str) -> PathBuf {
+    let folder = run.is_dir().then(|| run.join(name));
+    folder.unwrap_or_else(|| run.to_path_buf())
+}
+
 /// The log of a run directory, or the log itself.
 pub(super) fn log_of(run: &Path) -> Result<PathBuf, Error> {
-    let path = if run.is_dir() {
-        run.join("exchange.mcap")
-    } else {
-        run.to_path_buf()
-    };
+    let path = file_of(run, "exchange.mcap");
     if path.is_file() {
         return Ok(path);
     }

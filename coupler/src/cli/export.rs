@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use kit::keys::proposal;
 use protocol::Kind;
 
-use super::common::{RecoverArgument, VerbResult, log_of, print};
+use super::common::{RecoverArgument, VerbResult, file_of, log_of, print};
 use coordinator::error::{Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
 use exchange_log::export::{Selection, long, wide};
@@ -81,12 +81,7 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
 }
 
 fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
-    let run = &arguments.run;
-    let file = if run.is_dir() {
-        run.join(TIMING)
-    } else {
-        run.clone()
-    };
+    let file = file_of(&arguments.run, TIMING);
     if !file.is_file() {
         let problem = "no such file: runs with run.output.exchange = false and runs of older builds have no wall-clock times; give a run directory, or run the scenario again";
         return Err(Refusal::file(file, problem).into());

@@ -1,6 +1,6 @@
 //! `thirdbody replay`: run each solver again against the logged other side, and the coupler against both.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use protocol::Kind;
 use serde_json::{Value, json};
@@ -88,7 +88,8 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         }
         results => results?,
     };
-    let summary = summary_of(&arguments.run);
+    // A log beside which there is no summary has been moved.
+    let summary = read_json(&log.with_file_name("summary.json"));
     judge_states(&recording, &mut results, &summary, &how);
     if how.open_loop {
         draw(arguments, &results)?;
@@ -295,18 +296,6 @@ fn json(
         "tolerance_rel": how.tolerance_rel,
         "open_loop": how.open_loop,
         "results": rows.collect::<Vec<_>>(),
-    })
-}
-
-/// summary.json beside the log; null where only the log was kept.
-fn summary_of(run: &Path) -> Value {
-    let folder = if run.is_dir() {
-        Some(run)
-    } else {
-        run.parent()
-    };
-    folder.map_or(Value::Null, |folder| {
-        read_json(&folder.join("summary.json"))
     })
 }
 

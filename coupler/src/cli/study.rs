@@ -307,11 +307,8 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
     let fell = |row: &StudyRow| {
         row.status == DAMAGED || (row.role == TaskRole::Reference && !row.is_trusted())
     };
-    Ok(if results.rows.iter().any(fell) {
-        CHECK_FAILED
-    } else {
-        code
-    })
+    let fell = results.rows.iter().any(fell);
+    Ok(if fell { CHECK_FAILED } else { code })
 }
 
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
@@ -376,11 +373,8 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
     for line in lines {
         print(&line)?;
     }
-    Ok(if waiting + running > 0 {
-        CHECK_FAILED
-    } else {
-        0
-    })
+    let left = waiting + running > 0;
+    Ok(if left { CHECK_FAILED } else { 0 })
 }
 
 /// Writes a file, and its folder where there is none.
