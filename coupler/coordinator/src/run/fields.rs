@@ -26,12 +26,14 @@ pub struct Fields<'a> {
     thickness_m: f64,
     /// False where `run.output.fields` is.
     wanted: bool,
-    snapshot_times: Vec<SnapshotTime>,
+    /// All moments, in their order.
+    pub snapshot_times: Vec<SnapshotTime>,
     parts: Vec<Part>,
     /// `fields.pvd`, which lists all parts.
     whole: Collection,
     told: FieldsSummary,
-    advice: Option<Warning>,
+    /// A warning that was not passed on yet.
+    pub advice: Option<Warning>,
 }
 
 /// What belongs together over time: a mesh, grains, their contacts, an interface.
@@ -80,11 +82,6 @@ impl<'a> Fields<'a> {
             advice: None,
             rundir,
         })
-    }
-
-    /// All moments, in their order.
-    pub fn snapshot_times(&self) -> &[SnapshotTime] {
-        &self.snapshot_times
     }
 
     /// Lists the fields that were taken over from another run, which wrote them at these times (s).
@@ -182,18 +179,13 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    /// Number and bytes of the files of the end.
-    fn of_the_end(&self) -> [u64; 2] {
-        let folder = self.rundir.fields();
-        let parts = self.parts.iter();
-        let files = parts.filter_map(|part| part.file(&folder, AT_THE_END));
-        files.fold([0, 0], |[count, sum], (_, bytes)| [count + 1, sum + bytes])
-    }
-
     /// Size of the fields of the whole run, if each moment takes what the end took; with a warning where that is more than the disk
     /// that `folder` lies on has left.
     pub fn foretold(&self, folder: &Path) -> Option<String> {
-        let [files, bytes] = self.of_the_end();
+        let parts = self.parts.iter();
+        let files = parts.filter_map(|part| part.file(&self.rundir.fields(), AT_THE_END));
+        let (files, bytes) =
+            files.fold((0, 0), |(files, sum), (_, bytes)| (files + 1, sum + bytes));
         let snapshot_times = self.snapshot_times.len() as u64 + 1;
         let line = format!(
             "fields: about {:.3e} bytes, {snapshot_times} moments of {files} files",
@@ -210,11 +202,6 @@ impl<'a> Fields<'a> {
             let left = self.snapshot_times.len() as u64 * self.told.bytes;
             self.advice = lack(left, free_bytes(self.rundir.path()));
         }
-    }
-
-    /// A warning that was not asked for yet.
-    pub fn advice(&mut self) -> Option<Warning> {
-        self.advice.take()
     }
 
     /// The end of the fields, as far as they came; none where they are switched off.

@@ -27,7 +27,7 @@ use crate::participants::{Communicator, Peers};
 use crate::plausible::{self, Warning};
 use crate::rundir::RunDir;
 use crate::scenario::load::Loaded;
-use crate::scenario::{Participant, Plausible};
+use crate::scenario::{Participant, Scenario};
 use crate::summary::Summary;
 use scheme::ledger::{EnergySums, InterfaceLedger, ParticipantLedger};
 use scheme::window::{AcceptedWindow, InterfaceSignals};
@@ -35,17 +35,15 @@ use scheme::window::{AcceptedWindow, InterfaceSignals};
 /// Everything that is written while windows pass.
 pub struct Outputs<'a> {
     rundir: &'a RunDir,
-    thickness_m: f64,
-    signals_every: u64,
+    scenario: &'a Scenario,
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
-    bounds: Plausible,
     /// True for a program of somebody else; shipped solvers tell what their schemes lose, of either sign.
     foreign: Vec<bool>,
     /// Findings of the state that were passed on.
     passed_on: usize,
-    /// A report is empty, and energies are zero, before the first of their participant.
-    state: OutputState,
+    /// What a checkpoint keeps. A report is empty, and energies are zero, before the first of their participant.
+    pub state: OutputState,
     /// The file signals.csv.
     pub signals: SignalsFile,
     /// The fields.
@@ -54,7 +52,6 @@ pub struct Outputs<'a> {
     pub keeper: Keeper,
     /// On stderr, where somebody wants it.
     pub progress: Progress,
-    run: &'a str,
     /// The load history, for the progress.
     phases: Vec<Phase>,
     /// The cost so far.
@@ -91,8 +88,7 @@ impl<'a> Outputs<'a> {
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
             rundir,
-            thickness_m: scenario.run.thickness_m,
-            signals_every: scenario.run.output.signals_every_windows,
+            scenario,
             state: OutputState {
                 energies: descriptions.iter().map(zeros).collect(),
                 reports: vec![Vec::new(); greeted.len()],
@@ -105,12 +101,10 @@ impl<'a> Outputs<'a> {
             fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
             signals: SignalsFile::create(rundir, &names, &descriptions, &scenario.interface)?,
             names,
-            bounds: scenario.run.plausible,
             foreign: own.map(is_foreign).collect(),
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
             progress: Progress::new(false),
-            run: &scenario.run.name,
             phases,
             descriptions,
             pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
@@ -200,7 +194,9 @@ impl<'a> Outputs<'a> {
             state.sampled.add(window, interface, &signals);
             state.interfaces[interface] = signals;
         }
-        let due = window.index.is_multiple_of(self.signals_every);
+        let due = window
+            .index
+            .is_multiple_of(self.scenario.run.output.signals_every_windows);
         // One without signals and ledger reports nothing, and has said so.
         let mut told = self.descriptions.iter().zip(&state.reports);
         let all_told = told
@@ -218,7 +214,7 @@ impl<'a> Outputs<'a> {
             (None, _) => {}
         }
         if self.keeper.writes() && self.state.snapshots_s.len() > taken {
-            let come = &self.fields.snapshot_times()[taken..self.state.snapshots_s.len()];
+            let come = &self.fields.snapshot_times[taken..self.state.snapshots_s.len()];
             self.state.files.extend(files_of(self.rundir.path(), come));
         }
         self.show(communicator.peers(), groups, window, reached_s);
@@ -261,7 +257,7 @@ impl<'a> Outputs<'a> {
         let force_n = |name| self.signal(name);
         let friction = || Some(force_n("wheel_ft_n")? / force_n("wheel_fn_n")?);
         let run_progress = RunProgress {
-            run: self.run.into(),
+            run: self.scenario.run.name.clone(),
             phase: phase_at(&self.phases, reached_s),
             t_s: reached_s,
             end_s: course.end_s,
@@ -348,7 +344,7 @@ impl<'a> Outputs<'a> {
     /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
     fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
         let sums = self.sums();
-        let bounds = self.bounds.energy_balance_rel;
+        let bounds = self.scenario.run.plausible.energy_balance_rel;
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
@@ -371,7 +367,7 @@ impl<'a> Outputs<'a> {
     /// Judges the energy of each interface; returns the energies of points with masses of their own.
     fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
         let mut points = EnergySums::default();
-        let bounds = self.bounds.interface_energy_rel;
+        let bounds = self.scenario.run.plausible.interface_energy_rel;
         for coupling in groups.iter().map(|group| &group.coupling) {
             for (patch, ledger) in coupling.group().patches.iter().zip(&coupling.ledgers) {
                 points.kept_j += ledger.points_kept_j();
@@ -406,7 +402,7 @@ impl<'a> Outputs<'a> {
         self.passed_on = self.state.findings.len();
         let warning = |(about, finding): &(String, Finding)| Warning::of(about, finding.clone());
         let new = new.iter().map(warning);
-        new.chain(self.fields.advice()).collect()
+        new.chain(self.fields.advice.take()).collect()
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.
@@ -414,7 +410,8 @@ impl<'a> Outputs<'a> {
         let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
             for patch in &coupling.group().patches {
-                let traction = InterfaceTraction::of(coupling, patch, self.thickness_m);
+                let traction =
+                    InterfaceTraction::of(coupling, patch, self.scenario.run.thickness_m);
                 let name = match only {
                     true => "profile.csv".into(),
                     false => format!("profile-{}.csv", patch.name),
@@ -424,11 +421,6 @@ impl<'a> Outputs<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Mean force through each interface while results are sampled, as it pushes the continuum down (N).
-    pub fn sampled_down_n(&self) -> Vec<Option<f64>> {
-        self.state.sampled.down_n()
     }
 
     /// Has the fields of the end written, and completes the results.

@@ -320,7 +320,7 @@ impl RunSession<'_> {
         let results = &mut self.summary.results;
         results.retain(|name, _| !(no_hold && plausible::of_hold(name)));
         let bounds = &scenario.run.plausible;
-        let mut judged = self.summary.judged(bounds, &outputs.sampled_down_n());
+        let mut judged = self.summary.judged(bounds, &outputs.state.sampled.down_n());
         // One that was told on the way says more than one about the end.
         let known = &self.summary.warnings;
         judged.retain(|new| {
@@ -382,11 +382,7 @@ impl RunSession<'_> {
             None => self.predict(recorded, greeted, &mut groups)?,
         }
         let (t_s, end_s) = (reached_s(&groups), end_s(scenario, greeted)?);
-        let windows = |group: &GroupRun| {
-            let substeps = group.coupling.group().clock.substeps;
-            group.end.div_ceil(substeps.into())
-        };
-        let all = groups.iter().map(windows).sum();
+        let all = groups.iter().map(GroupRun::windows).sum();
         outputs.begin(&recorded.peers, self.start, [t_s, end_s], all);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
