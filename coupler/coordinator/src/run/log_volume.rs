@@ -55,7 +55,7 @@ pub fn coupled(
         let force_runs = 1 + again;
         let motion_runs = if both_again { 1 + again } else { again.max(1) };
         let group = run.coupling.group();
-        let windows = run.end.div_ceil(group.clock.substeps.into());
+        let windows = run.windows();
         volume.add_windows(windows);
         for side in &group.force_driven {
             let description = &greeted[side.peer].description;

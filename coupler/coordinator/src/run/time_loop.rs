@@ -87,8 +87,8 @@ fn earliest(groups: &[GroupRun]) -> Option<(usize, Window)> {
 
 /// Time up to which all groups have come (s).
 pub fn reached_s(groups: &[GroupRun]) -> f64 {
-    let reached = groups.iter().map(GroupRun::reached_s);
-    reached.fold(f64::INFINITY, f64::min)
+    let reached = |run: &GroupRun| run.at.step as f64 * run.coupling.group().clock.step_s;
+    groups.iter().map(reached).fold(f64::INFINITY, f64::min)
 }
 
 /// The position of all groups together.
@@ -102,9 +102,10 @@ pub fn position(groups: &[GroupRun]) -> RunPosition {
 }
 
 impl GroupRun {
-    /// Time that it has come to (s).
-    fn reached_s(&self) -> f64 {
-        self.at.step as f64 * self.coupling.group().clock.step_s
+    /// Windows until its end, if none is halved.
+    pub fn windows(&self) -> u64 {
+        self.end
+            .div_ceil(self.coupling.group().clock.substeps.into())
     }
 
     /// The next window, unless all are done.
@@ -160,7 +161,7 @@ pub fn describe(group: &GroupRun) -> String {
     let clock = joined.clock;
     format!(
         "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
-        group.end.div_ceil(clock.substeps.into()),
+        group.windows(),
         clock.window_s(),
         clock.substeps,
         clock.step_s,

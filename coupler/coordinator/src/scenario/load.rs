@@ -139,16 +139,14 @@ fn find(scenario: &str) -> Result<Found> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
     for candidate in [given, &named] {
-        let inside = candidate.join("scenario.toml");
-        if let Some(file) = [candidate, &inside].into_iter().find(|file| file.is_file()) {
-            return Ok(Found::File(file.to_path_buf()));
-        }
-        if let Some(other) = [candidate, &inside]
-            .into_iter()
-            .find(|path| path.exists() && !path.is_dir())
-        {
-            let problem = "is a pipe or a device; a scenario is a file that can be read twice";
-            return Err(Refusal::file(other, problem).into());
+        for path in [candidate.to_path_buf(), candidate.join("scenario.toml")] {
+            if path.is_file() {
+                return Ok(Found::File(path));
+            }
+            if path.exists() && !path.is_dir() {
+                let problem = "is a pipe or a device; a scenario is a file that can be read twice";
+                return Err(Refusal::file(path, problem).into());
+            }
         }
     }
     scenes::scene_file(scenario)

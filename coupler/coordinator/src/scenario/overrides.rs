@@ -82,26 +82,18 @@ pub fn leaves(table: &toml::Table) -> Vec<(String, &toml::Value)> {
 }
 
 /// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
-pub fn remove_at(table: &mut toml::Table, key: &str) {
+pub fn remove_at(mut table: &mut toml::Table, key: &str) -> Option<toml::Value> {
     let parts = segments(key);
-    let Some((last, parents)) = parts.split_last() else {
-        return;
-    };
-    let (mut current, mut parents) = (table, parents.iter());
+    let (last, parents) = parts.split_last()?;
+    let mut parents = parents.iter();
     while let Some(part) = parents.next() {
-        let inner = match current.get_mut(part) {
-            Some(toml::Value::Table(inner)) => Some(inner),
-            Some(toml::Value::Array(entries)) => {
-                parents.next().and_then(|name| entry_by_name(entries, name))
-            }
-            _ => None,
+        table = match table.get_mut(part)? {
+            toml::Value::Table(inner) => inner,
+            toml::Value::Array(entries) => entry_by_name(entries, parents.next()?)?,
+            _ => return None,
         };
-        let Some(inner) = inner else {
-            return;
-        };
-        current = inner;
     }
-    current.remove(last);
+    table.remove(last)
 }
 
 fn parse_value(text: &str) -> toml::Value {

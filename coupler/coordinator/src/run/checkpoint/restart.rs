@@ -49,22 +49,20 @@ pub fn find(
             Ok((about, checkpoint)) => {
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
                 let due = checkpoint.log_blocks;
-                let damaged = checkpoint.outputs.damaged(run).map(String::from);
-                if logged >= due && damaged.is_none() {
-                    let run = run.into();
-                    let point = RestartPoint {
-                        run,
-                        path,
-                        about,
-                        checkpoint,
-                    };
-                    return Ok((Some(point), passed_over));
-                }
-                let why = match damaged.filter(|_| logged >= due) {
-                    Some(name) => format!("{name} is not what the run had written until then"),
-                    None => format!(
+                let why = match checkpoint.outputs.damaged(run) {
+                    _ if logged < due => format!(
                         "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
                     ),
+                    Some(name) => format!("{name} is not what the run had written until then"),
+                    None => {
+                        let point = RestartPoint {
+                            run: run.into(),
+                            path,
+                            about,
+                            checkpoint,
+                        };
+                        return Ok((Some(point), passed_over));
+                    }
                 };
                 Unusable {
                     path,
