@@ -50,7 +50,7 @@ impl Run {
     fn rewrite(&self, change: impl FnOnce(&mut Vec<Entry>)) {
         self.put(&self.bytes);
         let log = exchange_log::read(&self.log()).expect("it is sound");
-        let provenance = log.provenance().clone();
+        let provenance = log.provenance.clone();
         let mut entries: Vec<Entry> = log.collect::<Result<_, _>>().expect("it is sound");
         change(&mut entries);
         let mut recorder = Recorder::create(&self.log(), &provenance, 10).expect("writable");

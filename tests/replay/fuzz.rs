@@ -29,7 +29,7 @@ struct Got {
 fn strictly(path: &Path) -> Result<Got, LogError> {
     let log = exchange_log::read(path)?;
     let mut got = Got {
-        provenance: log.provenance().clone(),
+        provenance: log.provenance.clone(),
         entries: Vec::new(),
         damage: None,
     };
@@ -45,14 +45,14 @@ fn strictly(path: &Path) -> Result<Got, LogError> {
 fn tolerantly(path: &Path) -> Result<Got, LogError> {
     let mut log = exchange_log::recover(path)?;
     let mut got = Got {
-        provenance: log.provenance().clone(),
+        provenance: log.provenance.clone(),
         entries: Vec::new(),
         damage: None,
     };
     for entry in &mut log {
         got.entries.push(entry?);
     }
-    got.damage = log.damage().map(|error| LogError::Write {
+    got.damage = log.damage.as_ref().map(|error| LogError::Write {
         path: path.into(),
         why: error.to_string(),
     });

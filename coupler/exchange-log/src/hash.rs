@@ -19,7 +19,7 @@ type Order = (u64, bool, u32, String, u32);
 /// use exchange_log::ExchangeHasher;
 /// use protocol::{Frame, Header, Kind};
 /// let frame = Frame::new(Header::of(Kind::Motion), vec![1.0]);
-/// let mut hasher = ExchangeHasher::new();
+/// let mut hasher = ExchangeHasher::default();
 /// hasher.add("layer-base", "rail", &frame);
 /// hasher.end_window();
 /// assert_eq!(hasher.finish().len(), 64);
@@ -31,11 +31,6 @@ pub struct ExchangeHasher {
 }
 
 impl ExchangeHasher {
-    /// Of nothing yet.
-    pub fn new() -> ExchangeHasher {
-        ExchangeHasher::default()
-    }
-
     /// One frame of the current window.
     pub fn add(&mut self, interface: &str, sender: &str, frame: &Frame) {
         let header = &frame.header;
@@ -119,7 +114,7 @@ mod tests {
     }
 
     fn hash(frames: &[(&str, Frame)]) -> String {
-        let mut hasher = ExchangeHasher::new();
+        let mut hasher = ExchangeHasher::default();
         for (sender, frame) in frames {
             hasher.add("base", sender, frame);
         }
@@ -178,7 +173,7 @@ mod tests {
             change(&mut changed[1]);
             assert_ne!(hash(&changed), hash(&window()), "change {index}");
         }
-        let mut other_interface = ExchangeHasher::new();
+        let mut other_interface = ExchangeHasher::default();
         for (sender, frame) in &window() {
             other_interface.add("top", sender, frame);
         }
@@ -202,7 +197,7 @@ mod tests {
             ("rail", frame(Kind::Motion, 0, 0, &[2.0])),
             ("rail", frame(Kind::Motion, 1, 0, &[3.0])),
         ];
-        let mut hasher = ExchangeHasher::new();
+        let mut hasher = ExchangeHasher::default();
         for (sender, frame) in &frames {
             hasher.add("base", sender, frame);
             hasher.end_window();
@@ -214,7 +209,7 @@ mod tests {
     fn the_handshake_comes_before_window_zero() {
         let surface = ("rail", frame(Kind::Surface, 0, 0, &[1.0]));
         let advance = ("coupler", frame(Kind::Advance, 0, 0, &[2.0]));
-        let mut apart = ExchangeHasher::new();
+        let mut apart = ExchangeHasher::default();
         apart.add("base", surface.0, &surface.1);
         apart.end_window();
         apart.add("base", advance.0, &advance.1);

@@ -18,7 +18,7 @@ use super::lengths::parse;
 use super::order::Order;
 use super::proto;
 use super::provenance::{self, Provenance};
-use super::torn::is_torn;
+use super::torn::{FRAMING, is_torn};
 
 /// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
 const RECORD_LIMIT: usize = 8 * MAX_DOUBLES + (4 << 20);
@@ -91,7 +91,8 @@ pub struct LogFile {
     file: File,
     reader: LinearReader,
     tolerant: bool,
-    provenance: Provenance,
+    /// The run that the log belongs to.
+    pub provenance: Provenance,
     interfaces: HashMap<u16, Option<String>>,
     entries: VecDeque<Entry>,
     order: Order,
@@ -100,7 +101,8 @@ pub struct LogFile {
     /// Chunks that were reached, and whether the damage is in the last of them.
     chunks: u64,
     in_chunk: bool,
-    pub(super) damage: Option<LogError>,
+    /// Damage that ended a recovered log before its end.
+    pub damage: Option<LogError>,
     /// The rest of the file describes the data again, for readers that seek.
     data_ended: bool,
     ended: bool,
@@ -135,16 +137,6 @@ impl LogFile {
                 torn: log.is_torn(),
             }),
         }
-    }
-
-    /// The run that the log belongs to.
-    pub fn provenance(&self) -> &Provenance {
-        &self.provenance
-    }
-
-    /// Damage that ended a recovered log before its end.
-    pub fn damage(&self) -> Option<&LogError> {
-        self.damage.as_ref()
     }
 
     /// The first two records are the header and the metadata; a file without them is something else.
@@ -190,7 +182,7 @@ impl LogFile {
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
         let record = next_record(&mut self.reader, &mut self.file, PIECE)?;
         if let Some((_, data)) = &record {
-            self.offset += FRAMING + data.len() as u64;
+            self.offset += (FRAMING + data.len()) as u64;
         }
         Ok(record)
     }
@@ -293,9 +285,6 @@ impl Iterator for LogFile {
         self.entries.pop_front().map(Ok)
     }
 }
-
-/// The kind and the length before the data of each record.
-const FRAMING: u64 = 9;
 
 /// Reasons for which reading cannot go on.
 enum Failure {

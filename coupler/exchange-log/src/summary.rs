@@ -112,11 +112,11 @@ fn as_text<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error>
 pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
     let mut log = LogFile::open(path, tolerant)?;
     let mut summary = LogSummary {
-        provenance: log.provenance().clone(),
+        provenance: log.provenance.clone(),
         file_bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
         ..LogSummary::default()
     };
-    let mut hasher = ExchangeHasher::new();
+    let mut hasher = ExchangeHasher::default();
     for entry in &mut log {
         match entry? {
             Entry::Exchange(exchange) => {

@@ -10,7 +10,7 @@ use mcap::records::op;
 use super::lengths::{Layout, layout};
 
 /// The kind and the length before the data of each record (bytes).
-const FRAMING: usize = 9;
+pub(super) const FRAMING: usize = 9;
 
 /// The longest beginning of a record that is looked at (bytes).
 const BEGINNING: u64 = 1 << 12;

@@ -68,11 +68,11 @@ pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> 
     let mut log = recover(path)?;
     let source = ScenarioSource {
         name: format!("{} (scenario)", path.display()),
-        text: log.provenance().scenario_toml.clone(),
+        text: log.provenance.scenario_toml.clone(),
         overrides: overrides.to_vec(),
     };
     let mut loaded = parse(source)?;
-    if let Some(folder) = folder_of_manifest(&log.provenance().manifest_json) {
+    if let Some(folder) = folder_of_manifest(&log.provenance.manifest_json) {
         loaded.folder = folder;
     }
     let (mut messages, mut ends) = (Vec::new(), Vec::new());
@@ -86,7 +86,7 @@ pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> 
         loaded,
         messages,
         ends,
-        damage: log.damage().map(ToString::to_string),
-        torn: log.damage().is_some_and(LogError::is_torn),
+        damage: log.damage.as_ref().map(ToString::to_string),
+        torn: log.damage.as_ref().is_some_and(LogError::is_torn),
     })
 }
