@@ -37,16 +37,14 @@ impl Accelerator {
         let answer = DVector::from_column_slice(answer);
         let residual = &answer - &x;
         let next = match self.kind {
-            Acceleration::Constant => &x + &residual * self.relaxation,
+            Acceleration::Constant => None,
             Acceleration::Aitken => {
                 self.aitken(&residual);
-                &x + &residual * self.relaxation
+                None
             }
-            Acceleration::IqnIls => match self.quasi_newton(&residual, &answer) {
-                Some(next) => next,
-                None => &x + &residual * self.relaxation,
-            },
+            Acceleration::IqnIls => self.quasi_newton(&residual, &answer),
         };
+        let next = next.unwrap_or_else(|| &x + &residual * self.relaxation);
         self.residuals.push(residual);
         self.answers.push(answer);
         next.as_slice().to_vec()

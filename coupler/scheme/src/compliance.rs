@@ -154,13 +154,10 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
     ) -> Result<()> {
-        match self.told {
-            None => Ok(()),
-            Some(substeps) => {
-                let window = group.clock.window(0, 0, substeps);
-                self.set_boundaries(participants, group, &window)
-            }
-        }
+        let told = self.told.map(|told| group.clock.window(0, 0, told));
+        told.map_or(Ok(()), |window| {
+            self.set_boundaries(participants, group, &window)
+        })
     }
 
     /// Tells each motion-driven participant its window and W_g = sum over the continua of N C N^T / H^2 (1/kg), N being its

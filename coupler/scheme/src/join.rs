@@ -39,17 +39,9 @@ fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) 
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
-        let told = |end: &End| {
-            (
-                participants.name(end.peer),
-                participants.description(end.peer),
-            )
-        };
-        refuse_unsuited(
-            interface,
-            told(&pair.force_driven),
-            told(&pair.motion_driven),
-        )?;
+        let peers = [pair.force_driven.peer, pair.motion_driven.peer];
+        let told = peers.map(|peer| (participants.name(peer), participants.description(peer)));
+        refuse_unsuited(interface, told)?;
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;

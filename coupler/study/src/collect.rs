@@ -76,11 +76,6 @@ impl StudyRow {
     pub fn error(&self, measure: usize) -> Option<f64> {
         self.distance(measure).filter(|_| self.is_trusted())
     }
-
-    /// The largest distance by a measure that is noise.
-    pub fn floor(&self, measure: usize) -> f64 {
-        self.floors[measure].unwrap_or(0.0)
-    }
 }
 
 /// The rows of a study.

@@ -45,7 +45,8 @@ impl StudySetting<'_> {
 
     /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
     pub fn errors(&self, measure: usize) -> Option<Vec<f64>> {
-        let error = |row: &&StudyRow| Some(row.error(measure)?.max(row.floor(measure)));
+        let error =
+            |row: &&StudyRow| Some(row.error(measure)?.max(row.floors[measure].unwrap_or(0.0)));
         self.rows.iter().map(error).collect()
     }
 

@@ -9,8 +9,7 @@ use crate::source::ComplianceSource;
 /// Refuses a scheme that one of the sides, each with its name, cannot follow.
 pub(super) fn refuse_unsuited(
     interface: &Interface,
-    continuum: (&str, &Description),
-    layer: (&str, &Description),
+    [continuum, layer]: [(&str, &Description); 2],
 ) -> Result<()> {
     refuse_finer_than_solver(interface, layer)?;
     refuse_without_prescribed_velocity(interface, continuum)?;
