@@ -82,11 +82,6 @@ impl RunDir {
             .map_err(Error::output(path.display()))
     }
 
-    /// Space that the disk has left for the run's files (bytes); `None` where it does not say.
-    pub fn free_bytes(&self) -> Option<u64> {
-        free_bytes(&self.path)
-    }
-
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
     pub fn note(&self, text: &str) {
         if let Ok(mut file) = self.journal.lock() {

@@ -87,14 +87,6 @@ impl Interface {
         }
         format!("{}.", self.name)
     }
-
-    /// A participant that another interface joins too.
-    pub fn shared_with<'a>(&'a self, other: &Interface) -> Option<&'a str> {
-        let theirs = other.participants();
-        self.participants()
-            .into_iter()
-            .find(|name| theirs.contains(name))
-    }
 }
 
 /// Interfaces that are connected through a participant, by their index; they are solved together.
@@ -102,8 +94,8 @@ pub fn connected(interfaces: &[Interface]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, interface) in interfaces.iter().enumerate() {
         let touches = |group: &Vec<usize>| {
-            let mut members = group.iter().map(|member| &interfaces[*member]);
-            members.any(|member| member.shared_with(interface).is_some())
+            let mut names = group.iter().flat_map(|at| interfaces[*at].participants());
+            names.any(|name| interface.participants().contains(&name))
         };
         let (touched, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(touches);
         let mut joined: Vec<usize> = touched.concat();

@@ -9,6 +9,7 @@ use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
 use super::varied_keys::percent;
 use coordinator::error::{Error, Refusal};
+use runs::curve::median;
 
 /// A bound of the cost of a run, or of its error.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,7 +184,7 @@ impl<'a> SceneSettings<'a> {
                 "of": measure.of,
                 "expected": prediction.expected,
                 "bound": prediction.bound,
-                "floor": self.study.floor_median(index),
+                "floor": median(self.study.floors[index].clone()).unwrap_or(0.0),
             });
             (measure.name.clone(), error)
         });

@@ -1,7 +1,6 @@
 //! A study as it is kept for choosing by it: `study.json`.
 
 use draw::axis::range;
-use runs::curve::median;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -287,11 +286,6 @@ impl StoredStudy {
     /// The floor of noise of a measure: the largest of its scenes.
     pub fn floor(&self, measure: usize) -> f64 {
         self.floors[measure].iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The middle of the floors of a measure.
-    pub fn floor_median(&self, measure: usize) -> f64 {
-        median(self.floors[measure].clone()).unwrap_or(0.0)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::output::vtk_arrays::ranges;
 use crate::participants::Communicator;
 use crate::plausible::Warning;
 use crate::rundir::{RunDir, free_bytes};
-use crate::scenario::Scenario;
+use crate::scenario::{RunKeys, Scenario};
 
 /// Name of the last snapshot.
 const AT_THE_END: &str = "end";
@@ -23,9 +23,7 @@ const AT_THE_END: &str = "end";
 /// The fields of a run.
 pub struct Fields<'a> {
     rundir: &'a RunDir,
-    thickness_m: f64,
-    /// False where `run.output.fields` is.
-    wanted: bool,
+    run: &'a RunKeys,
     /// All moments, in their order.
     pub snapshot_times: Vec<SnapshotTime>,
     parts: Vec<Part>,
@@ -51,7 +49,7 @@ impl<'a> Fields<'a> {
     /// Nothing yet; `end_s` is the end of the run (s).
     pub fn new(
         rundir: &'a RunDir,
-        scenario: &Scenario,
+        scenario: &'a Scenario,
         descriptions: &[&Description],
         end_s: f64,
     ) -> Result<Fields<'a>> {
@@ -73,8 +71,7 @@ impl<'a> Fields<'a> {
         let interfaces = scenario.interface.iter();
         let interfaces = interfaces.map(|i| part(&i.name, "-interface", &["-interface.vtp"]));
         Ok(Fields {
-            thickness_m: scenario.run.thickness_m,
-            wanted: output.fields,
+            run: &scenario.run,
             snapshot_times: collection::snapshot_times(&phases, every_s, end_s)?,
             parts: participants.chain(interfaces).collect(),
             whole: Collection::new(rundir.path().join("fields.pvd")),
@@ -132,7 +129,7 @@ impl<'a> Fields<'a> {
         let start = Instant::now();
         let kinds = (Kind::Snapshot, Kind::Saved);
         communicator.ask_all(kinds, &packed(name), |_| Ok(()))?;
-        if self.wanted {
+        if self.run.output.fields {
             self.write_interfaces(groups, name)?;
             self.list(name, time_s)?;
             self.look_ahead();
@@ -147,7 +144,13 @@ impl<'a> Fields<'a> {
             let group = coupling.group();
             for patch in &group.patches {
                 let path = folder.join(format!("{}-{name}-interface.vtp", patch.name));
-                interface_fields::write(&path, group, patch, &coupling.state, self.thickness_m)?;
+                interface_fields::write(
+                    &path,
+                    group,
+                    patch,
+                    &coupling.state,
+                    self.run.thickness_m,
+                )?;
             }
         }
         Ok(())
@@ -206,7 +209,7 @@ impl<'a> Fields<'a> {
 
     /// The end of the fields, as far as they came; none where they are switched off.
     pub fn summary(&self) -> Result<Option<FieldsSummary>> {
-        if !self.wanted {
+        if !self.run.output.fields {
             return Ok(None);
         }
         let mut told = self.told.clone();

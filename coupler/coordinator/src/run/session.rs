@@ -31,7 +31,7 @@ use crate::participants::remote::Remote;
 use crate::participants::resume_check::ResumeCheck;
 use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::plausible::{self, Warning};
-use crate::rundir::{RunDir, manifest};
+use crate::rundir::{RunDir, free_bytes, manifest};
 use crate::scenario::load::Loaded;
 use crate::summary::Summary;
 use exchange_log::timing::{TIMING, TimingLog};
@@ -541,7 +541,7 @@ impl RunSession<'_> {
         self.summary.foreseen.push(line);
         self.summary.log_predicted_bytes = Some([least, most]);
         // A dry run writes little, and not where the run will.
-        let free = self.rundir.free_bytes();
+        let free = free_bytes(self.rundir.path());
         let free = free.filter(|_| !self.options.dry_run);
         let log = self.rundir.path().join("exchange.mcap");
         log_volume::require_space(least, free, &log)?;

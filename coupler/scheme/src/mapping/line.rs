@@ -29,26 +29,13 @@ impl Line {
         let (first, last) = farthest(nodes);
         let span = [0, 1].map(|k| nodes[last][k] - nodes[first][k]);
         let length = span[0].hypot(span[1]);
-        let mut line = Line {
-            origin: nodes[first],
-            chord: [span[0] / length, span[1] / length],
-            nodes: Vec::new(),
-            period: None,
-        };
-        line.sort_along_chord(nodes, length)?;
-        Ok(line)
+        Line::along(span.map(|d| d / length), nodes[first], nodes, length)
     }
 
     /// The line through the nodes of one period, continued by their images: one period to the left and two to the right, so that
     /// a segment, which is as long as the period at most, lies among them wherever in the period its middle is.
     pub(super) fn repeating(nodes: &[[f64; 2]], length: f64) -> Result<Line, MappingError> {
-        let mut line = Line {
-            origin: [0.0; 2],
-            chord: [1.0, 0.0],
-            nodes: Vec::new(),
-            period: None,
-        };
-        line.sort_along_chord(nodes, length)?;
+        let mut line = Line::along([1.0, 0.0], [0.0; 2], nodes, length)?;
         let own = std::mem::take(&mut line.nodes);
         let [(first, left), (last, right)] = [own[0], own[own.len() - 1]];
         let seam = left + length - right;
@@ -75,18 +62,31 @@ impl Line {
         Ok(line)
     }
 
-    fn sort_along_chord(&mut self, nodes: &[[f64; 2]], length: f64) -> Result<(), MappingError> {
-        let positions = nodes.iter().map(|node| self.position(*node));
-        self.nodes = positions.enumerate().collect();
-        self.nodes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        for pair in self.nodes.windows(2) {
+    /// The nodes in their order along a chord from an origin; `length` is that of the whole line.
+    fn along(
+        chord: [f64; 2],
+        origin: [f64; 2],
+        nodes: &[[f64; 2]],
+        length: f64,
+    ) -> Result<Line, MappingError> {
+        let mut line = Line {
+            origin,
+            chord,
+            nodes: Vec::new(),
+            period: None,
+        };
+        let positions = nodes.iter().map(|node| line.position(*node));
+        let mut sorted = Vec::from_iter(positions.enumerate());
+        sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+        for pair in sorted.windows(2) {
             // A chord of zero length (all nodes in one position) gives NaN positions, which also end here.
             let spacing = pair[1].1 - pair[0].1;
             if spacing.is_nan() || spacing <= SAME_PLACE * length {
                 return Err(repeated("surface nodes", [pair[0].0, pair[1].0], nodes));
             }
         }
-        Ok(())
+        line.nodes = sorted;
+        Ok(line)
     }
 
     /// The place of a point along the chord (m); on a line that repeats, that of its image in the period.

@@ -87,9 +87,8 @@ pub fn explain(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
         let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
-        let name = || "added mass".into();
         prediction.bounds.extend(margin.map(|margin| Bound {
-            name: name(),
+            name: "added mass".into(),
             margin,
             stability: true,
         }));
