@@ -4,7 +4,6 @@ use std::error::Error as StdError;
 
 use thiserror::Error;
 
-use crate::clock::Clock;
 use crate::keys::Interface;
 
 /// Reasons for which a scheme cannot go on.
@@ -72,12 +71,13 @@ pub enum Unfit {
         between: [String; 2],
     },
     #[error(
-        "interfaces `{}` and `{}` are connected but have windows of {:.9e} s ({} x {:.9e} s) and {:.9e} s ({} x {:.9e} s): give substeps and time.step_s with the same product",
-        .0.interface, .1.interface,
-        .0.clock.window_s(), .0.clock.substeps, .0.clock.step_s,
-        .1.clock.window_s(), .1.clock.substeps, .1.clock.step_s
+        "interfaces `{}` and `{}` are connected but have windows of {} and {}: give substeps and time.step_s with the same product",
+        interfaces[0], interfaces[1], windows[0], windows[1]
     )]
-    Windows(WindowOf, WindowOf),
+    Windows {
+        interfaces: [String; 2],
+        windows: [String; 2],
+    },
     #[error(
         "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{interface}.unsafe_window = true to see it fail"
     )]
@@ -100,15 +100,6 @@ pub enum Unfit {
         end_s: f64,
         most: f64,
     },
-}
-
-/// The window of an interface.
-#[derive(Clone, Debug)]
-pub struct WindowOf {
-    /// The interface.
-    pub interface: String,
-    /// Steps of its continuum, and how many are in it.
-    pub clock: Clock,
 }
 
 impl Unfit {

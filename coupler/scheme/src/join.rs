@@ -12,7 +12,7 @@ use super::clock::Clock;
 use super::group::{Group, Offset, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
-use crate::error::{Result, SchemeError, Unfit, WindowOf};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{Dirichlet, Interface, MappingKind, connected};
 use geometry::{common_period, offset, same_side};
 use point_mass::{point_masses, refuse_massless};
@@ -149,12 +149,14 @@ fn clock(
         let (leader, leading) = *first.get_or_insert((interface, clock));
         let leading_s = leading.window_s();
         if (clock.window_s() - leading_s).abs() > SAME_WINDOW * leading_s {
-            let window = |interface: &Interface, clock| WindowOf {
-                interface: interface.name.clone(),
-                clock,
+            let told = |of: Clock| {
+                let (window_s, Clock { step_s, substeps }) = (of.window_s(), of);
+                format!("{window_s:.9e} s ({substeps} x {step_s:.9e} s)")
             };
-            let windows = Unfit::Windows(window(leader, leading), window(interface, clock));
-            return Err(windows.into());
+            return Err(SchemeError::from(Unfit::Windows {
+                interfaces: [leader, interface].map(|of| of.name.clone()),
+                windows: [leading, clock].map(told),
+            }));
         }
         common = greatest_common_divisor(common, substeps);
     }

@@ -4,35 +4,10 @@ use std::fmt::Write as _;
 
 use super::collect::{Results, line};
 use super::ensemble::{self, EnsembleMean, ensemble};
-use super::front::{Trade, front, knee};
+use super::front::{MeasureFront, Trade, front, knee};
 use super::picture;
 use super::settings::{StudySetting, settings};
 use super::varied_keys::{VariedKey, percent, varied_keys};
-
-/// Settings and the front of one measure.
-#[derive(Clone, Debug)]
-pub(super) struct MeasureFront {
-    /// Name of the measure.
-    pub(super) measure: String,
-    /// All settings that stand.
-    pub(super) trades: Vec<Trade>,
-    /// Settings that do not, of which cost and error are known.
-    pub(super) fallen: Vec<Trade>,
-    /// The front.
-    pub(super) front: Vec<Trade>,
-    /// Index of the knee in it.
-    pub(super) knee: Option<usize>,
-    /// The floor of noise.
-    pub(super) floor: f64,
-}
-
-impl MeasureFront {
-    /// These words at the knee, none elsewhere.
-    fn mark(&self, index: usize, words: &str) -> String {
-        let knee = self.knee == Some(index);
-        if knee { words.into() } else { String::new() }
-    }
-}
 
 /// A study in words and pictures.
 #[derive(Clone, Debug)]

@@ -47,6 +47,31 @@ pub fn knee(front: &[Trade]) -> Option<usize> {
     (deepest.1 > 0.0).then_some(deepest.0)
 }
 
+/// Settings and the front of one measure.
+#[derive(Clone, Debug)]
+pub(super) struct MeasureFront {
+    /// Name of the measure.
+    pub(super) measure: String,
+    /// All settings that stand.
+    pub(super) trades: Vec<Trade>,
+    /// Settings that do not, of which cost and error are known.
+    pub(super) fallen: Vec<Trade>,
+    /// The front.
+    pub(super) front: Vec<Trade>,
+    /// Index of the knee in it.
+    pub(super) knee: Option<usize>,
+    /// The floor of noise.
+    pub(super) floor: f64,
+}
+
+impl MeasureFront {
+    /// These words at the knee, none elsewhere.
+    pub(super) fn mark(&self, index: usize, words: &str) -> String {
+        let knee = self.knee == Some(index);
+        if knee { words.into() } else { String::new() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

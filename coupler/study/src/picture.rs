@@ -1,9 +1,8 @@
 //! Pictures of a study: errors over costs with the front, and errors along each knob.
 
 use super::collect::Results;
-use super::digest::MeasureFront;
 use super::ensemble::{EnsembleMean, words};
-use super::front::Trade;
+use super::front::{MeasureFront, Trade};
 use super::settings::StudySetting;
 use super::varied_keys::{VariedKey, percent};
 use draw::axis::{AxisPair, Grid, PlotAxis};

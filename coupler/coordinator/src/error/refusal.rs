@@ -77,7 +77,7 @@ fn code_of_unfit(unfit: &Unfit) -> Code {
         Unfit::UnknownSet { .. } => Code::Of(Cause::UnknownSet),
         Unfit::WindowTooLong { .. } => Code::WindowTooLong,
         Unfit::Roles { .. } => Code::WrongRoles,
-        Unfit::Windows(..) => Code::WindowsDiffer,
+        Unfit::Windows { .. } => Code::WindowsDiffer,
         Unfit::Unstable { .. } => Code::UnstableWindow,
         Unfit::TooManySteps { .. } => Code::TooManySteps,
     }
