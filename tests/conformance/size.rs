@@ -6,13 +6,13 @@ use std::path::Path;
 use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sources};
 
 /// Lines of all crates together: what they were when the layers became crates. It only goes down, and has to come to 57 000.
-const ALL: usize = 59_280;
+const ALL: usize = 59_268;
 
 /// Lines of the largest crate.
 const CRATE: usize = 14_000;
 
 /// Room that an open issue names for itself, by its name and the crate that takes it.
-const ROOM: [(&str, &str, usize); 9] = [
+const ROOM: [(&str, &str, usize); 8] = [
     ("A third body that converges", "dem-node", 690),
     ("A third body that converges", "report", 210),
     ("A third body that converges", "study", 200),
@@ -21,8 +21,6 @@ const ROOM: [(&str, &str, usize); 9] = [
     ("Honest to the end, second part", "lab", 150),
     ("Honest to the end, second part", "others", 450),
     ("Five minutes for a cycle", "dem-node", 600),
-    // More than the issue names: to be cut before it is done.
-    ("Five minutes for a cycle", "above its room", 406),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.
