@@ -18,6 +18,8 @@ pub mod pairs;
 pub mod positions;
 pub mod surface;
 
+use std::ops::Range;
+
 use crate::bodies::cluster::Clusters;
 use crate::bodies::faces::{Face, RigidWall};
 use crate::bodies::feed::Injection;
@@ -61,6 +63,8 @@ pub struct Bodies {
     pub face_bonded: bool,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
+    /// Walls with names: the name of each, and its faces in `walls`.
+    pub named_walls: Vec<(String, Range<usize>)>,
     /// Free grains that move together.
     pub clusters: Clusters,
     /// The strip that repeats along x, where one does.
@@ -164,6 +168,13 @@ impl Bodies {
     pub fn wall_of(&self, body: usize) -> Option<&RigidWall> {
         let index = body.checked_sub(self.first_wall())?;
         self.walls.get(index)
+    }
+
+    /// Index of the named wall to which the wall with this body number belongs.
+    pub fn named_wall(&self, body: usize) -> Option<usize> {
+        let index = body.checked_sub(self.first_wall())?;
+        let mut named = self.named_walls.iter();
+        named.position(|(_, faces)| faces.contains(&index))
     }
 
     /// Number of the first wall.

@@ -142,7 +142,7 @@
 //! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
 //! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
 //! - [`setup`]: from the keys to the types of the steps, the wheel's program, bounds on the step;
-//! - [`measure`]: stress, flows of third body, signals, results and fields;
+//! - [`measure`]: stress, flows of third body, forces on named bodies, signals, results and fields;
 //! - [`node`]: all of it as a participant of a run;
 //! - [`mod@bench`]: the cost of a contact, beside the least that the machine allows.
 //!

@@ -6,13 +6,13 @@
 //! - [`flow`]: flows of third body, from the graph of bonds;
 //! - [`cycles`]: the full cycles of the wheel's motion;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
-//! - `trend`, [`drive_means`], [`report`]: signals and results;
+//! - `trend`, [`force_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
 //! - [`snapshot`]: the fields that are written.
 
 pub mod cycles;
-pub mod drive_means;
 pub mod flow;
+pub mod force_means;
 pub mod loads;
 pub mod plausible;
 pub mod profile;

@@ -3,11 +3,11 @@
 //! In reading order:
 //! - [`interface`]: the glued rows that a coupler moves;
 //! - [`dem`]: the participant's data, and a step of them;
-//! - `driven`, `maps`, `report`, `request`, `checkpoint`: what it reports, writes, answers and keeps.
+//! - `forces`, `maps`, `report`, `request`, `checkpoint`: what it reports, writes, answers and keeps.
 
 mod checkpoint;
 pub mod dem;
-mod driven;
+mod forces;
 pub mod interface;
 mod maps;
 mod report;

@@ -8,6 +8,8 @@ pub mod bounds;
 pub mod mass_scaling;
 pub mod prescribed_opening;
 
+use std::ops::Range;
+
 use kit::ConfigError;
 
 use crate::bodies::Bodies;
@@ -67,6 +69,7 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         face_bonded: config.wheel.as_ref().is_some_and(|wheel| wheel.bonded),
         wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
+        named_walls: named_walls(&sample.wall_names),
         period: config.sample.period(),
         prescribed_velocity: None,
         law: law(&config.law, thickness),
@@ -153,6 +156,16 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
         .into_iter()
         .map(|(pair, config)| (pair, law(&config, thickness)));
     Pairs::new(&names, &laws.collect::<Vec<_>>())
+}
+
+/// Each name with the faces that have it, which follow each other.
+fn named_walls(names: &[String]) -> Vec<(String, Range<usize>)> {
+    let mut first = 0;
+    let runs = names.chunk_by(|one, next| one == next).map(|run| {
+        first += run.len();
+        (run[0].clone(), first - run.len()..first)
+    });
+    runs.filter(|(name, _)| !name.is_empty()).collect()
 }
 
 fn clusters(config: &DemConfig, sample: &Sample, masses: &[f64]) -> Clusters {

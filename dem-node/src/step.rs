@@ -120,8 +120,8 @@ pub struct Stepper {
     /// Contacts whose bonds the last solution has softened.
     softened: Vec<u32>,
     repair: Repair,
-    /// Force of the grains on each driven cluster in the last step (N).
-    pub(crate) on_driven: Vec<[f64; 2]>,
+    /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
+    pub(crate) on_named: Vec<[f64; 2]>,
 }
 
 impl Stepper {

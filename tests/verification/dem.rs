@@ -43,6 +43,7 @@ mod dem_support;
 mod dem_surface;
 mod dem_travel;
 mod dem_viscous;
+mod dem_wall_forces;
 mod dem_walls;
 mod dem_wheel;
 mod dem_wheel_curved;

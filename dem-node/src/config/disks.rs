@@ -72,7 +72,7 @@ pub struct DiskConfig {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallConfig {
-    /// Name for `law.pairs`.
+    /// Name for `law.pairs`, and for the signals and results of the force on the wall.
     pub name: Option<String>,
     /// A point of the face of a half-plane (m).
     pub x_m: Option<f64>,

@@ -16,8 +16,8 @@ use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::measure::cycles::WheelCycles;
-use crate::measure::drive_means::DriveMeans;
 use crate::measure::flow::{Flow, FlowScene};
+use crate::measure::force_means::ForceMeans;
 use crate::measure::profile::GrainProfile;
 use crate::measure::report::{RunStatistics, StepSpan};
 use crate::measure::stress::{self, StressMap};
@@ -91,7 +91,7 @@ pub(super) struct Progress {
     pub state: GrainState,
     pub statistics: RunStatistics,
     pub cycles: WheelCycles,
-    pub driven: DriveMeans,
+    pub forces: ForceMeans,
     pub profile: GrainProfile,
     /// The stress at the end of the hold, once that is over.
     pub held_stress: Option<StressMap>,
@@ -285,7 +285,7 @@ impl Dem {
             state,
             statistics,
             cycles,
-            driven,
+            forces,
             profile,
             held_stress,
             flow,
@@ -305,7 +305,7 @@ impl Dem {
         if let (Some(scene), Some(flow)) = (&self.flow, flow.as_mut()) {
             flow.record(scene, (&self.bodies, state), end, end - start);
         }
-        driven.record(&self.stepper.on_driven, start, self.end);
+        forces.record(&self.stepper.on_named, start, self.end);
         if let Some(program) = &self.program {
             cycles.record(program, [start, end], (state, summary), flow.as_ref());
         }

@@ -16,7 +16,7 @@ impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let since = self.stored();
         let signals = self.signals(summary).into_iter().map(|(_, value)| value);
-        let signals = signals.chain(self.driven_signals());
+        let signals = signals.chain(self.force_signals());
         let ledger = self.ledger(since).map(|(_, _, value)| value);
         signals.chain(ledger).collect()
     }
@@ -82,7 +82,7 @@ impl Dem {
     pub(super) fn signal_names(&self) -> Vec<String> {
         let signals = self.signals(&StepSummary::default()).into_iter();
         let names = signals.map(|(name, _)| name.to_string());
-        names.chain(self.driven_names()).collect()
+        names.chain(self.force_names()).collect()
     }
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
@@ -158,7 +158,7 @@ impl Dem {
         let profile = profile.map(|(name, x)| (name.to_string(), x));
         results
             .chain(self.progress.cycles.results(self.flow.is_some()))
-            .chain(self.driven_results())
+            .chain(self.force_results())
             .chain(profile)
             .chain(self.stress_results())
             .collect()

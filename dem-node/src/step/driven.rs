@@ -1,21 +1,22 @@
-//! Driven clusters in a step: the force of the grains on them, and the work of their drives.
+//! Driven clusters and named walls in a step: the force of the grains on them, and the work of the drives.
 
 use super::{StepInput, Stepper};
-use crate::bodies::Bodies;
 use crate::step::state::GrainState;
 
 impl Stepper {
-    /// Keeps the forces on driven clusters and adds up the work of their drives, before their velocities are taken over.
+    /// Keeps the forces on driven clusters and named walls and adds up the work of drives, before velocities are taken over.
     ///
     /// In a prescribed direction the drive bears contacts and weight and does -(p + m h g) v; in a free one it does F h v_theta, and
     /// its damping takes c h v_theta^2 (J).
     pub(super) fn drive_clusters(&mut self, state: &mut GrainState, input: &StepInput) {
         let bodies = input.bodies;
-        self.on_driven.clear();
-        if bodies.clusters.driven().next().is_none() {
-            return;
-        }
-        let impulses = self.impulses_on_clusters(bodies);
+        self.on_named.clear();
+        let index = |body: usize| bodies.clusters.of(body).map(|(index, _)| index);
+        let clusters = match bodies.clusters.driven().next() {
+            None => 0,
+            Some(_) => bodies.clusters.list.len(),
+        };
+        let impulses = self.impulses(clusters, index);
         let at = input.step_time();
         for (index, cluster, drive) in bodies.clusters.driven() {
             let (push, drag, impulse) = (drive.push(&at), drive.drag(&at), impulses[index]);
@@ -35,17 +36,23 @@ impl Stepper {
                 state.ledger.walls += work * v;
                 state.ledger.damping += cluster.free[k] * drag * v * v;
             }
-            self.on_driven.push(impulse.map(|p| p / input.step));
+            self.on_named.push(impulse.map(|p| p / input.step));
         }
+        let on_walls = self.impulses(bodies.named_walls.len(), |body| bodies.named_wall(body));
+        self.on_named
+            .extend(on_walls.into_iter().map(|p| p.map(|p| p / input.step)));
     }
 
-    /// Impulse of the contacts on each cluster (N s).
-    fn impulses_on_clusters(&self, bodies: &Bodies) -> Vec<[f64; 2]> {
-        let mut impulses = vec![[0.0; 2]; bodies.clusters.list.len()];
+    /// Impulse of the contacts on each of `count` bodies (N s), found by `index` from the number of one of their parts.
+    fn impulses(&self, count: usize, index: impl Fn(usize) -> Option<usize>) -> Vec<[f64; 2]> {
+        let mut impulses = vec![[0.0; 2]; count];
+        if count == 0 {
+            return impulses;
+        }
         for contact in &self.problem.contacts {
             let push = contact.in_xy(contact.impulse);
             for (body, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
-                if let Some((index, _)) = bodies.clusters.of(body as usize) {
+                if let Some(index) = index(body as usize) {
                     impulses[index][0] += sign * push[0];
                     impulses[index][1] += sign * push[1];
                 }

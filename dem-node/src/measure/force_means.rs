@@ -1,0 +1,84 @@
+//! Mean forces of the grains on driven clusters and named walls.
+
+use serde::{Deserialize, Serialize};
+
+/// Mean forces over the second half of a run. While its end is not known, or half of it has not passed, they are those over the last
+/// half to three quarters of the steps so far.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct ForceMeans {
+    /// Sums since the second half began, or the number of steps was a power of two, and between that power and the one before (N).
+    recent: Sums,
+    before: Sums,
+    steps: u64,
+    halved: bool,
+}
+
+/// Forces on each body, and steps in which they were added up.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Sums {
+    forces: Vec<[f64; 2]>,
+    steps: u64,
+}
+
+impl ForceMeans {
+    /// Adds the forces of a step (N) that began at `start` of a run that ends at `end` (s).
+    pub fn record(&mut self, forces: &[[f64; 2]], start: f64, end: Option<f64>) {
+        if !self.halved && end.is_some_and(|end| start >= 0.5 * end) {
+            *self = ForceMeans {
+                halved: true,
+                ..ForceMeans::default()
+            };
+        } else if !self.halved && self.steps.is_power_of_two() {
+            self.before = std::mem::take(&mut self.recent);
+        }
+        self.steps += 1;
+        let Sums {
+            forces: sums,
+            steps,
+        } = &mut self.recent;
+        sums.resize(forces.len(), [0.0; 2]);
+        *steps += 1;
+        for (sum, force) in sums.iter_mut().zip(forces) {
+            *sum = [sum[0] + force[0], sum[1] + force[1]];
+        }
+    }
+
+    /// Mean force on each (N); none before the first step.
+    pub fn forces(&self) -> impl Iterator<Item = [f64; 2]> {
+        let steps = (self.recent.steps + self.before.steps) as f64;
+        let recent = self.recent.forces.iter().enumerate();
+        recent.map(move |(index, sum)| {
+            let before = self.before.forces.get(index).copied().unwrap_or_default();
+            [0, 1].map(|k| (sum[k] + before[k]) / steps)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of one second whose force is the number of the step, counted from 0.
+    fn mean_after(steps: u32, end: Option<f64>) -> Option<[f64; 2]> {
+        let mut means = ForceMeans::default();
+        for step in (0..steps).map(f64::from) {
+            means.record(&[[step, -step]], step, end);
+        }
+        means.forces().next()
+    }
+
+    #[test]
+    fn the_mean_is_that_of_the_second_half_once_it_has_begun() {
+        assert_eq!(mean_after(20, Some(20.0)), Some([14.5, -14.5]));
+        assert_eq!(mean_after(11, Some(20.0)), Some([10.0, -10.0]));
+    }
+
+    /// Of twelve steps those since the fourth, the power of two before the last one, are 4 to 11.
+    #[test]
+    fn without_an_end_the_mean_is_that_of_the_later_steps() {
+        assert_eq!(mean_after(12, None), Some([7.5, -7.5]));
+        assert_eq!(mean_after(10, Some(40.0)), Some([6.5, -6.5]));
+        assert_eq!(mean_after(1, None), Some([0.0, 0.0]));
+        assert_eq!(mean_after(0, None), None);
+    }
+}

@@ -1,0 +1,48 @@
+//! Signals and results of driven clusters and named walls.
+
+use super::dem::Dem;
+
+/// Components of the force of the grains (N), and of the position of a cluster (m), as parts of names.
+const FORCE: [&str; 2] = ["force_x_n", "force_y_n"];
+const POSITION: [&str; 2] = ["x_m", "y_m"];
+
+impl Dem {
+    /// Names of the signals of driven clusters, then of named walls.
+    pub(super) fn force_names(&self) -> Vec<String> {
+        let named = self.named([[0.0; 2]].into_iter().cycle());
+        named.map(|(name, _)| name).collect()
+    }
+
+    /// Their signals: force of the grains in the last step (N), and position of the centre of mass of a cluster (m).
+    pub(super) fn force_signals(&self) -> impl Iterator<Item = f64> {
+        let forces = self.stepper.on_named.iter().copied();
+        let forces = forces.chain([[0.0; 2]].into_iter().cycle());
+        self.named(forces).map(|(_, value)| value)
+    }
+
+    /// Their results: mean forces of the grains, and positions at the end.
+    pub(super) fn force_results(&self) -> impl Iterator<Item = (String, f64)> {
+        self.named(self.progress.forces.forces())
+    }
+
+    /// Names and values of these forces on driven clusters and named walls, and of the positions of the clusters.
+    fn named(
+        &self,
+        mut forces: impl Iterator<Item = [f64; 2]>,
+    ) -> impl Iterator<Item = (String, f64)> {
+        let (clusters, state) = (&self.bodies.clusters, &self.progress.state);
+        let driven = clusters
+            .driven()
+            .map(|(index, _, drive)| (&drive.name, Some(state.clusters[index].centre)));
+        let walls = self.bodies.named_walls.iter();
+        let bodies = driven.chain(walls.map(|(name, _)| (name, None)));
+        bodies
+            .map_while(move |(name, centre)| {
+                let force = FORCE.into_iter().zip(forces.next()?);
+                let position = centre.map(|centre| POSITION.into_iter().zip(centre));
+                let values = force.chain(position.into_iter().flatten());
+                Some(values.map(move |(what, value)| (format!("{name}_{what}"), value)))
+            })
+            .flatten()
+    }
+}
