@@ -160,11 +160,15 @@ impl DemConfig {
         Ok(resolved)
     }
 
-    /// Times (s) at which keys have come into play: the history of the wheel, loads over time, the feed with its first grain, and the wear
-    /// time, before which no grain is worn.
+    /// Times (s) at which keys have come into play: the history of the wheel, loads over time, the feed with its first grain, the wear
+    /// time, before which no grain is worn, and the moment of the stress.
     pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
         let wear_s = self.flow.map(|flow| flow.wear_s);
-        let mut all = moments([("injection.start_s", first_fed_s), ("flow.wear_s", wear_s)]);
+        let mut all = moments([
+            ("injection.start_s", first_fed_s),
+            ("flow.wear_s", wear_s),
+            ("stress.at_s", self.stress.and_then(|stress| stress.at_s)),
+        ]);
         let programs = self.wheel.iter().map(DemWheelConfig::program);
         all.extend(programs.flat_map(|program| program.moments()));
         if let SampleConfig::Disks(disks) = &self.sample {
@@ -204,7 +208,8 @@ impl DemConfig {
             profile.validate(wheel.or(self.time.end_s))?;
         }
         if let Some(stress) = &self.stress {
-            stress.validate(2.0 * self.sample.radii().0)?;
+            let held = self.wheel.as_ref().is_some_and(|wheel| wheel.hold_s > 0.0);
+            stress.validate(2.0 * self.sample.radii().0, held)?;
         }
         if let Some(flow) = &self.flow {
             flow.validate(&self.law, &self.sample, self.wheel.as_ref())?;

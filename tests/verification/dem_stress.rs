@@ -156,6 +156,7 @@ fn a_strip_of_a_pressed_box_passes_on_the_pressure_of_the_lid_wherever_it_is_cut
             cell_m: 7.2 * R,
             x_m: Some([0.0, side]),
             y_m: Some([low, low + 7.5 * R]),
+            at_s: None,
         };
         let map = StressMap::measure(&config, dem.bodies(), dem.state(), THICKNESS);
         let syy = map.expect("it is loaded").results()[1].1;
@@ -197,6 +198,7 @@ fn a_bonded_lattice_has_its_modulus_in_any_region_and_cell() {
             cell_m: 7.1 * R,
             x_m: Some([x, x + 7.2 * R + 1.11 * R * part]),
             y_m: Some([y, y + 7.2 * R + 0.67 * R * part]),
+            at_s: None,
         };
         let map = StressMap::measure(&config, dem.bodies(), dem.state(), THICKNESS);
         let map = map.expect("it is loaded");
@@ -229,6 +231,13 @@ fn the_stress_is_that_of_the_end_of_the_hold() {
     let side = [-4.0 * R, 4.0 * R];
     let mut overrides = json!({"wheel": wheel});
     overrides["stress"] = json!({"cell_m": 8.0 * R, "x_m": side, "y_m": side});
+    let mut twice = overrides.clone();
+    twice["stress"]["at_s"] = json!(4e-3);
+    let message = refusal(&scene(sprung(), 1e-5, sample.clone(), twice));
+    assert!(
+        message.contains("stress.at_s") && message.contains("wheel.hold_s"),
+        "{message}"
+    );
     let mut dem = build(&scene(sprung(), 1e-5, sample, overrides));
     // From the face of the wheel to the middle of the overlap with the glued disk.
     let height = 2.0 * R - 1.5 * load / (STIFFNESS * THICKNESS);

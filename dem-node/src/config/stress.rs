@@ -24,6 +24,9 @@ pub struct StressConfig {
     pub x_m: Option<[f64; 2]>,
     /// Lower and upper side of the region (m), likewise.
     pub y_m: Option<[f64; 2]>,
+    /// Moment of the stress (s) where no wheel is held; the end of its hold, else the end of the run, when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub at_s: Option<f64>,
 }
 
 impl StressConfig {
@@ -32,8 +35,15 @@ impl StressConfig {
         sides.map(|[low, high]| ((high - low) / self.cell_m * (1.0 + ROUNDING)).floor())
     }
 
-    /// Refuses values out of range; `mean` is the mean diameter of the grains (m).
-    pub(super) fn validate(&self, mean: f64) -> Result<(), ConfigError> {
+    /// Refuses values out of range; `mean` is the mean diameter of the grains (m), `held` is true where a wheel has a hold.
+    pub(super) fn validate(&self, mean: f64, held: bool) -> Result<(), ConfigError> {
+        positive("stress.at_s", self.at_s, "s")?;
+        refuse_if(
+            held && self.at_s.is_some(),
+            "stress.at_s",
+            "is another moment than the end of wheel.hold_s, at which the stress is taken",
+            "remove one of them",
+        )?;
         positive("stress.cell_m", self.cell_m, "m")?;
         at_least("stress.cell_m", self.cell_m, CELL_DIAMETERS * mean, "m").map_err(|error| {
             error.help(format!(

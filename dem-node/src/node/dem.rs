@@ -34,7 +34,7 @@ use crate::solver::residual::Convergence;
 use crate::step::state::GrainState;
 use crate::step::threads::SolverThreads;
 use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
-use kit::wheel::WheelProgram;
+use kit::wheel::{WheelProgram, ends_at};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
@@ -93,8 +93,8 @@ pub(super) struct Progress {
     pub cycles: WheelCycles,
     pub forces: ForceMeans,
     pub profile: GrainProfile,
-    /// The stress at the end of the hold, once that is over.
-    pub held_stress: Option<StressMap>,
+    /// The stress at its moment, once that has come; none in it where no grain bore a force.
+    pub held_stress: Option<Option<StressMap>>,
     /// The flows of third body, where they are asked for.
     pub flow: Option<Flow>,
     pub steps: u64,
@@ -295,12 +295,13 @@ impl Dem {
             let grains = (&self.bodies, &*state, self.setting.thickness_m);
             profile.record(config, grains, [start, end]);
         }
-        let holds = |program: &WheelProgram| program.ends_hold([start, end]);
+        let hold_end = self.program.as_ref().and_then(WheelProgram::hold_end);
         if let Some(config) = &self.stress
-            && self.program.as_ref().is_some_and(holds)
+            && let Some(moment) = config.at_s.or(hold_end)
+            && ends_at(moment, [start, end])
         {
             let thickness = self.setting.thickness_m;
-            *held_stress = StressMap::measure(config, &self.bodies, state, thickness);
+            *held_stress = Some(StressMap::measure(config, &self.bodies, state, thickness));
         }
         if let (Some(scene), Some(flow)) = (&self.flow, flow.as_mut()) {
             flow.record(scene, (&self.bodies, state), end, end - start);

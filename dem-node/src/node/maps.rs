@@ -32,12 +32,15 @@ impl Dem {
         snapshot::write_text(&folder.join(name), text)
     }
 
-    /// The stress at the end of the hold, or of the last state where that is not over.
+    /// The stress at its moment, or of the last state where a wheel's hold is not over, or where there is neither.
     fn stress_map(&self) -> Option<StressMap> {
         let config = self.stress.as_ref()?;
         let (bodies, state) = (&self.bodies, &self.progress.state);
-        let held = self.progress.held_stress.clone();
-        held.or_else(|| StressMap::measure(config, bodies, state, self.setting.thickness_m))
+        match &self.progress.held_stress {
+            Some(held) => held.clone(),
+            None if config.at_s.is_some() => None,
+            None => StressMap::measure(config, bodies, state, self.setting.thickness_m),
+        }
     }
 
     pub(super) fn stress_results(&self) -> impl Iterator<Item = (String, f64)> {
@@ -57,7 +60,10 @@ impl Dem {
     }
 
     fn stress_advice(&self) -> Option<String> {
-        let asked = self.stress.is_some();
+        let came = self.progress.held_stress.is_some();
+        let asked = self
+            .stress
+            .is_some_and(|config| config.at_s.is_none() || came);
         let missing = asked
             && !self
                 .stress_results()

@@ -162,11 +162,9 @@ impl WheelProgram {
         self.ramp_s + self.hold_s
     }
 
-    /// True for the step, by its start and end (s), after which the hold is over; of two that share the end evenly, for both.
-    pub fn ends_hold(&self, [start, end]: [f64; 2]) -> bool {
-        let middle = 0.5 * (start + end);
-        let next = 2.0 * end - middle;
-        self.hold_s > 0.0 && (middle..=next).contains(&self.motion_start())
+    /// End of the hold (s), where there is one.
+    pub fn hold_end(&self) -> Option<f64> {
+        (self.hold_s > 0.0).then(|| self.motion_start())
     }
 
     /// End of the history (s).
@@ -198,11 +196,10 @@ impl WheelProgram {
 
     /// Times (s) at which its keys, those of a table `wheel`, have come into play.
     pub fn moments(&self) -> BTreeMap<String, f64> {
-        let held_s = (self.hold_s > 0.0).then(|| self.motion_start());
         moments([
             ("wheel.ramp_s", Some(self.ramp_s)),
             ("wheel.load_table", last_change(self.load_table.as_ref())),
-            ("wheel.hold_s", held_s),
+            ("wheel.hold_s", self.hold_end()),
             ("wheel.cycles", (self.cycles > 0.0).then(|| self.end())),
         ])
     }
@@ -213,6 +210,13 @@ impl WheelProgram {
         let cycling = ("cycling", moves, self.end());
         phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling])
     }
+}
+
+/// True for the step, by its start and end (s), that ends nearest to a moment (s); of two that share it evenly, for both.
+pub fn ends_at(moment: f64, [start, end]: [f64; 2]) -> bool {
+    let middle = 0.5 * (start + end);
+    let next = 2.0 * end - middle;
+    (middle..=next).contains(&moment)
 }
 
 /// The keys that have a moment (s).

@@ -36,6 +36,7 @@ fn cells(cell_m: f64) -> StressConfig {
         cell_m,
         x_m: None,
         y_m: None,
+        at_s: None,
     }
 }
 
@@ -156,6 +157,7 @@ fn a_triangular_lattice_has_the_stress_of_its_three_forces() {
     // Five of the nine rows: the outer ones have no neighbours on one side, and their tiles reach into the next ones.
     let config = StressConfig {
         y_m: Some([1.5 * height, 6.5 * height]),
+        at_s: None,
         ..cells(7.0 * R)
     };
     let map = StressMap::measure(&config, &bodies, &state, THICKNESS).expect("it is loaded");
@@ -235,6 +237,7 @@ fn a_lattice_has_its_stress_in_any_region_and_cell_whatever_their_edges_cut() {
                 let config = StressConfig {
                     x_m: side(0.0),
                     y_m: side(0.3),
+                    at_s: None,
                     ..cells(7.0 * R)
                 };
                 let map = StressMap::measure(&config, &bodies, &state, THICKNESS);
@@ -282,6 +285,7 @@ fn the_parts_of_the_grains_add_up_to_the_region() {
         let config = StressConfig {
             x_m: Some([1.1 * R, 15.5 * R]),
             y_m: Some([0.9 * R, 15.3 * R]),
+            at_s: None,
             ..cells(7.2 * R)
         };
         let map = StressMap::measure(&config, &bodies, &state, THICKNESS);
