@@ -87,6 +87,11 @@ impl Bodies {
         self.radii.len()
     }
 
+    /// The glued disks of the lid.
+    pub fn lid(&self) -> Range<usize> {
+        self.free + self.base..self.first_face()
+    }
+
     /// Number of glued disks.
     pub fn glued(&self) -> usize {
         self.reference.len()

@@ -163,10 +163,10 @@ impl DemConfig {
     /// Times (s) at which keys have come into play: the history of the wheel, loads over time, the feed with its first grain, the wear
     /// time, before which no grain is worn, and the moment of the stress.
     pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
-        let wear_s = self.flow.map(|flow| flow.wear_s);
+        let flow = self.flow.filter(|_| self.sample.period().is_none());
         let mut all = moments([
             ("injection.start_s", first_fed_s),
-            ("flow.wear_s", wear_s),
+            ("flow.wear_s", flow.map(|flow| flow.wear_s)),
             ("stress.at_s", self.stress.and_then(|stress| stress.at_s)),
         ]);
         let programs = self.wheel.iter().map(DemWheelConfig::program);

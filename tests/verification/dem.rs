@@ -23,6 +23,7 @@ mod dem_keys;
 mod dem_layer;
 mod dem_layer_run;
 mod dem_ledger;
+mod dem_lid;
 mod dem_modes;
 mod dem_pairs;
 mod dem_participant;

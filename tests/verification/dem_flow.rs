@@ -302,7 +302,4 @@ fn scenes_without_first_bodies_or_contact_zone_are_refused() {
     let mut config = sheared(followed());
     config["law"] = json!({"kind": "coulomb", "friction": 0.3});
     told(&config, &["flow", "cohesion"]);
-    let mut config = sheared(followed());
-    config["sample"]["periodic_x_m"] = json!([-0.01, 0.01]);
-    told(&config, &["flow", "sample.periodic_x_m"]);
 }

@@ -18,7 +18,7 @@ const STATIONS: [([f64; 4], &str, &str); 5] = [
     (
         [330.0, 20.0, 650.0, 80.0],
         "first bodies",
-        "grains that bonds connect with the base",
+        "grains that bonds connect with a glued row",
     ),
     ([330.0, 200.0, 650.0, 290.0], "contact zone", ""),
     ([800.0, 200.0, 960.0, 290.0], "outside", "left the zone"),

@@ -1,8 +1,8 @@
-//! The keys of `flow`: the flows of third body through the contact of the wheel.
+//! The keys of `flow`: the flows of third body through the contact of a wheel, a lid or a strip that repeats.
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{at_least, not_negative, positive, within};
+use kit::limits::{at_least, not_negative, positive, refuse_given, within};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -10,7 +10,8 @@ use super::law::{LawConfig, LawKind};
 use super::sample::SampleConfig;
 use super::wheel::DemWheelConfig;
 
-/// `flow`: the contact zone, and the time after which a grain that left it is worn.
+/// `flow`: the contact zone, and the time after which a grain that left it is worn. The zone below a lid is as long as that, of a strip
+/// that repeats it is the strip: only `wear_s` is a key there.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlowConfig {
@@ -73,18 +74,25 @@ impl FlowConfig {
             "tells the grains of the first bodies by their bonds, and there are none",
             "write law.kind = \"cohesion\", or remove the table",
         )?;
+        let strip = sample.period().is_some();
         refuse_if(
-            sample.period().is_some(),
+            wheel.is_none() && !sample.has_lid() && !strip,
             "flow",
-            "needs a contact with ends, and sample.periodic_x_m makes one without",
-            "remove one of them",
+            "is about the contact of a wheel or a lid, or a strip that repeats, and there is none",
+            "add [participant.config.wheel], sample.lid or sample.periodic_x_m, or remove the table",
         )?;
-        let Some(wheel) = wheel else {
-            return Err(ConfigError::new(
-                "flow",
-                "is about the contact of a wheel, and there is none",
-            )
-            .help("add [participant.config.wheel], or remove the table"));
+        let Some(wheel) = wheel.filter(|_| !strip) else {
+            let given = [
+                ("flow.zone_share", self.zone_share != zone_share()),
+                ("flow.margin_diameters", self.margin_diameters != margin()),
+                (
+                    "flow.hysteresis_diameters",
+                    self.hysteresis_diameters != hysteresis(),
+                ),
+                ("flow.zone_mean_s", self.zone_mean_s.is_some()),
+            ];
+            let what = "finds the zone below a wheel, and here it is the whole lid or strip";
+            return refuse_given(given, what, "remove the key");
         };
         if wheel.cycles > 0.0 {
             let cycle = 1.0 / wheel.frequency_hz;

@@ -144,6 +144,15 @@ impl SampleConfig {
         matches!(self, SampleConfig::Disks(disks) if disks.has_clusters())
     }
 
+    /// True if a row of disks is glued to a body above the others.
+    pub(super) fn has_lid(&self) -> bool {
+        match self {
+            SampleConfig::Layer(layer) => layer.lid,
+            SampleConfig::Rail(_) => false,
+            SampleConfig::Disks(disks) => disks.disks.iter().any(|disk| disk.lid),
+        }
+    }
+
     /// Speed of the fastest cluster whose motion is prescribed (m/s).
     pub fn driven_speed(&self) -> f64 {
         let SampleConfig::Disks(disks) = self else {

@@ -2,9 +2,10 @@
 //!
 //! A bond is one of more than 0.01 of adhesion. A grain is *first body* while bonds connect it with an anchor, else *third body*;
 //! those that none connects at the start are the initial stock, which is third body and no source. A grain is in the contact
-//! zone ([`zone::Zone`]) when its centre is. A step is recorded in this order:
+//! zone ([`zone::Zone`]) when its centre is: below what carries the wheel, below a lid from end to end, or anywhere in a strip that
+//! repeats, which nothing enters or leaves. A step is recorded in this order:
 //!
-//! 1. by their own motion, grains cross the ends of the zone as it was, and the section x = 0;
+//! 1. by their own motion, grains cross the ends of the zone as it was, and the section x = 0 with its images;
 //! 2. the zone moves, over grains at their new positions;
 //! 3. grains change from first to third body and back where they are then;
 //! 4. third body that has been outside for `wear_s` since it left is worn, once for each time that it left.
@@ -15,7 +16,7 @@
 //! in store are nowhere.
 //!
 //! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
-//! therefore the mass per length in its middle half, as that was when the wheel's motion began.
+//! therefore the mass per length in its middle half, as that was when the wheel's motion began; in a strip in all of it.
 
 pub mod graph;
 pub mod ledger;
@@ -25,7 +26,9 @@ use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
+use crate::bodies::positions::proximity;
 use crate::config::flow::FlowConfig;
+use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
 use crate::step::state::GrainState;
 use ledger::MassLedger;
@@ -76,8 +79,8 @@ struct Grain {
     inside: bool,
     /// True for one that has been in the zone as third body.
     has_entered: bool,
-    /// True for a centre at x >= 0.
-    right: bool,
+    /// Sections at x = 0 and its images that its centre is right of, counted from one to the left of x = 0.
+    section: i32,
     /// Time at which it left the zone (s), while it is outside.
     left_at: Option<f64>,
     /// True for one that has been outside for so long that it is worn.
@@ -106,8 +109,8 @@ pub struct Flow {
     held: f64,
     /// Largest difference of that from the ledger (kg).
     defect: f64,
-    /// Twice the kinetic energy of the grains in the zone, scaled masses and all, and force on the wheel times its height above the base,
-    /// summed over steps (J).
+    /// Twice the kinetic energy of the grains in the zone, scaled masses and all, and force on the wheel or the lid times its height
+    /// above the base, summed over steps (J).
     kinetic: [f64; 2],
     /// The middle half of the zone, once the motion has begun, and third body in it (kg).
     middle: Option<Zone>,
@@ -133,13 +136,13 @@ impl FlowScene {
 }
 
 impl Grain {
-    fn at_start(body: FlowBody, x: f64) -> Grain {
+    fn at_start(body: FlowBody, section: i32) -> Grain {
         Grain {
             body,
             detached: NEVER,
             inside: false,
             has_entered: false,
-            right: x >= 0.0,
+            section,
             left_at: None,
             worn: false,
         }
@@ -150,23 +153,23 @@ impl Grain {
     }
 
     /// The grain is fed in, in the zone or outside.
-    fn feed_in(&mut self, x: f64, inside: bool, mass: f64, ledger: &mut MassLedger) {
+    fn feed_in(&mut self, section: i32, inside: bool, mass: f64, ledger: &mut MassLedger) {
         *self = Grain {
             inside,
             has_entered: inside,
-            ..Grain::at_start(FlowBody::Fed, x)
+            ..Grain::at_start(FlowBody::Fed, section)
         };
         ledger.injected += mass;
         ledger.external += if inside { mass } else { 0.0 };
     }
 
-    fn cross_section(&mut self, x: f64, mass: f64, ledger: &mut MassLedger) {
-        let right = x >= 0.0;
-        if self.is_third() && right != self.right {
-            ledger.internal_net += if right { mass } else { -mass };
-            ledger.internal_abs += mass;
+    fn cross_section(&mut self, section: i32, mass: f64, ledger: &mut MassLedger) {
+        if self.is_third() {
+            let passed = f64::from(section - self.section) * mass;
+            ledger.internal_net += passed;
+            ledger.internal_abs += passed.abs();
         }
-        self.right = right;
+        self.section = section;
     }
 
     /// The grain is inside, or outside, from this time on (s).
@@ -243,7 +246,7 @@ impl Flow {
             }
         };
         let grains = state.centres[..bodies.free].iter().enumerate();
-        let grains = grains.map(|(grain, centre)| Grain::at_start(body(grain), centre[0]));
+        let grains = grains.map(|(grain, at)| Grain::at_start(body(grain), section(bodies, at[0])));
         Flow {
             grains: grains.collect(),
             present,
@@ -261,9 +264,12 @@ impl Flow {
         step: f64,
     ) {
         let before = self.zone;
-        self.follow_wheel(scene, (bodies, state), step);
+        self.follow_contact(scene, (bodies, state), step);
         if self.middle.is_none() && end + ROUNDING * step >= scene.middle_from {
-            let middle = self.zone.map(Zone::middle_half);
+            let middle = match bodies.period {
+                None => self.zone.map(Zone::middle_half),
+                Some(_) => self.zone,
+            };
             self.middle = middle.filter(|middle| middle.ends[0] < middle.ends[1]);
         }
         let first = self.changed_bodies(bodies, state);
@@ -274,13 +280,14 @@ impl Flow {
         let come = self.present..state.present(bodies);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
-            let (x, mass) = (state.centres[i][0], scene.masses[i]);
+            let (centre, mass) = (state.centres[i], scene.masses[i]);
+            let ([x, _], section) = (shown(bodies, centre), section(bodies, centre[0]));
             let [was_inside, inside] =
                 [before, self.zone].map(|zone| zone.is_some_and(|zone| zone.holds(x)));
             if come.contains(&i) {
-                grain.feed_in(x, was_inside, mass, ledger);
+                grain.feed_in(section, was_inside, mass, ledger);
             }
-            grain.cross_section(x, mass, ledger);
+            grain.cross_section(section, mass, ledger);
             grain.cross_end(was_inside, Crossing::OwnMotion, end, mass, ledger);
             grain.cross_end(inside, Crossing::ZoneMotion, end, mass, ledger);
             if let Some(first) = &first {
@@ -301,12 +308,15 @@ impl Flow {
         }
         self.held = held;
         self.kinetic[0] += scene.mass_scale * kinetic;
-        self.kinetic[1] += self.loads.force() * (state.wheel.position[1] - scene.base);
+        self.kinetic[1] += match bodies.wheel() {
+            Some(_) => self.loads.force() * (state.wheel.position[1] - scene.base),
+            None => pressed_by_lid(bodies, state, scene.base),
+        };
         self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
     }
 
-    /// Moves the zone. It stays while the wheel bears nothing.
-    fn follow_wheel(
+    /// Moves the zone: to the ends of the strip, or of the lid, or with what carries the wheel. It stays while that bears nothing.
+    fn follow_contact(
         &mut self,
         scene: &FlowScene,
         (bodies, state): (&Bodies, &GrainState),
@@ -315,6 +325,11 @@ impl Flow {
         let (config, diameter) = (&scene.config, scene.diameter);
         let share = -(-step / config.mean_s()).exp_m1();
         self.loads.update(bodies, state, diameter, share);
+        if bodies.period.is_some() || bodies.wheel().is_none() {
+            let ends = ends(bodies, state, 0, bodies.lid());
+            self.zone = Some(Zone { ends });
+            return;
+        }
         let Some(found) = Zone::find(config, &self.loads, diameter) else {
             return;
         };
@@ -388,7 +403,7 @@ impl Flow {
         results.chain(given([("third_body_per_length_kg_per_m", middle)]))
     }
 
-    /// Kinetic stress of the grains in the zone over the pressure of the wheel: sum m v^2 / (2 V) over F / A, V = A H.
+    /// Kinetic stress of the grains in the zone over the pressure of the wheel or the lid: sum m v^2 / (2 V) over F / A, V = A H.
     pub fn kinetic_share(&self) -> f64 {
         let [twice, borne] = self.kinetic;
         if borne > 0.0 {
@@ -411,9 +426,11 @@ impl Flow {
     /// All numbers that can change a later bit; the bonds are those of the state.
     fn for_each_number(&self, mut visit: impl FnMut(f64)) {
         for grain in &self.grains {
-            let flags = [grain.inside, grain.has_entered, grain.right, grain.worn];
             visit(f64::from(grain.body as u8));
-            flags.iter().for_each(|flag| visit(f64::from(*flag)));
+            visit(f64::from(grain.inside));
+            visit(f64::from(grain.has_entered));
+            visit(f64::from(grain.section));
+            visit(f64::from(grain.worn));
             visit(grain.detached);
             visit(grain.left_at.unwrap_or(NEVER));
         }
@@ -427,6 +444,28 @@ impl Flow {
         self.kinetic.iter().for_each(|x| visit(*x));
         visit(self.in_middle);
     }
+}
+
+/// See [`Grain::section`].
+fn section(bodies: &Bodies, x: f64) -> i32 {
+    match bodies.period {
+        None => i32::from(x >= 0.0),
+        Some(period) => 1 + (x / period.length).floor() as i32,
+    }
+}
+
+/// Force of the grains on the lid, upwards, times its mean height above a base (J).
+fn pressed_by_lid(bodies: &Bodies, state: &GrainState, base: f64) -> f64 {
+    let (lid, positions) = (bodies.lid(), state.positions(bodies));
+    let slots = state.list.slots.iter();
+    let forces = slots
+        .filter(|slot| lid.contains(&(slot.b as usize)))
+        .map(|slot| {
+            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            -(slot.force[0] * at.normal[1] + slot.force[1] * at.normal[0])
+        });
+    let heights = state.centres[lid.clone()].iter().map(|centre| centre[1]);
+    forces.sum::<f64>() * (heights.sum::<f64>() / lid.len().max(1) as f64 - base)
 }
 
 /// Pairs of the bonds that hold, in order.

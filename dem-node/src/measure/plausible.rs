@@ -273,7 +273,7 @@ impl FinishedRun<'_> {
     fn flow_kinetic(&self) -> Option<Finding> {
         let value = self.flow?.kinetic_share();
         judge!(self.bounds.flow_kinetic_rel, "flow_kinetic", value;
-            "the kinetic stress of the grains in the contact zone was {value:.2e} of the wheel's pressure: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
+            "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
     }
 
     /// Judges the mass that was due to be fed in and found no place.

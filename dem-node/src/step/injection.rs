@@ -13,7 +13,7 @@
 use std::ops::Range;
 
 use crate::bodies::Bodies;
-use crate::bodies::geometry::under_wheel;
+use crate::bodies::geometry::{between_points, under_wheel};
 use crate::bodies::positions::Positions;
 use crate::config::DemConfig;
 use crate::contact::detect::Slot;
@@ -130,7 +130,7 @@ struct Surroundings<'a> {
     positions: Positions<'a>,
     /// Centres and radii of disks (m).
     disks: Vec<([f64; 2], f64)>,
-    /// Centres of the disks of the base, and of the wheel's face (m).
+    /// Centres of the disks of the base, and of the lid or the wheel's face (m).
     rows: [Vec<[f64; 2]>; 2],
 }
 
@@ -145,11 +145,13 @@ impl Surroundings<'_> {
         let there = (0..bodies.disks()).filter(|disk| !state.waits(bodies, *disk));
         let disks = there.map(|disk| (state.centres[disk], state.radius(bodies, disk)));
         let near = |&(centre, radius): &([f64; 2], f64)| {
-            (centre[0] - point[0]).hypot(centre[1] - point[1]) < 2.0 * reach + radius
+            let [dx, dy] = between_points(centre, point, bodies.period);
+            dx.hypot(dy) < 2.0 * reach + radius
         };
         let row = |disks: Range<usize>| {
+            let off = |centre: &[f64; 2]| between_points(*centre, point, bodies.period)[0];
             let centres = state.centres[disks].iter();
-            let near = centres.filter(|centre| (centre[0] - point[0]).abs() < 2.0 * reach);
+            let near = centres.filter(|centre| off(centre).abs() < 2.0 * reach);
             near.copied().collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
@@ -157,15 +159,17 @@ impl Surroundings<'_> {
             bodies,
             positions: state.positions(bodies),
             disks: disks.filter(near).collect(),
-            rows: [row(base), row(bodies.first_face()..bodies.disks())],
+            rows: [row(base), row(bodies.lid().start..bodies.disks())],
         }
     }
 
-    /// True for a position above the base and below a wheel of disks, by the disk of each that is nearest along x: there is room behind
-    /// them too.
-    fn is_between(&self, [x, y]: [f64; 2]) -> bool {
+    /// True for a position above the base and below a lid or a wheel of disks, by the disk of each that is nearest along x: there is room
+    /// behind them too.
+    fn is_between(&self, position: [f64; 2]) -> bool {
+        let y = position[1];
         let height = |row: &[[f64; 2]]| {
-            let off = |centre: &[f64; 2]| (centre[0] - x).abs();
+            let off =
+                |centre: &[f64; 2]| between_points(*centre, position, self.bodies.period)[0].abs();
             let nearest = row.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             nearest.map(|centre| centre[1])
         };
@@ -175,9 +179,10 @@ impl Surroundings<'_> {
 
     /// Room around a position (m).
     fn gap(&self, position: [f64; 2]) -> f64 {
-        let disks = self.disks.iter();
-        let to_disks =
-            disks.map(|(centre, r)| (centre[0] - position[0]).hypot(centre[1] - position[1]) - r);
+        let to_disks = self.disks.iter().map(|(centre, radius)| {
+            let [dx, dy] = between_points(*centre, position, self.bodies.period);
+            dx.hypot(dy) - radius
+        });
         to_disks
             .chain(self.to_faces(position))
             .fold(f64::INFINITY, f64::min)

@@ -3,6 +3,7 @@
 //! Masses are powers of two, so that sums are exact.
 
 use super::*;
+use crate::bodies::geometry::Period;
 use crate::contact::bond::Bond;
 use crate::contact::detect::Slot;
 
@@ -386,4 +387,70 @@ fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
     trial.step(&[(0, -2.9)]);
     assert_eq!((trial.flow.per_length(), trial.flow.held), (4.0, 12.0));
     assert!(trial.flow.signals().any(|signal| signal == (name, 4.0)));
+}
+
+/// A strip of 12 m, from -4 to 8: grain 4 at 10 lies in it at -2. All of it is zone from the first step on, and nothing leaves it.
+#[test]
+fn what_leaves_a_strip_on_one_side_has_entered_it_on_the_other() {
+    let mut trial = Trial::new();
+    trial.bodies.period = Some(Period::between([-4.0, 8.0]));
+    trial.flow = Flow::new(&trial.bodies, &trial.state);
+    trial.detach();
+    let start = MassLedger {
+        covered: 8.0,
+        source: 4.0,
+        detached: 4.0,
+        ..MassLedger::default()
+    };
+    assert_eq!(trial.step(&[]), start);
+    assert_eq!(trial.ends(), [-4.0, 8.0]);
+    // Over the seam at 8, which is no place.
+    assert_eq!(trial.step(&[(2, 9.0), (3, -4.5)]), start);
+    // The image of x = 0 at 12 to the right, that of -12 to the left.
+    let passed = MassLedger {
+        internal_net: -4.0,
+        internal_abs: 12.0,
+        ..start
+    };
+    assert_eq!(trial.step(&[(2, 13.0), (3, -12.5)]), passed);
+    // Two of them at once, back to where it was.
+    let back = MassLedger {
+        internal_net: -8.0,
+        internal_abs: 16.0,
+        ..start
+    };
+    assert_eq!(trial.step(&[(2, 11.0)]), back);
+    for _ in 0..4 {
+        assert_eq!(trial.step(&[]), back);
+    }
+    assert_eq!((trial.flow.held, trial.flow.per_length()), (12.0, 1.0));
+    trial.bodies.wheel_mass = None;
+    assert_eq!(trial.step(&[(2, 35.5)]).internal_net, 0.0);
+    assert_eq!(trial.ends(), [-4.0, 8.0]);
+}
+
+/// Two disks of a lid from -4 to 4, then from -2 to 6; 100 N press the first one from 2 m below, 1.5 m above the base.
+#[test]
+fn the_zone_below_a_lid_goes_from_its_first_disk_to_its_last() {
+    let mut trial = Trial::new();
+    trial.bodies.wheel_mass = None;
+    trial.bodies.radii.extend([0.5; 2]);
+    trial.bodies.reference.extend([[0.0; 2]; 2]);
+    trial.state.centres.extend([[-3.5, 2.0], [3.5, 2.0]]);
+    trial.state.centres[0][0] = -3.5;
+    trial.state.list.slots.truncate(1);
+    trial.scene.base = 0.5;
+    let stock = trial.step(&[]);
+    assert_eq!((stock.covered, trial.ends()), (8.0, [-4.0, 4.0]));
+    // Grains 0 to 3 are below it: 0.5 x 100 x 15 kg x 25 m2/s2 over 100 N x 1.5 m.
+    assert_eq!(trial.flow.kinetic_share(), 125.0);
+    // The lid goes on, and leaves grain 3 behind.
+    let gone = trial.step(&[(3, -2.5), (6, -1.5), (7, 5.5)]);
+    assert_eq!((gone.uncovered, gone.ejected), (8.0, 0.0));
+    assert_eq!(trial.ends(), [-2.0, 6.0]);
+    trial.step(&[]);
+    let worn = trial.step(&[]);
+    assert_eq!((worn.wear, trial.flow.held), (8.0, 0.0));
+    let back = trial.step(&[(3, -1.0)]);
+    assert_eq!([back.recirculated, back.wear_returned], [8.0; 2]);
 }

@@ -1,4 +1,4 @@
-//! The contact zone: the part of the x axis that carries the wheel.
+//! The contact zone: the part of the x axis that carries the wheel, or that lies below a lid, or the whole of a strip that repeats.
 
 use std::collections::BTreeMap;
 
