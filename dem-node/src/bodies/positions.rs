@@ -49,9 +49,8 @@ pub fn proximity(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> 
 /// Distance of two bodies, also where neither of them is the one that the other will touch (m).
 pub fn distance(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> f64 {
     if let Some(segment) = bodies.segment_index(b) {
-        let points = positions.surface;
-        let centre = (bodies.surface).image(segment, points, positions.centres[a]);
-        return bodies.surface.segment(segment, points).distance(centre) - bodies.radii[a];
+        let (surface, points) = (&bodies.surface, positions.surface);
+        return surface.distance(segment, points, positions.centres[a]) - bodies.radii[a];
     }
     match bodies.wall_of(b) {
         None => proximity(bodies, positions, a, b).gap,

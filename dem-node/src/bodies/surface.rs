@@ -137,7 +137,7 @@ impl BareSurface {
             None => centre,
             Some(period) => {
                 let middle = 0.5 * self.vector(index, points)[0];
-                let [dx, _] = [period.nearest(centre[0] - start[0] - middle) + middle, 0.0];
+                let dx = period.nearest(centre[0] - start[0] - middle) + middle;
                 [start[0] + dx, centre[1]]
             }
         }
@@ -158,6 +158,12 @@ impl BareSurface {
             normal: left_of(unit(self.vector(index, points))),
             gap: f64::INFINITY,
         })
+    }
+
+    /// Distance of a point from any part of a segment (m).
+    pub fn distance(&self, index: usize, points: &[[f64; 2]], from: [f64; 2]) -> f64 {
+        let from = self.image(index, points, from);
+        self.segment(index, points).distance(from)
     }
 
     /// The foot of a disk on a segment.

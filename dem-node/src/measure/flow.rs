@@ -125,14 +125,19 @@ impl FlowScene {
             masses: bodies.masses.iter().map(|m| m / mass_scale).collect(),
             diameter: 2.0 * bodies.mean_radius(),
             mass_scale,
-            base: bodies.reference[..bodies.base]
-                .iter()
-                .map(|c| c[1])
-                .sum::<f64>()
-                / bodies.base as f64,
+            base: mean_height(bodies),
             middle_from: moves_from,
         }
     }
+}
+
+/// Mean height of the glued disks of the base, or of the points of a bare one (m).
+fn mean_height(bodies: &Bodies) -> f64 {
+    let row = match &bodies.reference[..bodies.base] {
+        [] => &bodies.surface.points[..bodies.surface.base],
+        disks => disks,
+    };
+    row.iter().map(|point| point[1]).sum::<f64>() / row.len() as f64
 }
 
 impl Grain {

@@ -130,7 +130,7 @@ struct Surroundings<'a> {
     positions: Positions<'a>,
     /// Centres and radii of disks (m).
     disks: Vec<([f64; 2], f64)>,
-    /// Centres of the disks of the base, and of the lid or the wheel's face (m).
+    /// Centres of the disks of the base, and of the lid or the wheel's face, with the points of their surfaces (m).
     rows: [Vec<[f64; 2]>; 2],
 }
 
@@ -148,18 +148,22 @@ impl Surroundings<'_> {
             let [dx, dy] = between_points(centre, point, bodies.period);
             dx.hypot(dy) < 2.0 * reach + radius
         };
-        let row = |disks: Range<usize>| {
+        let row = |disks: Range<usize>, surface: &[[f64; 2]]| {
             let off = |centre: &[f64; 2]| between_points(*centre, point, bodies.period)[0];
-            let centres = state.centres[disks].iter();
+            let centres = state.centres[disks].iter().chain(surface);
             let near = centres.filter(|centre| off(centre).abs() < 2.0 * reach);
             near.copied().collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
+        let (below, above) = state.surface.split_at(bodies.surface.base);
         Surroundings {
             bodies,
             positions: state.positions(bodies),
             disks: disks.filter(near).collect(),
-            rows: [row(base), row(bodies.lid().start..bodies.disks())],
+            rows: [
+                row(base, below),
+                row(bodies.lid().start..bodies.disks(), above),
+            ],
         }
     }
 
@@ -188,7 +192,7 @@ impl Surroundings<'_> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Distances to the wheel, where its face is smooth, and to the walls (m).
+    /// Distances to the wheel, where its face is smooth, to the walls and to the surface (m).
     fn to_faces(&self, position: [f64; 2]) -> impl Iterator<Item = f64> {
         let (bodies, positions) = (self.bodies, self.positions);
         let smooth = bodies.wheel().filter(|_| bodies.face.is_empty());
@@ -197,7 +201,10 @@ impl Surroundings<'_> {
         let walls = bodies.walls.iter();
         let walls =
             walls.map(move |wall| wall.distance(wall.frame(position, positions.wall_motion_time)));
-        wheel.into_iter().chain(walls)
+        let segments = 0..bodies.surface.segments();
+        let segments = segments
+            .map(move |index| (bodies.surface).distance(index, positions.surface, position));
+        wheel.into_iter().chain(walls).chain(segments)
     }
 }
 
