@@ -87,15 +87,18 @@ fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     let rest = match (cost, ended.error) {
         (Some(cost), _) => cost_lines(summary, &cost),
         (None, None) => Vec::new(),
-        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => vec![format!(
-            "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
-        )],
-        (None, Some(error)) => {
-            if summary.foreseen.is_empty() || matches!(error, Error::Interrupted { .. }) {
-                return Err(error);
-            }
-            vec![format!("cost: not predicted, the run ends early: {error}")]
-        }
+        (None, Some(error)) => vec![match &error {
+            Error::Deadline {
+                peer,
+                key: "setup_s",
+                ..
+            } => format!(
+                "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
+            ),
+            Error::Interrupted { .. } => return Err(error),
+            _ if summary.foreseen.is_empty() => return Err(error),
+            _ => format!("cost: not predicted, the run ends early: {error}"),
+        }],
     };
     let lines = unreached.map(Warning::line).chain(foreseen);
     Ok(lines.chain(rest).collect())
