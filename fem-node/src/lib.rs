@@ -2,8 +2,8 @@
 //!
 //! # Problem
 //!
-//! A plane body of thickness t (plane strain, or plane stress) moves under tractions and prescribed motions of named sets of nodes,
-//! under a rigid wheel of its own, or under the force lambda of an interface that a coupler dictates. Its weak form on 4-node
+//! A plane body of thickness t (plane strain, or plane stress) moves under loads and prescribed motions of named sets of nodes (over
+//! time, to and fro), under a rigid wheel of its own, or under the force lambda of an interface that a coupler dictates. Its weak form on 4-node
 //! quadrilaterals is the equation of motion
 //!
 //! ```text
@@ -164,6 +164,7 @@
 //! | C(1) = h^2/2 M^-1, columns of unit forces | [`compliance`](interface::compliance::compliance) | stated there |
 //! | H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) | [`impedance`](interface::compliance::impedance) | stated there |
 //! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](interface::prescribed_velocity::PrescribedVelocity::step) | derived in its module |
+//! | u' = D(t + h) of a prescribed motion | `move_to` of [`works`](interface::window::works) | stated in [`motion`](model::motion) |
 //! | r = F + d - f of a prescribed motion | [`reaction`](interface::window::works::reaction) | derived in [`boundary`](model::boundary) |
 //! | W = [(1-b) f + b f'] du | [`applied_work`](interface::window::works::applied_work) | derived in [`integrate`](mod@integrate) |
 //! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`NodeRow::numerical_dissipation`](integrate::node_row::NodeRow::numerical_dissipation), [`WindowRun::close`](interface::window::WindowRun::close) | derived in [`integrate`](mod@integrate) |

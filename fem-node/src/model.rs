@@ -2,11 +2,13 @@
 //!
 //! - [`spectrum`]: the largest frequency and the longest stable step;
 //! - [`boundary`]: loads and prescribed motions of named sets;
+//! - [`motion`]: the latter over time;
 //! - `initial`: initial velocities;
 //! - `probe_points`: the points whose motion is reported.
 
 pub mod boundary;
 pub(crate) mod initial;
+pub mod motion;
 pub(crate) mod probe_points;
 pub mod spectrum;
 
@@ -16,6 +18,7 @@ use kit::ConfigError;
 use kit::limits::positive;
 use protocol::{Cause, Setting};
 
+use crate::config::boundary::SetConfig;
 use crate::config::choice::{Analysis, Base, ElementKind, Kinematics, Sides, Start};
 use crate::config::keys::FemConfig;
 use crate::config::material::MaterialKind;
@@ -32,7 +35,8 @@ use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::connectivity::Connectivity;
 use crate::mesh::gmsh;
 use crate::mesh::{Edge, Mesh};
-use crate::model::boundary::{PrescribedMotion, Traction};
+use crate::model::boundary::Traction;
+use crate::model::motion::PrescribedMotion;
 use crate::model::probe_points::ProbePoint;
 use crate::scheme::{Damping, NewmarkScheme};
 use crate::wheel::rigid::Wheel;
@@ -83,8 +87,8 @@ pub struct Model {
     pub wheel: Option<Wheel>,
     /// True where the bottom is held, so that nothing can be coupled to it.
     pub(crate) supported: bool,
-    /// True where no component is held or moved, so that the momentum is that of the forces on the body.
-    pub(crate) free: bool,
+    /// True along x and y where no component is held or moved, so that the momentum is that of the forces on the body.
+    pub(crate) free: [bool; 2],
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
     /// Velocity at the start of each component that has one (m/s).
@@ -133,7 +137,8 @@ impl Model {
             spectrum::damped_step_limit(omega_max, config.time.damping, stiffness_damping);
         check_limit(config, step_limit)?;
         let step = choose_step(config, step_limit)?;
-        check_wheel(config, &mesh, step)?;
+        check_wheel(config, &mesh)?;
+        check_frequencies(config, step)?;
         let scheme = NewmarkScheme {
             step,
             damping: config.time.damping,
@@ -165,7 +170,7 @@ impl Model {
             end: end.or(config.time.end_s),
             tractions,
             wheel,
-            free: config.base == Base::Free && config.sides == Sides::Free && motions.is_empty(),
+            free: free(config),
             motions,
             initial_velocity,
             probes,
@@ -214,6 +219,13 @@ impl Model {
     }
 }
 
+/// Directions in which nothing holds or moves a part of the body.
+fn free(config: &FemConfig) -> [bool; 2] {
+    let free = config.base == Base::Free && config.sides == Sides::Free;
+    let motions = || config.boundary.0.values().filter_map(SetConfig::prescribed);
+    [0, 1].map(|k| free && motions().all(|motion| motion.components()[k].0.is_none()))
+}
+
 /// An unstructured mesh must name the edges that other keys speak of.
 fn check_sets(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     if mesh.connectivity.is_none() {
@@ -259,8 +271,8 @@ fn check_limit(config: &FemConfig, limit: f64) -> Result<(), ConfigError> {
         .help("check the units of run.thickness_m, mesh and material (SI)"))
 }
 
-/// A round face between two nodes touches neither, and a motion that turns within a few steps is not the one asked for.
-fn check_wheel(config: &FemConfig, mesh: &Mesh, step: f64) -> Result<(), ConfigError> {
+/// A round face between two nodes touches neither.
+fn check_wheel(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     let Some(wheel) = &config.wheel else {
         return Ok(());
     };
@@ -274,16 +286,30 @@ fn check_wheel(config: &FemConfig, mesh: &Mesh, step: f64) -> Result<(), ConfigE
             "check the unit (m), enlarge it, refine mesh.size_m, or write 0 for a flat face",
         ));
     }
-    let moves = config.analysis == Analysis::Dynamic && wheel.cycles > 0.0;
-    let moves = moves && !config.time.unsafe_step;
-    if moves && wheel.frequency_hz * step * STEPS_PER_PERIOD > 1.0 {
-        let problem = format!(
-            "a period of {:e} s holds fewer than {STEPS_PER_PERIOD} steps of {step:.3e} s",
-            1.0 / wheel.frequency_hz
-        );
-        return Err(ConfigError::new("wheel.frequency_hz", problem)
-            .because(Cause::StepTooLong)
-            .help("check the unit (1/s), lower it, or shorten time.step_s"));
+    Ok(())
+}
+
+/// A motion that turns within a few steps is not the one asked for.
+fn check_frequencies(config: &FemConfig, step: f64) -> Result<(), ConfigError> {
+    if config.analysis != Analysis::Dynamic || config.time.unsafe_step {
+        return Ok(());
+    }
+    let wheel = config.wheel.iter().filter(|wheel| wheel.cycles > 0.0);
+    let wheel = wheel.map(|wheel| ("wheel".to_string(), wheel.frequency_hz));
+    let moved = config.boundary.0.iter().filter_map(|(name, set)| {
+        let motion = set.motion.as_ref()?;
+        Some((format!("boundary.{name}.motion"), motion.frequency_hz))
+    });
+    for (key, frequency) in wheel.chain(moved) {
+        if frequency * step * STEPS_PER_PERIOD > 1.0 {
+            let problem = format!(
+                "a period of {:e} s holds fewer than {STEPS_PER_PERIOD} steps of {step:.3e} s",
+                1.0 / frequency
+            );
+            return Err(ConfigError::new(&format!("{key}.frequency_hz"), problem)
+                .because(Cause::StepTooLong)
+                .help("check the unit (1/s), lower it, or shorten time.step_s"));
+        }
     }
     Ok(())
 }

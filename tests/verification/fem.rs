@@ -22,6 +22,7 @@ mod fem_manufactured;
 mod fem_mesh;
 mod fem_mixed;
 mod fem_motion;
+mod fem_motion_table;
 mod fem_msh;
 mod fem_newmark;
 mod fem_patch;

@@ -11,6 +11,10 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::motion::{
+    MotionTable, ReciprocatingConfig, SetMotion, check_direction, check_finite, unit,
+};
+
 /// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
@@ -32,8 +36,13 @@ pub struct SetConfig {
     pub velocity_m_per_s: Option<[PrescribedComponent; 2]>,
     /// Components of the displacement at the end of the ramp (m), or `"free"`.
     pub displacement_m: Option<[PrescribedComponent; 2]>,
-    /// Duration of a linear ramp from zero (s), of tractions, pressures and motions alike; at once when absent or 0, which a
-    /// displacement cannot be.
+    /// Displacement over time (s, m, m), or `"free"` in all entries where the set may move: linear between the entries, constant
+    /// beyond them, and 0 at t = 0.
+    pub motion_table: Option<MotionTable>,
+    /// Motion to and fro along one direction.
+    pub motion: Option<ReciprocatingConfig>,
+    /// Duration of a linear ramp from zero (s), of tractions, pressures, velocities and displacements alike; at once when absent or
+    /// 0, which a displacement cannot be. Loads and motions over time have none.
     #[schemars(range(min = 0.0))]
     pub ramp_s: Option<f64>,
 }
@@ -47,13 +56,6 @@ pub(crate) enum SetLoad<'a> {
     Table(&'a LoadTable, [f64; 2]),
 }
 
-/// Motion of a set, once read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum SetMotion {
-    Velocity([PrescribedComponent; 2]),
-    Displacement([PrescribedComponent; 2]),
-}
-
 impl SetConfig {
     /// The load that is given.
     pub(crate) fn load(&self) -> Option<SetLoad<'_>> {
@@ -64,23 +66,23 @@ impl SetConfig {
     }
 
     /// The motion that is given.
-    pub(crate) fn motion(&self) -> Option<SetMotion> {
+    pub(crate) fn prescribed(&self) -> Option<SetMotion<'_>> {
         let velocity = self.velocity_m_per_s.map(SetMotion::Velocity);
-        velocity.or(self.displacement_m.map(SetMotion::Displacement))
+        let rate = velocity.or(self.displacement_m.map(SetMotion::Displacement));
+        let table = self.motion_table.as_ref().map(SetMotion::Table);
+        let to_and_fro = self.motion.as_ref().map(SetMotion::Reciprocating);
+        rate.or(table).or(to_and_fro)
     }
 
     /// Unit vector along which the force of a table acts, where a key gives it.
     fn direction(&self) -> Option<[f64; 2]> {
         let given = self.load_direction.or_else(|| self.only_free())?;
-        // The length of two large numbers overflows, that of their ratios does not.
-        let larger = given[0].abs().max(given[1].abs());
-        let [x, y] = given.map(|d| d / larger);
-        Some([x, y].map(|d| d / x.hypot(y)))
+        Some(unit(given))
     }
 
     /// The only direction that the motion leaves free.
     fn only_free(&self) -> Option<[f64; 2]> {
-        match self.motion()?.components().map(|component| component.0) {
+        match self.prescribed()?.components().map(|component| component.0) {
             [None, Some(_)] => Some([1.0, 0.0]),
             [Some(_), None] => Some([0.0, 1.0]),
             _ => None,
@@ -89,26 +91,31 @@ impl SetConfig {
 
     fn check(&self, set: &str) -> Result<(), ConfigError> {
         self.check_count(set)?;
+        let motion = self.prescribed();
+        motion.map_or(Ok(()), |motion| motion.check(set))?;
         self.check_table(set)?;
         self.check_directions(set)?;
-        let load = self.load().map(SetLoad::numbers);
-        for (name, numbers) in load
-            .into_iter()
-            .chain(self.motion().map(SetMotion::numbers))
-        {
-            if !numbers.iter().all(|number| number.is_finite()) {
-                let key = format!("boundary.{set}.{name}");
-                return Err(
-                    ConfigError::new(&key, "must hold finite numbers").because(Cause::OutOfRange)
-                );
-            }
+        if let Some((name, numbers)) = self.load().map(SetLoad::numbers) {
+            check_finite(&format!("boundary.{set}.{name}"), numbers)?;
         }
-        let ramp_key = format!("boundary.{set}.ramp_s");
-        not_negative(&ramp_key, self.ramp_s, "s")?;
+        self.check_ramp(&format!("boundary.{set}.ramp_s"))
+    }
+
+    /// Refuses a ramp that is no time, one that nothing follows, and a displacement without one.
+    fn check_ramp(&self, key: &str) -> Result<(), ConfigError> {
+        not_negative(key, self.ramp_s, "s")?;
+        let rate = self.velocity_m_per_s.or(self.displacement_m);
+        let follows = rate.or(self.traction_pa).is_some() || self.pressure_pa.is_some();
+        refuse_if(
+            self.ramp_s.is_some() && !follows,
+            key,
+            "does not act on load_table, motion_table and motion, which already are over time",
+            "remove it, and let a table begin with [0.0, 0.0], or set motion.start_s",
+        )?;
         let moved =
             |shift: [PrescribedComponent; 2]| shift.iter().any(|d| d.0.is_some_and(|d| d != 0.0));
         if self.displacement_m.is_some_and(moved) {
-            positive(&ramp_key, self.ramp_s.unwrap_or(0.0), "s")?;
+            positive(key, self.ramp_s.unwrap_or(0.0), "s")?;
         }
         Ok(())
     }
@@ -123,61 +130,48 @@ impl SetConfig {
         let motions = [
             self.velocity_m_per_s.is_some(),
             self.displacement_m.is_some(),
+            self.motion_table.is_some(),
+            self.motion.is_some(),
         ];
         let count = |given: &[bool]| given.iter().filter(|given| **given).count();
         let (loads, motions) = (count(&loads), count(&motions));
         let problem =
             "must hold exactly one load or motion, or a load and a motion in different directions";
-        let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
+        let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m, motion_table, motion; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
         let one_each = loads + motions > 0 && loads <= 1 && motions <= 1;
         refuse_if(!one_each, &format!("boundary.{set}"), problem, help)
     }
 
-    /// Refuses a wrong table, one without a direction, and a ramp that nothing follows.
+    /// Refuses a wrong table of loads, one without a direction, and a direction without a table.
     fn check_table(&self, set: &str) -> Result<(), ConfigError> {
         let key = |name: &str| format!("boundary.{set}.{name}");
-        self.check_direction(&key("load_direction"))?;
+        if let Some(direction) = self.load_direction {
+            refuse_if(
+                self.load_table.is_none(),
+                &key("load_direction"),
+                "is that of load_table, and there is none",
+                "add load_table = [[t_s, n], ...], or remove the key",
+            )?;
+            check_direction(&key("load_direction"), direction)?;
+        }
         let Some(table) = &self.load_table else {
             return Ok(());
         };
         check_table(&key("load_table"), table)?;
-        if self.direction().is_none() {
-            let problem = "has no direction: load_direction is missing, and no motion leaves exactly one free";
-            return Err(ConfigError::new(&key("load_table"), problem)
-                .because(Cause::MissingKey)
-                .help("write load_direction = [0.0, -1.0] for a force downwards, or a motion with one direction \"free\""));
-        }
-        refuse_if(
-            self.ramp_s.is_some() && self.motion().is_none(),
-            &key("ramp_s"),
-            "does not act on load_table, which already is the load over time",
-            "remove it, and let the table begin with [0.0, 0.0]",
-        )
-    }
-
-    /// Refuses a direction of nothing, and one that is none.
-    fn check_direction(&self, key: &str) -> Result<(), ConfigError> {
-        let Some(direction) = self.load_direction else {
-            return Ok(());
-        };
-        refuse_if(
-            self.load_table.is_none(),
-            key,
-            "is that of load_table, and there is none",
-            "add load_table = [[t_s, n], ...], or remove the key",
-        )?;
-        if direction != [0.0; 2] && direction.iter().all(|d| d.is_finite()) {
+        if self.direction().is_some() {
             return Ok(());
         }
         let problem =
-            format!("is {direction:?}, and must hold two finite numbers that are not both 0");
-        Err(ConfigError::new(key, problem).help("write [0.0, -1.0] for a force downwards"))
+            "has no direction: load_direction is missing, and no motion leaves exactly one free";
+        Err(ConfigError::new(&key("load_table"), problem)
+            .because(Cause::MissingKey)
+            .help("write load_direction = [0.0, -1.0] for a force downwards, or a motion with one direction \"free\""))
     }
 
     /// Refuses a direction that has a load and a motion.
     fn check_directions(&self, set: &str) -> Result<(), ConfigError> {
         let key = format!("boundary.{set}");
-        let (Some(load), Some(motion)) = (self.load(), self.motion()) else {
+        let (Some(load), Some(motion)) = (self.load(), self.prescribed()) else {
             return Ok(());
         };
         refuse_if(
@@ -220,24 +214,6 @@ impl SetLoad<'_> {
     }
 }
 
-impl SetMotion {
-    /// Its components, (m/s) or (m).
-    pub(crate) fn components(self) -> [PrescribedComponent; 2] {
-        match self {
-            SetMotion::Velocity(components) | SetMotion::Displacement(components) => components,
-        }
-    }
-
-    /// The key and its numbers.
-    pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
-        let key = match self {
-            SetMotion::Velocity(_) => "velocity_m_per_s",
-            SetMotion::Displacement(_) => "displacement_m",
-        };
-        (key, given(self.components()))
-    }
-}
-
 /// The components that are numbers.
 fn given(components: [PrescribedComponent; 2]) -> Vec<f64> {
     components.into_iter().filter_map(|c| c.0).collect()
@@ -255,7 +231,7 @@ impl BoundaryConfig {
         let moved = self
             .0
             .iter()
-            .filter(|(_, config)| config.motion().is_some());
+            .filter(|(_, config)| config.prescribed().is_some());
         moved.map(|(set, _)| set.as_str())
     }
 }

@@ -65,6 +65,17 @@ pub enum Base {
     Free,
 }
 
+/// Edge of a structured mesh that touches something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactEdge {
+    /// The upper edge.
+    #[default]
+    Top,
+    /// The lower edge: the mesh stands on its head.
+    Bottom,
+}
+
 /// Support of the lateral edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

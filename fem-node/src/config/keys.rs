@@ -12,6 +12,7 @@ use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start
 use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
+use super::motion::settled_at;
 use super::plausible::FemPlausibleConfig;
 use super::probe::ProbeConfig;
 use super::statics::StaticsConfig;
@@ -90,8 +91,13 @@ impl FemConfig {
     pub(crate) fn moments(&self, wheel: Option<&WheelProgram>) -> BTreeMap<String, f64> {
         let mut all = wheel.map_or_else(BTreeMap::new, WheelProgram::moments);
         for (name, set) in &self.boundary.0 {
-            let table = last_change(set.load_table.as_ref());
-            let own = moments([("load_table", table), ("ramp_s", set.ramp_s)]).into_iter();
+            let own = moments([
+                ("load_table", last_change(set.load_table.as_ref())),
+                ("motion_table", set.motion_table.as_ref().map(settled_at)),
+                ("motion.start_s", set.motion.map(|motion| motion.start_s)),
+                ("ramp_s", set.ramp_s),
+            ])
+            .into_iter();
             all.extend(own.map(|(key, time_s)| (format!("boundary.{name}.{key}"), time_s)));
         }
         all

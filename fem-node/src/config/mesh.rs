@@ -8,6 +8,8 @@ use kit::limits::{not_negative, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
+use super::choice::ContactEdge;
+
 /// The mesh: `{ width_m = .., .. }`, a graded structured mesh, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "MeshKeys")]
@@ -18,14 +20,14 @@ pub enum MeshSource {
     Gmsh(GmshConfig),
 }
 
-/// Geometry of a graded structured mesh, fine in the middle of its upper edge.
+/// Geometry of a graded structured mesh, fine in the middle of one edge. The middle of that edge is the origin.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MeshConfig {
     /// Width (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_m: f64,
-    /// Height at the crown (m).
+    /// Height in the middle (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_m: f64,
     /// Element size in the fine zone (m).
@@ -40,10 +42,13 @@ pub struct MeshConfig {
     /// Graded columns on each side of the fine zone.
     #[schemars(default)]
     pub side_columns: usize,
-    /// Graded rows below the fine zone.
+    /// Graded rows beyond the fine zone.
     #[schemars(default)]
     pub depth_rows: usize,
-    /// Radius of the upper edge (m); flat when absent or 0.
+    /// Edge from which `fine_depth_m` counts and which has the crown; the upper one when absent.
+    #[schemars(default)]
+    pub contact_edge: ContactEdge,
+    /// Radius of that edge, convex outwards (m); flat when absent or 0.
     #[schemars(range(min = 0.0))]
     pub crown_radius_m: Option<f64>,
     /// The left and the right edge are one: a body that goes on for ever in x.
@@ -95,6 +100,7 @@ struct MeshKeys {
     fine_depth_m: Option<f64>,
     side_columns: Option<usize>,
     depth_rows: Option<usize>,
+    contact_edge: Option<ContactEdge>,
     crown_radius_m: Option<f64>,
     periodic_x: Option<bool>,
 }
@@ -155,6 +161,7 @@ impl TryFrom<MeshKeys> for MeshSource {
             fine_depth_m: keys.fine_depth_m,
             side_columns: keys.side_columns.unwrap_or(0),
             depth_rows: keys.depth_rows.unwrap_or(0),
+            contact_edge: keys.contact_edge.unwrap_or_default(),
             crown_radius_m: keys.crown_radius_m,
             periodic_x: keys.periodic_x.unwrap_or(false),
         }))
@@ -165,7 +172,7 @@ impl MeshKeys {
     /// The first key that only a structured mesh has.
     fn of_a_structured_mesh(&self) -> Option<&'static str> {
         let given = kit::named!(self, is_some; width_m, height_m, size_m, fine_width_m, fine_depth_m,
-            side_columns, depth_rows, crown_radius_m, periodic_x);
+            side_columns, depth_rows, contact_edge, crown_radius_m, periodic_x);
         given.iter().find(|(_, given)| *given).map(|(key, _)| *key)
     }
 }

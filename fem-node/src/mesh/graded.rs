@@ -1,9 +1,10 @@
-//! The structured mesh of the scenario: uniform where it is fine, graded beside and below, under a crown.
+//! The structured mesh of the scenario: uniform where it is fine, graded beside and beyond, under or over a crown.
 
 use kit::ConfigError;
 use protocol::Cause;
 
 use super::Mesh;
+use crate::config::choice::ContactEdge;
 use crate::config::mesh::MeshConfig;
 
 /// More elements than this are taken for a mistyped size: they would need some 4 GB. An explicit run of 1 000 x 1 000 one-point
@@ -12,16 +13,19 @@ const ELEMENTS_MAX: f64 = 1e7;
 
 impl Mesh {
     /// The structured mesh of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
-    /// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat.
+    /// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat. A body whose lower edge
+    /// has the crown stands on its head: y is minus that.
     pub fn graded(config: &MeshConfig) -> Result<Mesh, ConfigError> {
         check_count(config)?;
         let (x, ratio_columns) = columns(config)?;
         let (depth, ratio_rows) = rows(config)?;
         let radius = config.crown_radius_m.unwrap_or(0.0);
         check_crown(config, radius)?;
-        let mesh = Mesh::structured(x.len() - 1, depth.len() - 1, |i, j| {
-            let (x, d) = (x[i], depth[j]);
-            [x, -drop(radius, x) * (1.0 - d / config.height_m) - d]
+        let rows = depth.len() - 1;
+        let below = |x: f64, d: f64| -drop(radius, x) * (1.0 - d / config.height_m) - d;
+        let mesh = Mesh::structured(x.len() - 1, rows, |i, j| match config.contact_edge {
+            ContactEdge::Top => [x[i], below(x[i], depth[j])],
+            ContactEdge::Bottom => [x[i], -below(x[i], depth[rows - j])],
         });
         Ok(Mesh {
             periodic: config.periodic_x,
@@ -226,8 +230,31 @@ mod tests {
             fine_depth_m: None,
             side_columns: 0,
             depth_rows: 0,
+            contact_edge: ContactEdge::Top,
             crown_radius_m: None,
             periodic_x: false,
+        }
+    }
+
+    /// c(2) = 4 - sqrt(16 - 4) at the edges of a face of radius 4.
+    #[test]
+    fn a_body_on_its_head_has_the_crown_and_the_fine_zone_at_its_lower_edge() {
+        let config = MeshConfig {
+            height_m: 4.0,
+            fine_depth_m: Some(1.0),
+            depth_rows: 2,
+            contact_edge: ContactEdge::Bottom,
+            crown_radius_m: Some(4.0),
+            ..strip()
+        };
+        let mesh = Mesh::graded(&config).expect("1 + 1 + 2 rows");
+        let heights = |i: usize| [0, 1, 2, 3].map(|j| mesh.point(i, j)[1]);
+        let middle = [4.0, 2.0, 1.0, 0.0];
+        let edge = 4.0 - 12.0_f64.sqrt();
+        for (k, y) in middle.into_iter().enumerate() {
+            assert!((heights(2)[k] - y).abs() < 1e-12, "{:?}", heights(2));
+            let exact = y + edge * (1.0 - y / 4.0);
+            assert!((heights(0)[k] - exact).abs() < 1e-12, "{:?}", heights(0));
         }
     }
 

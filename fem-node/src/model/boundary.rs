@@ -9,9 +9,11 @@ use kit::keys::refuse_if;
 use kit::table::{LoadTable, last_change, load_at};
 use protocol::Cause;
 
-use crate::config::boundary::{SetConfig, SetLoad, SetMotion};
+use super::motion::{MotionHistory, PrescribedMotion, Ramp};
+use crate::config::boundary::{SetConfig, SetLoad};
 use crate::config::choice::Base;
 use crate::config::keys::FemConfig;
+use crate::config::motion::SetMotion;
 use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::mesh::Mesh;
@@ -51,75 +53,6 @@ impl LoadHistory {
     }
 }
 
-/// Components whose motion is prescribed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrescribedMotion {
-    /// The set that is moved.
-    pub set: String,
-    /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
-    pub components: Vec<(usize, f64)>,
-    quantity: PrescribedQuantity,
-    pub(crate) ramp: Ramp,
-}
-
-/// Prescribed quantity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum PrescribedQuantity {
-    Velocity,
-    Displacement,
-}
-
-/// A linear rise from 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ramp {
-    /// Duration (s).
-    pub(crate) duration: f64,
-}
-
-impl Ramp {
-    /// Share at time t (s).
-    pub(crate) fn share(self, t: f64) -> f64 {
-        if self.duration > 0.0 {
-            (t / self.duration).clamp(0.0, 1.0)
-        } else {
-            1.0
-        }
-    }
-
-    /// The integral of [`Ramp::share`] from 0 to t (s).
-    fn elapsed(self, t: f64) -> f64 {
-        if t < self.duration {
-            0.5 * t * t / self.duration
-        } else {
-            t - 0.5 * self.duration
-        }
-    }
-}
-
-impl PrescribedMotion {
-    /// Names of the components of the force on the body.
-    pub(crate) fn reaction_names(&self) -> [String; 2] {
-        ["x", "y"].map(|direction| format!("{}_reaction_{direction}_n", self.set))
-    }
-
-    /// Displacement at time t over the number of the component (m).
-    pub(crate) fn displacement(&self, t: f64) -> f64 {
-        match self.quantity {
-            PrescribedQuantity::Velocity => self.ramp.elapsed(t),
-            PrescribedQuantity::Displacement => self.ramp.share(t),
-        }
-    }
-
-    /// Velocity at time t over the number of the component (m/s).
-    pub(crate) fn velocity(&self, t: f64) -> f64 {
-        match self.quantity {
-            PrescribedQuantity::Velocity => self.ramp.share(t),
-            PrescribedQuantity::Displacement if t < self.ramp.duration => 1.0 / self.ramp.duration,
-            PrescribedQuantity::Displacement => 0.0,
-        }
-    }
-}
-
 /// Tractions and prescribed motions of the scenario; components that a motion moves are taken out of the body's own
 /// masses.
 pub(crate) fn build(
@@ -136,7 +69,7 @@ pub(crate) fn build(
             duration: set.ramp_s.unwrap_or(0.0),
         };
         let layout = body.layout;
-        if let Some(prescribed) = set.motion() {
+        if let Some(prescribed) = set.prescribed() {
             let motion = motion(body, name, &nodes, prescribed, ramp);
             motions.push(without_doubles(motion, &motions)?);
         }
@@ -268,18 +201,13 @@ fn motion(
 ) -> PrescribedMotion {
     let layout = body.layout;
     let values = prescribed.components();
-    let quantity = match prescribed {
-        SetMotion::Velocity(_) => PrescribedQuantity::Velocity,
-        SetMotion::Displacement(_) => PrescribedQuantity::Displacement,
-    };
     let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
     let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
     let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
     PrescribedMotion {
         set: set.into(),
         components: all.flatten().filter(free).collect(),
-        quantity,
-        ramp,
+        history: MotionHistory::new(prescribed, ramp),
     }
 }
 
@@ -289,7 +217,7 @@ fn without_doubles(
     others: &[PrescribedMotion],
 ) -> Result<PrescribedMotion, ConfigError> {
     for other in others {
-        let same = (motion.quantity, motion.ramp) == (other.quantity, other.ramp);
+        let same = motion.history == other.history;
         for (index, value) in &other.components {
             let Some(at) = motion.components.iter().position(|(own, _)| own == index) else {
                 continue;

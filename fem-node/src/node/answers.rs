@@ -53,11 +53,8 @@ impl Node for FemNode {
                 .map(|name| (*name).into())
                 .chain(self.probe_names())
                 .chain(self.reaction_names())
-                .chain(
-                    probe::momentum_names(&self.model)
-                        .iter()
-                        .map(|name| (*name).into()),
-                )
+                .chain(self.driven().map(|(name, _)| name))
+                .chain(probe::momentum_names(&self.model))
                 .collect(),
             ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),

@@ -29,6 +29,7 @@ impl FemNode {
             report.extend(probe.values(self.model.body.layout, &self.committed.state, true));
         }
         report.extend(self.committed.reactions.iter().flatten());
+        report.extend(self.driven().map(|(_, displacement)| displacement));
         report.extend(probe::momentum(&self.model, &self.committed.state));
         report.extend(self.terms().map(|(_, _, value)| value));
         report
@@ -44,6 +45,14 @@ impl FemNode {
     pub(super) fn reaction_names(&self) -> impl Iterator<Item = String> {
         let motions = self.model.motions.iter();
         motions.flat_map(|motion| motion.reaction_names())
+    }
+
+    /// Displacements over time of the sets that have one (m), by the names of their signals.
+    pub(super) fn driven(&self) -> impl Iterator<Item = (String, f64)> {
+        let (model, steps) = (&self.model, self.committed.steps);
+        let t = steps as f64 * model.scheme.step;
+        let motions = model.motions.iter();
+        motions.flat_map(move |motion| motion.displacements(model.body.layout, t))
     }
 
     /// Energies that this body has: only those which the scene requires.
@@ -145,12 +154,18 @@ impl FemNode {
         }
         let (loads, motions) = (self.model.tractions.iter(), self.model.motions.iter());
         let loads = loads.map(|traction| traction.history.settled_at());
-        let ramps = loads.chain(motions.map(|motion| motion.ramp.duration));
+        let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
         let Some((ramp, end)) = ramps.reduce(f64::max).zip(self.model.end) else {
             return Vec::new();
         };
         let ramp = ramp.max(0.0).min(end);
-        phases([("ramp", 0.0, ramp), (HOLD, ramp, end)])
+        let cycles = motions.filter_map(|motion| motion.history.cycles_from());
+        let cycles = cycles.fold(end, f64::min).max(ramp);
+        phases([
+            ("ramp", 0.0, ramp),
+            (HOLD, ramp, cycles),
+            ("cycling", cycles, end),
+        ])
     }
 
     /// Writes the fields and the contact profile of the committed state; that of the hold also fixes its pressures.

@@ -15,28 +15,30 @@ use crate::wheel::rigid::Wheel;
 use crate::wheel::state::WheelState;
 
 /// Names of the values of [`momentum`].
-pub(crate) fn momentum_names(model: &Model) -> &'static [&'static str] {
-    let count = 2 * usize::from(model.free);
-    &["momentum_x_kg_m_per_s", "momentum_y_kg_m_per_s"][..count]
+pub(crate) fn momentum_names(model: &Model) -> impl Iterator<Item = String> {
+    let free = ["x", "y"].into_iter().zip(model.free);
+    let free = free.filter(|(_, free)| *free);
+    free.map(|(direction, _)| format!("momentum_{direction}_kg_m_per_s"))
 }
 
-/// Momentum of a body that nothing holds (kg m/s), empty for any other.
+/// Momentum of a body along the directions in which nothing holds or moves it (kg m/s).
 pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<f64> {
-    let body = &model.body;
-    let moving = state.v.iter().zip(&body.mass).map(|(v, m)| v * m);
-    let mut sums = vec![0.0; momentum_names(model).len()];
-    if model.free {
-        for (index, momentum) in moving.enumerate() {
-            sums[body.layout.direction(index)] += momentum;
-        }
+    if model.free == [false; 2] {
+        return Vec::new();
     }
-    sums
+    let body = &model.body;
+    let mut sums = [0.0; 2];
+    for (index, (v, mass)) in state.v.iter().zip(&body.mass).enumerate() {
+        sums[body.layout.direction(index)] += v * mass;
+    }
+    let free = sums.into_iter().zip(model.free);
+    free.filter_map(|(sum, free)| free.then_some(sum)).collect()
 }
 
 /// Rows of nodes whose displacements and velocities the signals of a window are made of.
 pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     let mesh = &model.mesh;
-    if model.free {
+    if model.free != [false; 2] {
         return (0..model.body.layout.node_rows).collect();
     }
     let surface = mesh.edge(Edge::Top);

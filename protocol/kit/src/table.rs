@@ -1,4 +1,4 @@
-//! Loads over time: `load_table = [[t_s, n], ...]`.
+//! Loads and other numbers over time: `load_table = [[t_s, n], ...]`.
 
 use crate::keys::ConfigError;
 
@@ -16,6 +16,15 @@ pub fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
         (Some([_, n]), None) => n,
         (None, first) => first.map_or(0.0, |[_, n]| *n),
     }
+}
+
+/// Slope from a time on (N/s): 0 before the first entry and from the last one on.
+pub fn slope_at(table: &[[f64; 2]], time: f64) -> f64 {
+    let next = table.partition_point(|[t, _]| *t <= time);
+    let stretch = next.checked_sub(1).and_then(|last| table.get(last..=next));
+    stretch.map_or(0.0, |ends| {
+        (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])
+    })
 }
 
 /// Time from which on the force stays (s); none without a table, and where it never changes.
@@ -91,6 +100,15 @@ mod tests {
             assert_eq!(load_at(&table, time), load, "{time}");
         }
         assert_eq!(load_at(&[], 1.0), 0.0);
+        for (time, slope) in [
+            (0.0, 0.0),
+            (1.0, 10.0),
+            (2.9, 10.0),
+            (3.0, -30.0),
+            (4.0, 0.0),
+        ] {
+            assert_eq!(slope_at(&table, time), slope, "{time}");
+        }
     }
 
     #[test]

@@ -7,7 +7,8 @@ use super::extent::Extent;
 use crate::integrate::load::Load;
 use crate::integrate::state::NodalState;
 use crate::model::Model;
-use crate::model::boundary::{PrescribedMotion, Traction};
+use crate::model::boundary::Traction;
+use crate::model::motion::PrescribedMotion;
 
 /// Works since the start of the window, and what they are computed from.
 #[derive(Clone, Debug, Default)]
@@ -85,13 +86,14 @@ impl Works {
     /// Sets the rates that take the prescribed components to their displacements at the end of the step that begins at `step`,
     /// the `k`th of the window.
     pub(super) fn move_to(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
-        let h = model.scheme.step;
+        let (h, layout) = (model.scheme.step, model.body.layout);
         let mut driven = self.driven.iter();
         for motion in &model.motions {
-            let displacement = motion.displacement((step + 1) as f64 * h);
+            let displacement = motion.history.displacement((step + 1) as f64 * h);
             for (index, value) in &motion.components {
                 if driven.next().is_some_and(|driven| driven.is_stepped(k)) {
-                    state.v[*index] = (displacement * value - state.u[*index]) / h;
+                    let end = displacement[layout.direction(*index)] * value;
+                    state.v[*index] = (end - state.u[*index]) / h;
                     state.a[*index] = 0.0;
                 }
             }
@@ -100,12 +102,13 @@ impl Works {
 
     /// Gives the prescribed components their velocities after the step.
     pub(super) fn settle(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
+        let (h, layout) = (model.scheme.step, model.body.layout);
         let mut driven = self.driven.iter();
         for motion in &model.motions {
-            let velocity = motion.velocity((step + 1) as f64 * model.scheme.step);
+            let velocity = motion.history.velocity((step + 1) as f64 * h);
             for (index, value) in &motion.components {
                 if driven.next().is_some_and(|driven| driven.is_stepped(k)) {
-                    state.v[*index] = velocity * value;
+                    state.v[*index] = velocity[layout.direction(*index)] * value;
                     state.a[*index] = 0.0;
                 }
             }
@@ -190,14 +193,15 @@ pub(crate) fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f6
 
 /// [(1-b) r + b r'] du of the drives over the step that begins at `step` (J).
 fn drive_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
-    let (b, h) = (model.scheme.damping, model.scheme.step);
+    let (b, h, layout) = (model.scheme.damping, model.scheme.step, model.body.layout);
     let mut reactions = before.iter().zip(after);
     let mut work = 0.0;
     for motion in &model.motions {
-        let [start, end] = [step, step + 1].map(|step| step as f64 * h);
-        let moved = motion.displacement(end) - motion.displacement(start);
-        for ((_, value), (old, new)) in motion.components.iter().zip(&mut reactions) {
-            work += ((1.0 - b) * old + b * new) * moved * value;
+        let [start, end] =
+            [step, step + 1].map(|step| motion.history.displacement(step as f64 * h));
+        let moved = [0, 1].map(|k| end[k] - start[k]);
+        for ((index, value), (old, new)) in motion.components.iter().zip(&mut reactions) {
+            work += ((1.0 - b) * old + b * new) * moved[layout.direction(*index)] * value;
         }
     }
     work
