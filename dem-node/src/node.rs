@@ -77,9 +77,9 @@ impl Node for Dem {
             point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
             outward: interface::outward(&self.bodies),
             period_m: interface::periods(&self.bodies),
-            smooth_m: self
-                .base_line
-                .map_or_else(BTreeMap::new, |line| interface::smooth(&self.bodies, line)),
+            smooth_m: self.cut_lines.map_or_else(BTreeMap::new, |lines| {
+                interface::smooth(&self.bodies, lines)
+            }),
             prepared_sample: self.prepared_sample.clone(),
             ..Description::default()
         }

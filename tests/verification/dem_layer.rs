@@ -13,9 +13,10 @@ use dem_node::config::surface::SurfaceConfig;
 use dem_node::sample;
 use dem_node::sample::types::{Disk, Sample};
 use dem_node::sample::{bed, layer};
+use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::refusal;
+use crate::dem_support::{build, refusal};
 
 const CROWN: f64 = 0.3;
 const STIFFNESS: f64 = 2.255e11;
@@ -34,6 +35,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
         power: None,
         seed: None,
         lid: false,
+        lid_crown_radius_m: 0.0,
         bed_extra_m: 0.7e-3,
         press_pa: vec![300e6, 50e6],
         periodic_x_m: None,
@@ -193,9 +195,25 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
         (json!({"press_pa": []}), "sample.press_pa"),
         (json!({"crown_radius_m": 1e-3}), "sample.crown_radius_m"),
         (json!({"thickness_m": 0.0}), "sample.thickness_m"),
+        (
+            json!({"lid_crown_radius_m": 0.3}),
+            "sample.lid_crown_radius_m: is the radius of a body above the layer, and there is no lid",
+        ),
+        (
+            json!({"lid": true, "lid_crown_radius_m": 10e-3}),
+            "sample.lid_crown_radius_m: must be at least 1.6e-2",
+        ),
+        (
+            json!({"lid": true, "crown_radius_m": 0.0, "lid_crown_radius_m": 0.3, "periodic_x_m": [-8e-3, 8e-3]}),
+            "sample.lid_crown_radius_m: a crown does not repeat along x",
+        ),
     ];
     for (changes, expected) in cases {
-        let message = refusal(&config(changes));
+        let mut changed = config(changes);
+        if changed["sample"]["lid"] == true {
+            changed.as_object_mut().expect("a table").remove("wheel");
+        }
+        let message = refusal(&changed);
         assert!(message.contains(expected), "{message}");
     }
     let mut without_wheel = config(json!({}));
@@ -235,6 +253,72 @@ fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
             disk.centre[1] > 0.0 && disk.centre[1] < thickness,
             "{disk:?}"
         );
+    }
+}
+
+/// Both faces are so round that the layer is 0.3 mm thicker at its ends; the rows are cut there as in the middle.
+#[test]
+fn base_and_lid_follow_each_its_own_crown() {
+    let (thickness, half_width, [below, above]) = (0.4e-3, 2e-3, [0.02, 0.01]);
+    let drop = |x: f64, crown: f64| -> f64 { crown - (crown * crown - x * x).sqrt() };
+    for (crown, lid_crown) in [(below, above), (0.0, above), (below, 0.0)] {
+        let recipe = LayerConfig {
+            lid: true,
+            half_width_m: half_width,
+            crown_radius_m: crown,
+            lid_crown_radius_m: lid_crown,
+            ..recipe(thickness)
+        };
+        let sample = layer::prepare(&recipe, Some(STIFFNESS), false, 1).expect("it works");
+        let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
+        let lines: [&dyn Fn(f64) -> f64; 2] =
+            [&|x| if crown > 0.0 { -drop(x, crown) } else { 0.0 }, &|x| {
+                thickness
+                    + if lid_crown > 0.0 {
+                        drop(x, lid_crown)
+                    } else {
+                        0.0
+                    }
+            }];
+        for ((row, line), side) in [base, lid].into_iter().zip(lines).zip([-1.0, 1.0]) {
+            for pair in row.windows(2) {
+                let dx = pair[1].centre[0] - pair[0].centre[0];
+                assert!(dx > 0.0 && dx < 0.4e-3, "a hole of {dx:e} m in a row");
+            }
+            for disk in row {
+                let off = (disk.centre[1] - line(disk.centre[0])).abs();
+                assert!(off <= disk.radius * (1.0 + 1e-9), "{disk:?}: {off:e}");
+                let beside = disk.centre[0].abs() > half_width;
+                let flush = side * (disk.centre[1] - line(disk.centre[0])) - disk.radius;
+                assert!(!beside || flush.abs() < 1e-15, "a catch row: {flush:e}");
+            }
+        }
+        for Disk { centre: [x, y], .. } in &sample.free {
+            let [floor, face] = lines.map(|line| line(*x));
+            assert!(*y > floor && *y < face, "({x:e}, {y:e}) is outside");
+        }
+        let highest = sample.free.iter().map(|disk| disk.centre[1]);
+        let highest = highest.fold(0.0, f64::max);
+        let opens = lid_crown == 0.0 || highest > thickness;
+        assert!(opens, "the grains go up to {highest:e} m");
+    }
+}
+
+/// A coupler takes the line of each row from the layer, beside the rough disks.
+#[test]
+fn each_row_tells_its_own_line() {
+    let mut lidded = config(
+        json!({"lid": true, "half_width_m": 2e-3, "crown_radius_m": 0.02,
+                                   "lid_crown_radius_m": 0.01, "thickness_m": 0.4e-3}),
+    );
+    lidded.as_object_mut().expect("a table").remove("wheel");
+    let told = build(&lidded).describe();
+    for (set, height, side, crown) in [("base", 0.0, -1.0, 0.02_f64), ("lid", 0.4e-3, 1.0, 0.01)] {
+        assert!(told.smooth_m[set].len() > 30);
+        for [x, y] in &told.smooth_m[set] {
+            let line: f64 = height + side * (crown - (crown * crown - x * x).sqrt());
+            assert!((y - line).abs() < 1e-15, "{set}: {y:e} for {line:e}");
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::radii::{Radii, RadiusLaw};
 use super::surface::SurfaceConfig;
+use crate::bodies::geometry::drop_at;
 use crate::sample::surface::SPACING;
 
 /// The key of a strip that repeats, in both kinds of sample.
@@ -19,11 +20,11 @@ const GRAINS_MAX: f64 = 5e5;
 /// Last pressure over the contact stiffness: in `quick` (2e-4) the approach is 1 % lower at 4e-3, 2 % at 9e-3 and 28 % at 0.044.
 const PRESTRESS: f64 = 4e-3;
 
-/// A pressed layer of constant thickness on a crowned line.
+/// A pressed layer on a crowned line: of constant thickness under a wheel, or up to the face of a body above it.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerConfig {
-    /// Distance from the base line to the wheel's face (m).
+    /// Distance from the base line to the wheel's face (m), or to the line of the lid over x = 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
     /// The layer covers |x| up to this (m).
@@ -48,7 +49,7 @@ pub struct LayerConfig {
     pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
-    /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
+    /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel.
     #[serde(default)]
     pub lid: bool,
     /// False for grains that lie on the bare surface: they are pressed on a flat plate in its place, and nothing is cut or glued.
@@ -57,6 +58,10 @@ pub struct LayerConfig {
     /// The bare surface beside the glued row, or in its place.
     #[serde(default)]
     pub surface: SurfaceConfig,
+    /// Radius of the face of the body on top (m), convex towards the layer, along which the lid is cut; 0 = straight.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub lid_crown_radius_m: f64,
     /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
     #[schemars(range(min = 0.0))]
@@ -118,21 +123,18 @@ impl LayerConfig {
         ] {
             at_least(&format!("sample.{key}"), value, least, "m")?;
         }
-        self.refuse_too_many_grains()?;
-        not_negative("sample.crown_radius_m", self.crown_radius_m, "m")?;
-        refuse_if(
-            self.lid && self.crown_radius_m > 0.0,
-            "sample.crown_radius_m",
-            format!(
-                "a layer with a lid lies between flat faces, got a crown of {} m",
-                self.crown_radius_m
-            ),
-            "write crown_radius_m = 0, or remove sample.lid",
-        )?;
-        if self.crown_radius_m > 0.0 {
-            let least = 2.0 * self.half_width_m;
-            at_least("sample.crown_radius_m", self.crown_radius_m, least, "m")?;
+        for (key, radius) in self.crowns() {
+            not_negative(key, radius, "m")?;
+            if radius > 0.0 {
+                at_least(key, radius, 2.0 * self.half_width_m, "m")?;
+            }
         }
+        refuse_if(
+            self.lid_crown_radius_m > 0.0 && !self.lid,
+            "sample.lid_crown_radius_m",
+            "is the radius of a body above the layer, and there is no lid to glue to one",
+            "write lid = true, or remove the key",
+        )?;
         refuse_if(
             self.lid && !self.glued,
             "sample.glued",
@@ -148,6 +150,12 @@ impl LayerConfig {
         let spacing = SPACING * self.radii().mean();
         let within = self.half_width_m;
         self.surface.validate(within, spacing, true)?;
+        let reach = self.surface.half_width_m.unwrap_or(0.0);
+        let mut crowns = self.crowns().into_iter();
+        crowns.try_for_each(|(key, r)| {
+            at_least(key, if r > 0.0 { r } else { f64::MAX }, reach, "m")
+        })?;
+        self.refuse_too_many_grains()?;
         if self.press_pa.is_empty() {
             return Err(ConfigError::new(
                 "sample.press_pa",
@@ -159,9 +167,32 @@ impl LayerConfig {
             .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
     }
 
+    /// Radii of the base line and of that of the lid (m).
+    fn crowns(&self) -> [(&'static str, f64); 2] {
+        [
+            ("sample.crown_radius_m", self.crown_radius_m),
+            ("sample.lid_crown_radius_m", self.lid_crown_radius_m),
+        ]
+    }
+
+    /// Height of the line of the lid over that of the base (m).
+    pub fn height_at(&self, x: f64) -> f64 {
+        let beyond = self.crowns().map(|(_, radius)| drop_at(x, radius));
+        self.thickness_m + beyond[0] + beyond[1]
+    }
+
+    /// Height of the bed over the line of the base (m): a layer with a lid is cut out of a bed that goes on above it as below.
+    pub fn bed_height(&self) -> f64 {
+        if self.lid {
+            self.height_at(self.half_width_m) + self.bed_extra_m
+        } else {
+            self.thickness_m
+        }
+    }
+
     /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius.
     fn refuse_too_many_grains(&self) -> Result<(), ConfigError> {
-        let depth = self.thickness_m + self.bed_extra_m;
+        let depth = self.bed_height() + self.bed_extra_m;
         let area = std::f64::consts::PI * self.radii().mean_square();
         let grains = 2.0 * self.half_width_m * depth / area;
         let key = if self.thickness_m > self.half_width_m {
@@ -203,12 +234,10 @@ impl LayerConfig {
             format!("a layer covers its strip, |x| up to sample.half_width_m = {width:e}"),
             format!("write periodic_x_m = [{:e}, {width:e}]", -width),
         )?;
-        refuse_if(
-            self.crown_radius_m > 0.0,
-            "sample.crown_radius_m",
-            "a crown does not repeat along x, and sample.periodic_x_m does",
-            "write crown_radius_m = 0",
-        )?;
+        for (key, radius) in self.crowns() {
+            let problem = "a crown does not repeat along x, and sample.periodic_x_m does";
+            refuse_if(radius > 0.0, key, problem, "write 0")?;
+        }
         Ok(self.radius_max_m)
     }
 }

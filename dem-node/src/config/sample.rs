@@ -14,7 +14,7 @@ use super::layer::{LayerConfig, PERIOD};
 use super::radii::Radii;
 use super::rail::RailConfig;
 use super::surface::SurfaceConfig;
-use crate::bodies::geometry::Period;
+use crate::bodies::geometry::{Period, drop_at};
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;
@@ -86,13 +86,20 @@ impl<'de> Deserialize<'de> for SampleConfig {
     }
 }
 
-/// The line along which the base of a sample is cut: y = -depth - c(x), c being the drop of a crown.
+/// A line along which a sample is cut, where it is glued to a body: it falls away from the grains by the drop of a crown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BaseLine {
-    /// Radius of the crown (m), 0 = flat.
+pub struct CutLine {
+    /// Height over x = 0 (m).
+    pub height: f64,
+    /// Radius of the crown (m), 0 = straight.
     pub crown_radius: f64,
-    /// Depth below y = 0, at x = 0 (m).
-    pub depth: f64,
+}
+
+impl CutLine {
+    /// Height at x (m): beside x = 0 a base (`side` -1) falls and a lid (1) rises.
+    pub fn height_at(self, x: f64, side: f64) -> f64 {
+        self.height + side * drop_at(x, self.crown_radius)
+    }
 }
 
 impl SampleConfig {
@@ -118,17 +125,20 @@ impl SampleConfig {
         }
     }
 
-    /// The line along which the base of a layer or a rail is cut.
-    pub fn base_line(&self) -> Option<BaseLine> {
-        let (crown_radius, depth) = match self {
-            SampleConfig::Layer(layer) => (layer.crown_radius_m, 0.0),
-            SampleConfig::Rail(rail) => (0.0, -rail.base()),
+    /// The lines along which base and lid of a layer, or the base of a rail, are cut.
+    pub fn cut_lines(&self) -> Option<[CutLine; 2]> {
+        let lines = match self {
+            SampleConfig::Layer(layer) => [
+                (0.0, layer.crown_radius_m),
+                (layer.thickness_m, layer.lid_crown_radius_m),
+            ],
+            SampleConfig::Rail(rail) => [(rail.base(), 0.0); 2],
             SampleConfig::Disks(_) => return None,
         };
-        Some(BaseLine {
+        Some(lines.map(|(height, crown_radius)| CutLine {
+            height,
             crown_radius,
-            depth,
-        })
+        }))
     }
 
     /// Distance beside the base in which grains still belong to the sample (m): the sides of a rail bulge.

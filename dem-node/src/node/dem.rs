@@ -9,7 +9,7 @@ use crate::bodies::Bodies;
 use crate::config::DemConfig;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::config::profile::ProfileConfig;
-use crate::config::sample::BaseLine;
+use crate::config::sample::CutLine;
 use crate::config::solver::Algorithm;
 use crate::config::stress::StressConfig;
 use crate::contact::bond;
@@ -60,8 +60,8 @@ pub struct Dem {
     pub(super) radii_shrunk: Option<f64>,
     /// Ends of a layer that does not repeat, in |x| (m).
     pub(super) ends: Option<[f64; 2]>,
-    /// The line that a layer or a rail is cut along.
-    pub(super) base_line: Option<BaseLine>,
+    /// The lines that a layer or a rail is cut along.
+    pub(super) cut_lines: Option<[CutLine; 2]>,
     pub(super) scaling: Option<MassScaling>,
     /// Times (s) at which keys come into play.
     pub(super) moments: BTreeMap<String, f64>,
@@ -192,7 +192,7 @@ impl Dem {
             solid_fraction: sample.solid_fraction,
             radii_shrunk: sample.radii_shrunk,
             ends: config.sample.ends(),
-            base_line: config.sample.base_line(),
+            cut_lines: config.sample.cut_lines(),
             scaling,
             moments,
             warnings,

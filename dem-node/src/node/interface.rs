@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use protocol::{Cause, NodeError, Surface};
 
 use crate::bodies::Bodies;
-use crate::bodies::geometry::{Period, drop_at};
-use crate::config::sample::BaseLine;
+use crate::bodies::geometry::Period;
+use crate::config::sample::CutLine;
 
 /// The sets on the bodies below and above, by name: their glued disks and points of the surface, by ascending x and by their numbers in the
 /// boundary.
@@ -55,8 +55,11 @@ fn radius(bodies: &Bodies, number: usize) -> f64 {
 
 /// Outward normals of the sets: the base lies on a body below, the lid hangs on one above.
 pub fn outward(bodies: &Bodies) -> BTreeMap<String, [f64; 2]> {
-    let side = |name: &str| if name == "base" { -1.0 } else { 1.0 };
     by_set(bodies, |name, _| [0.0, side(name)])
+}
+
+fn side(name: &str) -> f64 {
+    if name == "base" { -1.0 } else { 1.0 }
 }
 
 /// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
@@ -67,14 +70,15 @@ pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
     by_set(bodies, |_, _| length)
 }
 
-/// Points on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
-pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
-    let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
-    let point = |disk: usize| {
-        let [x, _] = bodies.boundary_point(disk);
-        [x, -below(x)]
-    };
-    by_set(bodies, |_, disks| disks.into_iter().map(point).collect())
+/// Points on the lines under and over the disks of the base and the lid (m): a sample is cut along them, through disks at random.
+pub fn smooth(bodies: &Bodies, [base, lid]: [CutLine; 2]) -> BTreeMap<String, Vec<[f64; 2]>> {
+    by_set(bodies, |name, disks| {
+        let line = if name == "base" { base } else { lid };
+        let points = disks.into_iter().map(|disk| bodies.boundary_point(disk));
+        points
+            .map(|[x, _]| [x, line.height_at(x, side(name))])
+            .collect()
+    })
 }
 
 /// Glued disks and points in the order in which a coupler knows them; a row that no interface couples stays where it is.

@@ -1,4 +1,4 @@
-//! The layer between rail and wheel: a pressed bed, cut from below, that follows the crown.
+//! The layer between rail and wheel, or between two bodies: a pressed bed, cut from below, that follows the crown.
 //!
 //! The order of the steps decides the contact profile (relative L2 error against FE alone): cut from below 5 to 6 %;
 //! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
@@ -40,7 +40,7 @@ pub fn prepare(
         (laid_down(&bed.packing), Vec::new())
     };
     if recipe.lid {
-        (free, lid) = cut_above(free, recipe.thickness_m);
+        (free, lid) = cut_above(recipe, free);
         ceiling = f64::INFINITY;
     }
     let on_top = lid.len();
@@ -68,14 +68,13 @@ pub fn prepare(
 /// A layer that is cut from above too comes out of a bed that is higher by as much as goes below, one that is not cut out of a bed as
 /// high as itself.
 fn bed_of(recipe: &LayerConfig) -> LayerConfig {
-    let above = if recipe.lid { recipe.bed_extra_m } else { 0.0 };
     let extra = if recipe.glued {
         recipe.bed_extra_m
     } else {
         0.0
     };
     LayerConfig {
-        thickness_m: recipe.thickness_m + above,
+        thickness_m: recipe.bed_height(),
         bed_extra_m: extra,
         ..recipe.clone()
     }
@@ -90,11 +89,13 @@ fn laid_down(packing: &Packing) -> Vec<Disk> {
     packing.disks().map(down).collect()
 }
 
-/// Cuts along y = height: disks wholly above go, disks whose centre is less than r below it are glued.
-fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
+/// Cuts along the line of the lid, the base being still straight: disks wholly above go, disks whose centre is less than r below it
+/// are glued.
+fn cut_above(recipe: &LayerConfig, free: Vec<Disk>) -> (Vec<Disk>, Vec<Disk>) {
+    let height = |disk: &Disk| recipe.height_at(disk.centre[0]);
     free.into_iter()
-        .filter(|disk| disk.centre[1] < height + disk.radius)
-        .partition(|disk| disk.centre[1] <= height - disk.radius)
+        .filter(|disk| disk.centre[1] < height(disk) + disk.radius)
+        .partition(|disk| disk.centre[1] <= height(disk) - disk.radius)
 }
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::bodies::geometry::{Period, drop_at};
+use crate::bodies::geometry::Period;
 use crate::bodies::surface::BareSurface;
-use crate::config::sample::{BaseLine, SampleConfig};
+use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SurfaceConfig};
 use crate::sample::random::RandomNumbers;
 use crate::sample::types::{Disk, Sample};
@@ -33,10 +33,11 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
     let width = keys.half_width_m.unwrap_or(width);
     let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
     let spacing = keys.spacing_m.unwrap_or(SPACING * mean);
-    let lines = config.lines(keys);
-    let make = |row: &[Disk], line: BaseLine| -> Vec<Vec<[f64; 2]>> {
+    let lines = lines_of(config, keys);
+    let make = |row: &[Disk], line: CutLine, side: f64| -> Vec<Vec<[f64; 2]>> {
         let waves = keys.roughness.map(|rough| Waves::new(rough, seed, period));
-        let height = |x: f64| line.height(x) + waves.as_ref().map_or(0.0, |waves| waves.at(x));
+        let height =
+            |x: f64| line.height_at(x, side) + waves.as_ref().map_or(0.0, |waves| waves.at(x));
         let pieces = pieces(row, ends, width).into_iter();
         let point = |x: f64| [x, height(x)];
         let line = |[left, right]: [f64; 2]| {
@@ -51,10 +52,10 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
         };
         pieces.map(line).collect()
     };
-    let below = make(base, lines[0]);
+    let below = make(base, lines[0], -1.0);
     let mut above = match lid {
         [] => Vec::new(),
-        row => make(row, lines[1]),
+        row => make(row, lines[1], 1.0),
     };
     above.iter_mut().for_each(|line| line.reverse());
     BareSurface::new([&below, &above], period)
@@ -78,12 +79,13 @@ pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>;
     let rows = [0..base, base..glued];
     let surface = &sample.surface;
     let points = [0..surface.base, surface.base..surface.points.len()];
-    let cut = config.base_line().is_some();
+    let cut = config.cut_lines().is_some();
     [0, 1].map(|side| {
-        let line = config.lines(keys)[side];
+        let line = lines_of(config, keys)[side];
+        let up = [-1.0, 1.0][side];
         let disks = rows[side].clone().filter(|_| cut).map(|number| {
             let [x, _] = sample.glued[number].centre;
-            (number, [x, line.height(x)])
+            (number, [x, line.height_at(x, up)])
         });
         let points = points[side].clone().map(|i| (glued + i, surface.points[i]));
         let mut all: Vec<(usize, [f64; 2])> = disks.chain(points).collect();
@@ -138,28 +140,11 @@ impl Waves {
     }
 }
 
-impl BaseLine {
-    /// Height of the line at x (m).
-    pub fn height(&self, x: f64) -> f64 {
-        -self.depth - drop_at(x, self.crown_radius)
-    }
-}
-
-impl SampleConfig {
-    /// The lines of the bodies below and above.
-    fn lines(&self, keys: &SurfaceConfig) -> [BaseLine; 2] {
-        let flat = BaseLine {
-            crown_radius: keys.crown_radius_m.unwrap_or(0.0),
-            depth: 0.0,
-        };
-        let above = match self {
-            SampleConfig::Layer(layer) => -layer.thickness_m,
-            SampleConfig::Rail(_) | SampleConfig::Disks(_) => 0.0,
-        };
-        let lid = BaseLine {
-            crown_radius: 0.0,
-            depth: above,
-        };
-        [self.base_line().unwrap_or(flat), lid]
-    }
+/// The lines of the bodies below and above.
+fn lines_of(config: &SampleConfig, keys: &SurfaceConfig) -> [CutLine; 2] {
+    let flat = CutLine {
+        height: 0.0,
+        crown_radius: keys.crown_radius_m.unwrap_or(0.0),
+    };
+    config.cut_lines().unwrap_or([flat; 2])
 }
