@@ -93,6 +93,23 @@ fn both_solvers_and_the_coupler_repeat_every_bit() {
     repeats_every_bit(&recording, &["bar", "body"]);
 }
 
+/// A strip that is pressed and goes to and fro on a layer between crowned faces.
+#[test]
+fn a_reciprocating_strip_its_layer_and_the_coupler_repeat_every_bit() {
+    let scene = include_str!("../../scenarios/two-rails-reciprocating/scenario.toml");
+    let sets = [
+        "participant.upper.config.time.end_s=3e-5",
+        "participant.upper.config.boundary.top={ load_table = [[0.0, 0.0], [1e-5, -1000.0]], motion = { amplitude_m = 1e-6, frequency_hz = 5e4, start_s = 1.5e-5 } }",
+        "run.output.exchange=true",
+    ];
+    let left = run_in_process(scene, &sets)
+        .expect("it is valid")
+        .completed();
+    let log = left.scratch.path().join("exchange.mcap");
+    let recording = recording(&log, &[]).expect("it was closed");
+    repeats_every_bit(&recording, &["lower", "third-body", "upper"]);
+}
+
 /// The plastic bar does not answer by its own impedance, so that windows are repeated here too.
 #[test]
 fn both_sides_of_a_velocity_and_the_coupler_repeat_every_bit() {

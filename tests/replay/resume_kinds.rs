@@ -82,6 +82,20 @@ fn a_layer_that_repeats_between_two_rails_resumes() {
 }
 
 #[test]
+fn a_strip_that_goes_to_and_fro_on_its_layer_resumes() {
+    let sets = [
+        "participant.upper.config.time.end_s=4e-5",
+        "participant.upper.config.boundary.top={ load_table = [[0.0, 0.0], [1e-5, -1000.0]], motion = { amplitude_m = 1e-6, frequency_hz = 5e4, start_s = 1.5e-5 } }",
+        "run.output.exchange=true",
+        "run.checkpoint_every_windows=17",
+        "run.checkpoints_kept=100",
+    ];
+    let scene = loaded(&shipped("two-rails-reciprocating"), &sets);
+    let (count, _, _) = resume_from_all(&scene, "resume-reciprocating");
+    assert!(count >= 5, "{count}");
+}
+
+#[test]
 fn swapped_roles_resume() {
     let schemes = [
         "staggered-serial",

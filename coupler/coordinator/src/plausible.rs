@@ -248,7 +248,7 @@ pub fn gap(bounds: Bounds, value: f64) -> Option<Finding> {
 /// The shape of two surfaces that are joined.
 pub fn surface_offset(bounds: Bounds, value: f64) -> Option<Finding> {
     judge!(bounds, "surface_offset", value;
-        "the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
+        "the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m, of a lid sample.lid_crown_radius_m)")
 }
 
 /// The place of two surfaces that are joined.

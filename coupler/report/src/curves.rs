@@ -1,5 +1,7 @@
 //! Curves of the tables of a run: loads and motion, friction, sliding nodes, traction, interface, energies, flows.
 
+use std::borrow::Cow;
+
 use super::cycles;
 use super::units::with_unit;
 use coordinator::error::Error;
@@ -34,10 +36,10 @@ pub(super) struct Chart {
 }
 
 /// Words along x, the signal there, and the factor from SI to the unit of the words.
-pub(super) type XAxis = (&'static str, &'static str, f64);
+pub(super) type XAxis = (&'static str, Cow<'static, str>, f64);
 
-const TIME: XAxis = ("t (ms)", "t_s", 1e3);
-const D: XAxis = ("D (mm)", "wheel_x_m", 1e3);
+const TIME: XAxis = ("t (ms)", Cow::Borrowed("t_s"), 1e3);
+const D: XAxis = ("D (mm)", Cow::Borrowed("wheel_x_m"), 1e3);
 
 /// The axis upwards.
 #[derive(Clone, Copy)]
@@ -88,7 +90,7 @@ pub(super) struct Tables {
 /// The fields of the grains cannot be read.
 pub(super) fn signals(run: &RunFiles) -> Result<Table, Error> {
     let mut signals = run.signals.clone();
-    let Some(x) = moving(&run.signals, D.1) else {
+    let Some(x) = moving(&run.signals, &D.1) else {
         return Ok(signals);
     };
     let over = |values: &[f64], whole: f64| values.iter().map(|x| x / whole).collect::<Vec<f64>>();
@@ -263,7 +265,7 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
     // The first line is what a chart is about; the others stand beside it.
     let first = chart.lines.first();
     let first = first.and_then(|(_, signal)| column(signals, signal));
-    let (Some(x), Some(_)) = (moving(signals, chart.x.1), first) else {
+    let (Some(x), Some(_)) = (moving(signals, &chart.x.1), first) else {
         return Vec::new();
     };
     let curves = chart.lines.iter().enumerate();

@@ -171,3 +171,27 @@ pub(super) fn reactions(signals: &Table) -> Chart {
         )
     }
 }
+
+/// The force of each set that is moved over time along x or y, over its displacement.
+pub(super) fn loops(signals: &Table) -> Vec<Chart> {
+    let of = |direction: &str| {
+        let end = format!("_reaction_{direction}_n");
+        let forces = signals.chosen(|name| name.ends_with(&end));
+        let pairs = forces.into_iter().filter_map(|(force, _)| {
+            let set = force.strip_suffix(&end)?;
+            let moved = format!("{set}_displacement_{direction}_m");
+            signals.get(&moved)?;
+            Some(Chart {
+                x: ("displacement (µm)", moved.into(), 1e6),
+                ..over_time(
+                    &format!("loop-{}-{direction}.svg", set.replace('.', "-")),
+                    "Force that a driven set exerts on its body over its displacement: the area of a loop is the work of its cycle",
+                    YAxis::Linear("force (N)", 1.0),
+                    &[(&format!("{set}, along {direction}"), force)],
+                )
+            })
+        });
+        Vec::from_iter(pairs)
+    };
+    ["x", "y"].into_iter().flat_map(of).collect()
+}

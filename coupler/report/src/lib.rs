@@ -143,6 +143,7 @@ fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
     let mut all = plots(tables, &curves::wheel());
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
+    all.extend(plots(tables, &ledger::loops(&tables.own)));
     all.extend(curves::traction(
         run,
         other.map(|other| (other, name(other))),

@@ -61,7 +61,7 @@ fn drawn(slices: &Table) -> Option<Vec<Picture>> {
     let chart = |file: &str, what: &str, y: YAxis, lines: &[(&str, &str)]| {
         let caption = format!("{what} in slices, means from {start} to {end} ms");
         Chart {
-            x: (words, "position", 1e3),
+            x: (words, "position".into(), 1e3),
             styles: &[3, 0, 9, 1],
             ..over_time(file, &caption, y, lines)
         }
