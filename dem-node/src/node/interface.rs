@@ -38,9 +38,11 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
     rows(bodies).map(|(name, _)| name.to_string()).collect()
 }
 
-/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2); none of points. No equation here holds them.
+/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2); those of points are of mean grains. No equation here
+/// holds them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
-    let mass = |disk: usize| mass_per_area * PI * radius(bodies, disk).powi(2);
+    let of_grain = |r: f64| if r > 0.0 { r } else { bodies.mean_radius() };
+    let mass = |disk: usize| mass_per_area * PI * of_grain(radius(bodies, disk)).powi(2);
     by_set(bodies, |_, disks| disks.into_iter().map(mass).collect())
 }
 
