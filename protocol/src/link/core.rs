@@ -7,6 +7,9 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
+use nix::sched::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
+use nix::unistd::Pid;
+
 /// Longest yield on a core that nobody else wants.
 const PROMPT: Duration = Duration::from_micros(50);
 
@@ -34,6 +37,8 @@ pub struct Core {
     /// End of the time in which nothing is tried.
     wanted_until: Instant,
     pause: Duration,
+    /// The core that the thread is kept off, and those on which it may run otherwise.
+    kept_off: Option<(usize, CpuSet)>,
 }
 
 impl Default for Core {
@@ -41,11 +46,35 @@ impl Default for Core {
         Core {
             wanted_until: Instant::now(),
             pause: SHORTEST_PAUSE,
+            kept_off: None,
         }
     }
 }
 
 impl Core {
+    /// Number of the core that the calling thread is on.
+    pub fn number() -> Option<usize> {
+        sched_getcpu().ok()
+    }
+
+    /// Keeps the calling thread off this core from now on, or off none. To the system a thread that waits awake is as busy as one that
+    /// computes: while each core has as many of either it moves none, and two that work side by side stay on one.
+    pub fn keep_off(&mut self, core: Option<usize>) {
+        if self.kept_off.map(|(core, _)| core) == core {
+            return;
+        }
+        let this = Pid::from_raw(0);
+        let all = self.kept_off.take().map(|(_, all)| all);
+        let Some(all) = all.or_else(|| sched_getaffinity(this).ok()) else {
+            return;
+        };
+        let mut allowed = all;
+        let removed = core.map_or(Ok(()), |core| allowed.unset(core));
+        // The system refuses where no other core is left.
+        let set = removed.and_then(|()| sched_setaffinity(this, &allowed));
+        self.kept_off = core.filter(|_| set.is_ok()).map(|core| (core, all));
+    }
+
     /// True while a stranger wants the core: a thread that waits had better sleep.
     pub fn is_wanted(&self, now: Instant) -> bool {
         now < self.wanted_until
@@ -79,6 +108,24 @@ impl Core {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thread_is_kept_off_a_core_until_it_is_let_back() {
+        let allowed = || sched_getaffinity(Pid::from_raw(0)).expect("Linux tells them");
+        let all = allowed();
+        let is_in = |core: usize| all.is_set(core) == Ok(true);
+        let cores: Vec<usize> = (0..CpuSet::count()).filter(|core| is_in(*core)).collect();
+        let mut core = Core::default();
+        for off in &cores {
+            core.keep_off(Some(*off));
+            let kept = cores.len() > 1;
+            assert_eq!(allowed().is_set(*off), Ok(!kept));
+            assert!(!kept || Core::number() != Some(*off));
+            assert_eq!(core.kept_off, kept.then_some((*off, all)));
+        }
+        core.keep_off(None);
+        assert_eq!(allowed(), all);
+    }
 
     #[test]
     fn a_core_is_wanted_for_twice_as_long_when_it_is_stolen_again() {

@@ -2,7 +2,7 @@
 
 use std::hint;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use protocol::link::Core;
@@ -70,15 +70,25 @@ impl Team {
             self.round.fetch_add(1, Ordering::Release);
             work(own);
             if let Some(core) = self.cores.last() {
-                wait(core, || left.load(Ordering::Acquire) == 0);
+                wait(&mut lock(core), || left.load(Ordering::Acquire) == 0);
             }
             // The others have still to report to the scope, which sleeps at once where they have not: a moment more.
             (0..REPORT).for_each(|_| hint::spin_loop());
         });
+        let here = Core::number();
         for core in &self.cores[..handed_out.min(self.cores.len() - 1)] {
             let (core, round) = (core.clone(), self.round.clone());
             let now = round.load(Ordering::Acquire);
-            others.spawn(move || wait(&core, || round.load(Ordering::Acquire) != now));
+            others.spawn(move || {
+                let is_over = || round.load(Ordering::Acquire) != now;
+                let mut core = lock(&core);
+                core.keep_off(here);
+                wait(&mut core, is_over);
+                if !is_over() {
+                    // It sleeps from now on, and wakes up wherever the system likes.
+                    core.keep_off(None);
+                }
+            });
         }
     }
 }
@@ -86,12 +96,15 @@ impl Team {
 /// Spins until it is over, for a while at most, yielding to threads that compute and not at all where a stranger needs the core.
 /// After that the thread sleeps. Where another participant of the run has had the core it stays awake: the work that it waits for
 /// comes soon.
-fn wait(core: &Mutex<Core>, is_over: impl Fn() -> bool) {
-    let mut core = core.lock().unwrap_or_else(PoisonError::into_inner);
+fn wait(core: &mut Core, is_over: impl Fn() -> bool) {
     let start = Instant::now();
     while !is_over() && !core.is_wanted(Instant::now()) && start.elapsed() < AWAKE {
         core.give_way();
     }
+}
+
+fn lock(core: &Mutex<Core>) -> MutexGuard<'_, Core> {
+    core.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
