@@ -8,10 +8,9 @@ use serde::Deserialize;
 
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
-use super::surface::SurfaceConfig;
+use super::surface::{SPACING, SurfaceConfig};
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
-use crate::sample::surface::SPACING;
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

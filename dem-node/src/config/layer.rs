@@ -7,9 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::radii::{Radii, RadiusLaw};
-use super::surface::SurfaceConfig;
+use super::surface::{SPACING, SurfaceConfig};
 use crate::bodies::geometry::drop_at;
-use crate::sample::surface::SPACING;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 
 const KEY: &str = "sample.surface";
 
+/// Mean radii between the points of a surface by default.
+pub(crate) const SPACING: f64 = 4.0;
 /// Fewest points of a corrugation along its correlation length: fewer cut its tops off.
 const POINTS: f64 = 2.0;
 /// Most segments that are taken for meant.

@@ -5,13 +5,12 @@ use std::f64::consts::{PI, TAU};
 use crate::bodies::geometry::Period;
 use crate::bodies::surface::BareSurface;
 use crate::config::sample::{CutLine, SampleConfig};
-use crate::config::surface::{RoughnessConfig, SurfaceConfig};
+use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
 use crate::sample::random::RandomNumbers;
 use crate::sample::types::{Disk, Sample};
 
-/// Mean radii by which a surface reaches beyond its layer, and between its points, by default.
+/// Mean radii by which a surface reaches beyond its layer by default.
 pub(crate) const REACH: f64 = 9.0;
-pub(crate) const SPACING: f64 = 4.0;
 /// Waves of a rough profile.
 const WAVES: usize = 256;
 
