@@ -128,7 +128,7 @@ fn constant_relaxation_ends_where_it_is_foreseen_to() {
 }
 
 /// Both strips of `two-rails` follow the layer between them, which is heavier than what they move in a window: as followers of
-/// the strips its grains do not reach the fixed point.
+/// the strips its grains need several times as many repeats.
 #[test]
 fn two_bodies_follow_the_layer_between_them() {
     let scene = include_str!("../../scenarios/two-rails/scenario.toml");
@@ -150,7 +150,7 @@ fn two_bodies_follow_the_layer_between_them() {
     let left = run("fixed-point-serial", "continuum").completed();
     let repeats = left.number("repeats_mean");
     println!("{repeats:.2} repeats");
-    assert!(repeats <= 6.0, "{repeats}");
+    assert!(repeats <= 4.0, "{repeats}");
     for name in ["below", "above"] {
         let number = |key: &str| left.number(&format!("interfaces.{name}.{key}"));
         assert!(number("gap_max_rel") <= 1e-6);
@@ -160,7 +160,7 @@ fn two_bodies_follow_the_layer_between_them() {
     let velocity = run("velocity", "wall").completed();
     let balance = [&left, &velocity].map(|left| left.number("results.energy_balance_rel"));
     assert!(balance[0] <= 1.5 * balance[1], "{balance:?}");
-    let other = run("fixed-point-serial", "wall");
-    let error = other.ended.error.expect("the layer is too heavy to follow");
-    assert_eq!(error.exit_code(), 3, "{error}");
+    let other = run("fixed-point-serial", "wall").completed();
+    let other = other.number("repeats_mean");
+    assert!(other >= 4.0 * repeats, "{other} and {repeats} repeats");
 }

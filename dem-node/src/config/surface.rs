@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const KEY: &str = "sample.surface";
 
 /// Mean radii between the points of a surface by default.
-pub(crate) const SPACING: f64 = 4.0;
+pub(crate) const SPACING: f64 = 2.0;
 /// Fewest points of a corrugation along its correlation length: fewer cut its tops off.
 const POINTS: f64 = 2.0;
 /// Most segments that are taken for meant.
@@ -23,7 +23,7 @@ pub struct SurfaceConfig {
     /// The surface covers |x| up to this (m), where the coupled body must have its own; nine mean radii beyond a layer when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: Option<f64>,
-    /// Largest distance of its points (m); four mean radii when absent.
+    /// Largest distance of its points (m); a mean diameter when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing_m: Option<f64>,
     /// Coefficient of friction of grains on it; that of the grains on the glued row when absent.
