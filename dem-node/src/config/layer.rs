@@ -146,6 +146,7 @@ impl LayerConfig {
             "says where the whole surface is, and a glued row lies on a part of it",
             "add sample.glued = false, or write half_width_m instead",
         )?;
+        self.refuse_too_many_grains()?;
         let spacing = SPACING * self.radii().mean();
         let within = self.half_width_m;
         self.surface.validate(within, spacing, true)?;
@@ -154,7 +155,6 @@ impl LayerConfig {
         crowns.try_for_each(|(key, r)| {
             at_least(key, if r > 0.0 { r } else { f64::MAX }, reach, "m")
         })?;
-        self.refuse_too_many_grains()?;
         if self.press_pa.is_empty() {
             return Err(ConfigError::new(
                 "sample.press_pa",

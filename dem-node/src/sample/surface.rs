@@ -27,7 +27,7 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
     let ends = config.period_ends();
     let period = ends.map(Period::between);
     if let Some(points) = &keys.points_m {
-        return BareSurface::new([&[points.clone()], &[]], period);
+        return BareSurface::new([std::slice::from_ref(points), &[]], period);
     }
     let width = keys.half_width_m.unwrap_or(width);
     let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
