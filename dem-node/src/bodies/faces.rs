@@ -188,11 +188,7 @@ impl Segment {
     /// end.
     pub fn touch(&self, centre: [f64; 2], radius: f64, depth: f64) -> Option<Proximity> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
-        let start = bisector(self.before.map(|b| b.direction), Some(self.direction));
-        let end = bisector(
-            Some(self.direction),
-            self.after.map(|after| after.direction),
-        );
+        let [start, end] = self.bisectors();
         if start.is_some_and(|along| dot(from_start, along) < 0.0)
             || end.is_some_and(|along| dot(from_end, along) >= 0.0)
         {
@@ -231,18 +227,22 @@ impl Segment {
     /// The wall to which a disk has passed that is beyond an end of this segment.
     pub fn successor(&self, centre: [f64; 2]) -> Option<usize> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
-        let is_before = match bisector(self.before.map(|b| b.direction), Some(self.direction)) {
+        let [start, end] = self.bisectors();
+        let is_before = match start {
             Some(along) => dot(from_start, along) < 0.0,
             None => dot(from_start, self.direction) < 0.0 && !self.owns_start(from_start),
         };
-        let end = bisector(
-            Some(self.direction),
-            self.after.map(|after| after.direction),
-        );
         let is_beyond = dot(from_end, end.unwrap_or(self.direction)) >= 0.0;
         let before = self.before.filter(|_| is_before);
         let next = before.or(self.after.filter(|_| is_beyond));
         next.map(|joint| joint.wall)
+    }
+
+    /// The directions across the bisectors at its ends, where these are shallow concave corners.
+    fn bisectors(&self) -> [Option<[f64; 2]>; 2] {
+        let before = self.before.map(|b| bisector(b.direction, self.direction));
+        let after = self.after.map(|a| bisector(self.direction, a.direction));
+        [before, after].map(Option::flatten)
     }
 
     /// Distance of a point from any part of it (m).
@@ -258,9 +258,8 @@ impl Segment {
     }
 }
 
-/// The direction across the bisector of a shallow concave corner between two directions; none of another corner or an end.
-fn bisector(before: Option<[f64; 2]>, after: Option<[f64; 2]>) -> Option<[f64; 2]> {
-    let (before, after) = (before?, after?);
+/// The direction across the bisector of a shallow concave corner between two directions; none of another corner.
+fn bisector(before: [f64; 2], after: [f64; 2]) -> Option<[f64; 2]> {
     let turn = cross(before, after);
     let is_shallow = turn > 0.0 && turn < SHALLOW && dot(before, after) > 0.0;
     is_shallow.then(|| [before[0] + after[0], before[1] + after[1]])

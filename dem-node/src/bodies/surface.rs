@@ -6,10 +6,14 @@
 //!       s |                v = (1 - s) v_i + s v_j: forces, moments and power are exact
 //! ```
 //!
-//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, in a concave one a disk has two contacts.
+//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, a shallow concave one is divided by its bisector,
+//! and in a sharper one a disk has two contacts.
 
 use crate::bodies::faces::{Joint, Segment, left_of, unit};
 use crate::bodies::geometry::{Period, Proximity, between_points};
+
+/// Distance over the length of a strip up to which two places are one.
+const SAME_PLACE: f64 = 1e-12;
 
 /// The polylines, on the bodies below and above. The solid is on the right of their direction.
 #[derive(Clone, Debug, Default)]
@@ -81,8 +85,10 @@ impl BareSurface {
 
     fn add(&mut self, line: &[[f64; 2]]) {
         let (first, count) = (self.segments.len() as u32, line.len() - 1);
-        let image = |period: Period| between_points(line[0], line[count], Some(period));
-        let closed = self.period.is_some_and(|p| image(p) == [0.0; 2]);
+        let closed = self.period.is_some_and(|period| {
+            let [dx, dy] = between_points(line[0], line[count], Some(period));
+            dx.hypot(dy) <= SAME_PLACE * period.length
+        });
         let point = self.points.len() as u32;
         let kept = count + usize::from(!closed);
         for i in 0..count as u32 {

@@ -48,15 +48,12 @@ fn top_speed(state: &GrainState) -> f64 {
     squares.fold(0.0, larger).sqrt()
 }
 
-/// Free grains that left the bodies that are there: more than a radius of the widest disk beside the glued disks and surfaces of the base
+/// Places that have left the bodies that are there: more than a radius of the widest disk beside the glued disks and surfaces of the base
 /// and the ends of the sample unless it repeats, or more than its diameter below them or above the lid.
-pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
+fn is_lost(bodies: &Bodies) -> impl Fn(&[f64; 2]) -> bool {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (below, above) = bodies.surface.points.split_at(bodies.surface.base);
-    if base.is_empty() && below.is_empty() {
-        return 0;
-    }
-    let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
+    let widest = widest(bodies);
     let along = |row: &[[f64; 2]], surface: &[[f64; 2]], axis: usize| {
         range(row.iter().chain(surface).map(|c| c[axis]))
     };
@@ -67,29 +64,33 @@ pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
         highest => highest,
     };
     let [first, last] = along(base, below, 0);
-    let sample = bodies.ends.unwrap_or([first, last]);
-    let reach = first.min(sample[0]) - widest..=last.max(sample[1]) + widest;
-    let beside = |x: f64| bodies.period.is_none() && !reach.contains(&x);
-    let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
-    let present = state.present(bodies);
-    present - state.centres[..present].iter().filter(inside).count()
+    let [left, right] = bodies.ends.unwrap_or([first, last]);
+    let reach = first.min(left) - widest..=last.max(right) + widest;
+    let (has_base, has_ends) = (first <= last, bodies.period.is_none());
+    move |[x, y]| has_base && (has_ends && !reach.contains(x) || !(lowest..=highest).contains(y))
+}
+
+fn widest(bodies: &Bodies) -> f64 {
+    bodies.radii.iter().copied().fold(0.0, f64::max)
+}
+
+/// Free grains beyond the bodies that are there.
+pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
+    let is_lost = is_lost(bodies);
+    let grains = state.centres[..state.present(bodies)].iter();
+    grains.filter(|centre| is_lost(centre)).count()
 }
 
 /// Free grains that left the sample: those that are lost, and those that lie on a surface beside it.
 pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
-    let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    let (base, below) = (&bodies.reference[..bodies.base], bodies.surface.base);
-    let points = base.iter().chain(&bodies.surface.points[..below]);
-    let world = range(points.map(|c| c[0]));
-    let Some([left, right]) = bodies.ends else {
-        return lost_grains(bodies, state);
+    let (is_lost, widest) = (is_lost(bodies), widest(bodies));
+    let is_beside = |x: f64| {
+        let ends = bodies.ends;
+        ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x))
     };
-    let left = world[0] - widest..left - widest;
-    let right = right + widest..world[1] + widest;
-    let present = state.present(bodies);
-    let beside = state.centres[..present].iter();
-    let beside = beside.filter(|c| left.contains(&c[0]) || right.contains(&c[0]));
-    lost_grains(bodies, state) + beside.count()
+    let grains = state.centres[..state.present(bodies)].iter();
+    let ejected = grains.filter(|centre| is_beside(centre[0]) || is_lost(centre));
+    ejected.count()
 }
 
 /// Part of its radius by which the centre of a grain may be beyond a surface.

@@ -33,8 +33,8 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
     let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
     let spacing = keys.spacing_m.unwrap_or(SPACING * mean);
     let lines = lines_of(config, keys);
+    let waves = keys.roughness.map(|rough| Waves::new(rough, seed, period));
     let make = |row: &[Disk], line: CutLine, side: f64| -> Vec<Vec<[f64; 2]>> {
-        let waves = keys.roughness.map(|rough| Waves::new(rough, seed, period));
         let height =
             |x: f64| line.height_at(x, side) + waves.as_ref().map_or(0.0, |waves| waves.at(x));
         let pieces = pieces(row, ends, width).into_iter();
@@ -42,12 +42,7 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
         let line = |[left, right]: [f64; 2]| {
             let count = ((right - left) / spacing).ceil().max(1.0) as usize;
             let x = |k: usize| left + (right - left) * k as f64 / count as f64;
-            let mut points: Vec<[f64; 2]> = (0..=count).map(|k| point(x(k))).collect();
-            if let (Some(period), Some([_, y])) = (period, points.first().copied()) {
-                // The image of the start, to the last bit.
-                points[count] = [points[0][0] + period.length, y];
-            }
-            points
+            (0..=count).map(|k| point(x(k))).collect()
         };
         pieces.map(line).collect()
     };
@@ -93,7 +88,7 @@ pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>;
     })
 }
 
-/// Where a surface has no glued disks, between two values of x (m).
+/// Intervals of x (m) that a surface covers: the whole width or strip, or what lies beside a glued row.
 fn pieces(row: &[Disk], strip: Option<[f64; 2]>, width: f64) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (row.first(), row.last()) else {
         return vec![strip.unwrap_or([-width, width])];
