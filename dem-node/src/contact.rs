@@ -4,7 +4,8 @@
 //! - [`cells`], [`detect`]: disks near a disk, and the list of pairs that may touch;
 //! - [`loss`]: energy that a contact loses in a step;
 //! - [`bond`], [`initial_bonds`]: bonds between grains, and those of the start;
-//! - [`boundary`]: the compliant boundary of the glued disks.
+//! - [`boundary`]: the compliant boundary of the glued disks;
+//! - [`shared`]: springs of a disk that lies on several segments of a surface.
 
 pub mod bond;
 pub mod boundary;
@@ -12,3 +13,4 @@ pub mod cells;
 pub mod detect;
 pub mod initial_bonds;
 pub mod loss;
+pub mod shared;

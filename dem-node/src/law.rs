@@ -138,6 +138,15 @@ impl Law {
             || self.cohesion.is_some_and(|bonds| bonds.damping > 0.0)
     }
 
+    /// The law of a contact that has the share 1 / (1 + `joined`) of its springs.
+    pub fn shared(mut self, joined: f64) -> Law {
+        if let Some(springs) = &mut self.springs {
+            springs.normal /= 1.0 + joined;
+            springs.tangential /= 1.0 + joined;
+        }
+        self
+    }
+
     /// Elastic energy of a contact under these forces (J).
     pub fn stored(&self, force: [f64; 2]) -> [f64; 2] {
         match self.springs {

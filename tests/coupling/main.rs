@@ -9,6 +9,7 @@ mod mapping;
 mod offers;
 mod one_loop;
 mod policies;
+mod pressed_disk;
 mod reciprocating;
 mod repeating;
 mod report_page;

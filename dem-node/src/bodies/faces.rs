@@ -8,16 +8,12 @@
 //!                  c       In a concave corner it has two.
 //! ```
 //!
-//! A shallow concave corner is divided by its bisector, and a disk in it has one contact, whose gap is continuous and whose normal turns.
-//! Two contacts would bear twice as long as a disk that overlaps is above the corner: over an angle phi it comes to the second face with
-//! its whole overlap delta unless delta < r phi^2/2.
+//! Where the corner lies within the disk, these two share their springs, see [`crate::contact::shared`].
 
 use crate::bodies::geometry::Proximity;
 
 /// Sine of the angle below which two segments in a row are one straight line.
 const STRAIGHT: f64 = 1e-12;
-/// Sine of the angle up to which a concave corner is shallow: overlaps of 0.02 r meet the second face of a wider one from zero on.
-const SHALLOW: f64 = 0.2;
 /// Part of a distance by which two faces may be equally far.
 const ROUNDING: f64 = 1e-9;
 
@@ -188,18 +184,12 @@ impl Segment {
     /// end.
     pub fn touch(&self, centre: [f64; 2], radius: f64, depth: f64) -> Option<Proximity> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
-        let [start, end] = self.bisectors();
-        if start.is_some_and(|along| dot(from_start, along) < 0.0)
-            || end.is_some_and(|along| dot(from_end, along) >= 0.0)
-        {
-            return None;
-        }
-        if start.is_none() && dot(from_start, self.direction) < 0.0 {
+        if dot(from_start, self.direction) < 0.0 {
             return self
                 .owns_start(from_start)
                 .then(|| around(from_start, self.direction, radius));
         }
-        if end.is_none() && dot(from_end, self.direction) >= 0.0 {
+        if dot(from_end, self.direction) >= 0.0 {
             return self
                 .after
                 .is_none()
@@ -227,22 +217,17 @@ impl Segment {
     /// The wall to which a disk has passed that is beyond an end of this segment.
     pub fn successor(&self, centre: [f64; 2]) -> Option<usize> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
-        let [start, end] = self.bisectors();
-        let is_before = match start {
-            Some(along) => dot(from_start, along) < 0.0,
-            None => dot(from_start, self.direction) < 0.0 && !self.owns_start(from_start),
-        };
-        let is_beyond = dot(from_end, end.unwrap_or(self.direction)) >= 0.0;
+        let is_before = dot(from_start, self.direction) < 0.0 && !self.owns_start(from_start);
+        let is_beyond = dot(from_end, self.direction) >= 0.0;
         let before = self.before.filter(|_| is_before);
         let next = before.or(self.after.filter(|_| is_beyond));
         next.map(|joint| joint.wall)
     }
 
-    /// The directions across the bisectors at its ends, where these are shallow concave corners.
-    fn bisectors(&self) -> [Option<[f64; 2]>; 2] {
-        let before = self.before.map(|b| bisector(b.direction, self.direction));
-        let after = self.after.map(|a| bisector(self.direction, a.direction));
-        [before, after].map(Option::flatten)
+    /// The wall after this one, and the distance of a point from the corner between them (m).
+    pub fn corner(&self, point: [f64; 2]) -> Option<(usize, f64)> {
+        let [x, y] = minus(point, self.end);
+        self.after.map(|joint| (joint.wall, x.hypot(y)))
     }
 
     /// Distance of a point from any part of it (m).
@@ -256,13 +241,6 @@ impl Segment {
             cross(self.direction, from_start).abs()
         }
     }
-}
-
-/// The direction across the bisector of a shallow concave corner between two directions; none of another corner.
-fn bisector(before: [f64; 2], after: [f64; 2]) -> Option<[f64; 2]> {
-    let turn = cross(before, after);
-    let is_shallow = turn > 0.0 && turn < SHALLOW && dot(before, after) > 0.0;
-    is_shallow.then(|| [before[0] + after[0], before[1] + after[1]])
 }
 
 /// Contact with a point; `from` leads from it to the centre of the disk.
@@ -329,34 +307,6 @@ mod tests {
         let found = contacts(&[[-5.0, 0.0], [0.0, 0.0], [0.0, 5.0]], [-1.0, 1.0]);
         let normals: Vec<[f64; 2]> = found.iter().map(|at| at.normal).collect();
         assert_eq!(normals, [[0.0, 1.0], [-1.0, 0.0]]);
-    }
-
-    #[test]
-    fn a_shallow_concave_corner_is_touched_once_by_a_disk_that_overlaps() {
-        let angle = 0.01f64;
-        let valley = [
-            [-5.0, 0.0],
-            [0.0, 0.0],
-            [5.0 * angle.cos(), 5.0 * angle.sin()],
-        ];
-        let mut gaps = Vec::new();
-        for k in -200..200 {
-            let x = f64::from(k) * 1e-4;
-            // 0.1 deep, along the first face.
-            let segments = polyline(&valley, 0);
-            let found: Vec<Proximity> = segments
-                .iter()
-                .filter_map(|s| s.touch([x, 0.9], 1.0, 0.0))
-                .collect();
-            assert_eq!(found.len(), 1, "at {x}");
-            gaps.push(found[0].gap);
-            let passed = [0, 1].map(|i| segments[i].successor([x, 0.9]));
-            let owner = usize::from(found[0].normal[0] < 0.0);
-            assert_eq!((passed[owner], passed[1 - owner]), (None, Some(owner)));
-        }
-        // 1e-4 along a face of 0.01.
-        let steps = gaps.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        assert!(steps.fold(0.0, f64::max) < 1.1e-6, "the gap goes on");
     }
 
     #[test]

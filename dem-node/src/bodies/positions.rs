@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::bodies::Bodies;
-use crate::bodies::faces::Face;
+use crate::bodies::faces::{Face, Segment};
 use crate::bodies::geometry::{Proximity, between_disks, between_points, under_wheel};
 
 /// Positions at a moment.
@@ -63,17 +63,38 @@ pub fn distance(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> f
 
 /// The segment of a wall or surface to which a disk has passed that is beyond an end of segment `b`.
 pub fn successor(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<usize> {
+    let (segment, centre, first) = segment_under(bodies, positions, a, b)?;
+    segment.successor(centre).map(|next| first + next)
+}
+
+/// The body after the segment `b` of a wall or surface, and the gap of the disk `a` at the corner between them (m).
+pub fn corner(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<(usize, f64)> {
+    let (segment, centre, first) = segment_under(bodies, positions, a, b)?;
+    let (next, distance) = segment.corner(centre)?;
+    Some((first + next, distance - bodies.radii[a]))
+}
+
+/// The segment of a wall or surface that the body `b` is, the centre of the disk `a` as it sees it, and the body from which its joints count.
+fn segment_under(
+    bodies: &Bodies,
+    positions: &Positions,
+    a: usize,
+    b: usize,
+) -> Option<(Segment, [f64; 2], usize)> {
     let centre = positions.centres[a];
     if let Some(index) = bodies.segment_index(b) {
         let (surface, points) = (&bodies.surface, positions.surface);
         let centre = surface.image(index, points, centre);
-        let next = surface.segment(index, points).successor(centre)?;
-        return Some(bodies.first_segment() + next);
+        return Some((
+            surface.segment(index, points),
+            centre,
+            bodies.first_segment(),
+        ));
     }
     let wall = bodies.wall_of(b)?;
-    let Face::Segment(segment) = &wall.face else {
+    let Face::Segment(segment) = wall.face else {
         return None;
     };
-    let next = segment.successor(wall.frame(centre, positions.wall_motion_time))?;
-    Some(bodies.first_wall() + next)
+    let centre = wall.frame(centre, positions.wall_motion_time);
+    Some((segment, centre, bodies.first_wall()))
 }

@@ -6,8 +6,7 @@
 //!       s |                v = (1 - s) v_i + s v_j: forces, moments and power are exact
 //! ```
 //!
-//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, a shallow concave one is divided by its bisector,
-//! and in a sharper one a disk has two contacts.
+//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, in a concave one a disk has two contacts.
 
 use crate::bodies::faces::{Joint, Segment, left_of, unit};
 use crate::bodies::geometry::{Period, Proximity, between_points};

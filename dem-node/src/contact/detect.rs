@@ -25,6 +25,8 @@ pub struct Slot {
     pub last_gap: f64,
     /// Gap at which the pair of a broken bond touches (m), until it has once come apart; 0 for all others.
     pub reference: f64,
+    /// Contacts of the disk on other segments with which it shares its springs: it has the share 1 / (1 + `joined`).
+    pub joined: f64,
 }
 
 impl Slot {
@@ -127,10 +129,20 @@ impl VerletList {
             return;
         };
         let new = &mut self.slots[target];
-        // One that is loaded already is a contact of its own: the other side of a concave corner.
         if new.force == [0.0; 2] {
-            (new.force, new.spring, new.last_gap) = (old.force, old.spring, old.last_gap);
+            *new = Slot {
+                a: new.a,
+                b: new.b,
+                ..old
+            };
+            return;
         }
+        // The other side of a concave corner: it keeps the energy of both.
+        let share = (1.0 + new.joined) / (1.0 + old.joined);
+        let both = |new: f64, old: f64| (new * new + share * old * old).sqrt();
+        new.last_gap = -both(new.last_gap.min(0.0), old.last_gap.min(0.0));
+        new.spring = both(new.spring, old.spring).copysign(new.spring + share * old.spring);
+        new.force = [0, 1].map(|k| new.force[k] + old.force[k]);
     }
 
     /// Largest displacement of a body since the list was built (m).
@@ -165,8 +177,10 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
-            if slot.reference != 0.0 {
-                visit(slot.reference);
+            for rare in [slot.reference, slot.joined] {
+                if rare != 0.0 {
+                    visit(rare);
+                }
             }
         }
     }

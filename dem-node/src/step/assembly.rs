@@ -6,6 +6,7 @@ use crate::bodies::geometry::{Proximity, extent};
 use crate::bodies::positions::{Positions, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
+use crate::contact::shared::share_springs;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
 use crate::step::state::GrainState;
@@ -79,6 +80,8 @@ impl Stepper {
         list.refresh(bodies, &positions, travel, bonded);
         if bodies.has_joints() {
             list.hand_over(bodies, &positions);
+            let missing = |grain| state.feed.missing(grain);
+            share_springs(&mut list.slots, bodies, &positions, missing);
         }
         self.problem.levers.clear();
         let at = Detection {
@@ -340,6 +343,9 @@ impl Stepper {
         };
         if let Some((own, law)) = bodies.pairs.of(pair[0], pair[1]) {
             (contact.pair_law, contact.compliance) = (own, law.compliance(h));
+        }
+        if slot.joined > 0.0 {
+            contact.compliance = contact.compliance.map(|c| c * (1.0 + slot.joined));
         }
         if let Some(bond) = bond {
             contact.gap -= bond.reference;

@@ -95,7 +95,8 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
 /// Presses a contact together by a length (m). Returns the work on its spring (J).
 fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
     let law = bodies.law_of(slot.a as usize, slot.b as usize);
-    let Some(springs) = law.springs.filter(|_| length > 0.0) else {
+    let springs = law.shared(slot.joined).springs;
+    let Some(springs) = springs.filter(|_| length > 0.0) else {
         return 0.0;
     };
     let energy = |gap: f64| 0.5 * springs.normal * gap.min(0.0).powi(2);

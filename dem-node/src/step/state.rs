@@ -9,6 +9,7 @@ use crate::bodies::positions::{Positions, proximity};
 use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::VerletList;
 use crate::contact::initial_bonds::initial_bonds;
+use crate::contact::shared::share_springs;
 use crate::sample::types::Disk;
 use crate::step::ledger::GrainLedger;
 
@@ -107,6 +108,7 @@ impl GrainState {
         // With the pairs that are bonded further apart than the list reaches.
         list.invalidate();
         list.refresh(bodies, &positions, 0.0, state.bonds.iter().map(Bond::pair));
+        share_springs(&mut list.slots, bodies, &positions, |_| 0.0);
         let mut bonds = BondCursor::new(&state.bonds);
         for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {
@@ -115,7 +117,7 @@ impl GrainState {
             let gap = proximity(bodies, &positions, slot.a as usize, slot.b as usize).gap;
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             if let (Some(springs), true) = (law.springs, gap < 0.0) {
-                slot.force[0] = -gap * springs.normal;
+                slot.force[0] = -gap * springs.normal / (1.0 + slot.joined);
                 slot.last_gap = gap;
             }
         }
@@ -240,6 +242,7 @@ impl GrainState {
                 Some(_) => [normal.max(0.0), 0.0],
             };
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            let law = law.shared(slot.joined);
             let [normal, tangential] = law.stored(force);
             // A damper is no spring.
             stored[0] += match law.springs {

@@ -157,7 +157,10 @@ impl Stepper {
             match self.problem.bonds.get(contact.bond as usize) {
                 None => {
                     let law = bodies.law_at(contact.pair_law);
-                    ledger.lose(&contact_loss(law, &done));
+                    ledger.lose(&match slot.joined {
+                        0.0 => contact_loss(law, &done),
+                        joined => contact_loss(&law.shared(joined), &done),
+                    });
                     slot.force = [done.impulse[0] / h, done.impulse[1] / h];
                     slot.spring = done.spring[1];
                     slot.last_gap = done.gap + h * done.velocity[0];
@@ -205,7 +208,10 @@ impl Stepper {
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
+        let share = 1.0 / (1.0 + slot.joined);
+        let stretched = springs.map_or(0.0, |s| {
+            -contact.impulse[1] / (input.step * s.tangential * share)
+        });
         // A compliant boundary puts its disks where its own body says: this ledger has no account of that. Feet are sought anew.
         let on_disk = contact.glued && (slot.b as usize) < input.bodies.first_segment();
         let [last_gap, turned] = if on_disk && self.problem.boundary.is_compliant() {

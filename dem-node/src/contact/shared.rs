@@ -1,0 +1,101 @@
+//! Springs that the contacts of one disk on several segments share.
+//!
+//! ```text
+//!      ( o )             A disk that overlaps a concave corner presses on either side of it. Where the corner lies outside of the
+//!   _i__\_/__ j_/        disk these are two contacts; far inside, as on a polyline that is nearly straight, they are one. The
+//!                        springs of i have the share 1 / (1 + sum_j c_ij), c_ij = (s_ij / max(d_i, d_j))^2, with the overlaps d
+//!                        at the contacts and s at the shallowest corner between them.
+//! ```
+//!
+//! A contact is born at a corner, s = d_j: the energy of two is then what that of the first was alone, k d_i^2 / 2, whatever their
+//! overlaps are. A whole spring each would make k d_j^2 / 2 out of nothing; a disk that is held by the nearest segment alone
+//! would sink into a surface that yields and bends around it. What the contacts have stored goes along when shares change.
+
+use crate::bodies::Bodies;
+use crate::bodies::positions::{Positions, corner, proximity};
+use crate::contact::detect::Slot;
+
+/// Gives the contacts of each disk with segments of walls and surfaces their shares; `missing` is what a growing grain lacks of its
+/// radius (m).
+pub fn share_springs(
+    slots: &mut [Slot],
+    bodies: &Bodies,
+    positions: &Positions,
+    missing: impl Fn(u32) -> f64,
+) {
+    for of_disk in slots.chunk_by_mut(|s, t| s.a == t.a) {
+        let first = of_disk.partition_point(|slot| (slot.b as usize) < bodies.first_wall());
+        let on_faces = &mut of_disk[first..];
+        if on_faces.len() > 1 {
+            let missing = missing(on_faces[0].a);
+            share_among(on_faces, bodies, positions, missing);
+        }
+    }
+}
+
+fn share_among(slots: &mut [Slot], bodies: &Bodies, positions: &Positions, missing: f64) {
+    let a = slots[0].a as usize;
+    let overlap = |slot: &Slot| {
+        let law = bodies.law_of(a, slot.b as usize);
+        law.springs?;
+        let gap = proximity(bodies, positions, a, slot.b as usize).gap + missing;
+        (gap < 0.0).then_some(-gap)
+    };
+    let overlaps: Vec<f64> = slots.iter().map(|s| overlap(s).unwrap_or(0.0)).collect();
+    let pressed = overlaps.iter().filter(|overlap| **overlap > 0.0).count();
+    if pressed < 2 && slots.iter().all(|slot| slot.joined == 0.0) {
+        return;
+    }
+    let mut joined = vec![0.0; slots.len()];
+    for from in (0..slots.len()).filter(|i| overlaps[*i] > 0.0) {
+        let (mut at, mut shallowest) = (slots[from].b as usize, f64::INFINITY);
+        while let Some((next, gap)) = corner(bodies, positions, a, at) {
+            shallowest = shallowest.min(-gap - missing);
+            if shallowest <= 0.0 || next == slots[from].b as usize {
+                break;
+            }
+            let to = slots.binary_search_by_key(&(next as u32), |slot| slot.b);
+            if let Some(to) = to.ok().filter(|to| overlaps[*to] > 0.0) {
+                let connection = (shallowest / overlaps[from].max(overlaps[to])).powi(2);
+                joined[from] += connection;
+                joined[to] += connection;
+            }
+            at = next;
+        }
+    }
+    hand_over(slots, &overlaps, &joined);
+}
+
+/// Takes over the shares, and divides among the contacts that have any what the springs of all have stored.
+fn hand_over(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
+    let (mut stored, mut found, mut pull) = ([0.0; 2], [0.0; 2], 0.0);
+    let changes = |slot: &Slot, joined: f64| slot.joined > 0.0 || joined > 0.0;
+    let now = || overlaps.iter().zip(joined);
+    for (slot, (overlap, joined)) in slots.iter().zip(now()) {
+        if changes(slot, *joined) {
+            let [before, after] = [slot.joined, *joined].map(|joined| 1.0 / (1.0 + joined));
+            stored[0] += before * slot.last_gap.min(0.0).powi(2);
+            stored[1] += before * slot.spring.powi(2);
+            pull += before * slot.spring;
+            found[0] += after * overlap.powi(2);
+            found[1] += if *overlap > 0.0 { after } else { 0.0 };
+        }
+    }
+    for (slot, (overlap, joined)) in slots.iter_mut().zip(now()) {
+        if changes(slot, *joined) {
+            let before = 1.0 / (1.0 + slot.joined);
+            (slot.last_gap, slot.spring) = match *overlap {
+                // Where all have come apart each keeps its own.
+                0.0 if found[1] == 0.0 => {
+                    (slot.last_gap * before.sqrt(), slot.spring * before.sqrt())
+                }
+                0.0 => (0.0, 0.0),
+                overlap => (
+                    -(stored[0] / found[0]).sqrt() * overlap,
+                    (stored[1] / found[1]).sqrt().copysign(pull),
+                ),
+            };
+        }
+        slot.joined = *joined;
+    }
+}
