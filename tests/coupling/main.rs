@@ -8,6 +8,7 @@ mod main_job;
 mod mapping;
 mod offers;
 mod one_loop;
+mod partial_slip;
 mod policies;
 mod pressed_disk;
 mod reciprocating;

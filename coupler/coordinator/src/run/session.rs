@@ -445,11 +445,16 @@ impl RunSession<'_> {
                 for line in prediction.lines() {
                     self.rundir.note(&format!("interface `{name}`: {line}"));
                 }
+                let points = &group.points;
+                // A bare surface has points without a disk.
+                let bare = points.radius_m.iter().filter(|r| **r == 0.0).count();
                 self.summary.foreseen.push(format!(
-                    "interface {name}: windows of {:.4e} s, {} nodes and {} glued points in its group",
+                    "interface {name}: windows of {:.4e} s, {} nodes with {} columns, {} glued points and {bare} of bare surfaces in its group, whose compliance takes {:.1e} bytes",
                     group.clock.window_s(),
                     group.nodes.len(),
-                    group.points.len()
+                    2 * group.nodes.len(),
+                    points.len() - bare,
+                    (8 * 4 * points.len() * points.len()) as f64
                 ));
                 self.summary.foreseen.extend(prediction.lines());
                 let stability = &mut self.summary.stability;
