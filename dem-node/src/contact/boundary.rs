@@ -188,10 +188,17 @@ impl CompliantBoundary {
     }
 
     /// The block of W_g at a glued disk, 2 x 2, row by row (1/kg). A measured one is not quite symmetric.
+    #[inline(always)]
     pub fn block(&self, disk: usize) -> [[f64; 2]; 2] {
-        let Some(foot) = self.foot(disk) else {
-            return self.columns.get(disk).map_or([[0.0; 2]; 2], |c| c.block);
-        };
+        match self.foot(disk) {
+            None => self.columns.get(disk).map_or([[0.0; 2]; 2], |c| c.block),
+            Some(foot) => self.block_of(foot),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn block_of(&self, foot: &Foot) -> [[f64; 2]; 2] {
         let mut block = [[0.0; 2]; 2];
         if self.is_compliant() {
             // A column of S W_g S^T is what a unit impulse makes of the foot's own velocity.

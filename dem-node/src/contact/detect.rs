@@ -103,10 +103,12 @@ impl VerletList {
     /// Force and spring of a disk that has passed from one segment of a wall or surface to the next go along.
     pub fn hand_over(&mut self, bodies: &Bodies, positions: &Positions) {
         for index in 0..self.slots.len() {
-            let slot = self.slots[index];
-            if slot.force == [0.0; 2] && slot.spring == 0.0 {
+            let slot = &self.slots[index];
+            let on_face = slot.b as usize >= bodies.first_wall();
+            if !on_face || slot.force == [0.0; 2] && slot.spring == 0.0 {
                 continue;
             }
+            let slot = *slot;
             let start = slot.b as usize;
             let mut passed = [start, start];
             // Of short segments several may be passed at once.

@@ -23,13 +23,18 @@ pub fn share_springs(
     positions: &Positions,
     missing: impl Fn(u32) -> f64,
 ) {
-    for of_disk in slots.chunk_by_mut(|s, t| s.a == t.a) {
-        let first = of_disk.partition_point(|slot| (slot.b as usize) < bodies.first_wall());
-        let on_faces = &mut of_disk[first..];
-        if on_faces.len() > 1 {
-            let missing = missing(on_faces[0].a);
-            share_among(on_faces, bodies, positions, missing);
+    let mut rest = slots;
+    while let Some(first) = rest
+        .iter()
+        .position(|s| s.b as usize >= bodies.first_wall())
+    {
+        let a = rest[first].a;
+        let of_disk = rest[first..].iter().take_while(|slot| slot.a == a).count();
+        let (on_faces, others) = rest[first..].split_at_mut(of_disk);
+        if of_disk > 1 {
+            share_among(on_faces, bodies, positions, missing(a));
         }
+        rest = others;
     }
 }
 

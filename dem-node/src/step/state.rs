@@ -242,14 +242,16 @@ impl GrainState {
                 Some(_) => [normal.max(0.0), 0.0],
             };
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
-            let law = law.shared(slot.joined);
             let [normal, tangential] = law.stored(force);
+            let parts = 1.0 + slot.joined;
             // A damper is no spring.
             stored[0] += match law.springs {
-                Some(s) if law.is_damped() => 0.5 * s.normal * slot.last_gap.min(0.0).powi(2),
-                _ => normal,
+                Some(s) if law.is_damped() => {
+                    0.5 * s.normal / parts * slot.last_gap.min(0.0).powi(2)
+                }
+                _ => normal * parts,
             };
-            stored[1] += tangential;
+            stored[1] += tangential * parts;
             if let Some((_, bond)) = bonded {
                 stored[2] += bond.stored(bodies);
             }
