@@ -1,5 +1,7 @@
-//! First and third body: the grains by the body that they belong to, at the first marked moment and at the end.
+//! First and third body: the grains by the body that they belong to, at the first marked moment and at the end, and the surface that
+//! debris lies on.
 
+use super::mesh::points_mm;
 use super::scene::{circles, disks};
 use coordinator::error::Error;
 use draw::extent::Extent;
@@ -20,11 +22,15 @@ const BODIES: [[&str; 2]; 4] = [
 /// run that follows no flows.
 pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> {
     let mut shown: Vec<(String, Arrays)> = Vec::new();
+    let mut surfaces = Vec::new();
     for moment in run.moments() {
         let arrays = run.fields(&moment.name, ".vtp")?;
         if let Some(arrays) = arrays.filter(|arrays| arrays.contains_key("body")) {
             shown.truncate(1);
             shown.push((moment.words, arrays));
+            let surface = run.fields(&moment.name, "-surface.vtp")?;
+            surfaces.truncate(1);
+            surfaces.push(surface.as_ref().map_or(Vec::new(), points_mm));
         }
     }
     shown.dedup_by(|last, first| last.1["points"] == first.1["points"]);
@@ -35,10 +41,22 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     };
     // Grains that were thrown far away would make the others too small to be seen.
     let height = layer.height();
-    let extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
+    let mut extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
+    // Those that lie on the surface beside the layer are shown as far as they go.
+    let surface = surfaces.last().into_iter().flatten();
+    let surface = Extent::around(surface.map(|point| (*point, 0.0)));
+    if let (Some(surface), Some((_, last))) = (surface, shown.last()) {
+        let over_it = surface.with_margin(0.0, 0.0, height);
+        let lying = circles(last).filter(|(centre, _)| over_it.holds(*centre));
+        let corners = [0, 1].map(|end| ([extent.x[end], extent.y[end]], 0.0));
+        extent = Extent::around(lying.chain(corners)).unwrap_or(extent);
+    }
     let maps = shown.iter();
     let maps = maps.map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
     let svg = maps_of_kinds(&Vec::from_iter(maps), &BODIES, |panel, number| {
+        for segment in surfaces[number].chunks_exact(2) {
+            panel.line(segment, false, "stroke=\"#000\" fill=\"none\"");
+        }
         let arrays = &shown[number].1;
         disks(panel, arrays, |disk| BODIES[body(arrays, disk)][0].into());
     });
@@ -56,7 +74,7 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     Ok(Some(Picture {
         file: "bodies.svg".into(),
         caption: format!(
-            "First and third body {}, to scale. Thick outlines: glued grains. What is more than the layer's height beyond its ends is not drawn.",
+            "First and third body {}, to scale. Thick outlines: glued grains. Lines: bare surfaces. What is more than the layer's height beyond its ends and lies on no surface is not drawn.",
             Vec::from_iter(moments).join(" and ")
         ),
         alternative: Vec::from_iter(each).join(" "),
@@ -119,6 +137,26 @@ mod tests {
             let style = format!("fill=\"{colour}\"");
             assert_eq!(picture.svg.matches(&style).count(), times, "{words}");
         }
+    }
+
+    #[test]
+    fn what_lies_on_the_surface_beside_the_layer_is_drawn_with_it() {
+        let scratch = Scratch::new("bodies-surface", 1);
+        let run = run(&scratch);
+        write(&run, "hold", 0.0, Some("0 0 3"));
+        write(&run, "end", 0.1, Some("1 2 3"));
+        let surface = "<VTKFile type=\"PolyData\"><PolyData><Piece><Points><DataArray type=\"Float64\" Name=\"points\" NumberOfComponents=\"3\" format=\"ascii\">0 -1e-4 0 0.2 -1e-4 0</DataArray></Points></Piece></PolyData></VTKFile>";
+        for moment in ["hold", "end"] {
+            let path = run.path.join(format!("fields/layer-{moment}-surface.vtp"));
+            std::fs::write(path, surface).expect("a file");
+        }
+        let picture = first_and_third(&run).expect("it is readable");
+        let svg = picture.expect("there are bodies").svg;
+        for ([colour, words], times) in BODIES.iter().zip([2, 2, 2, 1]) {
+            let style = format!("fill=\"{colour}\"");
+            assert_eq!(svg.matches(&style).count(), times, "{words}");
+        }
+        assert_eq!(svg.matches("stroke=\"#000\" fill=\"none\"").count(), 2);
     }
 
     #[test]

@@ -119,6 +119,11 @@ impl BareSurface {
         between_points(points[end], points[start], self.period)
     }
 
+    /// Start of a segment where these points are, and the vector to its end (m).
+    pub fn line(&self, segment: usize, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+        [points[self.ends(segment)[0]], self.vector(segment, points)]
+    }
+
     /// A segment where these points are (m).
     pub fn segment(&self, index: usize, points: &[[f64; 2]]) -> Segment {
         let Ends { before, after, .. } = self.segments[index];
@@ -126,13 +131,8 @@ impl BareSurface {
             wall: segment as usize,
             direction: unit(self.vector(segment as usize, points)),
         };
-        let start = points[self.ends(index)[0]];
-        Segment::new(
-            start,
-            self.vector(index, points),
-            before.map(joint),
-            after.map(joint),
-        )
+        let [start, along] = self.line(index, points);
+        Segment::new(start, along, before.map(joint), after.map(joint))
     }
 
     /// The image of a centre (m) that is nearest to a segment.

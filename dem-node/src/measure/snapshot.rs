@@ -13,11 +13,13 @@ use kit::vtk::{DatasetKind, VtkFile};
 use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::measure::flow::{Flow, FlowBody, NEVER};
+use crate::measure::loads::shown;
 use crate::measure::structure;
 use crate::step::state::GrainState;
 use parts::{FieldScene, cells, points, poly_data};
 
-/// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
+/// Writes `<stem>.vtp`, the disks as vertices, `<stem>-contacts.vtp`, the contacts between them, and where there are bare surfaces
+/// `<stem>-surface.vtp`, their segments as lines, without data.
 ///
 /// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
 /// (0 of fed grains, which were nowhere then; points have moved by it, as those of a mesh have not by its displacement_m),
@@ -27,7 +29,11 @@ use parts::{FieldScene, cells, points, poly_data};
 pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {
     let path = |suffix: &str| folder.join(format!("{stem}{suffix}.vtp"));
     written(&path(""), |path| grains(scene).write(path))?;
-    written(&path("-contacts"), |path| contacts::file(scene).write(path))
+    written(&path("-contacts"), |path| contacts::file(scene).write(path))?;
+    if scene.bodies.surface.segments() == 0 {
+        return Ok(());
+    }
+    written(&path("-surface"), |path| surface(scene).write(path))
 }
 
 /// Writes a text file.
@@ -55,6 +61,25 @@ fn grains(scene: &FieldScene) -> VtkFile {
         if let Some(flow) = scene.flow {
             flow_data(file, scene.bodies, flow);
         }
+    });
+    file
+}
+
+/// Segments of bare surfaces, each with points of its own, so that a strip that repeats has no line from one end to the other.
+fn surface(scene: &FieldScene) -> VtkFile {
+    let surface = &scene.bodies.surface;
+    let (segments, places) = (surface.segments(), &scene.state.surface);
+    let ends = (0..segments).flat_map(|index| {
+        let [start, along] = surface.line(index, places);
+        let [x, y] = shown(scene.bodies, start);
+        [[x, y, 0.0], [x + along[0], y + along[1], 0.0]]
+    });
+    let mut file = poly_data([2 * segments, 0, segments]);
+    file.section("Points", |file| {
+        file.array(DatasetKind::Float64, "points", ends)
+    });
+    file.section("Lines", |file| {
+        cells(file, 2, (0..2 * segments).map(|n| n as f64))
     });
     file
 }

@@ -66,7 +66,8 @@ impl<'a> Fields<'a> {
         let participants = scenario.participant.iter().flat_map(|participant| {
             let name = &participant.name;
             let contacts = part(name, "-contacts", &["-contacts.vtp"]);
-            [part(name, "", &[".vtu", ".vtp"]), contacts]
+            let surface = part(name, "-surface", &["-surface.vtp"]);
+            [part(name, "", &[".vtu", ".vtp"]), contacts, surface]
         });
         let interfaces = scenario.interface.iter();
         let interfaces = interfaces.map(|i| part(&i.name, "-interface", &["-interface.vtp"]));
