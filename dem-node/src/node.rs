@@ -180,6 +180,7 @@ impl Node for Dem {
         for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
+        self.progress.state.carry_surface(bodies);
         self.record(window.t0_s, window.t1_s, &pending.summary);
         Ok(self.report(&pending.summary))
     }

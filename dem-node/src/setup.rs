@@ -148,7 +148,7 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     names.extend(std::iter::repeat_n(WHEEL.to_string(), parts));
     names.extend(sample.wall_names.iter().cloned());
     let segments = (0..sample.surface.segments()).map(|segment| {
-        let above = sample.surface.ends(segment)[0] >= sample.surface.base;
+        let above = sample.surface.is_above(segment, [sample.glued.len(), base]);
         surface.map_or(ROWS[usize::from(above)], |_| SURFACE)
     });
     names.extend(segments.map(String::from));

@@ -21,6 +21,8 @@ pub struct BareSurface {
     pub points: Vec<[f64; 2]>,
     /// Number of those of the body below, which come first.
     pub base: usize,
+    /// More points, which glued disks carry: the disk among these, and the way from its centre to the point (m).
+    carried: Vec<(u32, [f64; 2])>,
     segments: Vec<Ends>,
     period: Option<Period>,
 }
@@ -56,14 +58,6 @@ impl Foot {
     pub fn mean(self, of: &[f64]) -> [f64; 2] {
         let [first, second] = self.points.map(|point| 2 * point as usize);
         [0, 1].map(|k| (1.0 - self.share) * of[first + k] + self.share * of[second + k])
-    }
-
-    /// The same foot among points that are counted after `glued` disks.
-    pub fn after(self, glued: usize) -> Foot {
-        Foot {
-            points: self.points.map(|point| point + glued as u32),
-            ..self
-        }
     }
 }
 
@@ -102,6 +96,48 @@ impl BareSurface {
         if point < self.base as u32 && closed {
             self.base -= 1;
         }
+    }
+
+    /// Adds a segment between two points that glued disks carry, and that lie so far from their centres (m).
+    pub fn bridge(&mut self, disks: [usize; 2], offsets: [[f64; 2]; 2]) {
+        let first = (self.points.len() + self.carried.len()) as u32;
+        let disks = disks.map(|disk| disk as u32);
+        self.carried.extend(disks.into_iter().zip(offsets));
+        self.segments.push(Ends {
+            points: [first, first + 1],
+            before: None,
+            after: None,
+        });
+    }
+
+    /// Puts the points that glued disks with these centres carry behind the others (m).
+    pub fn carry(&self, glued: &[[f64; 2]], places: &mut Vec<[f64; 2]>) {
+        places.truncate(self.points.len());
+        let carried = self.carried.iter().map(|(disk, [x, y])| {
+            let centre = glued[*disk as usize];
+            [centre[0] + x, centre[1] + y]
+        });
+        places.extend(carried);
+    }
+
+    /// Number of a point in a boundary of so many glued disks, which the points follow.
+    fn in_boundary(&self, point: u32, glued: usize) -> u32 {
+        let carried = (point as usize).checked_sub(self.points.len());
+        carried.map_or(point + glued as u32, |number| self.carried[number].0)
+    }
+
+    /// A foot by the numbers of its points in that boundary.
+    pub fn on_boundary(&self, foot: Foot, glued: usize) -> Foot {
+        Foot {
+            points: foot.points.map(|point| self.in_boundary(point, glued)),
+            ..foot
+        }
+    }
+
+    /// True for a segment of the body above; `glued` are the numbers of disks in the boundary, and of those below among them.
+    pub fn is_above(&self, segment: usize, [glued, below]: [usize; 2]) -> bool {
+        let number = self.in_boundary(self.segments[segment].points[0], glued) as usize;
+        number >= glued + self.base || (below..glued).contains(&number)
     }
 
     /// Number of segments.
@@ -242,5 +278,35 @@ impl SegmentOrder {
         near.sort_unstable();
         near.dedup();
         near
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two points beside a row of three glued disks, and a bridge between the last two, which carry its ends 0.1 and 0.2 above themselves.
+    #[test]
+    fn a_bridge_moves_with_the_glued_disks_that_carry_it() {
+        let beside = vec![[3.0, 0.0], [5.0, 0.0]];
+        let mut surface = BareSurface::new([&[beside], &[]], None);
+        surface.bridge([1, 2], [[0.0, 0.1], [0.0, 0.2]]);
+        let mut places = surface.points.clone();
+        for lift in [0.0, 0.5] {
+            let glued = [[-1.0, 0.0], [0.0, lift - 0.1], [2.0, lift - 0.2]];
+            surface.carry(&glued, &mut places);
+            assert_eq!(places, [[3.0, 0.0], [5.0, 0.0], [0.0, lift], [2.0, lift]]);
+            let near = surface.proximity(1, &places, [0.5, lift + 0.3], 0.4);
+            assert!((near.gap + 0.1).abs() < 1e-15 && near.normal == [0.0, 1.0]);
+            let foot = surface.on_boundary(surface.foot(1, &places, [0.5, 1.0]), 3);
+            assert_eq!((foot.points, foot.share), ([1, 2], 0.25));
+        }
+        let middle = surface.on_boundary(surface.middle(0), 3);
+        assert_eq!(middle.points, [3, 4]);
+        assert_eq!(
+            [3, 2].map(|below| surface.is_above(1, [3, below])),
+            [false, false]
+        );
+        assert!(surface.is_above(1, [3, 1]));
     }
 }

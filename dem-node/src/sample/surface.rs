@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::bodies::geometry::Period;
+use crate::bodies::geometry::{Period, between_points};
 use crate::bodies::surface::BareSurface;
 use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
@@ -16,7 +16,8 @@ const WAVES: usize = 256;
 
 /// The surface of a prepared sample. `seed` is the run's.
 ///
-/// Beside a glued row it begins where the last disk of the row ends, so that no grain falls between them.
+/// Beside a glued row it begins where the last disk of the row ends, and it closes the gaps of the row that the smallest grain
+/// would be pressed into, so that none falls between them.
 pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface {
     let mean = mean_radius(sample);
     let Some(keys) = config.surface() else {
@@ -52,7 +53,36 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
         row => make(row, lines[1], 1.0),
     };
     above.iter_mut().for_each(|line| line.reverse());
-    BareSurface::new([&below, &above], period)
+    let mut surface = BareSurface::new([&below, &above], period);
+    if config.cut_lines().is_some() {
+        let free = sample.free.iter().map(|disk| disk.radius);
+        let smallest = free.fold(f64::INFINITY, f64::min);
+        for (first, row, line, side) in
+            [(0, base, lines[0], -1.0), (base.len(), lid, lines[1], 1.0)]
+        {
+            for [a, b] in wide_gaps(row, smallest, period) {
+                let offset = |i: usize| {
+                    let [x, y] = row[i].centre;
+                    [0.0, line.height_at(x, side) - y]
+                };
+                // The solid is on the right.
+                let [a, b] = if side < 0.0 { [a, b] } else { [b, a] };
+                surface.bridge([first + a, first + b], [offset(a), offset(b)]);
+            }
+        }
+    }
+    surface
+}
+
+/// Neighbours in a row, across the seam of a strip as well, between which there is more room than this (m).
+fn wide_gaps(row: &[Disk], room: f64, period: Option<Period>) -> Vec<[usize; 2]> {
+    let pairs = (1..row.len()).map(|next| [next - 1, next]);
+    let seam = period.filter(|_| row.len() > 2).map(|_| [row.len() - 1, 0]);
+    let gap = |[a, b]: [usize; 2]| {
+        let [dx, dy] = between_points(row[a].centre, row[b].centre, period);
+        dx.hypot(dy) - row[a].radius - row[b].radius
+    };
+    pairs.chain(seam).filter(|pair| gap(*pair) > room).collect()
 }
 
 /// Mean radius of grains and glued disks (m).
@@ -141,4 +171,22 @@ fn lines_of(config: &SampleConfig, keys: &SurfaceConfig) -> [CutLine; 2] {
         crown_radius: keys.crown_radius_m.unwrap_or(0.0),
     };
     config.cut_lines().unwrap_or([flat; 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_wide_where_the_smallest_grain_would_be_pressed_in() {
+        let disk = |x: f64| Disk {
+            centre: [x, 0.0],
+            radius: 1.0,
+            ..Disk::default()
+        };
+        let row = [0.0, 2.0, 4.4, 7.0].map(disk);
+        assert_eq!(wide_gaps(&row, 0.5, None), [[2, 3]]);
+        let strip = Period::between([-1.0, 9.0]);
+        assert_eq!(wide_gaps(&row, 0.5, Some(strip)), [[2, 3], [3, 0]]);
+    }
 }

@@ -115,7 +115,8 @@ impl Stepper {
             let mut contact = self.problem.contacts[index];
             contact.b = self.problem.records.len() as u32;
             contact.glued = true;
-            self.problem.boundary.place_foot(foot.after(bodies.glued()));
+            let foot = surface.on_boundary(foot, bodies.glued());
+            self.problem.boundary.place_foot(foot);
             self.problem.records.push(BodyRecord::default());
             let law = bodies.law_at(contact.pair_law);
             if law.restitution.is_some() {
@@ -290,7 +291,7 @@ impl Stepper {
         records.extend(bodies.walls.iter().map(|wall| fixed(wall.velocity)));
         // Until its contacts have feet a segment moves as its middle does.
         let surface = &bodies.surface;
-        let middle = |index| surface.middle(index).after(bodies.glued());
+        let middle = |index| surface.on_boundary(surface.middle(index), bodies.glued());
         let segments = (0..surface.segments()).map(middle);
         records.extend(segments.map(|foot| fixed(foot.mean(input.free_velocity))));
         let feet = self.problem.boundary.feet().len();

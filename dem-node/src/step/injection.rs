@@ -156,7 +156,8 @@ impl Surroundings<'_> {
             near.copied().collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
-        let (below, above) = state.surface.split_at(bodies.surface.base);
+        let (below, above) =
+            state.surface[..bodies.surface.points.len()].split_at(bodies.surface.base);
         Surroundings {
             bodies,
             positions: state.positions(bodies),

@@ -100,6 +100,7 @@ impl GrainState {
             state.velocities[cluster.leader()] = cluster.start_velocity;
         }
         state.place_face(bodies, 0.0);
+        state.carry_surface(bodies);
         let mut list = VerletList::default();
         let positions = state.positions(bodies);
         list.refresh(bodies, &positions, 0.0, std::iter::empty());
@@ -179,13 +180,20 @@ impl GrainState {
         }
     }
 
+    /// Puts the points of the surface that glued disks carry where these are.
+    pub fn carry_surface(&mut self, bodies: &Bodies) {
+        let glued = &self.centres[bodies.free..bodies.first_face()];
+        bodies.surface.carry(glued, &mut self.surface);
+    }
+
     /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s), or of the wheel, a wall or the middle of a segment.
     pub fn velocity_of(&self, bodies: &Bodies, disk: usize) -> [f64; 3] {
         if let Some(wall) = bodies.wall_of(disk) {
             return [wall.velocity[0], wall.velocity[1], 0.0];
         }
         if let Some(segment) = bodies.segment_index(disk) {
-            let middle = bodies.surface.middle(segment).after(bodies.glued());
+            let surface = &bodies.surface;
+            let middle = surface.on_boundary(surface.middle(segment), bodies.glued());
             let [x, y] = middle.mean(&self.glued_velocity);
             return [x, y, 0.0];
         }
