@@ -270,12 +270,37 @@ impl DemConfig {
             "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
             "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
         )?;
+        self.validate_rolling()?;
         self.validate_wheel_on_sample()?;
         refuse_if(
             self.wheel.is_some() && self.time.end_s.is_some(),
             "time.end_s",
             "the wheel's history already ends the run",
             "remove the key, or change wheel.hold_s or wheel.cycles",
+        )
+    }
+
+    /// Refuses rolling resistance where nothing would resist.
+    fn validate_rolling(&self) -> Result<(), ConfigError> {
+        let pairs = self.law.pairs.iter().map(|pair| pair.rolling);
+        let rolls = pairs
+            .chain([self.law.rolling])
+            .any(|rolling| rolling.is_some());
+        refuse_if(
+            rolls && self.solver.algorithm == Algorithm::Pcg,
+            "solver.kind",
+            "\"pcg\" knows no couples, and law.rolling has them",
+            "write solver.kind = \"nsgs\"",
+        )?;
+        let clustered = match &self.sample {
+            SampleConfig::Disks(sample) => !sample.clusters.is_empty(),
+            _ => false,
+        };
+        refuse_if(
+            rolls && clustered,
+            "law.rolling",
+            "is for single disks, and the sample has clusters, which resist by their shape",
+            "remove it, or the clusters",
         )
     }
 

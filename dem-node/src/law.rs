@@ -20,6 +20,8 @@ use crate::law::cohesion::Cohesion;
 pub struct Law {
     /// Coefficient of Coulomb friction, |r_t| <= coefficient r_n opposed to sliding; 0 is Signorini alone.
     pub friction: f64,
+    /// Coefficient mu_r of rolling resistance: a couple of at most mu_r r r_n against relative spin.
+    pub rolling: f64,
     /// Elasticity of the grains; `None` makes rigid contacts.
     pub springs: Option<Springs>,
     /// Bonds between grains; `None` makes a loose material.

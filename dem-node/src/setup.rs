@@ -182,6 +182,7 @@ fn clusters(config: &DemConfig, sample: &Sample, masses: &[f64]) -> Clusters {
 fn law(config: &LawConfig, thickness: f64) -> Law {
     Law {
         friction: config.friction.unwrap_or(0.0),
+        rolling: config.rolling.map_or(0.0, |rolling| rolling.coefficient),
         springs: config.contact_stiffness_pa.map(|stiffness| Springs {
             normal: stiffness * thickness,
             // Without friction there is no tangential force and any stiffness will do.

@@ -22,6 +22,7 @@ pub mod pcg;
 pub(crate) mod pieces;
 pub mod problem;
 pub mod residual;
+pub mod rolling;
 
 use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;

@@ -36,6 +36,15 @@ fn threads_and_transport_change_no_bit() {
     );
 }
 
+#[test]
+fn couples_of_rolling_have_the_same_bits_on_any_threads() {
+    let sets = [
+        "participant.third-body.config.sample.glued=false",
+        "participant.third-body.config.law.rolling.coefficient=0.2",
+    ];
+    assert_eq!(run(&sets, "1"), run(&sets, "2"));
+}
+
 /// 4 050 disks in 12 000 contacts, above the 8 192 from which the contact solver cuts its problem, on a strip of 5 040 elements,
 /// above the 5 000 from which two threads share them.
 fn large_scene(folder: &Path) {

@@ -153,6 +153,17 @@ fn a_plastic_rail_resumes() {
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
 }
 
+/// Couples, shared springs and feet are part of the state.
+#[test]
+fn loose_grains_that_resist_rolling_on_bare_steel_resume() {
+    let scene = short_quick(&[
+        "participant.third-body.config.sample.glued=false",
+        "participant.third-body.config.law.rolling.coefficient=0.2",
+    ]);
+    let (count, _, _) = resume_from_all(&scene, "resume-rolling");
+    assert!(count >= 2, "{count}");
+}
+
 #[test]
 fn a_rail_along_given_velocities_resumes() {
     let scene = short_quick(&["interface.layer-base.scheme=velocity"]);

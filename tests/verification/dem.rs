@@ -36,6 +36,7 @@ mod dem_pyramid;
 mod dem_rail;
 mod dem_rebounds;
 mod dem_restitution;
+mod dem_rolling;
 mod dem_shear;
 mod dem_solvers;
 mod dem_stress;

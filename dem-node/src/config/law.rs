@@ -19,6 +19,8 @@ pub struct LawConfig {
     /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
+    /// Resistance to rolling of contacts without bond; none when absent.
+    pub rolling: Option<RollingConfig>,
     /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
@@ -76,6 +78,8 @@ pub struct PairConfig {
     /// Coefficient of friction.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
+    /// Resistance to rolling.
+    pub rolling: Option<RollingConfig>,
     /// Newton's coefficient of restitution of rigid contacts.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
@@ -88,6 +92,16 @@ pub struct PairConfig {
     /// kt / kn of compliant contacts.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
+}
+
+/// `law.rolling`: a couple of at most `coefficient` x r x the normal force against relative spin, r = r1 r2/(r1 + r2), on walls,
+/// surfaces and wheels the radius of the grain.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RollingConfig {
+    /// Coefficient of rolling resistance, at least 0.
+    #[schemars(range(min = 0.0))]
+    pub coefficient: f64,
 }
 
 /// The words for `law.kind`.
@@ -127,6 +141,7 @@ impl PairConfig {
     pub fn merged(&self, law: &LawConfig) -> LawConfig {
         LawConfig {
             friction: self.friction.or(law.friction),
+            rolling: self.rolling.or(law.rolling),
             restitution: self.restitution.or(law.restitution),
             contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
             damping: self.damping.or(law.damping),
@@ -142,6 +157,8 @@ impl PairConfig {
 impl LawConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         positive("law.contact_stiffness_pa", self.contact_stiffness_pa, "Pa")?;
+        let rolling = self.rolling.map_or(0.0, |rolling| rolling.coefficient);
+        not_negative("law.rolling.coefficient", rolling, "")?;
         self.validate_rigid()?;
         match self.kind.plain() {
             LawKind::Signorini => self.validate_frictionless()?,

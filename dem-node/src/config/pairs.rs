@@ -42,6 +42,8 @@ fn validate_pair(
     key: impl Fn(&str) -> String,
 ) -> Result<(), ConfigError> {
     not_negative(&key("friction"), pair.friction.unwrap_or(0.0), "")?;
+    let rolling = pair.rolling.map_or(0.0, |rolling| rolling.coefficient);
+    not_negative(&key("rolling.coefficient"), rolling, "")?;
     within(&key("restitution"), pair.restitution, [0.0, 1.0])?;
     positive(
         &key("contact_stiffness_pa"),

@@ -27,6 +27,8 @@ pub struct Slot {
     pub reference: f64,
     /// Contacts of the disk on other segments with which it shares its springs: it has the share 1 / (1 + `joined`).
     pub joined: f64,
+    /// Couple of rolling resistance on `a` (N m).
+    pub couple: f64,
 }
 
 impl Slot {
@@ -179,7 +181,7 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
-            for rare in [slot.reference, slot.joined] {
+            for rare in [slot.reference, slot.joined, slot.couple] {
                 if rare != 0.0 {
                     visit(rare);
                 }

@@ -4,7 +4,7 @@
 use crate::law::{Law, Penetration};
 
 /// Impulse and motion of a contact in a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ContactStep {
     /// Step (s).
     pub step: f64,
@@ -147,6 +147,7 @@ mod tests {
 
     const SPRUNG: Law = Law {
         friction: 0.4,
+        rolling: 0.0,
         springs: Some(Springs {
             normal: 8.0,
             tangential: 2.0,

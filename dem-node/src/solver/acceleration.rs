@@ -108,7 +108,8 @@ fn numbers(problem: &mut Problem) -> impl Iterator<Item = &mut f64> {
     let velocities = problem.records.iter_mut().flat_map(|r| &mut r.velocity);
     let boundary = &mut problem.boundary;
     let boundary = boundary.velocity.iter_mut().chain(&mut boundary.impulse);
-    impulses.chain(velocities).chain(boundary)
+    let couples = problem.couples.iter_mut().map(|couple| &mut couple.impulse);
+    impulses.chain(velocities).chain(boundary).chain(couples)
 }
 
 #[cfg(test)]

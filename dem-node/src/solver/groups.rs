@@ -350,6 +350,10 @@ impl Sweeper {
             }
             problem.contacts = contacts;
         });
+        if !problem.couples.is_empty() {
+            self.store(problem);
+            problem.sweep_couples(&mut squares);
+        }
         squares
     }
 

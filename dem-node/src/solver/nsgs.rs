@@ -54,7 +54,7 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
             return convergence(problem, (defect, quad(problem)), iterations, criteria);
         }
         let stuck = iterations >= FIRST_TURNS && residual < NOTHING_FOUND;
-        if stuck && !pivoted && problem.has_friction() {
+        if stuck && !pivoted && problem.has_friction() && problem.couples.is_empty() {
             pivoted = true;
             if let Some(defect) = pivot(problem, criteria) {
                 return convergence(problem, (defect, quad(problem)), iterations, criteria);

@@ -3,6 +3,7 @@
 use super::contact::{BodyRecord, Contact};
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
 use super::pieces::{ByCandidate, WithBonds};
+use super::rolling::Couple;
 use crate::bodies::levers::Levers;
 use crate::contact::bond::BondContact;
 use crate::contact::boundary::CompliantBoundary;
@@ -16,6 +17,8 @@ pub struct Problem {
     pub contacts: Vec<Contact>,
     /// The bonds among them.
     pub bonds: Vec<BondContact>,
+    /// The couples of those that resist rolling.
+    pub couples: Vec<Couple>,
     /// The levers of those that have a body in a cluster.
     pub levers: Vec<Levers>,
     /// Bodies; the entries of glued disks are not used.
@@ -63,6 +66,7 @@ impl Problem {
             self.prepare_each(&mut contacts, &mut bonds)
         };
         (self.contacts, self.bonds) = (contacts, bonds);
+        self.apply_couples();
         self.boundary.evaluate();
         prepared
     }
@@ -235,7 +239,8 @@ impl Problem {
 
     /// True if any contact has friction.
     pub(super) fn has_friction(&self) -> bool {
-        self.friction > 0.0 || self.frictions.iter().any(|friction| *friction > 0.0)
+        let rubs = |friction: &f64| *friction > 0.0;
+        rubs(&self.friction) || self.frictions.iter().any(rubs) || !self.couples.is_empty()
     }
 
     /// Index of a glued disk or a foot in the boundary; `None` for other bodies.

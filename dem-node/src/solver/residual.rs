@@ -132,6 +132,7 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
         squares = [squares[0] + of_piece[0], squares[1] + of_piece[1]];
         sums.join(&sums_of_piece);
     }
+    problem.add_couples(&mut squares);
     (Defect::of(squares), sums.quad(problem))
 }
 
@@ -168,6 +169,7 @@ impl Defect {
                 problem.relative_velocity(contact),
             );
         }
+        problem.add_couples(&mut squares);
         Defect::of(squares)
     }
 

@@ -9,6 +9,7 @@ use crate::contact::detect::Slot;
 use crate::contact::shared::share_springs;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
+use crate::solver::rolling::Couple;
 use crate::step::state::GrainState;
 
 /// State, step and positions at which contacts are detected.
@@ -51,7 +52,7 @@ struct Loose<'a> {
 
 /// A contact that leaves the problem, as one that a rebound has opened, must not keep its force.
 fn let_go(slot: &mut Slot) {
-    (slot.force, slot.last_gap) = ([0.0; 2], 0.0);
+    (slot.force, slot.last_gap, slot.couple) = ([0.0; 2], 0.0, 0.0);
 }
 
 impl Stepper {
@@ -96,7 +97,42 @@ impl Stepper {
             self.take_in_turn(&at, &mut list.slots);
         }
         self.place_feet(&at, &list.slots);
+        self.place_couples(&at, &mut list.slots);
         state.list = list;
+    }
+
+    /// Contacts without a bond whose law resists rolling get their couples.
+    fn place_couples(&mut self, at: &Detection, slots: &mut [Slot]) {
+        let bodies = at.input.bodies;
+        self.problem.couples.clear();
+        if !bodies.any_law(|law| law.rolling > 0.0) {
+            return;
+        }
+        for (number, (contact, index)) in self.problem.contacts.iter().zip(&self.slots).enumerate()
+        {
+            let slot = &mut slots[*index as usize];
+            let before = std::mem::take(&mut slot.couple);
+            let coefficient = bodies.law_at(contact.pair_law).rolling;
+            if contact.bond != NO_BOND || coefficient == 0.0 {
+                continue;
+            }
+            let pair = [slot.a, slot.b].map(|body| body as usize);
+            let curvatures = pair.map(|body| bodies.radii.get(body).map_or(0.0, |r| 1.0 / r));
+            let turns = |side: usize| {
+                if pair[side] < bodies.free {
+                    curvatures[side]
+                } else {
+                    0.0
+                }
+            };
+            self.problem.couples.push(Couple {
+                contact: number as u32,
+                curvature: [turns(0), turns(1)],
+                radius: 1.0 / (curvatures[0] + curvatures[1]),
+                coefficient,
+                impulse: at.input.step * before,
+            });
+        }
     }
 
     /// The contacts with segments of the surface get their feet.

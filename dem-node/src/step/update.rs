@@ -6,7 +6,7 @@ use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
 use crate::contact::bond::{self, Bond, BondContact};
 use crate::contact::detect::Slot;
-use crate::contact::loss::{ContactStep, contact_loss};
+use crate::contact::loss::{ContactStep, contact_loss, rigid_loss};
 use crate::solver::contact::{Contact, NO_BOND};
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
@@ -132,6 +132,7 @@ impl Stepper {
                 state.ledger.join(&booked);
             }
         }
+        self.update_couples(state, input, &mut slots);
         bonds.retain(|bond| bond.adhesion > 0.0);
         (state.list.slots, state.bonds) = (slots, bonds);
         summary.overlap[0] /= summary.closed.max(1) as f64;
@@ -140,6 +141,27 @@ impl Stepper {
             summary.on_boundary[1] += impulse[1] / h;
         }
         (summary, outer)
+    }
+
+    /// Stores the couples, and books what they took: as slip, the impulse times the relative spin.
+    fn update_couples(&self, state: &mut GrainState, input: &StepInput, slots: &mut [Slot]) {
+        for couple in &self.problem.couples {
+            let contact = &self.problem.contacts[couple.contact as usize];
+            slots[self.slots[couple.contact as usize] as usize].couple =
+                couple.impulse / input.step;
+            let pair = [contact.a, contact.b].map(|body| body as usize);
+            let spin = couple.spin(pair.map(|body| self.problem.records[body].velocity[2]));
+            let before = pair.map(|body| state.velocities.get(body).map_or(0.0, |v| v[2]));
+            let step = ContactStep {
+                velocity: [0.0, spin],
+                change: [0.0, spin - couple.spin(before)],
+                theta: input.theta,
+                // At the velocity of the law, so that it never gives energy; the scheme keeps its own loss.
+                elastic: false,
+                ..ContactStep::default()
+            };
+            state.ledger.lose(&rigid_loss(&step, [0.0, couple.impulse]));
+        }
     }
 
     fn update_piece(

@@ -115,6 +115,7 @@ fn yielding() -> CompliantBoundary {
 fn bond(scene: &Scene, index: usize) -> BondContact {
     let law = Law {
         friction: scene.friction,
+        rolling: 0.0,
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,

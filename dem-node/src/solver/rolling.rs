@@ -1,0 +1,101 @@
+//! Rolling resistance: couples between bodies that touch, bounded by their normal forces.
+//!
+//! ```text
+//!     |M| <= mu_r r r_n        no relative spin below the bound, opposed to it on it: as Coulomb's law has it of slip,
+//!                              without a spring (Jiang, Yu and Harris 2005, rigid-plastic; Estrada, Taboada and Radjai 2008)
+//! ```
+//!
+//! r = r_1 r_2 / (r_1 + r_2), on walls, surfaces and wheels the radius of the grain. A sweep over the contacts is followed by one over the
+//! couples, each of which takes what its law wants under the spins of the moment: slip and roll of unequal disks act on each other
+//! through these spins, and a solution of both is where neither changes.
+
+use super::contact::{BodyRecord, Contact};
+use super::problem::Problem;
+
+/// The couple of a contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Couple {
+    /// The contact.
+    pub contact: u32,
+    /// 1/radius of its bodies (1/m), 0 of one that does not turn.
+    pub curvature: [f64; 2],
+    /// r (m).
+    pub radius: f64,
+    /// mu_r.
+    pub coefficient: f64,
+    /// Impulse of the couple on the first body, opposite on the second (N m s).
+    pub impulse: f64,
+}
+
+impl Couple {
+    /// Spin of the first body against the second (rad/s), from spins times radii (m/s).
+    pub fn spin(&self, [a, b]: [f64; 2]) -> f64 {
+        self.curvature[0] * a - self.curvature[1] * b
+    }
+
+    fn pair<'a>(&self, contact: &Contact, bodies: &'a [BodyRecord]) -> [&'a BodyRecord; 2] {
+        [contact.a, contact.b].map(|body| &bodies[body as usize])
+    }
+
+    /// Change of the spin by a unit impulse (1/(kg m2)): a disk has the inertia m r^2/2.
+    fn mobility(&self, contact: &Contact, bodies: &[BodyRecord]) -> f64 {
+        let [a, b] = self.pair(contact, bodies);
+        let [of_a, of_b] = self.curvature.map(|curvature| 2.0 * curvature * curvature);
+        of_a * a.inverse_mass + of_b * b.inverse_mass
+    }
+
+    /// The impulse that the law wants under the spins of the moment, and the mobility; `None` where nothing turns.
+    fn wanted(&self, contact: &Contact, bodies: &[BodyRecord]) -> Option<[f64; 2]> {
+        let mobility = self.mobility(contact, bodies);
+        let spin = self.spin(self.pair(contact, bodies).map(|body| body.velocity[2]));
+        let limit = self.coefficient * self.radius * contact.impulse[0].max(0.0);
+        let wanted = (self.impulse - spin / mobility).clamp(-limit, limit);
+        (mobility > 0.0).then_some([wanted, mobility])
+    }
+
+    /// Adds an impulse of the couple to the spins.
+    fn apply(&self, contact: &Contact, bodies: &mut [BodyRecord], impulse: f64) {
+        let sides = [(contact.a, impulse), (contact.b, -impulse)];
+        for ((body, impulse), curvature) in sides.into_iter().zip(self.curvature) {
+            let body = &mut bodies[body as usize];
+            body.velocity[2] += 2.0 * body.inverse_mass * curvature * impulse;
+        }
+    }
+}
+
+impl Problem {
+    /// Applies the first guesses of the couples.
+    pub(super) fn apply_couples(&mut self) {
+        for couple in &self.couples {
+            let contact = &self.contacts[couple.contact as usize];
+            couple.apply(contact, &mut self.records, couple.impulse);
+        }
+    }
+
+    /// One pass over all couples; adds the squares of what it changes, and of what there is, as speeds of the surfaces.
+    pub(super) fn sweep_couples(&mut self, [changed, size]: &mut [f64; 2]) {
+        for couple in &mut self.couples {
+            let contact = &self.contacts[couple.contact as usize];
+            let Some([wanted, mobility]) = couple.wanted(contact, &self.records) else {
+                continue;
+            };
+            let scale = mobility * couple.radius;
+            *changed += (scale * (wanted - couple.impulse)).powi(2);
+            *size += (scale * wanted).powi(2);
+            couple.apply(contact, &mut self.records, wanted - couple.impulse);
+            couple.impulse = wanted;
+        }
+    }
+
+    /// Adds the squares of the defects of the couples, and of their sizes, to those of the contacts.
+    pub(super) fn add_couples(&self, [defect, size]: &mut [f64; 2]) {
+        for couple in &self.couples {
+            let contact = &self.contacts[couple.contact as usize];
+            if let Some([wanted, mobility]) = couple.wanted(contact, &self.records) {
+                let scale = mobility * couple.radius;
+                *defect += (scale * (wanted - couple.impulse)).powi(2);
+                *size += (scale * couple.impulse).powi(2);
+            }
+        }
+    }
+}
