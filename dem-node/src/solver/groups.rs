@@ -12,6 +12,7 @@ mod tests;
 use super::contact::{BodyRecord, Contact, NO_BOND};
 use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
+use super::rolling;
 use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
@@ -352,7 +353,8 @@ impl Sweeper {
         });
         if !problem.couples.is_empty() {
             self.store(problem);
-            problem.sweep_couples(&mut squares);
+            let (contacts, bodies) = (&problem.contacts, &mut problem.records);
+            rolling::sweep(&mut problem.couples, contacts, bodies, &mut squares);
         }
         squares
     }

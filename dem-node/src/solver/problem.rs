@@ -3,7 +3,7 @@
 use super::contact::{BodyRecord, Contact};
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
 use super::pieces::{ByCandidate, WithBonds};
-use super::rolling::Couple;
+use super::rolling::{self, Couple};
 use crate::bodies::levers::Levers;
 use crate::contact::bond::BondContact;
 use crate::contact::boundary::CompliantBoundary;
@@ -66,7 +66,7 @@ impl Problem {
             self.prepare_each(&mut contacts, &mut bonds)
         };
         (self.contacts, self.bonds) = (contacts, bonds);
-        self.apply_couples();
+        rolling::apply(&self.couples, &self.contacts, &mut self.records);
         self.boundary.evaluate();
         prepared
     }

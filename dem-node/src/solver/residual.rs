@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::contact::{Contact, NO_BOND};
 use super::partition::in_pieces;
 use super::problem::Problem;
+use super::rolling;
 use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
 
@@ -132,7 +133,7 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
         squares = [squares[0] + of_piece[0], squares[1] + of_piece[1]];
         sums.join(&sums_of_piece);
     }
-    problem.add_couples(&mut squares);
+    add_couples(&mut squares, problem);
     (Defect::of(squares), sums.quad(problem))
 }
 
@@ -169,7 +170,7 @@ impl Defect {
                 problem.relative_velocity(contact),
             );
         }
-        problem.add_couples(&mut squares);
+        add_couples(&mut squares, problem);
         Defect::of(squares)
     }
 
@@ -184,6 +185,15 @@ impl Defect {
     pub fn residual(self, problem: &Problem) -> f64 {
         problem.relative(self.defect, self.size)
     }
+}
+
+fn add_couples(squares: &mut [f64; 2], problem: &Problem) {
+    rolling::add_defects(
+        &problem.couples,
+        &problem.contacts,
+        &problem.records,
+        squares,
+    );
 }
 
 /// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity.

@@ -10,7 +10,6 @@
 //! through these spins, and a solution of both is where neither changes.
 
 use super::contact::{BodyRecord, Contact};
-use super::problem::Problem;
 
 /// The couple of a contact.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,39 +62,47 @@ impl Couple {
     }
 }
 
-impl Problem {
-    /// Applies the first guesses of the couples.
-    pub(super) fn apply_couples(&mut self) {
-        for couple in &self.couples {
-            let contact = &self.contacts[couple.contact as usize];
-            couple.apply(contact, &mut self.records, couple.impulse);
-        }
+/// Applies the first guesses of couples.
+pub(super) fn apply(couples: &[Couple], contacts: &[Contact], bodies: &mut [BodyRecord]) {
+    for couple in couples {
+        let contact = &contacts[couple.contact as usize];
+        couple.apply(contact, bodies, couple.impulse);
     }
+}
 
-    /// One pass over all couples; adds the squares of what it changes, and of what there is, as speeds of the surfaces.
-    pub(super) fn sweep_couples(&mut self, [changed, size]: &mut [f64; 2]) {
-        for couple in &mut self.couples {
-            let contact = &self.contacts[couple.contact as usize];
-            let Some([wanted, mobility]) = couple.wanted(contact, &self.records) else {
-                continue;
-            };
+/// One pass over couples; adds the squares of what it changes, and of what there is, as speeds of the surfaces.
+pub(super) fn sweep(
+    couples: &mut [Couple],
+    contacts: &[Contact],
+    bodies: &mut [BodyRecord],
+    [changed, size]: &mut [f64; 2],
+) {
+    for couple in couples {
+        let contact = &contacts[couple.contact as usize];
+        let Some([wanted, mobility]) = couple.wanted(contact, bodies) else {
+            continue;
+        };
+        let scale = mobility * couple.radius;
+        *changed += (scale * (wanted - couple.impulse)).powi(2);
+        *size += (scale * wanted).powi(2);
+        couple.apply(contact, bodies, wanted - couple.impulse);
+        couple.impulse = wanted;
+    }
+}
+
+/// Adds the squares of the defects of couples, and of their sizes, to those of the contacts.
+pub(super) fn add_defects(
+    couples: &[Couple],
+    contacts: &[Contact],
+    bodies: &[BodyRecord],
+    [defect, size]: &mut [f64; 2],
+) {
+    for couple in couples {
+        let contact = &contacts[couple.contact as usize];
+        if let Some([wanted, mobility]) = couple.wanted(contact, bodies) {
             let scale = mobility * couple.radius;
-            *changed += (scale * (wanted - couple.impulse)).powi(2);
-            *size += (scale * wanted).powi(2);
-            couple.apply(contact, &mut self.records, wanted - couple.impulse);
-            couple.impulse = wanted;
-        }
-    }
-
-    /// Adds the squares of the defects of the couples, and of their sizes, to those of the contacts.
-    pub(super) fn add_couples(&self, [defect, size]: &mut [f64; 2]) {
-        for couple in &self.couples {
-            let contact = &self.contacts[couple.contact as usize];
-            if let Some([wanted, mobility]) = couple.wanted(contact, &self.records) {
-                let scale = mobility * couple.radius;
-                *defect += (scale * (wanted - couple.impulse)).powi(2);
-                *size += (scale * couple.impulse).powi(2);
-            }
+            *defect += (scale * (wanted - couple.impulse)).powi(2);
+            *size += (scale * couple.impulse).powi(2);
         }
     }
 }
