@@ -26,7 +26,7 @@ const ROOM: [(&str, &str, usize); 13] = [
     ("Grains meet the whole surface", "dem-node", 1_217),
     ("Grains meet the whole surface", "fem-node", 209),
     ("Grains meet the whole surface", "others", 63),
-    ("Cohesion that comes back", "dem-node", 190),
+    ("Cohesion that comes back", "dem-node", 184),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.

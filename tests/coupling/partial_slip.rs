@@ -12,9 +12,8 @@
 //! the row keeps within 0.1 and 0.6 %. On elements and disks half as large the slip zones are the same as well, and the force of every
 //! 0.8 mm of the contact within 1.3 %.
 
-use std::fmt::Write;
-
 use harness::runs::{Left, run_in_process};
+use harness::scene::{head, interface, participant};
 
 const CROWN: f64 = 0.3;
 const R: f64 = 0.2e-3;
@@ -23,33 +22,27 @@ const SIDE: i32 = 20;
 const LIMIT: f64 = 0.3 * 8000.0;
 
 fn rail(keys: &str) -> String {
-    format!(
-        r#"
-[run]
-name = "partial-slip"
-seed = 1
-thickness_m = 1e-3
-[[participant]]
-name = "rail"
-kind = "fem"
-[participant.config]
-element = "q4_1point"
+    let keys = format!(
+        r#"element = "q4_1point"
 plane = "strain"
 base = "clamped"
 sides = "free"
 mesh = {{ width_m = 65e-3, height_m = 20e-3, size_m = 0.4e-3, fine_width_m = 21.6e-3, fine_depth_m = 2e-3, side_columns = 20, depth_rows = 10, crown_radius_m = {CROWN:?} }}
 material = {{ kind = "elastic", young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
-time = {{ step_s = 6.8e-8, damping = 0.75, start_mass_damping_per_s = 3e4 }}
 {keys}"#
-    )
+    );
+    [
+        head("partial-slip", 1e-3, "seed = 1"),
+        participant("rail", "fem", &keys),
+    ]
+    .concat()
 }
 
 const WHEEL: &str = "wheel = { load_n = 8000.0, mass_kg = 0.01, radius_m = 0.0, amplitude_m = 2e-5, frequency_hz = 300.0, ramp_s = 1e-3, hold_s = 0.5e-3, cycles = 0.75 }\n";
 
 fn alone() -> Left {
-    let contact = "contact = { friction = 0.3, friction_while_loading = true }\n";
-    let start = "analysis = \"dynamic\"\nstart = \"ramp\"\n";
-    ran(&rail(&[start, WHEEL, contact].concat()))
+    let keys = "analysis = \"dynamic\"\nstart = \"ramp\"\ncontact = { friction = 0.3, friction_while_loading = true }\ntime = { step_s = 6.8e-8, damping = 0.75, start_mass_damping_per_s = 3e4 }\n";
+    ran(&rail(&[keys, WHEEL].concat()))
 }
 
 fn through_grains() -> Left {
@@ -60,15 +53,8 @@ fn through_grains() -> Left {
         format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {R:e} }}")
     };
     let disks: Vec<String> = (-SIDE..=SIDE).map(disk).collect();
-    let mut text = rail("").replace(", start_mass_damping_per_s = 3e4", "");
-    let _ = write!(
-        text,
-        r#"
-[[participant]]
-name = "row"
-kind = "dem"
-[participant.config]
-density_kg_per_m3 = 7800.0
+    let keys = format!(
+        r#"density_kg_per_m3 = 7800.0
 mass_scale = 1000.0
 law = {{ kind = "cohesion", friction = 0.3, contact_stiffness_pa = 1e13, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e16, ct_pa_per_m = 6.4e16, w_j_per_m2 = 1e6, b_pa_m_s = 0.0, p = 1.0, h_prime = "one", alert_m = 8e-6, bonds_min = 2 }}
 solver = {{ kind = "nsgs", tolerance = 1e-4, max_iterations = 5000, min_iterations = 2 }}
@@ -77,17 +63,16 @@ time = {{ pressure_pa = 1e9 }}
 [participant.config.sample]
 kind = "disks"
 disks = [{}]
-surface = {{ half_width_m = 9e-3, spacing_m = 0.4e-3, crown_radius_m = {CROWN:?} }}
-[[interface]]
-name = "surface"
-between = ["rail.top", "row.base"]
-scheme = "dual-schur"
-substeps = 9
-tolerance_rel = 1e-5
-"#,
+surface = {{ half_width_m = 9e-3, spacing_m = 0.4e-3, crown_radius_m = {CROWN:?} }}"#,
         disks.join(", ")
     );
-    ran(&text)
+    let sets = ["rail.top", "row.base"];
+    let text = [
+        rail("time = { step_s = 6.8e-8, damping = 0.75 }"),
+        participant("row", "dem", &keys),
+        interface("surface", sets, "dual-schur", 9, "tolerance_rel = 1e-5"),
+    ];
+    ran(&text.concat())
 }
 
 fn ran(text: &str) -> Left {

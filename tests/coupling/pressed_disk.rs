@@ -13,31 +13,26 @@
 //! elements away the surface lies where it does under any other contact of the same force: within 1 % (0.7 %).
 //! A disk that only its nearest segment holds, or each by a whole spring where they lie in one line, sinks by 3 to 25 % too much.
 
-use std::fmt::Write;
-
 use harness::runs::{Left, run_in_process};
+use harness::scene::{head, interface, participant};
 
 const ELEMENT: f64 = 0.2e-3;
 
-/// The block, of elements of this size under the middle (m), refined by other keys of the mesh, with other keys of the body.
-fn block(size: f64, fine: &str, keys: &str) -> String {
-    format!(
-        r#"
-[run]
-name = "pressed-disk"
-seed = 1
-thickness_m = 1e-3
-[[participant]]
-name = "block"
-kind = "fem"
-[participant.config]
-base = "clamped"
+/// The block, of elements of this size under the middle (m), refined by other keys of the mesh, with other keys of the body and the run.
+fn block(size: f64, fine: &str, keys: &str, of_run: &str) -> String {
+    let keys = format!(
+        r#"base = "clamped"
 sides = "free"
 mesh = {{ width_m = 24e-3, height_m = 10e-3, size_m = {size:e}, {fine} }}
 material = {{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
 probes = [{{ name = "left", x_m = -0.6e-3, y_m = 0.0 }}, {{ name = "far", x_m = -0.8e-3, y_m = 0.0 }}]
 {keys}"#
-    )
+    );
+    [
+        head("pressed-disk", 1e-3, &format!("seed = 1\n{of_run}")),
+        participant("block", "fem", &keys),
+    ]
+    .concat()
 }
 
 /// The static answer of a wheel of this radius (m) under this load (N), on elements of this size (m) in its neighbourhood.
@@ -56,21 +51,14 @@ statics = {{ increment_n = {:?} }}
         96.0 * size,
         60.0 * size
     );
-    ran(&block(size, &fine, &keys))
+    ran(&block(size, &fine, &keys, ""))
 }
 
 /// A disk of this radius at x (m) on points so far apart (m), under this load (N).
 fn pressed(radius: f64, x: f64, spacing: f64, load: f64) -> Left {
-    let time = "time = { step_s = 3e-8, damping = 0.75, mass_damping_per_s = 3e5 }\n";
-    let mut text = block(ELEMENT, "", time).replace("seed = 1", "seed = 1\nend_s = 3e-4");
-    let _ = write!(
-        text,
-        r#"
-[[participant]]
-name = "disk"
-kind = "dem"
-[participant.config]
-density_kg_per_m3 = 1000.0
+    let time = "time = { step_s = 3e-8, damping = 0.75, mass_damping_per_s = 3e5 }";
+    let keys = format!(
+        r#"density_kg_per_m3 = 1000.0
 law = {{ kind = "signorini", contact_stiffness_pa = 1e13 }}
 solver = {{ kind = "nsgs", tolerance = 1e-5, max_iterations = 20000, min_iterations = 2 }}
 time = {{ pressure_pa = 1e9 }}
@@ -78,16 +66,15 @@ time = {{ pressure_pa = 1e9 }}
 kind = "disks"
 disks = [{{ x_m = {x:e}, y_m = {radius:e}, radius_m = {radius:e}, cluster = "punch" }}]
 surface = {{ half_width_m = 3e-3, spacing_m = {spacing:e} }}
-clusters = [{{ name = "punch", drive = {{ velocity_m_per_s = [0.0, "free"], load_table = [[0.0, 0.0], [1e-4, -{load:?}]] }} }}]
-[[interface]]
-name = "contact"
-between = ["block.top", "disk.base"]
-scheme = "dual-schur"
-substeps = 10
-tolerance_rel = 1e-5
-"#
+clusters = [{{ name = "punch", drive = {{ velocity_m_per_s = [0.0, "free"], load_table = [[0.0, 0.0], [1e-4, -{load:?}]] }} }}]"#
     );
-    ran(&text)
+    let sets = ["block.top", "disk.base"];
+    let text = [
+        block(ELEMENT, "", time, "end_s = 3e-4"),
+        participant("disk", "dem", &keys),
+        interface("contact", sets, "dual-schur", 10, "tolerance_rel = 1e-5"),
+    ];
+    ran(&text.concat())
 }
 
 fn ran(text: &str) -> Left {

@@ -21,21 +21,20 @@ const BODIES: [[&str; 2]; 4] = [
 /// The grains in the colours of their bodies at the first moment that has them and, where they have moved since, at the last. `None` of a
 /// run that follows no flows.
 pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> {
-    let mut shown: Vec<(String, Arrays)> = Vec::new();
-    let mut surfaces = Vec::new();
+    // Words, grains, and ends of the segments of surfaces (mm).
+    let mut shown: Vec<(String, Arrays, Vec<[f64; 2]>)> = Vec::new();
     for moment in run.moments() {
         let arrays = run.fields(&moment.name, ".vtp")?;
         if let Some(arrays) = arrays.filter(|arrays| arrays.contains_key("body")) {
-            shown.truncate(1);
-            shown.push((moment.words, arrays));
             let surface = run.fields(&moment.name, "-surface.vtp")?;
-            surfaces.truncate(1);
-            surfaces.push(surface.as_ref().map_or(Vec::new(), points_mm));
+            let surface = surface.as_ref().map_or(Vec::new(), points_mm);
+            shown.truncate(1);
+            shown.push((moment.words, arrays, surface));
         }
     }
     shown.dedup_by(|last, first| last.1["points"] == first.1["points"]);
     let layer = shown.first();
-    let layer = layer.map(|(_, arrays)| Extent::around(circles(arrays)));
+    let layer = layer.map(|(_, arrays, _)| Extent::around(circles(arrays)));
     let Some(layer) = layer.flatten() else {
         return Ok(None);
     };
@@ -43,24 +42,24 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     let height = layer.height();
     let mut extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
     // Those that lie on the surface beside the layer are shown as far as they go.
-    let surface = surfaces.last().into_iter().flatten();
-    let surface = Extent::around(surface.map(|point| (*point, 0.0)));
-    if let (Some(surface), Some((_, last))) = (surface, shown.last()) {
+    if let Some((_, last, surface)) = shown.last()
+        && let Some(surface) = Extent::around(surface.iter().map(|point| (*point, 0.0)))
+    {
         let over_it = surface.with_margin(0.0, 0.0, height);
         let lying = circles(last).filter(|(centre, _)| over_it.holds(*centre));
         let corners = [0, 1].map(|end| ([extent.x[end], extent.y[end]], 0.0));
         extent = Extent::around(lying.chain(corners)).unwrap_or(extent);
     }
     let maps = shown.iter();
-    let maps = maps.map(|(words, _)| Map::to_scale(extent, &format!("At the {words}")));
+    let maps = maps.map(|(words, ..)| Map::to_scale(extent, &format!("At the {words}")));
     let svg = maps_of_kinds(&Vec::from_iter(maps), &BODIES, |panel, number| {
-        for segment in surfaces[number].chunks_exact(2) {
+        let (_, arrays, surface) = &shown[number];
+        for segment in surface.chunks_exact(2) {
             panel.line(segment, false, "stroke=\"#000\" fill=\"none\"");
         }
-        let arrays = &shown[number].1;
         disks(panel, arrays, |disk| BODIES[body(arrays, disk)][0].into());
     });
-    let each = shown.iter().map(|(words, arrays)| {
+    let each = shown.iter().map(|(words, arrays, _)| {
         let radii = numbers(arrays, "radius_m").iter().enumerate();
         let there = radii.filter(|(_, radius)| **radius > 0.0);
         let bodies: Vec<usize> = there.map(|(disk, _)| body(arrays, disk)).collect();
@@ -70,7 +69,7 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
             bodies.len()
         )
     });
-    let moments = shown.iter().map(|(words, _)| format!("at the {words}"));
+    let moments = shown.iter().map(|(words, ..)| format!("at the {words}"));
     Ok(Some(Picture {
         file: "bodies.svg".into(),
         caption: format!(

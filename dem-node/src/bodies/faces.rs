@@ -8,7 +8,7 @@
 //!                  c       In a concave corner it has two.
 //! ```
 //!
-//! Where the corner lies within the disk, these two share their springs, see [`crate::contact::shared`].
+//! The two contacts of a disk that overlaps a concave corner share their springs, see [`crate::contact::shared`].
 
 use crate::bodies::geometry::Proximity;
 

@@ -145,19 +145,16 @@ impl BareSurface {
         self.segments.len()
     }
 
-    /// The points at the ends of a segment.
-    pub fn ends(&self, segment: usize) -> [usize; 2] {
-        self.segments[segment].points.map(|point| point as usize)
+    /// Start of a segment where these points are, and the vector to its end (m).
+    pub fn line(&self, segment: usize, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+        let [start, end] = self.segments[segment]
+            .points
+            .map(|point| points[point as usize]);
+        [start, between_points(end, start, self.period)]
     }
 
     fn vector(&self, segment: usize, points: &[[f64; 2]]) -> [f64; 2] {
-        let [start, end] = self.ends(segment);
-        between_points(points[end], points[start], self.period)
-    }
-
-    /// Start of a segment where these points are, and the vector to its end (m).
-    pub fn line(&self, segment: usize, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-        [points[self.ends(segment)[0]], self.vector(segment, points)]
+        self.line(segment, points)[1]
     }
 
     /// A segment where these points are (m).
@@ -173,11 +170,11 @@ impl BareSurface {
 
     /// The image of a centre (m) that is nearest to a segment.
     pub fn image(&self, index: usize, points: &[[f64; 2]], centre: [f64; 2]) -> [f64; 2] {
-        let start = points[self.ends(index)[0]];
         match self.period {
             None => centre,
             Some(period) => {
-                let middle = 0.5 * self.vector(index, points)[0];
+                let [start, along] = self.line(index, points);
+                let middle = 0.5 * along[0];
                 let dx = period.nearest(centre[0] - start[0] - middle) + middle;
                 [start[0] + dx, centre[1]]
             }
@@ -209,8 +206,7 @@ impl BareSurface {
 
     /// The foot of a disk on a segment.
     pub fn foot(&self, index: usize, points: &[[f64; 2]], centre: [f64; 2]) -> Foot {
-        let [dx, dy] = self.vector(index, points);
-        let start = points[self.ends(index)[0]];
+        let [start, [dx, dy]] = self.line(index, points);
         let [x, y] = self.image(index, points, centre);
         let along = ((x - start[0]) * dx + (y - start[1]) * dy) / (dx * dx + dy * dy);
         Foot {
@@ -234,8 +230,8 @@ impl BareSurface {
             ..SegmentOrder::default()
         };
         for index in 0..self.segments() {
-            let [dx, _] = self.vector(index, points);
-            let left = points[self.ends(index)[0]][0] + dx.min(0.0);
+            let [[start, _], [dx, _]] = self.line(index, points);
+            let left = start + dx.min(0.0);
             let left = self.period.map_or(left, |period| period.inside(left));
             order.lefts.push((left, index as u32));
             order.widest = order.widest.max(dx.abs());

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::bodies::geometry::{Period, between_points};
+use crate::bodies::geometry::{Period, between_disks, between_points};
 use crate::bodies::surface::BareSurface;
 use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
@@ -79,8 +79,8 @@ fn wide_gaps(row: &[Disk], room: f64, period: Option<Period>) -> Vec<[usize; 2]>
     let pairs = (1..row.len()).map(|next| [next - 1, next]);
     let seam = period.filter(|_| row.len() > 2).map(|_| [row.len() - 1, 0]);
     let gap = |[a, b]: [usize; 2]| {
-        let [dx, dy] = between_points(row[a].centre, row[b].centre, period);
-        dx.hypot(dy) - row[a].radius - row[b].radius
+        let from_b = between_points(row[a].centre, row[b].centre, period);
+        between_disks(from_b, row[a].radius + row[b].radius).gap
     };
     pairs.chain(seam).filter(|pair| gap(*pair) > room).collect()
 }

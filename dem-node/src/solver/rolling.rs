@@ -43,13 +43,14 @@ impl Couple {
         of_a * a.inverse_mass + of_b * b.inverse_mass
     }
 
-    /// The impulse that the law wants under the spins of the moment, and the mobility; `None` where nothing turns.
+    /// The impulse that the law wants under the spins of the moment, and what makes speeds of the surfaces of such impulses
+    /// (1/(kg m)); `None` where nothing turns.
     fn wanted(&self, contact: &Contact, bodies: &[BodyRecord]) -> Option<[f64; 2]> {
         let mobility = self.mobility(contact, bodies);
         let spin = self.spin(self.pair(contact, bodies).map(|body| body.velocity[2]));
         let limit = self.coefficient * self.radius * contact.impulse[0].max(0.0);
         let wanted = (self.impulse - spin / mobility).clamp(-limit, limit);
-        (mobility > 0.0).then_some([wanted, mobility])
+        (mobility > 0.0).then_some([wanted, mobility * self.radius])
     }
 
     /// Adds an impulse of the couple to the spins.
@@ -79,10 +80,9 @@ pub(super) fn sweep(
 ) {
     for couple in couples {
         let contact = &contacts[couple.contact as usize];
-        let Some([wanted, mobility]) = couple.wanted(contact, bodies) else {
+        let Some([wanted, scale]) = couple.wanted(contact, bodies) else {
             continue;
         };
-        let scale = mobility * couple.radius;
         *changed += (scale * (wanted - couple.impulse)).powi(2);
         *size += (scale * wanted).powi(2);
         couple.apply(contact, bodies, wanted - couple.impulse);
@@ -99,8 +99,7 @@ pub(super) fn add_defects(
 ) {
     for couple in couples {
         let contact = &contacts[couple.contact as usize];
-        if let Some([wanted, mobility]) = couple.wanted(contact, bodies) {
-            let scale = mobility * couple.radius;
+        if let Some([wanted, scale]) = couple.wanted(contact, bodies) {
             *defect += (scale * (wanted - couple.impulse)).powi(2);
             *size += (scale * couple.impulse).powi(2);
         }
