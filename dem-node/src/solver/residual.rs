@@ -274,6 +274,25 @@ mod tests {
         }
     }
 
+    /// The grain, of radius 1 with 2/(m r^2) = 4, turns at 0.2 rad/s, which a couple of 0.05 within mu_r r r_n = 0.1 would stop: 4 x 0.05 is missing.
+    #[test]
+    fn a_couple_that_is_missing_is_a_defect() {
+        let mut problem = resting(1);
+        problem.records[0].velocity[2] = 0.2;
+        let without = [Defect::new(&problem), measured(&problem, false).0];
+        problem.couples.push(rolling::Couple {
+            curvature: [1.0, 0.0],
+            radius: 1.0,
+            coefficient: 0.5,
+            ..rolling::Couple::default()
+        });
+        let with = [Defect::new(&problem), measured(&problem, false).0];
+        for (without, with) in without.iter().zip(with) {
+            let added = with.defect.powi(2) - without.defect.powi(2);
+            assert!((added - 0.04).abs() < 1e-15, "{added}");
+        }
+    }
+
     #[test]
     fn nothing_to_do_meets_the_criterion() {
         assert_eq!(measured(&Problem::default(), false).1.largest(), 0.0);
