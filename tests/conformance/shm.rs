@@ -47,16 +47,16 @@ impl Scene {
         ShmLink::participant(&self.root, &self.prefix, participant, AMPLE).expect("it is opened")
     }
 
-    /// All files of this run, wherever they are, and the folders of all nodes.
+    /// All files of this run, wherever they are, and the folders of its nodes.
     fn files(&self) -> Vec<PathBuf> {
         self.files_of(&self.prefix)
     }
 
     fn files_of(&self, prefix: &str) -> Vec<PathBuf> {
         let mut found = Vec::new();
-        for folder in [Path::new("/dev/shm"), &self.root] {
-            collect(folder, prefix, &mut found);
-        }
+        collect(&self.root, prefix, &mut found);
+        // Folders in shared memory belong to other runs, whatever they hold.
+        collect(Path::new("/dev/shm"), prefix, &mut found);
         found
     }
 }
@@ -69,9 +69,10 @@ impl Drop for Scene {
 }
 
 fn collect(folder: &Path, prefix: &str, found: &mut Vec<PathBuf>) {
+    let is_shared = folder == Path::new("/dev/shm");
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        if path.is_dir() {
+        if path.is_dir() && !is_shared {
             // Only the folders of nodes have names without a prefix, and they go with their nodes.
             if folder.ends_with("nodes") {
                 found.push(path.clone());
