@@ -133,7 +133,14 @@ impl Bodies {
 
     /// True if contacts or bonds store energy.
     pub fn is_elastic(&self) -> bool {
-        self.law.cohesion.is_some() || self.has_springs()
+        let attracts = |law: &Law| law.adhesion.is_some();
+        self.law.cohesion.is_some() || self.has_springs() || self.any_law(attracts)
+    }
+
+    /// r_1 r_2 / (r_1 + r_2) of two bodies, on a face the radius of the grain (m).
+    pub fn reduced_radius(&self, pair: [u32; 2]) -> f64 {
+        let curvature = |body: u32| self.radii.get(body as usize).map_or(0.0, |r| 1.0 / r);
+        1.0 / (curvature(pair[0]) + curvature(pair[1]))
     }
 
     /// True if some law is of this kind.

@@ -2,9 +2,11 @@
 //!
 //! In reading order:
 //! - `lanes`: numbers side by side;
+//! - [`adhesion`]: attraction of bodies that touch;
 //! - [`cohesion`]: the cohesive zone of a bond;
 //! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
 
+pub mod adhesion;
 pub mod cohesion;
 pub(crate) mod lanes;
 pub mod local;
@@ -13,6 +15,7 @@ pub mod vector;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::law::adhesion::Adhesion;
 use crate::law::cohesion::Cohesion;
 
 /// The law of every contact.
@@ -24,6 +27,8 @@ pub struct Law {
     pub rolling: f64,
     /// Elasticity of the grains; `None` makes rigid contacts.
     pub springs: Option<Springs>,
+    /// Attraction of pairs that touch or nearly do.
+    pub adhesion: Option<Adhesion>,
     /// Bonds between grains; `None` makes a loose material.
     pub cohesion: Option<Cohesion>,
     /// Newton's coefficient e of rigid contacts without bond; `None` makes inelastic impacts.

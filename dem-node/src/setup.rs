@@ -24,6 +24,7 @@ use crate::config::injection::InjectionConfig;
 use crate::config::law::LawConfig;
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
+use crate::law::adhesion::Adhesion;
 use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
 use crate::sample::surface;
@@ -51,6 +52,10 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         masses[cluster.leader()] = cluster.mass;
     }
     let injection = config.injection.as_ref();
+    let pairs_adhere = config.law.pairs.iter().filter_map(|pair| pair.adhesion);
+    let ranges = pairs_adhere
+        .chain(config.law.adhesion)
+        .map(|adhesion| adhesion.range_m);
     Bodies {
         injection: injection.map(|c| feed(c, config.mass_scale, fed, &masses)),
         free: sample.free.len(),
@@ -74,7 +79,7 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         prescribed_velocity: None,
         law: law(&config.law, thickness),
         pairs: pairs(config, thickness, sample),
-        alert: ALERT * smallest,
+        alert: ranges.fold(ALERT * smallest, f64::max),
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
     }
@@ -183,6 +188,11 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
     Law {
         friction: config.friction.unwrap_or(0.0),
         rolling: config.rolling.map_or(0.0, |rolling| rolling.coefficient),
+        adhesion: config.adhesion.map(|adhesion| Adhesion {
+            force: adhesion.pull_off_n.unwrap_or(0.0),
+            by_radius: adhesion.pull_off_pa.unwrap_or(0.0) * thickness,
+            range: adhesion.range_m,
+        }),
         springs: config.contact_stiffness_pa.map(|stiffness| Springs {
             normal: stiffness * thickness,
             // Without friction there is no tangential force and any stiffness will do.

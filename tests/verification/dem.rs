@@ -1,6 +1,7 @@
 //! Verification cases of dem-node.
 
 mod dem_accept;
+mod dem_adhesion;
 mod dem_balance;
 mod dem_bonds;
 mod dem_bounds;

@@ -21,6 +21,8 @@ pub struct LawConfig {
     pub friction: Option<f64>,
     /// Resistance to rolling of contacts without bond; none when absent.
     pub rolling: Option<RollingConfig>,
+    /// Attraction of pairs that touch, or nearly do; none when absent, and none with `cohesion`.
+    pub adhesion: Option<AdhesionConfig>,
     /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
@@ -80,6 +82,8 @@ pub struct PairConfig {
     pub friction: Option<f64>,
     /// Resistance to rolling.
     pub rolling: Option<RollingConfig>,
+    /// Attraction; a pull-off force of 0 is none.
+    pub adhesion: Option<AdhesionConfig>,
     /// Newton's coefficient of restitution of rigid contacts.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
@@ -102,6 +106,37 @@ pub struct RollingConfig {
     /// Coefficient of rolling resistance, at least 0.
     #[schemars(range(min = 0.0))]
     pub coefficient: f64,
+}
+
+/// `law.adhesion`: a constant attraction N_c between bodies whose gap is below a range; contact and friction hold for the normal force
+/// plus N_c.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdhesionConfig {
+    /// N_c of every pair (N); this or `pull_off_pa`.
+    #[schemars(range(min = 0.0))]
+    pub pull_off_n: Option<f64>,
+    /// N_c over r x thickness (Pa), r = r1 r2/(r1 + r2), on walls, surfaces and wheels the radius of the grain.
+    #[schemars(range(min = 0.0))]
+    pub pull_off_pa: Option<f64>,
+    /// Gap below which pairs attract each other (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub range_m: f64,
+}
+
+impl AdhesionConfig {
+    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
+        positive(&format!("{key}.range_m"), Some(self.range_m), "m")?;
+        for (name, value) in kit::named!("", self; pull_off_n, pull_off_pa) {
+            not_negative(&format!("{key}.{name}"), value.unwrap_or(0.0), "")?;
+        }
+        refuse_if(
+            self.pull_off_n.is_some() == self.pull_off_pa.is_some(),
+            key,
+            "needs one of pull_off_n and pull_off_pa",
+            "give the force of every pair, or that over r x thickness",
+        )
+    }
 }
 
 /// The words for `law.kind`.
@@ -142,6 +177,7 @@ impl PairConfig {
         LawConfig {
             friction: self.friction.or(law.friction),
             rolling: self.rolling.or(law.rolling),
+            adhesion: self.adhesion.or(law.adhesion),
             restitution: self.restitution.or(law.restitution),
             contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
             damping: self.damping.or(law.damping),
@@ -159,6 +195,7 @@ impl LawConfig {
         positive("law.contact_stiffness_pa", self.contact_stiffness_pa, "Pa")?;
         let rolling = self.rolling.map_or(0.0, |rolling| rolling.coefficient);
         not_negative("law.rolling.coefficient", rolling, "")?;
+        self.validate_adhesion()?;
         self.validate_rigid()?;
         match self.kind.plain() {
             LawKind::Signorini => self.validate_frictionless()?,
@@ -169,6 +206,35 @@ impl LawConfig {
             _ => self.validate_friction("law.kind = \"coulomb\"")?,
         }
         self.refuse_cohesion()
+    }
+
+    /// Adhesion beside what it cannot go with.
+    fn validate_adhesion(&self) -> Result<(), ConfigError> {
+        if let Some(adhesion) = &self.adhesion {
+            adhesion.validate("law.adhesion")?;
+        }
+        let some = self.adhesion.is_some() || self.pairs.iter().any(|pair| pair.adhesion.is_some());
+        let rebounds = |pair: &PairConfig| pair.restitution.is_some();
+        let others = [
+            (
+                self.kind.plain() == LawKind::Cohesion,
+                "has bonds, and law.kind = \"cohesion\" lets no pair have an attraction beside them",
+                "choose law.kind = \"coulomb\", or remove law.adhesion",
+            ),
+            (
+                self.restitution.is_some() || self.pairs.iter().any(rebounds),
+                "acts across a gap, and contacts with law.restitution begin where it is closed",
+                "remove law.restitution, or give law.contact_stiffness_pa with law.damping",
+            ),
+            (
+                self.penetration.is_some_and(Penetration::repairs),
+                "has a potential, and law.penetration moves grains apart after the step without any work",
+                "write law.penetration = \"iqs\" or \"gap\"",
+            ),
+        ];
+        others
+            .into_iter()
+            .try_for_each(|(holds, why, help)| refuse_if(some && holds, "law.adhesion", why, help))
     }
 
     /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.

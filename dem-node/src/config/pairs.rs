@@ -44,6 +44,9 @@ fn validate_pair(
     not_negative(&key("friction"), pair.friction.unwrap_or(0.0), "")?;
     let rolling = pair.rolling.map_or(0.0, |rolling| rolling.coefficient);
     not_negative(&key("rolling.coefficient"), rolling, "")?;
+    if let Some(adhesion) = &pair.adhesion {
+        adhesion.validate(&key("adhesion"))?;
+    }
     within(&key("restitution"), pair.restitution, [0.0, 1.0])?;
     positive(
         &key("contact_stiffness_pa"),

@@ -29,9 +29,16 @@ pub struct Slot {
     pub joined: f64,
     /// Couple of rolling resistance on `a` (N m).
     pub couple: f64,
+    /// Attraction by adhesion (N), which `force` holds.
+    pub attraction: f64,
 }
 
 impl Slot {
+    /// What the bodies press on each other beside their attraction, normal and tangential (N).
+    pub fn pressure(&self) -> [f64; 2] {
+        [self.force[0] + self.attraction, self.force[1]]
+    }
+
     /// Gap of the pair (m) at this distance of its surfaces. A broken bond leaves its pair touching at the bond's reference: at
     /// the surfaces themselves it would meet an overlap or a void that the bond never knew, which makes or swallows
     /// energy. Once the pair has come apart its surfaces are what touches.
@@ -92,9 +99,9 @@ impl VerletList {
         self.slots = listed;
     }
 
-    /// The pairs that press on each other.
+    /// The pairs that press on each other, whatever holds them together.
     pub fn pressing(&self) -> impl Iterator<Item = &Slot> {
-        self.slots.iter().filter(|slot| slot.force[0] > 0.0)
+        self.slots.iter().filter(|slot| slot.pressure()[0] > 0.0)
     }
 
     /// Makes the next refresh build a new list, as if a body had moved too far.
@@ -181,7 +188,7 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
-            for rare in [slot.reference, slot.joined, slot.couple] {
+            for rare in [slot.reference, slot.joined, slot.couple, slot.attraction] {
                 if rare != 0.0 {
                     visit(rare);
                 }

@@ -1,6 +1,7 @@
 //! What a contact loses in a step: in impacts, in slip, by falling adhesion, by the length of the step, and by what detection
 //! finds otherwise.
 
+use crate::law::adhesion::Adhesion;
 use crate::law::{Law, Penetration};
 
 /// Impulse and motion of a contact in a step.
@@ -99,6 +100,23 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
     }
 }
 
+/// Energy that the attraction (N) of the last step, and that of this one, lose in this one: what its potential gives beyond its work.
+pub fn attraction_loss(law: &Adhesion, [before, now]: [f64; 2], contact: &ContactStep) -> Loss {
+    let ([u_n, _], h) = (contact.velocity, contact.step);
+    let [last, turned] = [contact.last_gap, contact.turned_gap].map(|gap| law.stored(before, gap));
+    let found = law.stored(now, contact.gap);
+    let given = found - law.stored(now, contact.gap + h * u_n);
+    let work = -now * h * (u_n - (1.0 - contact.theta) * contact.change[0]);
+    // A pair that was out of range has fallen to where it is without attraction.
+    let entered = if before == 0.0 { -found } else { 0.0 };
+    Loss {
+        numerical: entered + given - work,
+        detection: last - found - entered,
+        unforeseen: turned - found - entered,
+        ..Loss::default()
+    }
+}
+
 /// Loss of a rigid contact under an impulse (N s): an impact along the normal and slip along the tangent, at the velocity v_theta.
 /// The scheme's loss of the whole step, (theta - 1/2) dv.M dv, holds (theta - 1/2) r du of it. Where that has its own account
 /// the contact takes its part back, and has the impulse times the mean of the velocities before and after (Kelvin).
@@ -148,6 +166,7 @@ mod tests {
     const SPRUNG: Law = Law {
         friction: 0.4,
         rolling: 0.0,
+        adhesion: None,
         springs: Some(Springs {
             normal: 8.0,
             tangential: 2.0,
@@ -252,5 +271,40 @@ mod tests {
             ..Loss::default()
         };
         close(contact_loss(&rigid, &alone), expected);
+    }
+
+    /// Entered at 0.3, and left from 0.4 by a step of 0.3: 8 x 0.2 of the potential never became motion, 8 x 0.2 were paid beyond it.
+    #[test]
+    fn attraction_loses_where_a_step_crosses_the_edge_of_its_range() {
+        let law = Adhesion {
+            force: 8.0,
+            by_radius: 0.0,
+            range: 0.5,
+        };
+        let step = |gap: f64, u_n: f64| ContactStep {
+            step: 1.0,
+            theta: 1.0,
+            gap,
+            last_gap: gap,
+            turned_gap: gap,
+            velocity: [u_n, 0.0],
+            ..ContactStep::default()
+        };
+        let lost = |numerical: f64| Loss {
+            numerical,
+            ..Loss::default()
+        };
+        close(
+            attraction_loss(&law, [0.0, 8.0], &step(0.3, -0.1)),
+            lost(1.6),
+        );
+        close(
+            attraction_loss(&law, [8.0, 8.0], &step(0.4, 0.3)),
+            lost(1.6),
+        );
+        close(
+            attraction_loss(&law, [8.0, 8.0], &step(0.1, 0.3)),
+            lost(0.0),
+        );
     }
 }

@@ -32,7 +32,7 @@ pub struct FinishedRun<'a> {
     /// The last state.
     pub state: &'a GrainState,
     /// Energies stored since its start (J).
-    pub stored: [f64; 4],
+    pub stored: [f64; 5],
     /// Steps that bonds and contact springs ask for.
     pub stiffness: StiffnessBounds,
     /// The flows of third body, where they are asked for.
@@ -345,7 +345,7 @@ mod tests {
     struct Scene {
         bodies: Bodies,
         state: GrainState,
-        stored: [f64; 4],
+        stored: [f64; 5],
         program: WheelProgram,
         ends: Option<[f64; 2]>,
         steps: Vec<StepSummary>,
@@ -385,7 +385,7 @@ mod tests {
                 ..Bodies::default()
             },
             state,
-            stored: [1.0, -1.0, 0.5, -0.5],
+            stored: [1.0, -1.0, 0.5, -0.5, 0.0],
             program: WheelProgram {
                 load_n: LOAD,
                 load_table: None,
@@ -610,7 +610,7 @@ mod tests {
         });
         let mut rigid = sound();
         rigid.state.ledger = Default::default();
-        rigid.stored = [0.0; 4];
+        rigid.stored = [0.0; 5];
         assert_eq!(rigid.found(), [], "no springs, no jumps");
     }
 

@@ -77,7 +77,7 @@ pub struct Dem {
     pub(super) window: Option<f64>,
     /// The window whose end `trial` holds, until it is committed.
     pub(super) pending: Option<Pending>,
-    pub(super) initial_energy: [f64; 4],
+    pub(super) initial_energy: [f64; 5],
     pub(super) plausible: DemPlausibleConfig,
     pub(super) profile: Option<ProfileConfig>,
     pub(super) stress: Option<StressConfig>,

@@ -22,9 +22,9 @@ impl Dem {
     }
 
     /// Energies stored since the start (J).
-    fn stored(&self) -> [f64; 4] {
+    fn stored(&self) -> [f64; 5] {
         let now = self.progress.state.energies(&self.bodies);
-        [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k])
+        std::array::from_fn(|k| now[k] - self.initial_energy[k])
     }
 
     /// The signals of a step; cohesive laws add `bonds`, those above 0.01 of adhesion.
@@ -43,14 +43,17 @@ impl Dem {
 
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). Nothing happened to grains
     /// alone while all of them are noise.
-    fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
+    fn ledger(&self, stored: [f64; 5]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
         let clusters = &bodies.clusters;
         let moved = bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
         let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0)
             || bodies.any_law(Law::is_damped);
+        let attracts = bodies.any_law(|law| law.adhesion.is_some());
+        let [kinetic, normal, tangential, bonds, adhesion] = stored;
         let some = [
+            (attracts, ("adhesion", Role::Stored, adhesion)),
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
@@ -59,7 +62,11 @@ impl Dem {
         let some = some
             .into_iter()
             .filter_map(|(there, term)| there.then_some(term));
-        let terms: Vec<_> = ledger.terms(stored).into_iter().chain(some).collect();
+        let terms: Vec<_> = ledger
+            .terms([kinetic, normal, tangential, bonds])
+            .into_iter()
+            .chain(some)
+            .collect();
         let happens = || {
             let noise = bodies.noise(0.0);
             let is_noise = |value: f64| value.abs() < noise;
@@ -72,7 +79,7 @@ impl Dem {
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
-        let terms = self.ledger([0.0; 4]).map(|(name, role, _)| Term {
+        let terms = self.ledger([0.0; 5]).map(|(name, role, _)| Term {
             name: name.into(),
             role,
         });

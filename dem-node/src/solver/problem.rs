@@ -10,6 +10,19 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::law::local::{DelassusBlock, LocalLaw};
 
+/// The attraction of the bodies of a contact by adhesion, a load on both.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Attraction {
+    /// The contact.
+    pub contact: u32,
+    /// In the last step, and in this one (N).
+    pub force: [f64; 2],
+    /// Of this step (N s).
+    pub impulse: f64,
+    /// Gap at the end of the last step (m).
+    pub last_gap: f64,
+}
+
 /// All contacts and bodies of a step.
 #[derive(Clone, Debug, Default)]
 pub struct Problem {
@@ -19,6 +32,8 @@ pub struct Problem {
     pub bonds: Vec<BondContact>,
     /// The couples of those that resist rolling.
     pub couples: Vec<Couple>,
+    /// The attractions of those within the range of their adhesion.
+    pub attractions: Vec<Attraction>,
     /// The levers of those that have a body in a cluster.
     pub levers: Vec<Levers>,
     /// Bodies; the entries of glued disks are not used.
@@ -67,6 +82,9 @@ impl Problem {
         };
         (self.contacts, self.bonds) = (contacts, bonds);
         rolling::apply(&self.couples, &self.contacts, &mut self.records);
+        for attraction in 0..self.attractions.len() {
+            self.apply_first_guess(&self.attracting(attraction));
+        }
         self.boundary.evaluate();
         prepared
     }
@@ -159,6 +177,15 @@ impl Problem {
         self.records = records;
         for index in subdomains.iter().flat_map(|subdomain| &subdomain.work) {
             self.apply_first_guess(&contacts[*index as usize]);
+        }
+    }
+
+    /// A contact under its attraction in place of its impulse.
+    pub(crate) fn attracting(&self, attraction: usize) -> Contact {
+        let attraction = &self.attractions[attraction];
+        Contact {
+            impulse: [-attraction.impulse, 0.0],
+            ..self.contacts[attraction.contact as usize]
         }
     }
 

@@ -9,6 +9,7 @@ use crate::contact::detect::Slot;
 use crate::contact::shared::share_springs;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
+use crate::solver::problem::Attraction;
 use crate::solver::rolling::Couple;
 use crate::step::state::GrainState;
 
@@ -53,6 +54,7 @@ struct Loose<'a> {
 /// A contact that leaves the problem, as one that a rebound has opened, must not keep its force.
 fn let_go(slot: &mut Slot) {
     (slot.force, slot.last_gap, slot.couple) = ([0.0; 2], 0.0, 0.0);
+    slot.attraction = 0.0;
 }
 
 impl Stepper {
@@ -98,6 +100,7 @@ impl Stepper {
         }
         self.place_feet(&at, &list.slots);
         self.place_couples(&at, &mut list.slots);
+        self.place_attractions(&at, &mut list.slots);
         state.list = list;
     }
 
@@ -132,6 +135,33 @@ impl Stepper {
                 coefficient,
                 impulse: at.input.step * before,
             });
+        }
+    }
+
+    /// Pairs within the range of their adhesion attract each other.
+    fn place_attractions(&mut self, at: &Detection, slots: &mut [Slot]) {
+        let bodies = at.input.bodies;
+        self.problem.attractions.clear();
+        if !bodies.any_law(|law| law.adhesion.is_some()) {
+            return;
+        }
+        for (number, (contact, index)) in self.problem.contacts.iter().zip(&self.slots).enumerate()
+        {
+            let Some(law) = &bodies.law_at(contact.pair_law).adhesion else {
+                continue;
+            };
+            let slot = &mut slots[*index as usize];
+            let radius = bodies.reduced_radius([slot.a, slot.b]);
+            let now = law.attraction(radius, contact.gap);
+            let before = std::mem::replace(&mut slot.attraction, now);
+            if before > 0.0 || now > 0.0 {
+                self.problem.attractions.push(Attraction {
+                    contact: number as u32,
+                    force: [before, now],
+                    impulse: at.input.step * now,
+                    last_gap: slot.last_gap,
+                });
+            }
         }
     }
 
@@ -373,7 +403,7 @@ impl Stepper {
             },
             bias: [0.0, slot.spring / h],
             compliance: at.compliance,
-            impulse: [h * slot.force[0], h * slot.force[1]],
+            impulse: slot.pressure().map(|force| h * force),
             bond: NO_BOND,
             levers: NO_LEVERS,
             ..Contact::default()
@@ -425,7 +455,7 @@ impl Stepper {
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         // Infinite is the way to a segment that another has taken over from.
         let held = contact.impulse[0] > 0.0 && contact.gap.is_finite();
-        let touches = held || contact.gap + h * approach < bodies.alert;
+        let touches = held || slot.attraction > 0.0 || contact.gap + h * approach < bodies.alert;
         let law = bodies.law_at(contact.pair_law);
         let before = match law.restitution {
             Some(_) if touches => self.relative_before(bodies, at.state, contact)[0],

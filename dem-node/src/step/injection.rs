@@ -87,7 +87,12 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
         let mut grown = grown.iter();
         grown.find(|(grain, _)| *grain == body).map_or(0.0, |g| g.1)
     };
-    for slot in state.list.slots.iter_mut().filter(|s| s.force[0] > 0.0) {
+    for slot in state
+        .list
+        .slots
+        .iter_mut()
+        .filter(|s| s.pressure()[0] > 0.0)
+    {
         state.ledger.injection += press(bodies, slot, of(slot.a) + of(slot.b));
     }
 }

@@ -121,6 +121,12 @@ impl GrainState {
                 slot.force[0] = -gap * springs.normal / (1.0 + slot.joined);
                 slot.last_gap = gap;
             }
+            if let Some(adhesion) = &law.adhesion {
+                let radius = bodies.reduced_radius([slot.a, slot.b]);
+                slot.attraction = adhesion.attraction(radius, gap);
+                slot.force[0] -= slot.attraction;
+                slot.last_gap = gap;
+            }
         }
         state.list = list;
         state
@@ -233,19 +239,19 @@ impl GrainState {
         on_wheel.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
     }
 
-    /// Energy in the normal and in the tangential springs, and in the bonds (J).
-    pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
-        if self.bonds.is_empty() && !bodies.has_springs() {
-            return [0.0; 3];
+    /// Energy in the normal and in the tangential springs, in the bonds, and of adhesion (J).
+    pub fn springs(&self, bodies: &Bodies) -> [f64; 4] {
+        if !bodies.is_elastic() {
+            return [0.0; 4];
         }
         let mut bonds = BondCursor::new(&self.bonds);
-        let mut stored = [0.0; 3];
+        let mut stored = [0.0; 4];
         for slot in &self.list.slots {
             let bonded = bonds.find((slot.a, slot.b));
             let [normal, tangential] = slot.force;
             let force = match bonded {
                 None if normal == 0.0 && tangential == 0.0 && slot.last_gap >= 0.0 => continue,
-                None => slot.force,
+                None => slot.pressure(),
                 // Tension and shear are the bond's.
                 Some(_) => [normal.max(0.0), 0.0],
             };
@@ -260,6 +266,9 @@ impl GrainState {
                 _ => normal * parts,
             };
             stored[1] += tangential * parts;
+            if let Some(adhesion) = &law.adhesion {
+                stored[3] += adhesion.stored(slot.attraction, slot.last_gap);
+            }
             if let Some((_, bond)) = bonded {
                 stored[2] += bond.stored(bodies);
             }
@@ -267,10 +276,10 @@ impl GrainState {
         stored
     }
 
-    /// Kinetic energy, and the energies of normal springs, tangential springs and bonds (J).
-    pub fn energies(&self, bodies: &Bodies) -> [f64; 4] {
-        let [normal, tangential, bonds] = self.springs(bodies);
-        [self.kinetic(bodies), normal, tangential, bonds]
+    /// Kinetic energy, and the energies of normal springs, tangential springs, bonds and adhesion (J).
+    pub fn energies(&self, bodies: &Bodies) -> [f64; 5] {
+        let [normal, tangential, bonds, adhesion] = self.springs(bodies);
+        [self.kinetic(bodies), normal, tangential, bonds, adhesion]
     }
 
     /// Momentum of the free grains (kg m/s).

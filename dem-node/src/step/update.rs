@@ -6,10 +6,11 @@ use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
 use crate::contact::bond::{self, Bond, BondContact};
 use crate::contact::detect::Slot;
-use crate::contact::loss::{ContactStep, contact_loss, rigid_loss};
+use crate::contact::loss::{ContactStep, attraction_loss, contact_loss, rigid_loss};
 use crate::solver::contact::{Contact, NO_BOND};
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
+use crate::solver::problem::Attraction;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
 
@@ -93,7 +94,7 @@ impl OuterImpulses {
 impl Stepper {
     /// Stores forces and springs, adds up the losses, sums forces and overlaps; in pieces, where there are many contacts.
     pub(super) fn update_contacts(
-        &self,
+        &mut self,
         state: &mut GrainState,
         input: &StepInput,
         parallel: bool,
@@ -133,6 +134,7 @@ impl Stepper {
             }
         }
         self.update_couples(state, input, &mut slots);
+        self.update_attractions(state, input, &slots, (&mut summary, &mut outer));
         bonds.retain(|bond| bond.adhesion > 0.0);
         (state.list.slots, state.bonds) = (slots, bonds);
         summary.overlap[0] /= summary.closed.max(1) as f64;
@@ -164,6 +166,37 @@ impl Stepper {
         }
     }
 
+    /// Adds the attractions to the impulses of their contacts, and books what they lost.
+    fn update_attractions(
+        &mut self,
+        state: &mut GrainState,
+        input: &StepInput,
+        slots: &[Slot],
+        (summary, outer): (&mut StepSummary, &mut OuterImpulses),
+    ) {
+        let bodies = input.bodies;
+        for index in 0..self.problem.attractions.len() {
+            let Attraction {
+                contact: number,
+                force,
+                impulse,
+                last_gap,
+            } = self.problem.attractions[index];
+            let attracting = self.problem.attracting(index);
+            let Some(law) = &bodies.law_at(attracting.pair_law).adhesion else {
+                continue;
+            };
+            let before = Slot {
+                last_gap,
+                ..slots[self.slots[number as usize] as usize]
+            };
+            let step = self.contact_step(state, input, &attracting, &before);
+            state.ledger.lose(&attraction_loss(law, force, &step));
+            add_push(bodies, &attracting, input.step, (summary, outer));
+            self.problem.contacts[number as usize].impulse[0] -= impulse;
+        }
+    }
+
     fn update_piece(
         &self,
         state: &GrainState,
@@ -183,7 +216,8 @@ impl Stepper {
                         0.0 => contact_loss(law, &done),
                         joined => contact_loss(&law.shared(joined), &done),
                     });
-                    slot.force = [done.impulse[0] / h, done.impulse[1] / h];
+                    slot.force = done.impulse.map(|impulse| impulse / h);
+                    slot.force[0] -= slot.attraction;
                     slot.spring = done.spring[1];
                     slot.last_gap = done.gap + h * done.velocity[0];
                 }
@@ -204,12 +238,7 @@ impl Stepper {
                 let travel = h * passing_speed(bodies, state, contact, slot);
                 summary.travel = larger(summary.travel, travel);
             }
-            outer.add(bodies, contact);
-            if Some(contact.b as usize) == bodies.wheel() {
-                let force = contact.in_xy(contact.impulse);
-                summary.on_wheel[0] -= force[0] / h;
-                summary.on_wheel[1] -= force[1] / h;
-            }
+            add_push(bodies, contact, h, (&mut summary, &mut outer));
         }
         (summary, ledger, outer)
     }
@@ -238,7 +267,7 @@ impl Stepper {
         let on_disk = contact.glued && (slot.b as usize) < input.bodies.first_segment();
         let [last_gap, turned] = if on_disk && self.problem.boundary.is_compliant() {
             [contact.gap, 0.0]
-        } else if springs.is_some() || contact.bond != NO_BOND {
+        } else if springs.is_some() || contact.bond != NO_BOND || slot.attraction > 0.0 {
             [slot.last_gap, turn(state, input, contact, slot)]
         } else {
             [slot.last_gap, 0.0]
@@ -275,6 +304,21 @@ impl Stepper {
             }
         };
         self.problem.project(contact, a, b)
+    }
+}
+
+/// Adds the impulse of a contact to the forces on the wheel, and between the free grains and everything else.
+fn add_push(
+    bodies: &Bodies,
+    contact: &Contact,
+    h: f64,
+    (summary, outer): (&mut StepSummary, &mut OuterImpulses),
+) {
+    outer.add(bodies, contact);
+    if Some(contact.b as usize) == bodies.wheel() {
+        let force = contact.in_xy(contact.impulse);
+        summary.on_wheel[0] -= force[0] / h;
+        summary.on_wheel[1] -= force[1] / h;
     }
 }
 

@@ -58,7 +58,7 @@ fn lines(scene: &FieldScene) -> Vec<Line> {
         let bond = bonds.find((slot.a, slot.b));
         (slot, bond.map_or(0.0, |(_, bond)| bond.adhesion))
     });
-    let held = slots.filter(|(slot, adhesion)| slot.force[0] > 0.0 || *adhesion > 0.0);
+    let held = slots.filter(|(slot, adhesion)| slot.pressure()[0] > 0.0 || *adhesion > 0.0);
     let seen = held.filter(|(slot, _)| !across_the_seam(scene, slot));
     let line = |(slot, adhesion): (&Slot, f64)| {
         let [a, b] = [slot.a, slot.b].map(|body| body as usize);
@@ -103,11 +103,12 @@ fn ends(lines: &[Line], disks: usize) -> Vec<f64> {
 }
 
 fn status(scene: &FieldScene, line: &Line) -> f64 {
-    let Slot { a, b, force, .. } = line.slot;
+    let Slot { a, b, .. } = line.slot;
+    let pressure = line.slot.pressure();
     if line.adhesion > 0.0 {
         return 3.0;
     }
     let law = scene.bodies.law_of(a as usize, b as usize);
-    let slips = force[1].abs() >= (1.0 - ON_THE_LIMIT) * law.friction * force[0];
+    let slips = pressure[1].abs() >= (1.0 - ON_THE_LIMIT) * law.friction * pressure[0];
     if slips { 2.0 } else { 1.0 }
 }

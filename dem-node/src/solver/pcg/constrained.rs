@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::body_state::{BodyState, Momentum, Products};
 use crate::bodies::surface::Foot;
 use crate::contact::boundary::CompliantBoundary;
+use crate::solver::contact::Contact;
 use crate::solver::problem::Problem;
 
 /// Vectors hold two components a glued disk and point, and then y of the wheel.
@@ -148,8 +149,10 @@ impl ConstrainedBodies {
     /// Writes the impulses on the glued disks and points back, `outside` being the contacts that may have one.
     pub fn store(&self, problem: &mut Problem, outside: impl Iterator<Item = usize>) {
         problem.boundary.impulse.fill(0.0);
-        for index in outside.filter(|index| problem.contacts[*index].glued) {
-            let contact = problem.contacts[index];
+        let attracting = (0..problem.attractions.len()).map(|index| problem.attracting(index));
+        let outside = outside.map(|index| problem.contacts[index]);
+        let loads: Vec<Contact> = outside.chain(attracting).filter(|c| c.glued).collect();
+        for contact in loads {
             let force = contact.in_xy(contact.impulse);
             for (body, force) in [(contact.a, force), (contact.b, [-force[0], -force[1]])] {
                 if let Some(index) = problem.glued_index(body as usize) {

@@ -116,6 +116,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
     let law = Law {
         friction: scene.friction,
         rolling: 0.0,
+        adhesion: None,
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,
