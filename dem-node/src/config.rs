@@ -270,6 +270,13 @@ impl DemConfig {
             "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
             "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
         )?;
+        let pairs_heal = self.law.pairs.iter().any(|pair| pair.healing.is_some());
+        refuse_if(
+            self.solver.algorithm == Algorithm::Pcg && (pairs_heal || self.law.healing.is_some()),
+            "solver.kind",
+            "\"pcg\" needs a convex problem, and law.healing puts friction beside the shear of bonds",
+            "write solver.kind = \"nsgs\"",
+        )?;
         self.validate_rolling()?;
         self.validate_wheel_on_sample()?;
         refuse_if(

@@ -3,11 +3,12 @@
 //! In reading order:
 //! - `lanes`: numbers side by side;
 //! - [`adhesion`]: attraction of bodies that touch;
-//! - [`cohesion`]: the cohesive zone of a bond;
+//! - [`cohesion`], [`healing`]: the cohesive zone of a bond, and bonds that grow;
 //! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
 
 pub mod adhesion;
 pub mod cohesion;
+pub mod healing;
 pub(crate) mod lanes;
 pub mod local;
 pub mod vector;
@@ -17,6 +18,7 @@ use serde::Deserialize;
 
 use crate::law::adhesion::Adhesion;
 use crate::law::cohesion::Cohesion;
+use crate::law::healing::Healing;
 
 /// The law of every contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +33,8 @@ pub struct Law {
     pub adhesion: Option<Adhesion>,
     /// Bonds between grains; `None` makes a loose material.
     pub cohesion: Option<Cohesion>,
+    /// Growth of bonds between pairs that press on each other.
+    pub healing: Option<Healing>,
     /// Newton's coefficient e of rigid contacts without bond; `None` makes inelastic impacts.
     pub restitution: Option<f64>,
     /// Treatment of overlaps of rigid contacts without bond.
@@ -137,6 +141,12 @@ impl Law {
             (None, Some(restitution), _) => (gap <= 0.0).then_some(restitution * before),
             (None, None, _) => Some(gap.max(0.0) / step),
         }
+    }
+
+    /// True if bonded pairs have friction beside the shear of their bonds: rigid ones, and those that heal, which would else lose their
+    /// friction to a bond that bears nothing yet.
+    pub fn slides_beside_bonds(&self) -> bool {
+        self.springs.is_none() || self.healing.is_some()
     }
 
     /// True if some of the forces are those of dampers.

@@ -26,6 +26,7 @@ use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use crate::law::adhesion::Adhesion;
 use crate::law::cohesion::Cohesion;
+use crate::law::healing::Healing;
 use crate::law::{Law, Springs};
 use crate::sample::surface;
 use crate::sample::types::Sample;
@@ -200,6 +201,10 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
             damping: config.damping.map_or(0.0, Springs::damping_ratio),
         }),
         cohesion: cohesion(config, thickness),
+        healing: config.healing.map(|healing| Healing {
+            time: healing.time_s,
+            pressure: healing.pressure_pa,
+        }),
         restitution: config.restitution,
         penetration: config.penetration.unwrap_or_default(),
     }

@@ -17,6 +17,7 @@ mod dem_extremes;
 mod dem_file;
 mod dem_flow;
 mod dem_glued;
+mod dem_healing;
 mod dem_impact;
 mod dem_incline;
 mod dem_injection;

@@ -58,6 +58,8 @@ pub struct LawConfig {
     pub p: Option<f64>,
     /// h'.
     pub h_prime: Option<HPrime>,
+    /// Growth of bonds between pairs that press on each other; none when absent.
+    pub healing: Option<HealingConfig>,
     /// Pairs of grains with a smaller gap are bonded at the start (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub alert_m: Option<f64>,
@@ -84,6 +86,8 @@ pub struct PairConfig {
     pub rolling: Option<RollingConfig>,
     /// Attraction; a pull-off force of 0 is none.
     pub adhesion: Option<AdhesionConfig>,
+    /// Growth of bonds.
+    pub healing: Option<HealingConfig>,
     /// Newton's coefficient of restitution of rigid contacts.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
@@ -122,6 +126,26 @@ pub struct AdhesionConfig {
     /// Gap below which pairs attract each other (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub range_m: f64,
+}
+
+/// `law.healing`: bonds grow, and pairs without one are bonded, while they press on each other. Bonds that heal have friction beside their
+/// shear. Segments of walls and surfaces bond nothing.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HealingConfig {
+    /// Time under pressure in which adhesion grows from nothing to whole (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub time_s: f64,
+    /// Normal force over the area of the bond from which on it grows (Pa).
+    #[schemars(range(min = 0.0))]
+    pub pressure_pa: f64,
+}
+
+impl HealingConfig {
+    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
+        positive(&format!("{key}.time_s"), Some(self.time_s), "s")?;
+        not_negative(&format!("{key}.pressure_pa"), self.pressure_pa, "Pa")
+    }
 }
 
 impl AdhesionConfig {
@@ -178,6 +202,7 @@ impl PairConfig {
             friction: self.friction.or(law.friction),
             rolling: self.rolling.or(law.rolling),
             adhesion: self.adhesion.or(law.adhesion),
+            healing: self.healing.or(law.healing),
             restitution: self.restitution.or(law.restitution),
             contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
             damping: self.damping.or(law.damping),
@@ -314,6 +339,9 @@ impl LawConfig {
             not_negative(key, given(key, value)?, unit)?;
         }
         within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
+        if let Some(healing) = &self.healing {
+            healing.validate("law.healing")?;
+        }
         let damping = self.bond_damping_ratio;
         within("law.bond_damping_ratio", damping, [0.0, 1.0])?;
         refuse_if(
@@ -332,6 +360,7 @@ impl LawConfig {
             ("law.h_prime", self.h_prime.is_some()),
             ("law.bonds_min", self.bonds_min > 0),
             ("law.bond_damping_ratio", self.bond_damping_ratio.is_some()),
+            ("law.healing", self.healing.is_some()),
         ];
         refuse_given(
             numbers.into_iter().chain(others),

@@ -5,7 +5,7 @@ use kit::keys::refuse_if;
 use kit::limits::{not_negative, positive, within};
 use protocol::Cause;
 
-use super::law::{LawConfig, PairConfig};
+use super::law::{LawConfig, LawKind, PairConfig};
 
 /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
 pub(super) fn validate_pairs(law: &LawConfig, groups: &[&str]) -> Result<(), ConfigError> {
@@ -46,6 +46,15 @@ fn validate_pair(
     not_negative(&key("rolling.coefficient"), rolling, "")?;
     if let Some(adhesion) = &pair.adhesion {
         adhesion.validate(&key("adhesion"))?;
+    }
+    if let Some(healing) = &pair.healing {
+        healing.validate(&key("healing"))?;
+        refuse_if(
+            law.kind.plain() != LawKind::Cohesion,
+            &key("healing"),
+            "belongs to bonds, and this law has none",
+            "choose law.kind = \"cohesion\"",
+        )?;
     }
     within(&key("restitution"), pair.restitution, [0.0, 1.0])?;
     positive(

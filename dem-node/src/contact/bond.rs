@@ -35,15 +35,59 @@ pub struct Bond {
 }
 
 impl Bond {
-    /// A bond at rest between two disks, the first of them with the lower number.
+    /// A bond at rest between a disk and another, or a face: the disk has the lower number.
     pub fn new(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2], gap: f64) -> Bond {
+        let radius = bodies.radii[a as usize];
+        let other = bodies.radii.get(b as usize);
         Bond {
             a,
             b,
-            area: law.area([a, b].map(|disk| bodies.radii[disk as usize])),
+            area: other.map_or(radius * law.thickness, |other| law.area([radius, *other])),
             reference: gap,
             adhesion: 1.0,
             ..Bond::default()
+        }
+    }
+
+    /// The bond that a pair makes which has been pressed for long enough, and what its springs let go; none before that. It stands where the
+    /// pair does: springs press as they did, and a rigid pair touches at the gap that it has.
+    pub fn healed(bodies: &Bodies, slot: &Slot) -> Option<(Bond, Loss)> {
+        let law = bodies.law_of(slot.a as usize, slot.b as usize);
+        let (cohesion, adhesion) = (law.cohesion?, law.healing?.made(slot.pressed)?);
+        let reference = match law.springs {
+            None => slot.reference + slot.last_gap,
+            Some(_) => slot.reference,
+        };
+        let mut bond = Bond::new(bodies, &cohesion, [slot.a, slot.b], reference);
+        (bond.adhesion, bond.opening) = (adhesion, slot.last_gap + slot.reference - reference);
+        let [_, relaxation] =
+            law.stored([0.0, law.springs.map_or(0.0, |s| s.tangential * slot.spring)]);
+        let loss = Loss {
+            relaxation,
+            healing: bond.area * cohesion.energy * adhesion,
+            ..Loss::default()
+        };
+        Some((bond, loss))
+    }
+
+    /// Lets the adhesion grow in a step h (s) under pressure: the force of its shear stays, and a stiffer spring has a shorter slip.
+    fn heal(&mut self, law: &Law, force: f64, h: f64) -> Loss {
+        let (Some(healing), Some(cohesion)) = (&law.healing, &law.cohesion) else {
+            return Loss::default();
+        };
+        if self.adhesion == 0.0 || !healing.presses(force, self.area) {
+            return Loss::default();
+        }
+        let stored =
+            |bond: &Bond| cohesion.stored(bond.area, bond.adhesion, bond.opening, bond.slip);
+        let (before, adhesion) = (stored(self), healing.grown(self.adhesion, h));
+        let healing = self.area * cohesion.energy * (adhesion - self.adhesion);
+        self.slip *= (self.adhesion / adhesion).powi(2);
+        self.adhesion = adhesion;
+        Loss {
+            relaxation: before - stored(self),
+            healing,
+            ..Loss::default()
         }
     }
 
@@ -140,12 +184,13 @@ pub struct BondContact {
 impl BondContact {
     /// The bond at the start of a step h (s), its disks having these inverse masses in sum (1/kg).
     ///
-    /// A rigid contact has friction beside the bond. The tangential spring of a compliant one belongs to the bond and
-    /// becomes a stick-slip spring when the bond breaks (see [`end_step`]).
+    /// A rigid contact has friction beside the bond, and so has one that heals. The tangential spring of another compliant one belongs to the
+    /// bond and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
-        let friction = match law.springs {
-            None => law.friction,
-            Some(_) => 0.0,
+        let friction = if law.slides_beside_bonds() {
+            law.friction
+        } else {
+            0.0
         };
         let cohesion = law.cohesion.as_ref();
         let mut contact = BondContact {
@@ -223,24 +268,24 @@ pub fn end_step(
         let gap = [contact.last_gap, contact.turned_gap][k];
         of_springs[k] + stored(before, gap, bond.slip) - stored(before, contact.gap, bond.slip)
     });
-    let (mut compressed, r_f) = match &law.springs {
+    let r_f = match law.slides_beside_bonds() {
+        true => r_t + h * k_t * (slip + relaxation * u_t),
+        false => 0.0,
+    };
+    let mut compressed = match &law.springs {
         Some(springs) => {
             let [numerical, of_normal] =
                 spring_losses(springs.normal, damped, contact, push, |gap| gap.min(0.0));
             let numerical = numerical + (1.0 - contact.theta) * push * contact.change[0];
             damping += of_normal;
-            (
-                Loss {
-                    numerical,
-                    ..Loss::default()
-                },
-                0.0,
-            )
+            Loss {
+                // At the velocity of the law, so that friction never gives energy.
+                friction: -r_f * u_t,
+                numerical: numerical + (1.0 - contact.theta) * r_f * contact.change[1],
+                ..Loss::default()
+            }
         }
-        None => {
-            let r_f = r_t + h * k_t * (slip + relaxation * u_t);
-            (rigid_loss(contact, [push, r_f]), r_f)
-        }
+        None => rigid_loss(contact, [push, r_f]),
     };
     (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
     (slot.force, slot.last_gap) = ([r_n / h, r_t / h], opening);
@@ -254,6 +299,10 @@ pub fn end_step(
     compressed.numerical += lost - compressed.cohesion + (1.0 - contact.theta) * behind;
     compressed.damping = damping;
     (compressed.detection, compressed.unforeseen) = (detection, unforeseen);
+    if after == before {
+        let healed = bond.heal(law, slot.force[0], h);
+        (compressed.relaxation, compressed.healing) = (healed.relaxation, healed.healing);
+    }
     compressed
 }
 
@@ -281,6 +330,7 @@ mod tests {
     use super::*;
     use crate::law::Springs;
     use crate::law::cohesion::HPrime;
+    use crate::law::healing::Healing;
     use crate::law::local::DelassusBlock;
 
     const STEP: f64 = 0.5;
@@ -505,5 +555,26 @@ mod tests {
             close(loss.cohesion, lost.min(0.25));
             close(loss.cohesion + loss.numerical, lost);
         }
+    }
+
+    /// a from 0.8 to 0.9: the slip falls by (8/9)^2, the shear k a^2 slip stays, and 1 - (8/9)^2 of its energy goes.
+    #[test]
+    fn a_bond_that_heals_keeps_its_force() {
+        let mut law = law(Some(SPRINGS));
+        law.healing = Some(Healing {
+            time: 10.0 * STEP,
+            pressure: 4.0,
+        });
+        let mut idle = bond();
+        assert_eq!(idle.heal(&law, 1.99, STEP), Loss::default());
+        let mut healed = bond();
+        let loss = healed.heal(&law, 2.0, STEP);
+        close(healed.adhesion, 0.9);
+        close(healed.slip * 0.81, idle.slip * 0.64);
+        close(
+            loss.relaxation,
+            0.5 * 0.5 * 2.0 * 0.64 * 0.09 * (1.0 - 64.0 / 81.0),
+        );
+        close(loss.healing, 0.5 * 0.1);
     }
 }

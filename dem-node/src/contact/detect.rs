@@ -31,6 +31,8 @@ pub struct Slot {
     pub couple: f64,
     /// Attraction by adhesion (N), which `force` holds.
     pub attraction: f64,
+    /// Time for which a pair without bond has been under the pressure at which it heals (s).
+    pub pressed: f64,
 }
 
 impl Slot {
@@ -140,12 +142,15 @@ impl VerletList {
             return;
         };
         let new = &mut self.slots[target];
-        if new.force == [0.0; 2] {
+        let attraction = new.attraction.max(old.attraction);
+        if new.pressure() == [0.0; 2] {
             *new = Slot {
                 a: new.a,
                 b: new.b,
                 ..old
             };
+            new.force[0] += old.attraction - attraction;
+            new.attraction = attraction;
             return;
         }
         // The other side of a concave corner: it keeps the energy of both.
@@ -153,7 +158,9 @@ impl VerletList {
         let both = |new: f64, old: f64| (new * new + share * old * old).sqrt();
         new.last_gap = -both(new.last_gap.min(0.0), old.last_gap.min(0.0));
         new.spring = both(new.spring, old.spring).copysign(new.spring + share * old.spring);
-        new.force = [0, 1].map(|k| new.force[k] + old.force[k]);
+        new.force = [0, 1].map(|k| new.pressure()[k] + old.pressure()[k]);
+        new.force[0] -= attraction;
+        new.attraction = attraction;
     }
 
     /// Largest displacement of a body since the list was built (m).
@@ -188,7 +195,13 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
-            for rare in [slot.reference, slot.joined, slot.couple, slot.attraction] {
+            for rare in [
+                slot.reference,
+                slot.joined,
+                slot.couple,
+                slot.attraction,
+                slot.pressed,
+            ] {
                 if rare != 0.0 {
                     visit(rare);
                 }

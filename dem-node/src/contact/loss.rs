@@ -58,6 +58,10 @@ pub struct Loss {
     pub friction: f64,
     /// Loss by falling adhesion.
     pub cohesion: f64,
+    /// Energy in shear that healing bonds, and springs that make place for them, let go.
+    pub relaxation: f64,
+    /// Energy of the surface that healing bonds gained, which no motion gave.
+    pub healing: f64,
     /// Energy of the surface that the bond has given up, its viscosity included: what falling adhesion takes in a short step.
     pub surface: f64,
     /// Energy that detection did not find again, of either sign.
@@ -173,6 +177,7 @@ mod tests {
             damping: 0.0,
         }),
         cohesion: None,
+        healing: None,
         restitution: None,
         penetration: crate::law::Penetration::Gap,
     };

@@ -168,7 +168,7 @@ impl Dem {
             solver: SolverThreads::new(config.solver, setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
-            stiffness: StiffnessBounds::new(&bodies, &state.bonds),
+            stiffness: StiffnessBounds::new(&bodies, &state),
             opening,
             start: match setting.fields {
                 Some(_) => state.centres.clone(),

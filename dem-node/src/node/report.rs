@@ -52,7 +52,9 @@ impl Dem {
             || bodies.any_law(Law::is_damped);
         let attracts = bodies.any_law(|law| law.adhesion.is_some());
         let [kinetic, normal, tangential, bonds, adhesion] = stored;
+        let heals = bodies.any_law(|law| law.healing.is_some());
         let some = [
+            (heals, ("relaxation", Role::Dissipated, ledger.relaxation)),
             (attracts, ("adhesion", Role::Stored, adhesion)),
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
@@ -116,7 +118,9 @@ impl Dem {
         let results = statistics.results(self.program.as_ref(), &self.bodies, state);
         let count = bond::count(&state.bonds);
         let bonds = self.bodies.law.cohesion.map(|_| count as f64);
-        let broken = bonds.map(|_| (self.initial_bond_count - count) as f64);
+        let made = state.ledger.bonds_made as usize;
+        let broken = bonds.map(|_| (self.initial_bond_count + made).saturating_sub(count) as f64);
+        let heals = self.bodies.any_law(|law| law.healing.is_some());
         let per_bond = |sum: f64| {
             let start = self.initial_bond_count;
             bonds.filter(|_| start > 0).map(|_| sum / start as f64)
@@ -137,6 +141,8 @@ impl Dem {
             ("bonds", bonds),
             ("bonds_broken", broken),
             ("bonds_broken_share", broken.and_then(per_bond)),
+            ("bonds_made", heals.then_some(made as f64)),
+            ("healing_j", heals.then_some(state.ledger.healing)),
             ("adhesion_mean", adhesion),
             ("bond_step_limit_s", self.stiffness.bonds_s),
             ("bond_load_max", bonds.map(|_| statistics.bond_load_max)),

@@ -176,8 +176,19 @@ pub struct StiffnessBounds {
 }
 
 impl StiffnessBounds {
-    /// The bounds of the bodies and bonds of a start.
-    pub fn new(bodies: &Bodies, bonds: &[Bond]) -> StiffnessBounds {
+    /// The bounds of the bodies of a start, with its bonds and those that may come to be.
+    pub fn new(bodies: &Bodies, state: &GrainState) -> StiffnessBounds {
+        let heals = bodies.any_law(|law| law.healing.is_some());
+        let near = state
+            .list
+            .slots
+            .iter()
+            .filter(|slot| heals && bodies.keeps_bonds(slot.b as usize));
+        let may_be = near.filter_map(|slot| {
+            let law = bodies.law.cohesion.as_ref()?;
+            Some(Bond::new(bodies, law, [slot.a, slot.b], 0.0))
+        });
+        let bonds: Vec<Bond> = state.bonds.iter().copied().chain(may_be).collect();
         let masses = bodies.masses.iter().copied().filter(|mass| *mass > 0.0);
         let lightest = masses.fold(f64::INFINITY, f64::min);
         let laws = std::iter::once(&bodies.law).chain(bodies.pairs.laws());
@@ -185,7 +196,7 @@ impl StiffnessBounds {
         let stiffest = springs.map(|springs| springs.normal).fold(0.0, f64::max);
         let omega = (2.0 * stiffest / lightest).sqrt();
         StiffnessBounds {
-            bonds_s: step_limit(bodies, bonds),
+            bonds_s: step_limit(bodies, &bonds),
             omega: (omega > 0.0).then_some(omega),
         }
     }

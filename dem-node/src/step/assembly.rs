@@ -1,9 +1,11 @@
 //! The contact problem of a step: free velocities, detection, and the contacts that may carry force.
 
+use std::ops::Range;
+
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{Proximity, extent};
-use crate::bodies::positions::{Positions, proximity};
+use crate::bodies::positions::{Positions, corner, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
 use crate::contact::shared::share_springs;
@@ -54,7 +56,7 @@ struct Loose<'a> {
 /// A contact that leaves the problem, as one that a rebound has opened, must not keep its force.
 fn let_go(slot: &mut Slot) {
     (slot.force, slot.last_gap, slot.couple) = ([0.0; 2], 0.0, 0.0);
-    slot.attraction = 0.0;
+    (slot.attraction, slot.pressed) = (0.0, 0.0);
 }
 
 impl Stepper {
@@ -138,30 +140,74 @@ impl Stepper {
         }
     }
 
-    /// Pairs within the range of their adhesion attract each other.
+    /// Pairs within the range of their adhesion attract each other; of the contacts of a disk on one face the nearest does.
     fn place_attractions(&mut self, at: &Detection, slots: &mut [Slot]) {
-        let bodies = at.input.bodies;
         self.problem.attractions.clear();
-        if !bodies.any_law(|law| law.adhesion.is_some()) {
+        if !at.input.bodies.any_law(|law| law.adhesion.is_some()) {
             return;
         }
-        for (number, (contact, index)) in self.problem.contacts.iter().zip(&self.slots).enumerate()
-        {
-            let Some(law) = &bodies.law_at(contact.pair_law).adhesion else {
-                continue;
-            };
-            let slot = &mut slots[*index as usize];
-            let radius = bodies.reduced_radius([slot.a, slot.b]);
-            let now = law.attraction(radius, contact.gap);
-            let before = std::mem::replace(&mut slot.attraction, now);
-            if before > 0.0 || now > 0.0 {
-                self.problem.attractions.push(Attraction {
-                    contact: number as u32,
-                    force: [before, now],
-                    impulse: at.input.step * now,
-                    last_gap: slot.last_gap,
-                });
+        let mut first = 0;
+        while first < self.slots.len() {
+            let on_face = self.on_one_face(at, slots, first);
+            first = on_face.end;
+            self.attract(at, slots, on_face);
+        }
+    }
+
+    /// The contacts from a first one on that a disk has with segments of one face, whose corners it is within the range of; any other contact
+    /// is alone.
+    fn on_one_face(&self, at: &Detection, slots: &[Slot], first: usize) -> Range<usize> {
+        let (bodies, a) = (at.input.bodies, slots[self.slots[first] as usize].a);
+        let law = bodies.law_at(self.problem.contacts[first].pair_law);
+        let range = law.adhesion.map_or(0.0, |law| law.range);
+        let reaches = |from: usize, to: usize| {
+            let mut last = from;
+            while let Some((next, gap)) = corner(bodies, at.positions, a as usize, last)
+                && gap < range
+                && next != from
+                && last != to
+            {
+                last = next;
             }
+            last == to
+        };
+        let joined = self.slots[first..].windows(2).take_while(|pair| {
+            let [one, next] = [pair[0], pair[1]].map(|index| &slots[index as usize]);
+            let faces = [one.b, next.b].map(|body| body as usize);
+            let same = next.a == a && faces[0] >= bodies.first_wall();
+            same && (reaches(faces[0], faces[1]) || reaches(faces[1], faces[0]))
+        });
+        first..first + 1 + joined.count()
+    }
+
+    fn attract(&mut self, at: &Detection, slots: &mut [Slot], on_face: Range<usize>) {
+        let bodies = at.input.bodies;
+        let gap = |number: &usize| self.problem.contacts[*number].gap;
+        let nearest = on_face.clone().min_by(|i, j| gap(i).total_cmp(&gap(j)));
+        let nearest = nearest.unwrap_or(on_face.start);
+        let (contact, index) = (
+            &self.problem.contacts[nearest],
+            self.slots[nearest] as usize,
+        );
+        let (mut before, mut last_gap) = (0.0, slots[index].last_gap);
+        for number in on_face {
+            let slot = &mut slots[self.slots[number] as usize];
+            if slot.attraction > 0.0 {
+                (before, last_gap) = (std::mem::take(&mut slot.attraction), slot.last_gap);
+            }
+        }
+        let Some(law) = &bodies.law_at(contact.pair_law).adhesion else {
+            return;
+        };
+        let slot = &mut slots[index];
+        slot.attraction = law.attraction(bodies.reduced_radius([slot.a, slot.b]), contact.gap);
+        if before > 0.0 || slot.attraction > 0.0 {
+            self.problem.attractions.push(Attraction {
+                contact: nearest as u32,
+                force: [before, slot.attraction],
+                impulse: at.input.step * slot.attraction,
+                last_gap,
+            });
         }
     }
 

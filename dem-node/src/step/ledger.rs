@@ -38,6 +38,12 @@ pub struct GrainLedger {
     pub friction: f64,
     /// Lost by falling adhesion.
     pub cohesion: f64,
+    /// Lost by shear that healing bonds let go.
+    pub relaxation: f64,
+    /// Energy of the surface that healing bonds gained, which no motion gave.
+    pub healing: f64,
+    /// Bonds that pairs without one have made.
+    pub bonds_made: u64,
     /// Energy of the surface that bonds have given up, which `cohesion` comes close to in short steps.
     pub surface: f64,
     /// Energy of springs and bonds that detection did not find again, less what it found too much.
@@ -73,19 +79,24 @@ impl GrainLedger {
 
     /// Adds the loss of a contact.
     pub fn lose(&mut self, loss: &Loss) {
-        add_fields!(self, loss; impact, damping, numerical, friction, cohesion, surface, detection, made);
+        add_fields!(self, loss; impact, damping, numerical, friction, cohesion, relaxation, healing, surface, detection, made);
         self.unforeseen += loss.unforeseen.abs();
     }
 
     /// Adds the losses of other contacts.
     pub fn join(&mut self, losses: &GrainLedger) {
-        add_fields!(self, losses; impact, damping, numerical, friction, cohesion, surface, detection, made);
+        add_fields!(self, losses; impact, damping, numerical, friction, cohesion, relaxation, healing, surface, detection, made, bonds_made);
         self.unforeseen += losses.unforeseen;
     }
 
     /// Everything that was dissipated (J), but what detection and repairs make of it.
     pub fn dissipated(&self) -> f64 {
-        self.impact + self.damping + self.numerical + self.friction + self.cohesion
+        self.impact
+            + self.damping
+            + self.numerical
+            + self.friction
+            + self.cohesion
+            + self.relaxation
     }
 
     /// Part of it that the scheme took and not the physics; `None` without dissipation.
@@ -173,6 +184,8 @@ mod tests {
                 detection: 3.0 * detection,
                 unforeseen: detection,
                 made: 7.0,
+                relaxation: 8.0,
+                healing: 9.0,
             });
         }
         let expected = GrainLedger {
@@ -185,6 +198,8 @@ mod tests {
             detection: -4.5,
             unforeseen: 2.5,
             made: 14.0,
+            relaxation: 16.0,
+            healing: 18.0,
             ..GrainLedger::default()
         };
         assert_eq!(ledger, expected);

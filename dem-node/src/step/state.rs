@@ -308,8 +308,10 @@ impl GrainState {
             add(self.wall_motion_time);
             add(self.ledger.walls);
         }
-        if self.ledger.damping != 0.0 {
-            add(self.ledger.damping);
+        for rare in [self.ledger.damping, self.ledger.healing] {
+            if rare != 0.0 {
+                add(rare);
+            }
         }
         if self.feed != Feed::default() {
             self.feed.numbers().for_each(&mut add);

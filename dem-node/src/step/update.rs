@@ -136,6 +136,7 @@ impl Stepper {
         self.update_couples(state, input, &mut slots);
         self.update_attractions(state, input, &slots, (&mut summary, &mut outer));
         bonds.retain(|bond| bond.adhesion > 0.0);
+        self.make_bonds(state, input, &mut slots, &mut bonds);
         (state.list.slots, state.bonds) = (slots, bonds);
         summary.overlap[0] /= summary.closed.max(1) as f64;
         for impulse in self.problem.boundary.impulse.chunks_exact(2) {
@@ -163,6 +164,46 @@ impl Stepper {
                 ..ContactStep::default()
             };
             state.ledger.lose(&rigid_loss(&step, [0.0, couple.impulse]));
+        }
+    }
+
+    /// Bonds of pairs that have been pressed together for long enough.
+    fn make_bonds(
+        &self,
+        state: &mut GrainState,
+        input: &StepInput,
+        slots: &mut [Slot],
+        bonds: &mut Vec<Bond>,
+    ) {
+        let bodies = input.bodies;
+        if !bodies.any_law(|law| law.healing.is_some()) {
+            return;
+        }
+        let before = bonds.len();
+        let loose = self.problem.contacts.iter().zip(&self.slots);
+        for (_, index) in loose.filter(|(contact, _)| contact.bond == NO_BOND) {
+            let slot = &mut slots[*index as usize];
+            let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            let (Some(healing), Some(cohesion)) = (&law.healing, &law.cohesion) else {
+                continue;
+            };
+            let area = cohesion.thickness * bodies.reduced_radius([slot.a, slot.b]);
+            let heals = healing.presses(slot.force[0], area) && bodies.keeps_bonds(slot.b as usize);
+            slot.pressed = if heals {
+                slot.pressed + input.step
+            } else {
+                0.0
+            };
+            if let Some((bond, loss)) = Bond::healed(bodies, slot) {
+                (slot.pressed, slot.spring, slot.reference) = (0.0, 0.0, 0.0);
+                slot.last_gap = bond.opening;
+                state.ledger.lose(&loss);
+                state.ledger.bonds_made += 1;
+                bonds.push(bond);
+            }
+        }
+        if bonds.len() > before {
+            bonds.sort_by_key(Bond::pair);
         }
     }
 

@@ -117,6 +117,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
         friction: scene.friction,
         rolling: 0.0,
         adhesion: None,
+        healing: None,
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,

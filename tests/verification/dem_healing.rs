@@ -1,0 +1,199 @@
+//! Healing: the adhesion of a pair grows by h/T in every step in which it presses with at least p on its area.
+//!
+//! ```text
+//!     O    lies on the floor:  a = t/T from 0.01 on if m g >= p r d, none below (d: thickness)
+//!   ------ bounces on a spring k: a = pi sqrt(m/k)/T when it leaves, which costs l w a of its energy
+//! ```
+//!
+//! The bond's law is that of Raous, Cangemi and Cocou (1999) with h' = 1 and b = 0, whose separation takes w per area and adhesion.
+
+use dem_node::Dem;
+use serde_json::{Value, json};
+
+use crate::dem_support::{THICKNESS, build, close, march, mass, refusal, scene};
+
+const R: f64 = 1e-3;
+const G: f64 = 9.81;
+const H: f64 = 1e-5;
+const W: f64 = 1e-3;
+
+/// Bonds of 1e9 Pa/m, of which there are none at the start.
+fn law(time: f64, pressure: f64, more: Value) -> Value {
+    let mut law = json!({"kind": "cohesion", "friction": 0.4, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": W, "b_pa_m_s": 0.0,
+        "p": 1.0, "h_prime": "one", "alert_m": 1e-12, "healing": {"time_s": time, "pressure_pa": pressure}});
+    for (key, value) in more.as_object().into_iter().flatten() {
+        law[key] = value.clone();
+    }
+    law
+}
+
+fn on_floor(law: Value, gravity: f64, disks: Value, over: Value) -> Dem {
+    let floor = json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
+    let sample = json!({"kind": "disks", "disks": disks, "walls": floor});
+    let mut overrides = json!({"gravity_m_per_s2": [0.0, -gravity]});
+    for (key, value) in over.as_object().into_iter().flatten() {
+        overrides[key] = value.clone();
+    }
+    build(&scene(law, H, sample, overrides))
+}
+
+#[test]
+fn a_disk_at_rest_heals_to_the_floor_in_the_given_time_if_it_is_heavy_enough() {
+    let pressure = mass(R) * G / (R * THICKNESS);
+    let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+    for springs in [
+        json!({}),
+        json!({"contact_stiffness_pa": 1e3 * mass(R) * G / R / THICKNESS, "tangential_stiffness_ratio": 1.0, "damping": 0.2}),
+    ] {
+        let time = 1e4 * H;
+        let mut dem = on_floor(law(time, 0.0, springs.clone()), G, disk.clone(), json!({}));
+        for (step, steps) in [(0, 90), (90, 3910), (4000, 8000)] {
+            march(&mut dem, step, steps);
+            let now = (step + u64::from(steps)) as f64 * H;
+            let adhesion = dem.state().bonds.first().map_or(0.0, |bond| bond.adhesion);
+            let expected = if now < 0.01 * time {
+                0.0
+            } else {
+                (now / time).min(1.0)
+            };
+            close("adhesion", adhesion, expected, 1e-9);
+        }
+        let area = R * THICKNESS;
+        close(
+            "healing",
+            dem.state().ledger.healing,
+            area * W,
+            1e-9 * area * W,
+        );
+    }
+    for (share, bonds) in [(1.0 + 1e-6, 0), (1.0 - 1e-6, 1)] {
+        let mut dem = on_floor(
+            law(H, share * pressure, json!({})),
+            G,
+            disk.clone(),
+            json!({}),
+        );
+        march(&mut dem, 0, 100);
+        assert_eq!(dem.state().bonds.len(), bonds, "{share}");
+    }
+}
+
+#[test]
+fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
+    let (speed, area) = (0.1, R * THICKNESS);
+    let k = 1e6 * THICKNESS;
+    let touch = std::f64::consts::PI * (mass(R) / k).sqrt();
+    let energy = 0.5 * mass(R) * speed * speed;
+    let springs = json!({"contact_stiffness_pa": 1e6, "tangential_stiffness_ratio": 1.0});
+    for share in [0.3, 0.6, 0.9] {
+        // The bond takes this share of the energy.
+        let adhesion = 0.5;
+        let w = share * energy / (area * adhesion);
+        let (step, disk) = (
+            touch / 5000.0,
+            json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]),
+        );
+        let over = json!({"time": {"step_s": step, "pressure_pa": 1.0, "theta": 0.5}});
+        let mut keys = springs.clone();
+        (keys["w_j_per_m2"], keys["cn_pa_per_m"]) = (json!(w), json!(1e12 * w));
+        let mut dem = on_floor(law(touch / adhesion, 0.0, keys), 0.0, disk, over);
+        let (mut before, mut lost) = (energy, 0.0);
+        for look in 0..600 {
+            let report = march(&mut dem, 100 * look, 100);
+            assert!(
+                report.imbalance(energy) < 1e-9,
+                "{:e}",
+                report.imbalance(energy)
+            );
+            let cohesion = report.energy("cohesion");
+            assert!(cohesion >= lost);
+            (before, lost) = (dem.state().kinetic(dem.bodies()).min(before), cohesion);
+        }
+        assert!(dem.state().bonds.is_empty(), "it has left");
+        let kinetic = dem.state().kinetic(dem.bodies());
+        close("energy", kinetic, (1.0 - share) * energy, 5e-3 * energy);
+        close("cohesion", lost, share * energy, 5e-3 * energy);
+        assert!(
+            dem.state().ledger.healing >= lost * (1.0 - 1e-12),
+            "no more than it took"
+        );
+    }
+    // Short touches never make a bond.
+    let disk = json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]);
+    let over = json!({"time": {"step_s": touch / 500.0, "pressure_pa": 1.0}});
+    let mut dem = on_floor(law(150.0 * touch, 0.0, springs), 20.0, disk, over);
+    for look in 0..30 {
+        march(&mut dem, 1000 * look, 1000);
+        assert!(dem.state().bonds.is_empty());
+    }
+}
+
+/// Sheared by a wheel's worth of spins: bonds come and go, and nothing of what is lost ever comes back.
+#[test]
+fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
+    let disk = |k: u32| {
+        let (column, row) = (f64::from(k % 5), f64::from(k / 5));
+        json!({"x_m": 2.02 * R * column + 0.9 * R * (row % 2.0), "y_m": R + 1.9 * R * row, "radius_m": R * (1.0 - 0.06 * f64::from(k % 4)),
+            "spin_rad_per_s": 200.0 * f64::from(k % 3), "vx_m_per_s": 0.05 * f64::from(k / 5)})
+    };
+    let disks: Vec<Value> = (0..20).map(disk).collect();
+    let weight = mass(R) * G;
+    let springs = json!({"contact_stiffness_pa": 1e4 * weight / R / THICKNESS, "tangential_stiffness_ratio": 0.5});
+    for springs in [json!({}), springs] {
+        let over = json!({"time": {"step_s": 2e-5, "pressure_pa": 1.0},
+            "solver": {"kind": "nsgs", "tolerance": 1e-10, "max_iterations": 50_000, "min_iterations": 1}});
+        let mut keys = springs.clone();
+        keys["cn_pa_per_m"] = json!(1e4 * weight / R / (R * THICKNESS));
+        keys["ct_pa_per_m"] = keys["cn_pa_per_m"].clone();
+        keys["w_j_per_m2"] = json!(1e-2 * weight / THICKNESS);
+        let mut dem = on_floor(law(5e-3, 0.0, keys), G, json!(disks), over);
+        let scale = 20.0 * weight * R;
+        // Rigid contacts have the mean of two velocities, whose sign may be another in a step.
+        let allowed = if springs == json!({}) {
+            1e-6 * scale
+        } else {
+            1e-9 * scale
+        };
+        let (mut lost, mut most, mut broken) = ([0.0; 3], 0, 0);
+        for step in 0..3000 {
+            let report = march(&mut dem, step, 1);
+            let now = ["friction", "cohesion", "relaxation"].map(|name| report.energy(name));
+            for (now, before) in now.iter().zip(lost) {
+                assert!(
+                    *now >= before - allowed,
+                    "step {step}: {now:e} after {before:e}"
+                );
+            }
+            lost = now;
+            assert!(
+                report.imbalance(scale) < 1e-8,
+                "step {step}: {:e}",
+                report.imbalance(scale)
+            );
+            let bonds = dem.state().bonds.len();
+            broken += usize::from(bonds < most);
+            most = bonds;
+        }
+        assert!(
+            dem.state().ledger.bonds_made > 20 && broken > 5,
+            "{} {broken}",
+            dem.state().ledger.bonds_made
+        );
+        assert!(lost.iter().all(|lost| *lost > 0.0), "{lost:?}");
+        assert!(lost[1] <= dem.state().ledger.healing);
+    }
+}
+
+#[test]
+fn healing_is_refused_where_there_are_no_bonds_to_heal() {
+    let refused = |law: Value, solver: &str| {
+        let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": R, "radius_m": R}]});
+        let over = json!({"solver": {"kind": solver, "tolerance": 1e-9, "max_iterations": 20_000, "min_iterations": 1}});
+        refusal(&scene(law, H, sample, over))
+    };
+    let healing = json!({"time_s": 1.0, "pressure_pa": 0.0});
+    let loose = json!({"kind": "coulomb", "friction": 0.4, "healing": healing});
+    assert!(refused(loose, "nsgs").contains("law.healing"));
+    assert!(refused(law(1.0, 0.0, json!({"friction": 0.0})), "pcg").contains("law.healing"));
+    assert!(refused(law(0.0, 0.0, json!({})), "nsgs").contains("law.healing.time_s"));
+}
