@@ -298,16 +298,6 @@ impl DemConfig {
             "solver.kind",
             "\"pcg\" knows no couples, and law.rolling has them",
             "write solver.kind = \"nsgs\"",
-        )?;
-        let clustered = match &self.sample {
-            SampleConfig::Disks(sample) => !sample.clusters.is_empty(),
-            _ => false,
-        };
-        refuse_if(
-            rolls && clustered,
-            "law.rolling",
-            "is for single disks, and the sample has clusters, which resist by their shape",
-            "remove it, or the clusters",
         )
     }
 
@@ -359,12 +349,6 @@ impl DemConfig {
             "solver.kind",
             "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
             "write solver.kind = \"nsgs\"",
-        )?;
-        refuse_if(
-            self.law.kind.plain() == LawKind::Cohesion,
-            "law.kind",
-            "bonds of clusters are not supported, and sample.disks has clusters",
-            "choose law.kind = \"coulomb\" or \"signorini\"",
         )?;
         refuse_if(
             self.law.penetration.is_some_and(Penetration::repairs),

@@ -3,7 +3,7 @@
 //! In reading order:
 //! - [`loads`], [`tiles`]: forces of the contacts grain by grain, and the part of the plane that belongs to each;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
-//! - [`flow`]: flows of third body, from the graph of bonds;
+//! - [`graph`], [`flow`]: agglomerates and first bodies by the graph of bonds, and the flows of third body;
 //! - [`cycles`]: the full cycles of the wheel's motion;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`force_means`], [`report`]: signals and results;
@@ -13,6 +13,7 @@
 pub mod cycles;
 pub mod flow;
 pub mod force_means;
+pub mod graph;
 pub mod loads;
 pub mod plausible;
 pub mod profile;

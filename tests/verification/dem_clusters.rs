@@ -431,3 +431,103 @@ fn a_mass_of_its_own_is_that_of_a_cluster_without_a_drive() {
         close("speed", vx, 1.0 / (1.0 + times), 1e-12);
     }
 }
+
+fn bonded_law(more: Value) -> Value {
+    let mut law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0,
+        "p": 1.0, "h_prime": "one", "alert_m": 1e-6});
+    for (key, value) in more.as_object().into_iter().flatten() {
+        law[key] = value.clone();
+    }
+    law
+}
+
+/// A rod of three disks below two glued ones, bonded at its ends: each bond bears half of the weight, m g / (2 l Cn) open.
+#[test]
+fn a_rod_hangs_on_the_bonds_at_its_ends() {
+    let glued = |x: f64| json!({"x_m": x, "y_m": 2.0 * R, "radius_m": R, "glued": true});
+    let rod = [-2.0 * R, 0.0, 2.0 * R].map(|x| member(x, 0.0, "rod"));
+    let disks: Vec<Value> = rod
+        .into_iter()
+        .chain([glued(-2.0 * R), glued(2.0 * R)])
+        .collect();
+    let sample = json!({"kind": "disks", "disks": disks});
+    let law = bonded_law(json!({"bond_damping_ratio": 1.0}));
+    let over = json!({"gravity_m_per_s2": [0.0, -G]});
+    let mut dem = build(&scene(law, STEP, sample, over));
+    let report = march(&mut dem, 0, 5000);
+    let area = 0.5 * R * 1e-3;
+    let opening = 3.0 * mass(R) * G / (2.0 * area * 1e9);
+    let bonds = &dem.state().bonds;
+    assert_eq!(bonds.len(), 2);
+    for bond in bonds {
+        close("opening", bond.opening, opening, 1e-9 * opening);
+        close("slip", bond.slip, 0.0, 1e-9 * opening);
+    }
+    assert!(report.imbalance(mass(R) * G * opening) < 1e-9);
+}
+
+/// A square of four disks and a triangle of three, bonded at one pair, thrown against each other's motion: together they keep momentum and
+/// angular momentum, and the ledger knows where the energy is.
+#[test]
+fn bonded_clumps_keep_what_nothing_outside_changes() {
+    let square = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]]
+        .map(|[x, y]| member(x * R, y * R, "square"));
+    let height = 3.0f64.sqrt();
+    let triangle = [[4.0, 2.0], [6.0, 2.0], [5.0, 2.0 + height]]
+        .map(|[x, y]| member(x * R, y * R, "triangle"));
+    let disks: Vec<Value> = square.into_iter().chain(triangle).collect();
+    let clusters = json!([{"name": "square", "vx_m_per_s": 0.01, "spin_rad_per_s": 3.0}, {"name": "triangle", "vy_m_per_s": 0.02}]);
+    let sample = json!({"kind": "disks", "disks": disks, "clusters": clusters});
+    let mut dem = build(&scene(bonded_law(json!({})), 1e-6, sample, json!({})));
+    assert_eq!(dem.state().bonds.len(), 1);
+    let about_origin = |dem: &Dem| {
+        let (bodies, state) = (dem.bodies(), dem.state());
+        let mut sums = [0.0; 3];
+        for (cluster, pose) in bodies.clusters.list.iter().zip(&state.clusters) {
+            let (m, [vx, vy, spin]) = (cluster.mass, state.velocities[cluster.leader()]);
+            let [x, y] = pose.centre;
+            sums[0] += m * vx;
+            sums[1] += m * vy;
+            sums[2] += m * (x * vy - y * vx + 0.5 * cluster.radius * spin);
+        }
+        sums
+    };
+    let start = about_origin(&dem);
+    let (energy, mut from) = (dem.state().kinetic(dem.bodies()), 0);
+    for _ in 0..20 {
+        let report = march(&mut dem, from, 500);
+        from += 500;
+        assert!(
+            report.imbalance(energy) < 1e-9,
+            "{:e}",
+            report.imbalance(energy)
+        );
+    }
+    let end = about_origin(&dem);
+    let scale = mass(R) * 0.02;
+    close("momentum x", end[0], start[0], 1e-12 * scale);
+    close("momentum y", end[1], start[1], 1e-12 * scale);
+    // The levers are those of the start of a step, which the bodies leave as they turn.
+    close("angular momentum", end[2], start[2], 1e-5 * start[2].abs());
+    assert_eq!(dem.state().bonds.len(), 1);
+}
+
+/// One disk is the same alone and as a cluster, with couples that resist its rolling too.
+#[test]
+fn a_cluster_of_one_disk_rolls_as_the_disk_does() {
+    let run = |disk: Value| {
+        let (sin, cos) = 20.0f64.to_radians().sin_cos();
+        let law = json!({"kind": "coulomb", "friction": 0.9, "rolling": {"coefficient": 0.1}});
+        let sample = json!({"kind": "disks", "disks": [disk], "walls": floor()});
+        let over = json!({"gravity_m_per_s2": [G * sin, -G * cos]});
+        let mut dem = build(&scene(law, STEP, sample, over));
+        march(&mut dem, 0, 500);
+        motion(&dem)
+    };
+    let alone = run(json!({"x_m": 0.0, "y_m": R, "radius_m": R}));
+    let cluster = run(member(0.0, R, "one"));
+    for (alone, cluster) in alone.into_iter().zip(cluster) {
+        close("motion", cluster, alone, 1e-12 * alone.abs().max(1e-3));
+    }
+    assert!(alone[0] > 0.0);
+}

@@ -29,7 +29,7 @@ fn profile_of(config: &Value, steps: u32, name: &str) -> Vec<Vec<f64>> {
     let text = text.expect("the profile is written");
     std::fs::remove_dir_all(&folder).expect("the folder can go");
     let mut lines = text.lines();
-    let header = "t0_s,t1_s,y_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s";
+    let header = "t0_s,t1_s,y_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s,granular_temperature_m2_per_s2";
     assert_eq!(lines.next(), Some(header));
     let number = |word: &str| word.parse::<f64>().expect("a number");
     lines
@@ -51,6 +51,7 @@ fn a_disk_counts_in_each_slice_with_its_segment_and_moves_there_with_its_velocit
     for (row, share) in rows.iter().zip(shares) {
         close("velocity", row[3], 2.0, 1e-12);
         close("solid fraction", row[5], 2.0 * share / 3.0, 1e-9);
+        close("granular temperature", row[11], 1.0, 1e-12);
     }
     close("y", rows[0][2], -0.75 * R, 1e-12);
 }

@@ -134,6 +134,12 @@ pub fn count(bonds: &[Bond]) -> usize {
     bonds.iter().filter(|bond| bond.holds()).count()
 }
 
+/// Pairs of the bonds that hold, in order.
+pub fn holding(bonds: &[Bond]) -> impl Iterator<Item = (u32, u32)> {
+    let bonds = bonds.iter().filter(|bond| bond.holds());
+    bonds.map(|bond| bond.pair())
+}
+
 /// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).
 pub struct BondCursor<'a> {
     bonds: &'a [Bond],

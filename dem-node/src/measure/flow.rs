@@ -18,7 +18,6 @@
 //! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
 //! therefore the mass per length in its middle half, as that was when the wheel's motion began; in a strip in all of it.
 
-pub mod graph;
 pub mod ledger;
 pub mod zone;
 
@@ -28,6 +27,8 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::bodies::positions::proximity;
 use crate::config::flow::FlowConfig;
+use crate::contact::bond::holding;
+use crate::measure::graph::first_bodies;
 use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
 use crate::step::state::GrainState;
@@ -238,8 +239,8 @@ impl Grain {
 impl Flow {
     /// The flows at the start: there is no zone yet, and third body is initial stock.
     pub fn new(bodies: &Bodies, state: &GrainState) -> Flow {
-        let bonds: Vec<(u32, u32)> = holding(state).collect();
-        let first = graph::first_bodies(bodies.free, &bonds);
+        let bonds: Vec<(u32, u32)> = holding(&state.bonds).collect();
+        let first = first_bodies(bodies.free, &bonds);
         let present = state.present(bodies);
         let body = |grain: usize| {
             if first[grain] {
@@ -344,12 +345,12 @@ impl Flow {
 
     /// True for each grain that is first body now; `None` while the same bonds hold.
     fn changed_bodies(&mut self, bodies: &Bodies, state: &GrainState) -> Option<Vec<bool>> {
-        if holding(state).eq(self.bonds.iter().copied()) {
+        if holding(&state.bonds).eq(self.bonds.iter().copied()) {
             return None;
         }
         self.bonds.clear();
-        self.bonds.extend(holding(state));
-        Some(graph::first_bodies(bodies.free, &self.bonds))
+        self.bonds.extend(holding(&state.bonds));
+        Some(first_bodies(bodies.free, &self.bonds))
     }
 
     /// Number of grains.
@@ -471,12 +472,6 @@ fn pressed_by_lid(bodies: &Bodies, state: &GrainState, base: f64) -> f64 {
         });
     let heights = state.centres[lid.clone()].iter().map(|centre| centre[1]);
     forces.sum::<f64>() * (heights.sum::<f64>() / lid.len().max(1) as f64 - base)
-}
-
-/// Pairs of the bonds that hold, in order.
-fn holding(state: &GrainState) -> impl Iterator<Item = (u32, u32)> {
-    let bonds = state.bonds.iter().filter(|bond| bond.holds());
-    bonds.map(|bond| bond.pair())
 }
 
 #[cfg(test)]

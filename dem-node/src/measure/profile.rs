@@ -14,7 +14,6 @@ use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
 use crate::config::profile::{ProfileAxis, ProfileConfig};
 use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
-use crate::measure::report::given;
 use crate::step::state::GrainState;
 
 /// Sums over the steps of an interval in a slice.
@@ -24,6 +23,8 @@ struct SliceSums {
     area: f64,
     /// Area times velocity (m3/s).
     flow: [f64; 2],
+    /// Area times the square of the velocity (m4/s2).
+    squares: f64,
     /// f_i l_j (N m): xx, xy, yx, yy.
     moment: [f64; 4],
 }
@@ -42,6 +43,8 @@ struct Slice {
     stress: [f64; 4],
     /// Derivative of the velocity across the axis along it (1/s).
     shear_rate: f64,
+    /// <v.v> - <v>.<v> (m2/s2).
+    temperature: f64,
 }
 
 /// The interval that is being filled.
@@ -56,6 +59,8 @@ struct Interval {
     times: [f64; 2],
     steps: u64,
     sums: Vec<SliceSums>,
+    /// Steps times velocity across the axis, and steps, of the bodies that are no grains, below the middle and above it (m/s).
+    walls: [[f64; 2]; 2],
 }
 
 /// A profile with what it has seen.
@@ -64,6 +69,8 @@ pub struct GrainProfile {
     interval: Option<Interval>,
     /// Slices of the intervals that are over.
     slices: Vec<Slice>,
+    /// Mean velocities across the axis of what is below and above the grains in the last of them (m/s).
+    walls: [Option<f64>; 2],
 }
 
 impl GrainProfile {
@@ -92,6 +99,7 @@ impl GrainProfile {
     /// Ends the interval that is being filled.
     fn close(&mut self, axis: ProfileAxis, thickness: f64) {
         if let Some(interval) = self.interval.take() {
+            self.walls = interval.wall_speeds();
             self.slices.extend(interval.slices(axis, thickness));
         }
     }
@@ -117,7 +125,7 @@ impl GrainProfile {
     /// The slices as CSV, a line each, those of an interval that the end of the run cut too.
     pub fn csv(&self, config: &ProfileConfig, thickness: f64) -> String {
         let mut text = format!(
-            "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s\n",
+            "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s,granular_temperature_m2_per_s2\n",
             config.axis.letter()
         );
         for slice in self.all(config, thickness, true) {
@@ -125,18 +133,19 @@ impl GrainProfile {
                 .chain(slice.velocity)
                 .chain([slice.solid_fraction])
                 .chain(slice.stress)
-                .chain([slice.shear_rate]);
+                .chain([slice.shear_rate, slice.temperature]);
             let words: Vec<String> = numbers.map(|x| format!("{x:e}")).collect();
             let _ = writeln!(text, "{}", words.join(","));
         }
         text
     }
 
-    /// Means over the middle half of the slices in the last interval that is over.
+    /// Means over the middle half of the slices in the last interval that is over, and where it shears, see [`localisation`].
     ///
     /// - `profile_solid_fraction`, `profile_shear_rate_per_s`;
     /// - `profile_normal_stress_pa` along the axis, and `profile_shear_over_normal`, the size of the shear stress over it: the
     ///   effective friction of a plane shear flow;
+    /// - `profile_granular_temperature_m2_per_s2`: mean square of the velocities about those of their slices;
     /// - `profile_inertial_number`: I = shear rate x sqrt(m/P), m being the mean mass of a grain over the thickness and P the
     ///   normal stress (da Cruz, Emam, Prochnow, Roux and Chevoir 2005).
     pub fn results(
@@ -171,8 +180,16 @@ impl GrainProfile {
                 "profile_inertial_number",
                 rate.abs() * (mass / normal).sqrt(),
             ),
+            (
+                "profile_granular_temperature_m2_per_s2",
+                mean(&|slice| slice.temperature),
+            ),
         ];
-        given(named.map(|(name, x)| (name, Some(x).filter(|x| x.is_finite())))).collect()
+        let speeds: Vec<f64> = last.iter().map(|slice| slice.velocity[across]).collect();
+        let over = self.interval.as_ref().filter(|open| open.is_over(config));
+        let walls = over.map_or(self.walls, Interval::wall_speeds);
+        let named = named.into_iter().chain(localisation(&speeds, walls));
+        named.filter(|(_, x)| x.is_finite()).collect()
     }
 }
 
@@ -193,6 +210,7 @@ impl Interval {
             times: [start; 2],
             steps: 0,
             sums: vec![SliceSums::default(); config.bins as usize],
+            walls: [[0.0; 2]; 2],
         }
     }
 
@@ -207,6 +225,13 @@ impl Interval {
         self.steps += 1;
         for disk in grains(bodies, state) {
             self.add_disk(axis, bodies, state, disk);
+        }
+        let middle = 0.5 * (self.ends[0] + self.ends[1]);
+        for disk in walls(bodies) {
+            let above = state.centres[disk][axis.index()] > middle;
+            let [sum, count] = &mut self.walls[usize::from(above)];
+            *sum += state.velocity_of(bodies, disk)[1 - axis.index()];
+            *count += 1.0;
         }
         for_each_load(bodies, state, |load| {
             self.add_load(axis, bodies, state, load)
@@ -225,6 +250,7 @@ impl Interval {
             sums.area += area;
             sums.flow[0] += area * vx;
             sums.flow[1] += area * vy;
+            sums.squares += area * (vx * vx + vy * vy);
         }
     }
 
@@ -245,6 +271,11 @@ impl Interval {
             let part = (to - from) / (high - low);
             add_moment(&mut self.sums[bin].moment, part, moment);
         }
+    }
+
+    fn wall_speeds(&self) -> [Option<f64>; 2] {
+        self.walls
+            .map(|[sum, count]| (count > 0.0).then(|| sum / count))
     }
 
     fn thickness(&self) -> f64 {
@@ -281,6 +312,12 @@ impl Interval {
                 .moment
                 .map(|moment| -moment / (steps * volume * thickness)),
             shear_rate: 0.0,
+            temperature: sums.squares / sums.area
+                - sums
+                    .flow
+                    .map(|flow| (flow / sums.area).powi(2))
+                    .iter()
+                    .sum::<f64>(),
         });
         let mut slices: Vec<Slice> = means.collect();
         let across = 1 - axis.index();
@@ -293,8 +330,74 @@ impl Interval {
     }
 }
 
+/// Bodies that are no grains: driven clusters and glued disks.
+fn walls(bodies: &Bodies) -> impl Iterator<Item = usize> {
+    let driven = bodies
+        .clusters
+        .driven()
+        .flat_map(|(_, cluster, _)| &cluster.disks);
+    driven.copied().chain(bodies.free..bodies.first_face())
+}
+
+/// Where a layer shears, by the speeds of its slices and of the bodies below and above it, or of the outermost slices where there are none:
+/// `shear_localisation`, the share of the whole jump of velocity in that fifth of the layer where it is largest, 0.2 in a uniform shear, and
+/// `shear_localisation_at`, the middle of that fifth, 0 at the lower end of the layer and 1 at the upper one.
+fn localisation(slices: &[f64], walls: [Option<f64>; 2]) -> Vec<(&'static str, f64)> {
+    let ([first, .., last], width) = (slices, slices.len() / 5) else {
+        return Vec::new();
+    };
+    let between = slices.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let edges = std::iter::once(walls[0].unwrap_or(*first)).chain(between);
+    let edges: Vec<f64> = edges.chain([walls[1].unwrap_or(*last)]).collect();
+    let jump = edges[edges.len() - 1] - edges[0];
+    let shares = edges
+        .windows(width + 1)
+        .map(|fifth| (fifth[width] - fifth[0]) / jump);
+    let largest = shares.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    let found = largest.filter(|_| width > 0).map(|(start, share)| {
+        let middle = start as f64 + 0.5 * width as f64;
+        [
+            ("shear_localisation", share),
+            ("shear_localisation_at", middle / slices.len() as f64),
+        ]
+    });
+    found.into_iter().flatten().collect()
+}
+
 /// Area of the unit disk below a height (Archimedes' segment): s sqrt(1 - s^2) + asin s + pi/2 for -1 <= s <= 1.
 fn cap(height: f64) -> f64 {
     let s = height.clamp(-1.0, 1.0);
     s * (1.0 - s * s).sqrt() + s.asin() + std::f64::consts::FRAC_PI_2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(slices: &[f64], walls: [Option<f64>; 2]) -> [f64; 2] {
+        let found = localisation(slices, walls);
+        let [share, at] = &found[..] else {
+            panic!("it has two numbers: {found:?}");
+        };
+        assert_eq!(
+            (share.0, at.0),
+            ("shear_localisation", "shear_localisation_at")
+        );
+        [share.1, at.1]
+    }
+
+    /// Ten slices between walls at 0 and 1: uniform shear, a plug that slips at the upper wall, a band in the middle.
+    #[test]
+    fn shear_is_found_where_the_velocity_jumps() {
+        let walls = [Some(0.0), Some(1.0)];
+        let uniform: Vec<f64> = (0..10).map(|k| (f64::from(k) + 0.5) / 10.0).collect();
+        let [share, _] = found(&uniform, walls);
+        assert!((share - 0.2).abs() < 1e-15);
+        let [share, at] = found(&[0.0; 10], walls);
+        assert_eq!((share, at), (1.0, 0.9));
+        let band: Vec<f64> = (0..10).map(|k| f64::from(u8::from(k > 4))).collect();
+        let [share, at] = found(&band, [None; 2]);
+        assert_eq!(share, 1.0);
+        assert!((at - 0.5).abs() <= 0.1, "{at}");
+    }
 }

@@ -348,7 +348,7 @@ impl RunStatistics {
         state: &GrainState,
     ) -> Vec<(&'static str, f64)> {
         let radius = bodies.mean_radius();
-        let mut results = structure::results(bodies, state).to_vec();
+        let mut results = structure::results(bodies, state);
         results.extend([
             ("disks", state.present(bodies) as f64),
             ("glued_disks", bodies.glued() as f64),

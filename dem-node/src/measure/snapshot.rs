@@ -23,7 +23,8 @@ use parts::{FieldScene, cells, points, poly_data};
 ///
 /// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
 /// (0 of fed grains, which were nowhere then; points have moved by it, as those of a mesh have not by its displacement_m),
-/// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); of a wheel of disks also wheel, 1 for
+/// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); where bonds or adhesion hold grains together
+/// agglomerate_grains (number of those that hang together with it); of a wheel of disks also wheel, 1 for
 /// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
 /// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
 pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {
@@ -113,6 +114,14 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
     let coordination = structure::degrees(bodies.disks(), pairs).into_iter();
     let coordination = coordination.map(|n| [n as f64]);
     file.array(DatasetKind::Int32, "coordination", coordination);
+    if let Some(sizes) = structure::agglomerate_sizes(bodies, state) {
+        let others = repeat_n(0, bodies.disks() - bodies.free);
+        let sizes = sizes
+            .into_iter()
+            .chain(others)
+            .map(|size| [f64::from(size)]);
+        file.array(DatasetKind::Int32, "agglomerate_grains", sizes);
+    }
 }
 
 fn kind_data(file: &mut VtkFile, scene: &FieldScene) {

@@ -6,6 +6,8 @@ use protocol::larger;
 
 use crate::bodies::Bodies;
 use crate::bodies::positions::proximity;
+use crate::contact::bond::holding;
+use crate::measure::graph::agglomerates;
 use crate::step::state::GrainState;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
@@ -23,7 +25,7 @@ const HELD: usize = 2;
 /// - `backbone_bodies`: those that are left when bodies with fewer contacts than can hold them, 3 without friction and 2 with
 ///   it, are taken away again and again; `backbone_contacts_per_body`: contacts of those, counted once and with walls, wheel
 ///   and glued disks, over their number: 2 in a packing without friction that is just rigid (Moukarzel 1998).
-pub fn results(bodies: &Bodies, state: &GrainState) -> [(&'static str, f64); 11] {
+pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> {
     let slots = || state.list.pressing();
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
     let all = degrees(bodies.free, contacts(bodies, state));
@@ -48,7 +50,7 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> [(&'static str, f64); 11]
     let strong = forces.iter().filter(|f| **f > mean).count();
     let direction = 0.5 * (2.0 * xy).atan2(xx - yy);
     let backbone = backbone(bodies, state);
-    [
+    let named = [
         ("backbone_bodies", backbone[0] as f64),
         ("backbone_contacts_per_body", per(backbone[1], backbone[0])),
         ("coordination", per(held.iter().sum(), held.len())),
@@ -69,7 +71,43 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> [(&'static str, f64); 11]
             over_mean(variance.sqrt()),
         ),
         ("contact_force_above_mean_share", per(strong, forces.len())),
+    ];
+    named
+        .into_iter()
+        .chain(agglomerate_results(bodies, state))
+        .collect()
+}
+
+/// `agglomerates`: those of at least two grains; `agglomerate_grains_max`, `agglomerate_grains_mean`: grains in the largest, and on average in
+/// that of a grain, 1 where all are alone. None where nothing holds grains together.
+fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> {
+    let Some(sizes) = agglomerate_sizes(bodies, state) else {
+        return Vec::new();
+    };
+    let present = &sizes[..state.present(bodies)];
+    // Each of n grains counts the n-th part of its agglomerate.
+    let parts = present
+        .iter()
+        .filter(|size| **size > 1)
+        .map(|size| 1.0 / f64::from(*size));
+    let largest = present.iter().max().copied().unwrap_or_default();
+    let sum: f64 = present.iter().map(|size| f64::from(*size)).sum();
+    vec![
+        ("agglomerates", parts.sum::<f64>().round()),
+        ("agglomerate_grains_max", f64::from(largest)),
+        ("agglomerate_grains_mean", sum / present.len().max(1) as f64),
     ]
+}
+
+/// Number of grains in the agglomerate of each free grain: what bonds that hold connect, or the contacts of grains that attract each other.
+pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>> {
+    if bodies.law.cohesion.is_some() {
+        return Some(agglomerates(bodies.free, holding(&state.bonds)));
+    }
+    bodies.any_law(|law| law.adhesion.is_some()).then(|| {
+        let touching = state.list.pressing().filter(|slot| slot.attraction > 0.0);
+        agglomerates(bodies.free, touching.map(|slot| (slot.a, slot.b)))
+    })
 }
 
 /// Bodies and contacts that are left when all that nothing can hold is taken away.

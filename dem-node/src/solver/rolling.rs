@@ -16,8 +16,10 @@ use super::contact::{BodyRecord, Contact};
 pub struct Couple {
     /// The contact.
     pub contact: u32,
-    /// 1/radius of its bodies (1/m), 0 of one that does not turn.
+    /// Spins of its bodies by their velocity (1/m): 1/radius, 0 of one that does not turn.
     pub curvature: [f64; 2],
+    /// Changes of these velocities by a unit impulse (1/(kg m)).
+    pub inverse: [f64; 2],
     /// r (m).
     pub radius: f64,
     /// mu_r.
@@ -32,22 +34,13 @@ impl Couple {
         self.curvature[0] * a - self.curvature[1] * b
     }
 
-    fn pair<'a>(&self, contact: &Contact, bodies: &'a [BodyRecord]) -> [&'a BodyRecord; 2] {
-        [contact.a, contact.b].map(|body| &bodies[body as usize])
-    }
-
-    /// Change of the spin by a unit impulse (1/(kg m2)): a disk has the inertia m r^2/2.
-    fn mobility(&self, contact: &Contact, bodies: &[BodyRecord]) -> f64 {
-        let [a, b] = self.pair(contact, bodies);
-        let [of_a, of_b] = self.curvature.map(|curvature| 2.0 * curvature * curvature);
-        of_a * a.inverse_mass + of_b * b.inverse_mass
-    }
-
     /// The impulse that the law wants under the spins of the moment, and what makes speeds of the surfaces of such impulses
     /// (1/(kg m)); `None` where nothing turns.
     fn wanted(&self, contact: &Contact, bodies: &[BodyRecord]) -> Option<[f64; 2]> {
-        let mobility = self.mobility(contact, bodies);
-        let spin = self.spin(self.pair(contact, bodies).map(|body| body.velocity[2]));
+        let [a, b] = [0, 1].map(|side| self.curvature[side] * self.inverse[side]);
+        let mobility = a + b;
+        let turning = [contact.a, contact.b].map(|body| bodies[body as usize].velocity[2]);
+        let spin = self.spin(turning);
         let limit = self.coefficient * self.radius * contact.impulse[0].max(0.0);
         let wanted = (self.impulse - spin / mobility).clamp(-limit, limit);
         (mobility > 0.0).then_some([wanted, mobility * self.radius])
@@ -56,9 +49,8 @@ impl Couple {
     /// Adds an impulse of the couple to the spins.
     fn apply(&self, contact: &Contact, bodies: &mut [BodyRecord], impulse: f64) {
         let sides = [(contact.a, impulse), (contact.b, -impulse)];
-        for ((body, impulse), curvature) in sides.into_iter().zip(self.curvature) {
-            let body = &mut bodies[body as usize];
-            body.velocity[2] += 2.0 * body.inverse_mass * curvature * impulse;
+        for ((body, impulse), inverse) in sides.into_iter().zip(self.inverse) {
+            bodies[body as usize].velocity[2] += inverse * impulse;
         }
     }
 }

@@ -121,19 +121,25 @@ impl Stepper {
             if contact.bond != NO_BOND || coefficient == 0.0 {
                 continue;
             }
-            let pair = [slot.a, slot.b].map(|body| body as usize);
-            let curvatures = pair.map(|body| bodies.radii.get(body).map_or(0.0, |r| 1.0 / r));
-            let turns = |side: usize| {
-                if pair[side] < bodies.free {
-                    curvatures[side]
-                } else {
-                    0.0
-                }
-            };
+            let turning = [slot.a, slot.b].map(|body| {
+                let body = body as usize;
+                let (curvature, inverse) = match bodies.clusters.of(body) {
+                    Some((_, cluster)) => (
+                        1.0 / cluster.radius,
+                        cluster.inverse_mass(&at.input.step_time())[2],
+                    ),
+                    None if body < bodies.free => {
+                        (1.0 / bodies.radii[body], self.problem.inverse_mass(body)[2])
+                    }
+                    None => (0.0, 0.0),
+                };
+                (curvature, inverse * curvature)
+            });
             self.problem.couples.push(Couple {
                 contact: number as u32,
-                curvature: [turns(0), turns(1)],
-                radius: 1.0 / (curvatures[0] + curvatures[1]),
+                curvature: turning.map(|(curvature, _)| curvature),
+                inverse: turning.map(|(_, inverse)| inverse),
+                radius: bodies.reduced_radius([slot.a, slot.b]),
                 coefficient,
                 impulse: at.input.step * before,
             });

@@ -1,4 +1,4 @@
-//! First bodies: the grains that bonds connect with an anchor.
+//! The graph of bonds: first bodies, the grains that bonds connect with an anchor, and agglomerates of the others.
 
 /// For each of the first `grains` bodies, true if a chain of these bonds connects it with a body beyond them, the anchors: glued
 /// disks, and a wheel with bonds of its own. Union-find.
@@ -13,6 +13,21 @@ pub fn first_bodies(grains: usize, bonds: &[(u32, u32)]) -> Vec<bool> {
     (0..anchor)
         .map(|grain| root(&mut parent, grain) == anchor)
         .collect()
+}
+
+/// Number of grains in the agglomerate of each of the first `grains` bodies: those that a chain of these pairs connects, anchors left out.
+pub fn agglomerates(grains: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..grains as u32).collect();
+    for (a, b) in pairs.filter(|(a, b)| (*a.max(b) as usize) < grains) {
+        let [a, b] = [a, b].map(|body| root(&mut parent, body));
+        parent[a.min(b) as usize] = a.max(b);
+    }
+    let roots: Vec<u32> = (0..grains as u32)
+        .map(|grain| root(&mut parent, grain))
+        .collect();
+    let mut sizes = vec![0; grains];
+    roots.iter().for_each(|root| sizes[*root as usize] += 1);
+    roots.iter().map(|root| sizes[*root as usize]).collect()
 }
 
 fn root(parent: &mut [u32], mut body: u32) -> u32 {
@@ -44,5 +59,12 @@ mod tests {
         // A ring that closes on itself.
         let ring = [(0, 1), (0, 2), (1, 2), (2, 5)];
         assert_eq!(first_bodies(5, &ring), [true, true, true, false, false]);
+    }
+
+    #[test]
+    fn an_agglomerate_is_what_a_chain_connects_without_anchors() {
+        // 0 - 1 - 4 and 2 - 3; 5 is an anchor to which 3 and 1 are bonded.
+        let pairs = [(0, 1), (1, 4), (1, 5), (2, 3), (3, 5)];
+        assert_eq!(agglomerates(5, pairs.into_iter()), [3, 3, 2, 2, 3]);
     }
 }
