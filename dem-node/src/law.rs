@@ -143,10 +143,14 @@ impl Law {
         }
     }
 
-    /// True if bonded pairs have friction beside the shear of their bonds: rigid ones, and those that heal, which would else lose their
-    /// friction to a bond that bears nothing yet.
-    pub fn slides_beside_bonds(&self) -> bool {
-        self.springs.is_none() || self.healing.is_some()
+    /// Part of the friction that a bond with this adhesion leaves: all of it where contacts are rigid; on springs that heal the part
+    /// 1 - a (Raous and Monerie 2002), so that a pair does not lose its friction to a bond that bears nothing yet; none on other springs.
+    pub fn friction_share(&self, adhesion: f64) -> f64 {
+        match (self.springs, self.healing) {
+            (None, _) => 1.0,
+            (Some(_), Some(_)) => 1.0 - adhesion,
+            (Some(_), None) => 0.0,
+        }
     }
 
     /// True if some of the forces are those of dampers.

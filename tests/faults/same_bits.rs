@@ -41,6 +41,23 @@ fn couples_of_rolling_have_the_same_bits_on_any_threads() {
     let sets = [
         "participant.third-body.config.sample.glued=false",
         "participant.third-body.config.law.rolling.coefficient=0.2",
+        "participant.third-body.config.law.adhesion={ pull_off_pa = 1e8, range_m = 1e-5 }",
+    ];
+    assert_eq!(run(&sets, "1"), run(&sets, "2"));
+}
+
+#[test]
+fn bonds_that_heal_have_the_same_bits_on_any_threads() {
+    let sets = [
+        "participant.third-body.config.law.kind=cohesion",
+        "participant.third-body.config.law.cn_pa_per_m=6.4e15",
+        "participant.third-body.config.law.ct_pa_per_m=6.4e15",
+        "participant.third-body.config.law.w_j_per_m2=39.0",
+        "participant.third-body.config.law.b_pa_m_s=0.0",
+        "participant.third-body.config.law.p=1.0",
+        "participant.third-body.config.law.h_prime=one",
+        "participant.third-body.config.law.alert_m=1e-9",
+        "participant.third-body.config.law.healing={ time_s = 2e-4, pressure_pa = 1e7 }",
     ];
     assert_eq!(run(&sets, "1"), run(&sets, "2"));
 }

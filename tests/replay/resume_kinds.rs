@@ -153,15 +153,31 @@ fn a_plastic_rail_resumes() {
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
 }
 
-/// Couples, shared springs and feet are part of the state.
+/// Couples, attractions, shared springs and feet are part of the state.
 #[test]
 fn loose_grains_that_resist_rolling_on_bare_steel_resume() {
     let scene = short_quick(&[
         "participant.third-body.config.sample.glued=false",
         "participant.third-body.config.law.rolling.coefficient=0.2",
+        "participant.third-body.config.law.adhesion={ pull_off_pa = 1e8, range_m = 1e-5 }",
     ]);
     let (count, _, _) = resume_from_all(&scene, "resume-rolling");
     assert!(count >= 2, "{count}");
+}
+
+/// Checkpoints lie within the time that a pair is pressed before it has a bond, and while bonds grow.
+#[test]
+fn bonds_that_heal_resume_in_the_middle_of_it() {
+    let cohesion = "participant.third-body.config.law={ kind = \"cohesion\", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e15, ct_pa_per_m = 6.4e15, w_j_per_m2 = 39.0, b_pa_m_s = 0.0, p = 1.0, h_prime = \"one\", alert_m = 1e-9, healing = { time_s = 2e-3, pressure_pa = 1e7 } }";
+    let (count, _, summary) = resume_from_all(&short_quick(&[cohesion]), "resume-healing");
+    assert!(count >= 2, "{count}");
+    let results = &summary["participants"]["third-body"]["results"];
+    let made = results["bonds_made"]
+        .as_f64()
+        .or(summary["results"]["bonds_made"].as_f64());
+    assert!(made.is_some_and(|made| made > 20.0), "{made:?}");
+    let mean = summary["results"]["healing_j"].as_f64();
+    assert!(mean.is_some_and(|healing| healing > 0.0), "{mean:?}");
 }
 
 #[test]

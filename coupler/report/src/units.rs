@@ -1,13 +1,14 @@
 //! Numbers as people read them: four digits, the unit of a name, prefixes.
 
 /// Units by the endings of names, longer endings first.
-const UNITS: [(&str, &str); 22] = [
+const UNITS: [(&str, &str); 23] = [
     ("_kg_m_per_s", "kg m/s"),
     ("_pa_per_m", "Pa/m"),
     ("_j_per_m2", "J/m²"),
     ("_kg_per_m", "kg/m"),
     ("_n_per_m", "N/m"),
     ("_rad_per_s", "rad/s"),
+    ("_m2_per_s2", "m²/s²"),
     ("_m_per_s2", "m/s²"),
     ("_m_per_s", "m/s"),
     ("_per_s", "1/s"),

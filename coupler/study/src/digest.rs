@@ -86,13 +86,15 @@ impl<'a> Digest<'a> {
         lines
     }
 
-    /// front.svg, knobs.svg and, with several scenes, means.svg.
+    /// front.svg, knobs.svg and, with several scenes, means.svg, and maps.svg of two keys.
     pub fn pictures(&self) -> Vec<(&'static str, String)> {
         let fronts = picture::fronts(&self.fronts, &self.settings, self.results);
         let keys = picture::knobs(&self.keys, &self.measures);
         let mut pictures = vec![("front.svg", fronts), ("knobs.svg", keys)];
         if !self.means.is_empty() {
             pictures.push(("means.svg", picture::means(&self.means)));
+            let maps = picture::maps(&self.means, &self.results.file.vary);
+            pictures.extend(maps.map(|maps| ("maps.svg", maps)));
         }
         pictures
     }

@@ -14,6 +14,8 @@ pub struct EnsembleMean {
     pub name: String,
     /// The setting in words, and if it is the reference.
     pub setting: String,
+    /// Values of its keys by their indices; none of the reference.
+    pub chosen: Vec<(usize, String)>,
     /// True for the reference.
     pub reference: bool,
     /// The values of the runs that are to be trusted.
@@ -69,6 +71,7 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
                 measure,
                 name: of.name.clone(),
                 setting: setting.words(results),
+                chosen: setting.chosen.clone(),
                 reference: is_reference,
                 ..EnsembleMean::of(values(setting, measure), held)?
             })

@@ -2,10 +2,12 @@
 
 use super::collect::Results;
 use super::ensemble::{EnsembleMean, words};
+use super::file::Vary;
 use super::front::{MeasureFront, Trade};
-use super::settings::StudySetting;
+use super::settings::{StudySetting, short};
 use super::varied_keys::{VariedKey, percent};
 use draw::axis::{AxisPair, Grid, PlotAxis};
+use draw::colour::shade;
 use draw::svg::{Anchor, Svg};
 
 /// Size of a panel (pixels), and height of a line of words below it.
@@ -21,6 +23,9 @@ const COLOURS: [&str; 5] = ["#14468c", "#be5014", "#28823c", "#782882", "#5a5a5a
 const BLACK: &str = "#000";
 /// Part of the smallest error that is drawn for one of 0, which has no logarithm.
 const BOTTOM: f64 = 0.3;
+
+/// Part of the colour scale that maps use, so that numbers in black or white can be read on it.
+const MAP_SHADE: f64 = 0.9;
 
 /// Letters that fit below an axis.
 const LETTERS: usize = 60;
@@ -231,6 +236,94 @@ pub fn means(means: &[EnsembleMean]) -> String {
         }
     }
     page.svg()
+}
+
+/// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
+/// and half of its 95 % interval. `None` where the keys make no grid.
+pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
+    let points = means.iter().filter(|of| !of.chosen.is_empty());
+    let pairs = points.map(|of| match &of.chosen[..] {
+        [one, two] => Some((of, [one, two])),
+        _ => None,
+    });
+    let pairs: Vec<(&EnsembleMean, [&(usize, String); 2])> = pairs.collect::<Option<_>>()?;
+    let (_, [up, right]) = pairs.first()?;
+    let values = |side: usize| {
+        let mut values: Vec<&str> = Vec::new();
+        for (_, chosen) in &pairs {
+            if !values.contains(&chosen[side].1.as_str()) {
+                values.push(&chosen[side].1);
+            }
+        }
+        values
+    };
+    let (rows, columns) = (values(0), values(1));
+    if rows.len() < 2 || columns.len() < 2 {
+        return None;
+    }
+    let axis = |key: usize, values: &[&str]| {
+        let vary = &keys[key];
+        let words = [short(&vary.key), &vary.note].join(" ");
+        let mut axis = PlotAxis::linear(words.trim(), [0.0, values.len() as f64], 2);
+        let ticks = values.iter().enumerate();
+        axis.ticks = ticks
+            .map(|(k, value)| (k as f64 + 0.5, value.to_string()))
+            .collect();
+        axis
+    };
+    let axes = [axis(right.0, &columns), axis(up.0, &rows)];
+    let panels: Vec<_> = pairs.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
+    let mut page = Page::new(panels.len(), 1);
+    for panel in panels {
+        let all = panel.iter().map(|(of, _)| of.mean);
+        let [low, high] = [
+            all.clone().fold(f64::INFINITY, f64::min),
+            all.fold(f64::NEG_INFINITY, f64::max),
+        ];
+        page.draw(&axes, |svg, axes| {
+            for (of, [up, right]) in panel {
+                let place = |values: &[&str], value: &str| values.iter().position(|v| *v == value);
+                let (Some(row), Some(column)) = (place(&rows, &up.1), place(&columns, &right.1))
+                else {
+                    continue;
+                };
+                let [x, y] = [column, row].map(|k| k as f64);
+                let ([left, bottom], [end, top]) = (axes.at((x, y)), axes.at((x + 1.0, y + 1.0)));
+                let share = if high > low {
+                    (of.mean - low) / (high - low)
+                } else {
+                    0.0
+                };
+                let style = format!("fill=\"{}\" stroke=\"#fff\"", shade(MAP_SHADE * share));
+                svg.rectangle(&style, [left, top], [end - left, bottom - top]);
+                let ink = if share > 0.7 { "#fff" } else { BLACK };
+                let middle = [0.5 * (left + end), 0.5 * (top + bottom)];
+                let style = format!("fill=\"{ink}\"");
+                svg.styled_text(&style, middle, Anchor::Middle, &three_digits(of.mean));
+                let below = [middle[0], middle[1] + 16.0];
+                let half = format!("+- {}", three_digits(of.half_width));
+                svg.styled_text(
+                    &format!("font-size=\"10\" {style}"),
+                    below,
+                    Anchor::Middle,
+                    &half,
+                );
+            }
+        });
+        page.words(BLACK, &panel[0].0.name);
+    }
+    Some(page.svg())
+}
+
+/// A number with three digits, without an exponent where it needs none.
+fn three_digits(x: f64) -> String {
+    match x.abs() {
+        size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.1e}"),
+        size if size >= 99.95 => format!("{x:.0}"),
+        size if size >= 9.995 => format!("{x:.1}"),
+        size if size >= 0.9995 => format!("{x:.2}"),
+        _ => format!("{x:.3}"),
+    }
 }
 
 /// Panels, two side by side, each with lines of words below it.

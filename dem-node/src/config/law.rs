@@ -128,8 +128,8 @@ pub struct AdhesionConfig {
     pub range_m: f64,
 }
 
-/// `law.healing`: bonds grow, and pairs without one are bonded, while they press on each other. Bonds that heal have friction beside their
-/// shear. Segments of walls and surfaces bond nothing.
+/// `law.healing`: bonds grow, and pairs without one are bonded, while they press on each other. Beside the shear of a bond
+/// with the adhesion a there is the part 1 - a of the friction. Segments of walls and surfaces bond nothing.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HealingConfig {

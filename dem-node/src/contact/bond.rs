@@ -190,14 +190,10 @@ pub struct BondContact {
 impl BondContact {
     /// The bond at the start of a step h (s), its disks having these inverse masses in sum (1/kg).
     ///
-    /// A rigid contact has friction beside the bond, and so has one that heals. The tangential spring of another compliant one belongs to the
-    /// bond and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
+    /// A rigid contact has friction beside the bond, and so has one that heals, as far as the bond is not whole. The tangential spring of another
+    /// compliant one belongs to the bond and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
-        let friction = if law.slides_beside_bonds() {
-            law.friction
-        } else {
-            0.0
-        };
+        let friction = law.friction * law.friction_share(bond.adhesion);
         let cohesion = law.cohesion.as_ref();
         let mut contact = BondContact {
             index: index as u32,
@@ -274,7 +270,7 @@ pub fn end_step(
         let gap = [contact.last_gap, contact.turned_gap][k];
         of_springs[k] + stored(before, gap, bond.slip) - stored(before, contact.gap, bond.slip)
     });
-    let r_f = match law.slides_beside_bonds() {
+    let r_f = match law.friction_share(before) > 0.0 {
         true => r_t + h * k_t * (slip + relaxation * u_t),
         false => 0.0,
     };
