@@ -91,6 +91,55 @@ fn the_points_of_a_segment_share_force_and_motion() {
     }
 }
 
+/// A disk that hangs below its own weight on what its surface attracts: r = -(h g - S a_g)/W as under a load, down to -N_c h. One that is
+/// within the range but far from touching pulls the two points with N_c, and they it.
+#[test]
+fn attraction_acts_on_the_points_of_a_segment_as_a_contact_does() {
+    let points = [
+        [-2.0 * R, 0.0],
+        [-0.5 * R, 0.0],
+        [1.5 * R, 0.0],
+        [3.0 * R, 0.0],
+    ];
+    let (n, shares) = (8, [(3, 0.75), (5, 0.25)]);
+    let w = compliance(4);
+    let a: Vec<f64> = (0..n).map(|i| 1e-6 * (i as f64).cos()).collect();
+    let of = |vector: &dyn Fn(usize) -> f64| shares.map(|(i, s)| s * vector(i)).iter().sum::<f64>();
+    let own: f64 = of(&|i| of(&|j| w[j * n + i]));
+    let pull_off = 3.0 * mass(R) * G;
+    for solver in ["nsgs", "pcg"] {
+        for gap in [0.0, 0.1 * R] {
+            let disk = json!([{"x_m": 0.0, "y_m": R + gap, "radius_m": R}]);
+            let over = json!({"gravity_m_per_s2": [0.0, G],
+                "time": {"pressure_pa": 1.0},
+                "solver": {"kind": solver, "tolerance": 1e-12, "max_iterations": 2000, "min_iterations": 1}});
+            let law = json!({"kind": "signorini", "adhesion": {"pull_off_n": pull_off, "range_m": 0.2 * R}});
+            let mut dem = on_surface(law, disk, json!({"points_m": points}), over);
+            dem.couple("base").expect("the surface is a set");
+            dem.set_boundary(H, &w).expect("8 x 8 numbers");
+            let answer = dem.solve(&window(H), &a).expect("it can be solved");
+            let r = if gap > 0.0 {
+                -H * pull_off
+            } else {
+                (of(&|i| a[i]) - H * G) / (1.0 / mass(R) + own)
+            };
+            assert!(answer.converged && r < 0.0 && r >= -H * pull_off);
+            for (i, force) in answer.force.iter().enumerate() {
+                let part = shares
+                    .iter()
+                    .find(|(k, _)| *k == i)
+                    .map_or(0.0, |(_, s)| *s);
+                close("force", *force, -part * r / H, 1e-11 * pull_off);
+                let moved: f64 = of(&|j| w[j * n + i]);
+                close("v_g", answer.velocity[i], a[i] - r * moved, 1e-11 * a[0]);
+            }
+            let speed = H * G + r / mass(R);
+            dem.commit(&window(H), &[0.0; 8]).expect("it is committed");
+            close("speed", dem.state().velocities[0][1], speed, 1e-11 * H * G);
+        }
+    }
+}
+
 /// A pile of grains on a surface of points that yield: pushed on some of them, they lie on six segments at once.
 #[test]
 fn solvers_agree_on_a_pile_of_grains_on_a_surface_that_yields() {

@@ -8,7 +8,7 @@
 //! [[case.number]]
 //! path = "results.p0_pa"             # in summary.json, or signals.<column>.<last | max | min | mean | t_max | t_min>
 //! expected = 977.8e6
-//! tolerance_rel = 0.03               # or tolerance_abs
+//! tolerance_rel = 0.03               # or tolerance_abs, or ratio = [least, largest]
 //! ```
 //!
 //! `full = true` keeps a long case for `--full`. `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.

@@ -282,6 +282,7 @@ mod tests {
         let without = [Defect::new(&problem), measured(&problem, false).0];
         problem.couples.push(rolling::Couple {
             curvature: [1.0, 0.0],
+            inverse: [4.0, 0.0],
             radius: 1.0,
             coefficient: 0.5,
             ..rolling::Couple::default()

@@ -61,11 +61,16 @@ pub struct Number {
     pub tolerance_rel: Option<f64>,
     /// Distance allowed.
     pub tolerance_abs: Option<f64>,
+    /// In place of a distance, least and largest ratio to the value: of a trend that was published without numbers.
+    pub ratio: Option<[f64; 2]>,
 }
 
 impl Number {
     /// Tells if a number that came out is near enough to what is expected.
     pub fn holds(&self, ours: f64, expected: f64) -> bool {
+        if let Some([least, largest]) = self.ratio {
+            return (least..=largest).contains(&(ours / expected));
+        }
         let relative = self.tolerance_rel.unwrap_or(0.0) * expected.abs();
         (ours - expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
     }
