@@ -127,7 +127,8 @@
 //!
 //! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts, and overlaps beyond 0.3 of a radius are
 //! warned of. Clusters are
-//! neither bonded nor solved by the conjugate gradient. Bonds are made at the start only. With friction a rigid packing may have many
+//! not solved by the conjugate gradient. Bonds are made at the start, and by healing between pairs that stay the same as they roll, which segments of
+//! faces do not. With friction a rigid packing may have many
 //! solutions; sweeps find one of them, the same for any number of threads. Pressures of single grains and of rough faces vary with the
 //! seed; means over many grains do so less.
 //!
@@ -170,7 +171,10 @@
 //! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`setup::bounds::numerical_restitution`] | Jean 1999; this project |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
 //! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |
+//! | rolling resistance, \|M\| <= mu_r r r_n | [`solver::rolling`] | Jiang, Yu and Harris 2005; Estrada, Taboada and Radjai 2008 |
+//! | attraction, r_n + N_c >= 0, \|r_t\| <= mu (r_n + N_c) | [`law::adhesion::Adhesion::attraction`], [`contact::loss::attraction_loss`] | Radjai, Preechawuttipong and Peyroux 2001 |
 //! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`law::cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
+//! | healing a' = 1/T under pressure, friction beside it mu (1 - a) | [`law::healing::Healing::grown`], [`law::Law::friction_share`] | Raous and Monerie 2002; this project |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
 //! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`setup::bounds::step_limit`] | [`contact::bond`] |
 //! | feet on a surface, v = S v_g, p = S^T f | [`bodies::surface::Foot`], [`contact::boundary::CompliantBoundary::place_foot`] | virtual work |

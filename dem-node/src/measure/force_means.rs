@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::trend::Trend;
+
 /// Mean forces over the second half of a run. While its end is not known, or half of it has not passed, they are those over the last
 /// half to three quarters of the steps so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -17,6 +19,8 @@ pub struct ForceMeans {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Sums {
     forces: Vec<[f64; 2]>,
+    /// Sums of the squares along x (N2), and the line through these forces.
+    along: Vec<(f64, Trend)>,
     steps: u64,
 }
 
@@ -34,13 +38,35 @@ impl ForceMeans {
         self.steps += 1;
         let Sums {
             forces: sums,
+            along,
             steps,
         } = &mut self.recent;
         sums.resize(forces.len(), [0.0; 2]);
+        along.resize(forces.len(), Default::default());
         *steps += 1;
         for (sum, force) in sums.iter_mut().zip(forces) {
             *sum = [sum[0] + force[0], sum[1] + force[1]];
         }
+        for ((squares, trend), [x, _]) in along.iter_mut().zip(forces) {
+            *squares += x * x;
+            trend.add(start, *x);
+        }
+    }
+
+    /// Of the force along x on each over the second half of the run, its standard deviation and the change of the straight line through it (N):
+    /// a force that is steady changes by less than it scatters. None before the second half has begun.
+    pub fn steadiness(&self) -> impl Iterator<Item = [f64; 2]> {
+        let Sums {
+            forces,
+            along,
+            steps,
+        } = &self.recent;
+        let known = forces.iter().zip(along).filter(|_| self.halved);
+        known.filter_map(|([sum, _], (squares, trend))| {
+            let count = *steps as f64;
+            let variance = (squares / count - (sum / count).powi(2)).max(0.0);
+            Some([variance.sqrt(), trend.change()?])
+        })
     }
 
     /// Mean force on each (N); none before the first step.
@@ -80,5 +106,17 @@ mod tests {
         assert_eq!(mean_after(10, Some(40.0)), Some([6.5, -6.5]));
         assert_eq!(mean_after(1, None), Some([0.0, 0.0]));
         assert_eq!(mean_after(0, None), None);
+    }
+
+    /// 10 to 19 N in ten steps: a deviation of sqrt(8.25) N about a line that rises by 9 N.
+    #[test]
+    fn what_changes_is_told_beside_what_scatters() {
+        let mut means = ForceMeans::default();
+        for step in (0..20).map(f64::from) {
+            means.record(&[[step, -step]], step, Some(20.0));
+        }
+        let [deviation, change] = means.steadiness().next().expect("there is a force");
+        assert!((deviation - 8.25f64.sqrt()).abs() < 1e-12 && (change - 9.0).abs() < 1e-12);
+        assert_eq!(ForceMeans::default().steadiness().count(), 0);
     }
 }

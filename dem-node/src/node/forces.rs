@@ -20,9 +20,16 @@ impl Dem {
         self.named(forces).map(|(_, value)| value)
     }
 
-    /// Their results: mean forces of the grains, and positions at the end.
+    /// Their results: mean forces of the grains with scatter and change along x, and positions at the end.
     pub(super) fn force_results(&self) -> impl Iterator<Item = (String, f64)> {
-        self.named(self.progress.forces.forces())
+        let driven = self.bodies.clusters.driven().map(|(.., drive)| &drive.name);
+        let names = driven.chain(self.bodies.named_walls.iter().map(|(name, _)| name));
+        let steady = names.zip(self.progress.forces.steadiness());
+        let steady = steady.flat_map(|(name, [deviation, change])| {
+            let named = |what: &str, value| (format!("{name}_force_x_{what}_n"), value);
+            [named("deviation", deviation), named("change", change)]
+        });
+        self.named(self.progress.forces.forces()).chain(steady)
     }
 
     /// Names and values of these forces on driven clusters and named walls, and of the positions of the clusters.
