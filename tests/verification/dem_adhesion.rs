@@ -207,6 +207,50 @@ fn a_cluster_of_grains_is_the_same_by_sweeps_and_by_conjugate_gradients() {
     }
 }
 
+/// Over corners of +-0.02 rad, at which it lies on two segments, a disk is attracted by one of them: N_c, wherever it is.
+#[test]
+fn a_polyline_attracts_a_disk_where_it_is_nearest() {
+    let weight = mass(R) * G;
+    for bend in [0.02, -0.02] {
+        for springs in [
+            json!({}),
+            json!({"contact_stiffness_pa": 1e5 * weight / R / 1e-3, "tangential_stiffness_ratio": 1.0}),
+        ] {
+            let points = [
+                [-6.0 * R, 6.0 * R * bend],
+                [0.0, 0.0],
+                [6.0 * R, 6.0 * R * bend],
+            ];
+            let speed = 0.1;
+            // Half a degree down the first slope, rolling.
+            let (sin, cos) = f64::atan(bend).sin_cos();
+            let disk = json!([{"x_m": -R * cos + R * sin, "y_m": R * sin + R * cos, "radius_m": R,
+                "vx_m_per_s": speed * cos, "vy_m_per_s": -speed * sin, "spin_rad_per_s": -speed / R}]);
+            let sample = json!({"kind": "disks", "disks": disk, "walls": [{"name": "floor", "points_m": points}]});
+            let over = json!({"gravity_m_per_s2": [0.0, -G], "time": {"step_s": 1e-5, "pressure_pa": 1.0}});
+            let mut dem = build(&scene(law(4.0 * weight, springs), 1e-5, sample, over));
+            let energy = 0.75 * mass(R) * speed * speed;
+            for step in 0..2000 {
+                let report = march(&mut dem, step, 1);
+                let attractions = dem.state().list.slots.iter().map(|slot| slot.attraction);
+                close(
+                    "attraction",
+                    attractions.sum(),
+                    4.0 * weight,
+                    1e-12 * weight,
+                );
+                assert!(
+                    report.imbalance(energy) < 1e-6,
+                    "{bend} {step}: {:e}",
+                    report.imbalance(energy)
+                );
+            }
+            let [x, _] = dem.state().centres[0];
+            assert!(x > 0.5 * R, "it has passed the corner: {x}");
+        }
+    }
+}
+
 #[test]
 fn what_adhesion_cannot_go_with_is_refused_by_name() {
     let refused = |more: Value| {
