@@ -140,12 +140,14 @@ impl GrainProfile {
         text
     }
 
-    /// Means over the middle half of the slices in the last interval that is over, and where it shears, see [`localisation`].
+    /// Means over the middle half of the slices in the last interval that is over, and where it shears.
     ///
     /// - `profile_solid_fraction`, `profile_shear_rate_per_s`;
     /// - `profile_normal_stress_pa` along the axis, and `profile_shear_over_normal`, the size of the shear stress over it: the
     ///   effective friction of a plane shear flow;
     /// - `profile_granular_temperature_m2_per_s2`: mean square of the velocities about those of their slices;
+    /// - `shear_localisation`, the share of the whole jump of velocity in the fifth of the layer where it is largest, and
+    ///   `shear_localisation_at`, the middle of that fifth;
     /// - `profile_inertial_number`: I = shear rate x sqrt(m/P), m being the mean mass of a grain over the thickness and P the
     ///   normal stress (da Cruz, Emam, Prochnow, Roux and Chevoir 2005).
     pub fn results(
