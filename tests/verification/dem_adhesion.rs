@@ -144,6 +144,8 @@ fn at_rest_the_spring_bears_weight_and_attraction() {
     assert!(report.imbalance(weight * R) < 1e-9);
     let force = dem.state().list.slots[0].force[0];
     close("force", force, weight, 1e-6 * weight);
+    let on_floor = report.signal("floor_force_y_n");
+    close("force on the floor", on_floor, -weight, 1e-6 * weight);
 }
 
 /// Two disks that meet and part, at many phases of the step: what they have afterwards is never more than before, and every joule is told.

@@ -128,7 +128,38 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
     }
 }
 
-/// Sheared by a wheel's worth of spins: bonds come and go, and nothing of what is lost ever comes back.
+/// Without stiffness across the bond a disk that slides is slowed by mu g (1 - a), a = t/T from t = 0.01 T on, and by mu g before.
+#[test]
+fn friction_beside_a_bond_that_heals_is_what_the_bond_leaves() {
+    let (time, mu) = (0.02, 0.4);
+    for springs in [true, false] {
+        let mut keys = json!({"ct_pa_per_m": 0.0});
+        if springs {
+            keys["contact_stiffness_pa"] = json!(1e6 * mass(R) * G / R / THICKNESS);
+            keys["tangential_stiffness_ratio"] = json!(1.0);
+            keys["damping"] = json!(0.2);
+        }
+        let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 1.0}]);
+        let mut dem = on_floor(law(time, 0.0, keys), G, disk, json!({}));
+        let report = march(&mut dem, 0, 1000);
+        let (t, first) = (1000.0 * H, 0.01 * time);
+        let healed = if springs {
+            (t * t - first * first) / (2.0 * time)
+        } else {
+            0.0
+        };
+        let [speed, ..] = dem.state().velocities[0];
+        close(
+            "slowed",
+            1.0 - speed,
+            mu * G * (t - healed),
+            2e-3 * mu * G * t,
+        );
+        assert!(report.energy("friction") > 0.0 && report.imbalance(mass(R)) < 1e-9);
+    }
+}
+
+/// Sheared by their spins: bonds come and go, and nothing of what is lost ever comes back.
 #[test]
 fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
     let disk = |k: u32| {
