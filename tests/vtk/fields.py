@@ -21,7 +21,7 @@ READERS = {".vtu": vtkXMLUnstructuredGridReader, ".vtp": vtkXMLPolyDataReader}
 # Ends of the names of arrays that have a unit.
 UNITS = ("_m", "_m_per_s", "_rad_per_s", "_pa", "_n", "_s")
 # Arrays without one.
-DIMENSIONLESS = {"node_status", "status", "adhesion", "body", "wheel", "glued", "cluster", "coordination", "plastic_strain"}
+DIMENSIONLESS = {"node_status", "status", "adhesion", "body", "wheel", "glued", "cluster", "coordination", "agglomerate_grains", "plastic_strain"}
 # Arrays that a run must have, by the part.
 EXPECTED = {
     "layer": {
