@@ -133,8 +133,17 @@ impl Bodies {
 
     /// True if contacts or bonds store energy.
     pub fn is_elastic(&self) -> bool {
-        let attracts = |law: &Law| law.adhesion.is_some();
-        self.law.cohesion.is_some() || self.has_springs() || self.any_law(attracts)
+        self.law.cohesion.is_some() || self.has_springs() || self.attracts()
+    }
+
+    /// True if some pairs attract each other.
+    pub fn attracts(&self) -> bool {
+        self.any_law(|law| law.adhesion.is_some())
+    }
+
+    /// True if the bonds of some pairs grow.
+    pub fn heals(&self) -> bool {
+        self.any_law(|law| law.healing.is_some())
     }
 
     /// True for a body that stays the same one as a disk rolls along it, as segments of a face do not.

@@ -13,7 +13,7 @@
 use dem_node::Dem;
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, march, mass, refusal, scene};
+use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene, with};
 
 const R: f64 = 1e-3;
 const G: f64 = 9.81;
@@ -21,21 +21,12 @@ const H: f64 = 1e-6;
 const RANGE: f64 = 2e-4;
 
 fn law(pull_off: f64, more: Value) -> Value {
-    let mut law = json!({"kind": "coulomb", "friction": 0.4, "adhesion": {"pull_off_n": pull_off, "range_m": RANGE}});
-    for (key, value) in more.as_object().into_iter().flatten() {
-        law[key] = value.clone();
-    }
-    law
+    let law = json!({"kind": "coulomb", "friction": 0.4, "adhesion": {"pull_off_n": pull_off, "range_m": RANGE}});
+    with(law, &more)
 }
 
 fn disks(law: Value, gravity: f64, disks: Value, over: Value) -> Dem {
-    let floor = json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
-    let sample = json!({"kind": "disks", "disks": disks, "walls": floor});
-    let mut overrides = json!({"gravity_m_per_s2": [0.0, -gravity]});
-    for (key, value) in over.as_object().into_iter().flatten() {
-        overrides[key] = value.clone();
-    }
-    build(&scene(law, H, sample, overrides))
+    on_floor(law, H, gravity, disks, &over)
 }
 
 fn midpoint() -> Value {

@@ -10,7 +10,7 @@
 use dem_node::Dem;
 use serde_json::{Value, json};
 
-use crate::dem_support::{THICKNESS, build, close, march, mass, refusal, scene};
+use crate::dem_support::{THICKNESS, close, march, mass, on_floor, refusal, scene, with};
 
 const R: f64 = 1e-3;
 const G: f64 = 9.81;
@@ -19,22 +19,13 @@ const W: f64 = 1e-3;
 
 /// Bonds of 1e9 Pa/m, of which there are none at the start.
 fn law(time: f64, pressure: f64, more: Value) -> Value {
-    let mut law = json!({"kind": "cohesion", "friction": 0.4, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": W, "b_pa_m_s": 0.0,
+    let law = json!({"kind": "cohesion", "friction": 0.4, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": W, "b_pa_m_s": 0.0,
         "p": 1.0, "h_prime": "one", "alert_m": 1e-12, "healing": {"time_s": time, "pressure_pa": pressure}});
-    for (key, value) in more.as_object().into_iter().flatten() {
-        law[key] = value.clone();
-    }
-    law
+    with(law, &more)
 }
 
-fn on_floor(law: Value, gravity: f64, disks: Value, over: Value) -> Dem {
-    let floor = json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
-    let sample = json!({"kind": "disks", "disks": disks, "walls": floor});
-    let mut overrides = json!({"gravity_m_per_s2": [0.0, -gravity]});
-    for (key, value) in over.as_object().into_iter().flatten() {
-        overrides[key] = value.clone();
-    }
-    build(&scene(law, H, sample, overrides))
+fn lying(law: Value, gravity: f64, disks: Value, over: Value) -> Dem {
+    on_floor(law, H, gravity, disks, &over)
 }
 
 #[test]
@@ -46,7 +37,7 @@ fn a_disk_at_rest_heals_to_the_floor_in_the_given_time_if_it_is_heavy_enough() {
         json!({"contact_stiffness_pa": 1e3 * mass(R) * G / R / THICKNESS, "tangential_stiffness_ratio": 1.0, "damping": 0.2}),
     ] {
         let time = 1e4 * H;
-        let mut dem = on_floor(law(time, 0.0, springs.clone()), G, disk.clone(), json!({}));
+        let mut dem = lying(law(time, 0.0, springs.clone()), G, disk.clone(), json!({}));
         for (step, steps) in [(0, 90), (90, 3910), (4000, 8000)] {
             march(&mut dem, step, steps);
             let now = (step + u64::from(steps)) as f64 * H;
@@ -67,7 +58,7 @@ fn a_disk_at_rest_heals_to_the_floor_in_the_given_time_if_it_is_heavy_enough() {
         );
     }
     for (share, bonds) in [(1.0 + 1e-6, 0), (1.0 - 1e-6, 1)] {
-        let mut dem = on_floor(
+        let mut dem = lying(
             law(H, share * pressure, json!({})),
             G,
             disk.clone(),
@@ -96,7 +87,7 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
         let over = json!({"time": {"step_s": step, "pressure_pa": 1.0, "theta": 0.5}});
         let mut keys = springs.clone();
         (keys["w_j_per_m2"], keys["cn_pa_per_m"]) = (json!(w), json!(1e12 * w));
-        let mut dem = on_floor(law(touch / adhesion, 0.0, keys), 0.0, disk, over);
+        let mut dem = lying(law(touch / adhesion, 0.0, keys), 0.0, disk, over);
         let (mut before, mut lost) = (energy, 0.0);
         for look in 0..600 {
             let report = march(&mut dem, 100 * look, 100);
@@ -121,7 +112,7 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
     // Short touches never make a bond.
     let disk = json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]);
     let over = json!({"time": {"step_s": touch / 500.0, "pressure_pa": 1.0}});
-    let mut dem = on_floor(law(150.0 * touch, 0.0, springs), 20.0, disk, over);
+    let mut dem = lying(law(150.0 * touch, 0.0, springs), 20.0, disk, over);
     for look in 0..30 {
         march(&mut dem, 1000 * look, 1000);
         assert!(dem.state().bonds.is_empty());
@@ -140,7 +131,7 @@ fn friction_beside_a_bond_that_heals_is_what_the_bond_leaves() {
             keys["damping"] = json!(0.2);
         }
         let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 1.0}]);
-        let mut dem = on_floor(law(time, 0.0, keys), G, disk, json!({}));
+        let mut dem = lying(law(time, 0.0, keys), G, disk, json!({}));
         let report = march(&mut dem, 0, 1000);
         let (t, first) = (1000.0 * H, 0.01 * time);
         let healed = if springs {
@@ -177,7 +168,7 @@ fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
         keys["cn_pa_per_m"] = json!(1e4 * weight / R / (R * THICKNESS));
         keys["ct_pa_per_m"] = keys["cn_pa_per_m"].clone();
         keys["w_j_per_m2"] = json!(1e-2 * weight / THICKNESS);
-        let mut dem = on_floor(law(5e-3, 0.0, keys), G, json!(disks), over);
+        let mut dem = lying(law(5e-3, 0.0, keys), G, json!(disks), over);
         let scale = 20.0 * weight * R;
         // Rigid contacts have the mean of two velocities, whose sign may be another in a step.
         let allowed = if springs == json!({}) {

@@ -28,17 +28,30 @@ pub fn mass(radius: f64) -> f64 {
 
 /// A scene of single disks; `overrides` are merged over its top-level keys.
 pub fn scene(law: Value, step_s: f64, sample: Value, overrides: Value) -> Value {
-    let mut config = json!({
+    let config = json!({
         "law": law,
         "solver": {"kind": "nsgs", "tolerance": 1e-12, "max_iterations": 20_000, "min_iterations": 1},
         "time": {"step_s": step_s, "pressure_pa": 1.0},
         "density_kg_per_m3": DENSITY,
         "sample": sample,
     });
-    for (key, value) in overrides.as_object().into_iter().flatten() {
-        config[key] = value.clone();
+    with(config, &overrides)
+}
+
+/// A table of keys with those of another over it.
+pub fn with(mut keys: Value, more: &Value) -> Value {
+    for (key, value) in more.as_object().into_iter().flatten() {
+        keys[key] = value.clone();
     }
-    config
+    keys
+}
+
+/// The node of disks on a floor at y = 0, under gravity downwards (m/s2).
+pub fn on_floor(law: Value, step_s: f64, gravity: f64, disks: Value, overrides: &Value) -> Dem {
+    let floor = json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
+    let sample = json!({"kind": "disks", "disks": disks, "walls": floor});
+    let overrides = with(json!({"gravity_m_per_s2": [0.0, -gravity]}), overrides);
+    build(&scene(law, step_s, sample, overrides))
 }
 
 /// The node of a scene.

@@ -37,16 +37,21 @@ pub struct Bond {
 impl Bond {
     /// A bond at rest between a disk and another, or a face: the disk has the lower number.
     pub fn new(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2], gap: f64) -> Bond {
-        let radius = bodies.radii[a as usize];
-        let other = bodies.radii.get(b as usize);
         Bond {
             a,
             b,
-            area: other.map_or(radius * law.thickness, |other| law.area([radius, *other])),
+            area: Bond::area(bodies, law, [a, b]),
             reference: gap,
             adhesion: 1.0,
             ..Bond::default()
         }
+    }
+
+    /// l of such a pair (m2).
+    pub fn area(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2]) -> f64 {
+        let radius = bodies.radii[a as usize];
+        let other = bodies.radii.get(b as usize);
+        other.map_or(radius * law.thickness, |other| law.area([radius, *other]))
     }
 
     /// The bond that a pair makes which has been pressed for long enough, and what its springs let go; none before that. It stands where the
@@ -270,10 +275,9 @@ pub fn end_step(
         let gap = [contact.last_gap, contact.turned_gap][k];
         of_springs[k] + stored(before, gap, bond.slip) - stored(before, contact.gap, bond.slip)
     });
-    let r_f = match law.friction_share(before) > 0.0 {
-        true => r_t + h * k_t * (slip + relaxation * u_t),
-        false => 0.0,
-    };
+    let beside = r_t + h * k_t * (slip + relaxation * u_t);
+    let slides = law.friction_share(before) > 0.0;
+    let r_f = if slides { beside } else { 0.0 };
     let mut compressed = match &law.springs {
         Some(springs) => {
             let [numerical, of_normal] =

@@ -36,7 +36,7 @@ pub struct Slot {
 }
 
 impl Slot {
-    /// What the bodies press on each other beside their attraction, normal and tangential (N).
+    /// Contact force without the attraction, normal and tangential (N): the one for which contact and friction hold.
     pub fn pressure(&self) -> [f64; 2] {
         [self.force[0] + self.attraction, self.force[1]]
     }

@@ -23,9 +23,10 @@ pub struct Adhesion {
 impl Adhesion {
     /// N_c (N) of a pair with this r (m) at a gap (m).
     pub fn attraction(&self, radius: f64, gap: f64) -> f64 {
-        match gap < self.range {
-            true => self.force + self.by_radius * radius,
-            false => 0.0,
+        if gap < self.range {
+            self.force + self.by_radius * radius
+        } else {
+            0.0
         }
     }
 

@@ -341,8 +341,8 @@ fn walls(bodies: &Bodies) -> impl Iterator<Item = usize> {
     driven.copied().chain(bodies.free..bodies.first_face())
 }
 
-/// Where a layer shears, by the speeds of its slices and of the bodies below and above it, or of the outermost slices where there are none:
-/// `shear_localisation`, the share of the whole jump of velocity in that fifth of the layer where it is largest, 0.2 in a uniform shear, and
+/// Results that tell where a layer shears, from the speeds of its slices and of the bodies below and above it (of the outermost slices where
+/// there are none): `shear_localisation`, the share of the whole jump of velocity in that fifth of the layer where it is largest, 0.2 in a uniform shear, and
 /// `shear_localisation_at`, the middle of that fifth, 0 at the lower end of the layer and 1 at the upper one.
 fn localisation(slices: &[f64], walls: [Option<f64>; 2]) -> Vec<(&'static str, f64)> {
     let ([first, .., last], width) = (slices, slices.len() / 5) else {

@@ -104,7 +104,7 @@ pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>
     if bodies.law.cohesion.is_some() {
         return Some(agglomerates(bodies.free, holding(&state.bonds)));
     }
-    bodies.any_law(|law| law.adhesion.is_some()).then(|| {
+    bodies.attracts().then(|| {
         let touching = state.list.pressing().filter(|slot| slot.attraction > 0.0);
         agglomerates(bodies.free, touching.map(|slot| (slot.a, slot.b)))
     })

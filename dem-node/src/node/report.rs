@@ -50,12 +50,13 @@ impl Dem {
         let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0)
             || bodies.any_law(Law::is_damped);
-        let attracts = bodies.any_law(|law| law.adhesion.is_some());
         let [kinetic, normal, tangential, bonds, adhesion] = stored;
-        let heals = bodies.any_law(|law| law.healing.is_some());
         let some = [
-            (heals, ("relaxation", Role::Dissipated, ledger.relaxation)),
-            (attracts, ("adhesion", Role::Stored, adhesion)),
+            (
+                bodies.heals(),
+                ("relaxation", Role::Dissipated, ledger.relaxation),
+            ),
+            (bodies.attracts(), ("adhesion", Role::Stored, adhesion)),
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
@@ -120,7 +121,7 @@ impl Dem {
         let bonds = self.bodies.law.cohesion.map(|_| count as f64);
         let made = state.ledger.bonds_made as usize;
         let broken = bonds.map(|_| (self.initial_bond_count + made).saturating_sub(count) as f64);
-        let heals = self.bodies.any_law(|law| law.healing.is_some());
+        let heals = self.bodies.heals();
         let per_bond = |sum: f64| {
             let start = self.initial_bond_count;
             bonds.filter(|_| start > 0).map(|_| sum / start as f64)

@@ -178,7 +178,7 @@ pub struct StiffnessBounds {
 impl StiffnessBounds {
     /// The bounds of the bodies of a start, with its bonds and those that may come to be.
     pub fn new(bodies: &Bodies, state: &GrainState) -> StiffnessBounds {
-        let heals = bodies.any_law(|law| law.healing.is_some());
+        let heals = bodies.heals();
         let near = state
             .list
             .slots

@@ -149,7 +149,7 @@ impl Stepper {
     /// Pairs within the range of their adhesion attract each other; of the contacts of a disk on one face the nearest does.
     fn place_attractions(&mut self, at: &Detection, slots: &mut [Slot]) {
         self.problem.attractions.clear();
-        if !at.input.bodies.any_law(|law| law.adhesion.is_some()) {
+        if !at.input.bodies.attracts() {
             return;
         }
         let mut first = 0;
@@ -187,14 +187,11 @@ impl Stepper {
     }
 
     fn attract(&mut self, at: &Detection, slots: &mut [Slot], on_face: Range<usize>) {
-        let bodies = at.input.bodies;
         let gap = |number: &usize| self.problem.contacts[*number].gap;
         let nearest = on_face.clone().min_by(|i, j| gap(i).total_cmp(&gap(j)));
         let nearest = nearest.unwrap_or(on_face.start);
-        let (contact, index) = (
-            &self.problem.contacts[nearest],
-            self.slots[nearest] as usize,
-        );
+        let contact = &self.problem.contacts[nearest];
+        let index = self.slots[nearest] as usize;
         let (mut before, mut last_gap) = (0.0, slots[index].last_gap);
         for number in on_face {
             let slot = &mut slots[self.slots[number] as usize];
@@ -202,11 +199,12 @@ impl Stepper {
                 (before, last_gap) = (std::mem::take(&mut slot.attraction), slot.last_gap);
             }
         }
-        let Some(law) = &bodies.law_at(contact.pair_law).adhesion else {
+        let Some(law) = &at.input.bodies.law_at(contact.pair_law).adhesion else {
             return;
         };
         let slot = &mut slots[index];
-        slot.attraction = law.attraction(bodies.reduced_radius([slot.a, slot.b]), contact.gap);
+        let radius = at.input.bodies.reduced_radius([slot.a, slot.b]);
+        slot.attraction = law.attraction(radius, contact.gap);
         if before > 0.0 || slot.attraction > 0.0 {
             self.problem.attractions.push(Attraction {
                 contact: nearest as u32,

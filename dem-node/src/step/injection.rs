@@ -87,12 +87,8 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
         let mut grown = grown.iter();
         grown.find(|(grain, _)| *grain == body).map_or(0.0, |g| g.1)
     };
-    for slot in state
-        .list
-        .slots
-        .iter_mut()
-        .filter(|s| s.pressure()[0] > 0.0)
-    {
+    let slots = state.list.slots.iter_mut();
+    for slot in slots.filter(|slot| slot.pressure()[0] > 0.0) {
         state.ledger.injection += press(bodies, slot, of(slot.a) + of(slot.b));
     }
 }

@@ -10,7 +10,6 @@ use crate::contact::loss::{ContactStep, attraction_loss, contact_loss, rigid_los
 use crate::solver::contact::{Contact, NO_BOND};
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
-use crate::solver::problem::Attraction;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
 
@@ -176,7 +175,7 @@ impl Stepper {
         bonds: &mut Vec<Bond>,
     ) {
         let bodies = input.bodies;
-        if !bodies.any_law(|law| law.healing.is_some()) {
+        if !bodies.heals() {
             return;
         }
         let before = bonds.len();
@@ -187,7 +186,7 @@ impl Stepper {
             let (Some(healing), Some(cohesion)) = (&law.healing, &law.cohesion) else {
                 continue;
             };
-            let area = cohesion.thickness * bodies.reduced_radius([slot.a, slot.b]);
+            let area = Bond::area(bodies, cohesion, [slot.a, slot.b]);
             let heals = healing.presses(slot.force[0], area) && bodies.keeps_bonds(slot.b as usize);
             slot.pressed = if heals {
                 slot.pressed + input.step
@@ -215,26 +214,23 @@ impl Stepper {
         slots: &[Slot],
         (summary, outer): (&mut StepSummary, &mut OuterImpulses),
     ) {
-        let bodies = input.bodies;
         for index in 0..self.problem.attractions.len() {
-            let Attraction {
-                contact: number,
-                force,
-                impulse,
-                last_gap,
-            } = self.problem.attractions[index];
+            let attraction = self.problem.attractions[index];
+            let number = attraction.contact as usize;
             let attracting = self.problem.attracting(index);
-            let Some(law) = &bodies.law_at(attracting.pair_law).adhesion else {
+            let Some(law) = &input.bodies.law_at(attracting.pair_law).adhesion else {
                 continue;
             };
             let before = Slot {
-                last_gap,
-                ..slots[self.slots[number as usize] as usize]
+                last_gap: attraction.last_gap,
+                ..slots[self.slots[number] as usize]
             };
             let step = self.contact_step(state, input, &attracting, &before);
-            state.ledger.lose(&attraction_loss(law, force, &step));
-            add_push(bodies, &attracting, input.step, (summary, outer));
-            self.problem.contacts[number as usize].impulse[0] -= impulse;
+            state
+                .ledger
+                .lose(&attraction_loss(law, attraction.force, &step));
+            add_push(input.bodies, &attracting, input.step, (summary, outer));
+            self.problem.contacts[number].impulse[0] -= attraction.impulse;
         }
     }
 
