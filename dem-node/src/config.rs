@@ -345,12 +345,6 @@ impl DemConfig {
             return Ok(());
         }
         refuse_if(
-            self.solver.algorithm == Algorithm::Pcg,
-            "solver.kind",
-            "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
-            "write solver.kind = \"nsgs\"",
-        )?;
-        refuse_if(
             self.law.penetration.is_some_and(Penetration::repairs),
             "law.penetration",
             "moves single disks apart, and sample.disks has clusters",

@@ -89,7 +89,7 @@ fn a_falling_bar_is_hit_at_one_end_as_the_two_by_two_problem_says() {
 }
 
 /// Two bars and a disk that meet; the bars turn.
-fn meeting(friction: f64, theta: f64) -> Dem {
+fn meeting(friction: f64, theta: f64, solver: &str) -> Dem {
     let sample = json!({
         "kind": "disks",
         "disks": [
@@ -105,6 +105,7 @@ fn meeting(friction: f64, theta: f64) -> Dem {
     let law = json!({"kind": "coulomb", "friction": friction});
     let mut config = scene(law, STEP, sample, json!({}));
     config["time"]["theta"] = json!(theta);
+    config["solver"]["kind"] = json!(solver);
     build(&config)
 }
 
@@ -137,8 +138,8 @@ fn momenta(dem: &Dem) -> [f64; 3] {
 
 #[test]
 fn clusters_keep_linear_and_angular_momentum() {
-    for theta in [0.5, 1.0] {
-        let mut dem = meeting(0.0, theta);
+    for (theta, solver) in [(0.5, "nsgs"), (1.0, "nsgs"), (1.0, "pcg")] {
+        let mut dem = meeting(0.5, theta, solver);
         let before = momenta(&dem);
         let scale = mass(R) * 1.0;
         let report = march(&mut dem, 0, 800);
@@ -153,7 +154,7 @@ fn clusters_keep_linear_and_angular_momentum() {
 #[test]
 fn the_ledger_of_clusters_closes_with_friction_for_every_theta() {
     for theta in [0.5, 0.8, 1.0] {
-        let mut dem = meeting(0.5, theta);
+        let mut dem = meeting(0.5, theta, "nsgs");
         let before = dem.state().kinetic(dem.bodies());
         let linear = momenta(&dem);
         let report = march(&mut dem, 0, 800);
@@ -174,7 +175,7 @@ fn the_ledger_of_clusters_closes_with_friction_for_every_theta() {
 
 #[test]
 fn disks_of_a_cluster_keep_their_distances() {
-    let mut dem = meeting(0.5, 1.0);
+    let mut dem = meeting(0.5, 1.0, "nsgs");
     let distances = |dem: &Dem| {
         let c = &dem.state().centres;
         [(0, 1), (3, 4), (3, 5), (4, 5)].map(|(i, j)| (c[i][0] - c[j][0]).hypot(c[i][1] - c[j][1]))
@@ -360,19 +361,23 @@ fn any_number_of_threads_leaves_the_same_bits() {
     let overrides = json!({"gravity_m_per_s2": [2.0, -G], "solver": solver});
     let config: config::DemConfig =
         kit::read_config(&scene(law, 5e-3, sample, overrides)).expect("it is valid");
-    let run = |threads: usize| {
+    let mut by_pcg = config.clone();
+    by_pcg.solver.algorithm = config::solver::Algorithm::Pcg;
+    let run = |config: &config::DemConfig, threads: usize| {
         let setting = Setting {
             threads,
             ..setting(1)
         };
-        let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
+        let mut dem = Dem::new(config, &setting).expect("it can be prepared");
         march(&mut dem, 0, 3);
         assert!(dem.state().list.slots.len() > 2 * 4096, "one block only");
         dem.finish().expect("it finishes").state_hash
     };
-    let one = run(1);
-    for threads in [2, 4] {
-        assert_eq!(run(threads), one, "{threads} threads");
+    for config in [&config, &by_pcg] {
+        let one = run(config, 1);
+        for threads in [2, 4] {
+            assert_eq!(run(config, threads), one, "{threads} threads");
+        }
     }
 }
 
@@ -380,8 +385,6 @@ fn any_number_of_threads_leaves_the_same_bits() {
 fn what_clusters_do_not_go_with_is_refused_by_key() {
     let law = json!({"kind": "coulomb", "friction": 0.3});
     let bar = |changes: Value| dumbbell(3.0 * R, 0.5, 0.0, law.clone(), changes);
-    let mut pcg = bar(json!({}));
-    pcg["solver"]["kind"] = json!("pcg");
     let mut glued = bar(json!({}));
     glued["sample"]["disks"][0]["glued"] = json!(true);
     let mut moving = bar(json!({}));
@@ -389,7 +392,6 @@ fn what_clusters_do_not_go_with_is_refused_by_key() {
     let mut projected = bar(json!({}));
     projected["law"]["penetration"] = json!("projection");
     let cases = [
-        (pcg, "solver.kind"),
         (glued, "sample.disks[0].cluster"),
         (moving, "sample.disks[1].cluster"),
         (projected, "law.penetration"),
@@ -478,7 +480,16 @@ fn bonded_clumps_keep_what_nothing_outside_changes() {
     let disks: Vec<Value> = square.into_iter().chain(triangle).collect();
     let clusters = json!([{"name": "square", "vx_m_per_s": 0.01, "spin_rad_per_s": 3.0}, {"name": "triangle", "vy_m_per_s": 0.02}]);
     let sample = json!({"kind": "disks", "disks": disks, "clusters": clusters});
-    let mut dem = build(&scene(bonded_law(json!({})), 1e-6, sample, json!({})));
+    // Conjugate gradients take no friction beside a rigid bond.
+    for (solver, friction) in [("nsgs", 0.3), ("pcg", 0.0)] {
+        let law = bonded_law(json!({"friction": friction}));
+        let mut config = scene(law, 1e-6, sample.clone(), json!({}));
+        config["solver"]["kind"] = json!(solver);
+        keeps_momentum(build(&config));
+    }
+}
+
+fn keeps_momentum(mut dem: Dem) {
     assert_eq!(dem.state().bonds.len(), 1);
     let about_origin = |dem: &Dem| {
         let (bodies, state) = (dem.bodies(), dem.state());

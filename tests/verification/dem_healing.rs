@@ -109,13 +109,18 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
             "no more than it took"
         );
     }
-    // Short touches never make a bond.
-    let disk = json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]);
-    let over = json!({"time": {"step_s": touch / 500.0, "pressure_pa": 1.0}});
-    let mut dem = lying(law(150.0 * touch, 0.0, springs), 20.0, disk, over);
-    for look in 0..30 {
-        march(&mut dem, 1000 * look, 1000);
-        assert!(dem.state().bonds.is_empty());
+    // Short touches never make a bond, nor does a disk that swings under a pressure which is too low for half of the time.
+    let weight = 20.0 * mass(R);
+    let thrown = json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]);
+    let swinging = json!([{"x_m": 0.0, "y_m": R - 0.2 * weight / k, "radius_m": R}]);
+    for (disk, pressure, theta) in [(thrown, 0.0, 1.0), (swinging, weight / area, 0.5)] {
+        let over = json!({"time": {"step_s": touch / 500.0, "pressure_pa": 1.0, "theta": theta}});
+        let law = law(150.0 * touch, pressure, springs.clone());
+        let mut dem = lying(law, 20.0, disk, over);
+        for look in 0..30 {
+            march(&mut dem, 1000 * look, 1000);
+            assert!(dem.state().bonds.is_empty());
+        }
     }
 }
 

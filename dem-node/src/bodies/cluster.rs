@@ -232,13 +232,13 @@ impl Clusters {
         }
     }
 
-    /// Levers and inertia of a contact, when one of its bodies is in a cluster. `disk` gives centre and radius of a body
-    /// (m), `inverse` its inertia where it is none (1/kg).
+    /// Levers and inertia of a contact, when one of its bodies is in a cluster: its point is `arm` radii from the centre of either disk.
+    /// `disk` gives centre and radius of a body (m), `inverse` its inertia where it is none (1/kg).
     pub fn levers(
         &self,
         poses: &[Pose],
         pair: [usize; 2],
-        at: &Proximity,
+        (at, arm): (&Proximity, f64),
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
         time: &StepTime,
@@ -248,7 +248,7 @@ impl Clusters {
             return None;
         }
         let mut levers = Levers::default();
-        for (i, side) in [-1.0, 1.0].into_iter().enumerate() {
+        for (i, side) in [-arm, arm].into_iter().enumerate() {
             (levers.lever[i], levers.inverse[i]) = match clusters[i] {
                 Some((index, cluster)) => {
                     let (centre, radius) = disk(pair[i]);

@@ -281,6 +281,12 @@ impl Problem {
         (foot < self.boundary.feet().len()).then(|| self.boundary.disks() + foot)
     }
 
+    /// True for the wheel, glued disks and feet: W of theirs is none of a mass.
+    #[inline(always)]
+    pub(super) fn is_constrained(&self, body: usize) -> bool {
+        self.glued_index(body).is_some() || self.wheel == Some(body)
+    }
+
     /// Index in the boundary of a body of this contact, if it is a glued disk.
     #[inline(always)]
     fn glued_side(&self, contact: &Contact, body: usize) -> Option<usize> {

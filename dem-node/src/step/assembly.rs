@@ -488,6 +488,7 @@ impl Stepper {
         let disk = |body: usize| (state.centres[body], bodies.radii[body]);
         let inverse = |body: usize| self.problem.inverse_mass(body);
         let time = at.input.step_time();
+        let near = (near, contact.lever());
         let levers = bodies
             .clusters
             .levers(&state.clusters, pair, near, disk, inverse, &time);

@@ -93,17 +93,21 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
     }
 }
 
-/// Presses a contact together by a length (m). Returns the work on its spring (J).
+/// Presses a contact together by a length (m). Returns the work on its spring, less what its attraction gives (J).
 fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
     let law = bodies.law_of(slot.a as usize, slot.b as usize);
     let springs = law.shared(slot.joined).springs;
     let Some(springs) = springs.filter(|_| length > 0.0) else {
         return 0.0;
     };
-    let energy = |gap: f64| 0.5 * springs.normal * gap.min(0.0).powi(2);
-    let before = energy(slot.last_gap);
+    let energy = |slot: &Slot| {
+        let adhesion = law.adhesion.as_ref();
+        let attracted = adhesion.map_or(0.0, |a| a.stored(slot.attraction, slot.last_gap));
+        0.5 * springs.normal * slot.last_gap.min(0.0).powi(2) + attracted
+    };
+    let before = energy(slot);
     slot.last_gap -= length;
-    energy(slot.last_gap) - before
+    energy(slot) - before
 }
 
 /// The position around a point with the most room to all bodies, and its distance from them (m). Of positions with the same room the

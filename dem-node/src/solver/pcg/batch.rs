@@ -2,6 +2,7 @@
 
 use super::body_state::{BodyState, DirectionLoss};
 use super::branches::Branches;
+use super::constrained::moved_by;
 use super::group::{ContactFrames, Doubles, Iterate, LANES, PassSums, Preconditioner, Tangential};
 use super::group::{Features, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
@@ -75,8 +76,8 @@ impl ContactBatch {
             let contact = &problem.contacts[*member as usize];
             let bond = problem.bonds.get(contact.bond as usize);
             let frame = &mut self.frames[g];
-            frame.a[k] = contact.a - self.first as u32;
-            frame.b[k] = contact.b - self.first as u32;
+            frame.a[k] = moved_by(problem, contact, 0) - self.first as u32;
+            frame.b[k] = moved_by(problem, contact, 1) - self.first as u32;
             let [nx, ny] = &mut frame.normal;
             [nx.0[k], ny.0[k]] = contact.normal;
             for axis in 0..axes {

@@ -1,7 +1,7 @@
-//! The constrained bodies of the conjugate gradient, wheel, glued disks and feet on surfaces: W of theirs is no mass.
+//! The constrained bodies of the conjugate gradient, wheel, glued disks, feet on surfaces and clusters: W of theirs is no mass of a disk.
 //!
-//! Impulses move the wheel along y only, and an impulse on one glued disk moves all of them by W_g. Their record among
-//! the bodies gathers impulses and has the inverse mass 0; here is what answers instead.
+//! Impulses move the wheel along y only, an impulse on one glued disk moves all of them by W_g, and one on a disk of a cluster turns the
+//! cluster about its own centre. Their record among the bodies gathers impulses and has the inverse mass 0; here is what answers instead.
 
 use std::ops::Range;
 
@@ -11,14 +11,17 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::solver::contact::Contact;
 use crate::solver::problem::Problem;
 
-/// Vectors hold two components a glued disk and point, and then y of the wheel.
+/// Vectors hold two components a glued disk and point, then y of the wheel, and three of each body that turns by levers.
 #[derive(Clone, Debug, Default)]
 pub struct ConstrainedBodies {
     glued: Range<usize>,
     first_foot: usize,
     feet: Vec<Foot>,
     wheel: Option<usize>,
-    wheel_inverse: f64,
+    turning: Turning,
+    /// Components before that of the wheel, and the inverse masses of those from there on (1/kg).
+    boundary: usize,
+    inverse: Vec<f64>,
     /// M^-1 H p, then M^-1 H z, and M^-1 H w (m/s).
     along: Vec<f64>,
     answer: Vec<f64>,
@@ -30,19 +33,88 @@ pub struct ConstrainedBodies {
     impulses: Vec<f64>,
 }
 
+/// Bodies of contacts with levers, and the points at which these touch them: bodies of their own, after all others.
+#[derive(Clone, Debug, Default)]
+struct Turning {
+    bodies: Vec<usize>,
+    /// Place of each body of the problem among those, if it is there.
+    places: Vec<Option<u32>>,
+    first_point: usize,
+    /// Two a lever: the place of its body, and the velocity of the point by a unit of (spin times radius).
+    points: Vec<Option<(u32, [f64; 2])>>,
+}
+
+/// The body that a contact moves on one of its sides, 0 for a and 1 for b: a point of its own where it has a lever.
+#[inline(always)]
+pub fn moved_by(problem: &Problem, contact: &Contact, side: usize) -> u32 {
+    let body = [contact.a, contact.b][side];
+    let levers = problem.levers.get(contact.levers as usize);
+    if levers.is_none() || problem.is_constrained(body as usize) {
+        return body;
+    }
+    problem.records.len() as u32 + 2 * contact.levers + side as u32
+}
+
+impl Turning {
+    /// Takes over the bodies and levers of a problem, and adds the inverse masses of the former (1/kg).
+    fn load(&mut self, problem: &Problem, inverse: &mut Vec<f64>) {
+        self.bodies.clear();
+        self.places.clear();
+        self.points.clear();
+        self.first_point = problem.records.len();
+        if problem.levers.is_empty() {
+            return;
+        }
+        self.places.resize(self.first_point, None);
+        self.points.resize(2 * problem.levers.len(), None);
+        for contact in &problem.contacts {
+            let Some(levers) = problem.levers.get(contact.levers as usize) else {
+                continue;
+            };
+            let [nx, ny] = contact.normal;
+            for (side, body) in [contact.a as usize, contact.b as usize]
+                .into_iter()
+                .enumerate()
+            {
+                let point = moved_by(problem, contact, side) as usize;
+                if point == body {
+                    continue;
+                }
+                let place = *self.places[body].get_or_insert_with(|| {
+                    self.bodies.push(body);
+                    inverse.extend(levers.inverse[side]);
+                    self.bodies.len() as u32 - 1
+                });
+                let [n, t] = levers.lever[side];
+                self.points[point - self.first_point] =
+                    Some((place, [n * nx - t * ny, n * ny + t * nx]));
+            }
+        }
+    }
+
+    fn place(&self, body: usize) -> Option<usize> {
+        Some((*self.places.get(body)?)? as usize)
+    }
+
+    fn point(&self, body: usize) -> Option<(u32, [f64; 2])> {
+        *self.points.get(body.checked_sub(self.first_point)?)?
+    }
+}
+
 impl ConstrainedBodies {
-    /// Takes over wheel and glued disks, and their velocities.
-    pub fn load(&mut self, problem: &Problem, bodies: &mut [BodyState]) {
-        let components = problem.boundary.velocity.len();
-        let disks = components / 2 - problem.surface_points;
+    /// Takes over these bodies and their velocities; adds the points of levers to the bodies.
+    pub fn load(&mut self, problem: &Problem, bodies: &mut Vec<BodyState>) {
+        self.boundary = problem.boundary.velocity.len();
+        let disks = self.boundary / 2 - problem.surface_points;
         self.glued = problem.first_glued..problem.first_glued + disks;
         self.first_foot = problem.first_foot;
         self.feet.clear();
         self.feet.extend_from_slice(problem.boundary.feet());
         self.wheel = problem.wheel;
-        self.wheel_inverse = self
-            .wheel
-            .map_or(0.0, |wheel| problem.records[wheel].inverse_mass);
+        self.inverse.clear();
+        let wheel = self.wheel.map(|wheel| problem.records[wheel].inverse_mass);
+        self.inverse.push(wheel.unwrap_or(0.0));
+        self.turning.load(problem, &mut self.inverse);
         for vector in [
             &mut self.along,
             &mut self.answer,
@@ -51,23 +123,23 @@ impl ConstrainedBodies {
             &mut self.impulses,
         ] {
             vector.clear();
-            vector.resize(components + 1, 0.0);
+            vector.resize(self.boundary + self.inverse.len(), 0.0);
         }
         self.touched = false;
-        let glued = &mut bodies[self.glued.clone()];
-        for (body, v) in glued
-            .iter_mut()
-            .zip(problem.boundary.velocity.chunks_exact(2))
-        {
-            body.velocity = [v[0], v[1], 0.0];
+        let point = BodyState::default();
+        bodies.resize(bodies.len() + self.turning.points.len(), point);
+        self.impulses[..self.boundary].copy_from_slice(&problem.boundary.velocity);
+        let places = self.turning.bodies.iter().enumerate();
+        for (place, body) in places {
+            let first = self.boundary + 1 + 3 * place;
+            self.impulses[first..first + 3].copy_from_slice(&bodies[*body].velocity);
         }
-        for (foot, body) in self.feet.iter().zip(&mut bodies[self.first_foot..]) {
-            let [x, y] = foot.mean(&problem.boundary.velocity);
-            body.velocity = [x, y, 0.0];
-        }
-        let feet = self.first_foot..self.first_foot + self.feet.len();
-        for body in self.glued.clone().chain(feet).chain(self.wheel) {
+        let all: Vec<usize> = self.all().collect();
+        for body in all {
             (bodies[body].inverse_mass, bodies[body].inner) = (0.0, 0.0);
+            if self.wheel != Some(body) {
+                bodies[body].velocity = self.velocity_of(body, &self.impulses);
+            }
         }
     }
 
@@ -81,29 +153,80 @@ impl ConstrainedBodies {
 
     /// True if a body is one of these.
     pub fn holds(&self, body: usize) -> bool {
-        self.glued.contains(&body) || self.wheel == Some(body) || self.foot(body).is_some()
+        let bounded = self.glued.contains(&body) || self.wheel == Some(body);
+        bounded || self.foot(body).is_some() || self.turning.place(body).is_some()
     }
 
     fn foot(&self, body: usize) -> Option<Foot> {
         self.feet.get(body.wrapping_sub(self.first_foot)).copied()
     }
 
+    /// All of them, points of levers included.
+    fn all(&self) -> impl Iterator<Item = usize> {
+        let feet = (self.first_foot..).take(self.feet.len());
+        let turning = &self.turning;
+        let points = (turning.first_point..).zip(&turning.points);
+        let points = points.filter_map(|(body, point)| point.map(|_| body));
+        let turning = turning.bodies.iter().copied();
+        let bounded = self.glued.clone().chain(feet).chain(self.wheel);
+        bounded.chain(turning).chain(points)
+    }
+
     /// Gathers an impulse on a body, if it is one of these.
     pub fn gather(&mut self, body: usize, impulse: [f64; 3]) {
+        let mut gathered = std::mem::take(&mut self.gathered);
+        self.touched |= self.add(&mut gathered, body, impulse);
+        self.gathered = gathered;
+    }
+
+    /// Adds an impulse on a body to the components; false if the body is none of these.
+    fn add(&self, into: &mut [f64], body: usize, impulse: [f64; 3]) -> bool {
+        let [x, y, _] = impulse;
         if self.glued.contains(&body) {
             let index = 2 * (body - self.glued.start);
-            self.gathered[index] += impulse[0];
-            self.gathered[index + 1] += impulse[1];
-        } else if self.wheel == Some(body)
-            && let Some(y) = self.gathered.last_mut()
-        {
-            *y += impulse[1];
+            into[index] += x;
+            into[index + 1] += y;
+        } else if self.wheel == Some(body) {
+            into[self.boundary] += y;
         } else if let Some(foot) = self.foot(body) {
-            add_parts(&mut self.gathered, foot, impulse);
+            for (point, part) in foot.parts([x, y]) {
+                into[2 * point] += part[0];
+                into[2 * point + 1] += part[1];
+            }
+        } else if let Some(place) = self.turning.place(body) {
+            let of = &mut into[self.boundary + 1 + 3 * place..][..3];
+            of.iter_mut()
+                .zip(impulse)
+                .for_each(|(sum, part)| *sum += part);
+        } else if let Some((place, [along_x, along_y])) = self.turning.point(body) {
+            let turn = along_x * x + along_y * y;
+            let of = &mut into[self.boundary + 1 + 3 * place as usize..][..3];
+            of.iter_mut()
+                .zip([x, y, turn])
+                .for_each(|(sum, part)| *sum += part);
         } else {
-            return;
+            return false;
         }
-        self.touched = true;
+        true
+    }
+
+    /// Velocity of a body, from the components (m/s).
+    fn velocity_of(&self, body: usize, of: &[f64]) -> [f64; 3] {
+        let of_turning = |place: usize| &of[self.boundary + 1 + 3 * place..][..3];
+        if self.glued.contains(&body) {
+            let index = 2 * (body - self.glued.start);
+            [of[index], of[index + 1], 0.0]
+        } else if let Some(foot) = self.foot(body) {
+            let [x, y] = foot.mean(of);
+            [x, y, 0.0]
+        } else if let Some(place) = self.turning.place(body) {
+            std::array::from_fn(|k| of_turning(place)[k])
+        } else if let Some((place, [along_x, along_y])) = self.turning.point(body) {
+            let v = of_turning(place as usize);
+            [v[0] + along_x * v[2], v[1] + along_y * v[2], 0.0]
+        } else {
+            [0.0, of[self.boundary], 0.0]
+        }
     }
 
     /// Moves by the step alpha along M^-1 H p = M^-1 H w + beta M^-1 H z.
@@ -131,7 +254,7 @@ impl ConstrainedBodies {
     ) {
         let mut impulses = std::mem::take(&mut self.impulses);
         self.collect(&mut impulses, |body| bodies[body].h_w);
-        respond(boundary, self.wheel_inverse, &impulses, &mut self.answer);
+        respond(boundary, &self.inverse, &impulses, &mut self.answer);
         products.wp += dot(&impulses, &self.along);
         products.ww += dot(&impulses, &self.answer);
         if self.answer_gathered(boundary) {
@@ -168,61 +291,41 @@ impl ConstrainedBodies {
         if !std::mem::take(&mut self.touched) {
             return false;
         }
-        respond(
-            boundary,
-            self.wheel_inverse,
-            &self.gathered,
-            &mut self.spare,
-        );
+        respond(boundary, &self.inverse, &self.gathered, &mut self.spare);
         self.gathered.fill(0.0);
         true
     }
 
     fn move_bodies(&self, bodies: &mut [BodyState], factor: f64, change: &[f64]) {
-        let glued = &mut bodies[self.glued.clone()];
-        for (body, v) in glued.iter_mut().zip(change.chunks_exact(2)) {
-            body.velocity[0] += factor * v[0];
-            body.velocity[1] += factor * v[1];
-        }
-        for (foot, body) in self.feet.iter().zip(&mut bodies[self.first_foot..]) {
-            let v = foot.mean(change);
-            body.velocity[0] += factor * v[0];
-            body.velocity[1] += factor * v[1];
-        }
-        if let (Some(wheel), Some(v)) = (self.wheel, change.last()) {
-            bodies[wheel].velocity[1] += factor * v;
+        for body in self.all() {
+            let change = self.velocity_of(body, change);
+            let velocity = bodies[body].velocity.iter_mut();
+            velocity
+                .zip(change)
+                .for_each(|(v, change)| *v += factor * change);
         }
     }
 
     fn collect(&self, into: &mut [f64], of: impl Fn(usize) -> [f64; 3]) {
         into.fill(0.0);
-        for (pair, body) in into.chunks_exact_mut(2).zip(self.glued.clone()) {
-            pair.copy_from_slice(&of(body)[..2]);
-        }
-        for (foot, body) in self.feet.iter().zip(self.first_foot..) {
-            add_parts(into, *foot, of(body));
-        }
-        if let (Some(wheel), Some(y)) = (self.wheel, into.last_mut()) {
-            *y = of(wheel)[1];
+        for body in self.all() {
+            self.add(into, body, of(body));
         }
     }
 }
 
-/// Adds an impulse to the components of the two points of a foot.
-fn add_parts(into: &mut [f64], foot: Foot, [x, y, _]: [f64; 3]) {
-    for (point, part) in foot.parts([x, y]) {
-        into[2 * point] += part[0];
-        into[2 * point + 1] += part[1];
-    }
-}
-
-/// M^-1 of impulses: W_g p of the glued disks, and 1/m along y of the wheel.
-fn respond(boundary: &CompliantBoundary, wheel: f64, impulses: &[f64], velocities: &mut [f64]) {
-    if let (Some((y, on_glued)), Some((v, of_glued))) =
-        (impulses.split_last(), velocities.split_last_mut())
-    {
-        boundary.times_compliance(on_glued, of_glued);
-        *v = wheel * y;
+/// M^-1 of impulses: W_g p of the glued disks, and the inverse masses of the components that follow theirs.
+fn respond(
+    boundary: &CompliantBoundary,
+    inverse: &[f64],
+    impulses: &[f64],
+    velocities: &mut [f64],
+) {
+    let glued = impulses.len() - inverse.len();
+    boundary.times_compliance(&impulses[..glued], &mut velocities[..glued]);
+    let others = velocities[glued..].iter_mut().zip(&impulses[glued..]);
+    for ((velocity, impulse), inverse) in others.zip(inverse) {
+        *velocity = inverse * impulse;
     }
 }
 

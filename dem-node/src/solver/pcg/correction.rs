@@ -91,7 +91,7 @@ impl Correction {
             for (index, contact) in (piece.passed as u32..).zip(piece.contacts) {
                 let held = [contact.a, contact.b]
                     .into_iter()
-                    .any(|b| is_held(whole, b));
+                    .any(|b| whole.is_constrained(b as usize));
                 let bond = whole.bonds.get(contact.bond as usize);
                 let bond = bond.filter(|bond| !held && suits_bond(contact, bond));
                 match bond {
@@ -136,7 +136,7 @@ impl Correction {
         outer.records.clear();
         let contacts = self.members.iter().map(|i| &problem.contacts[*i as usize]);
         for body in contacts.clone().flat_map(|contact| [contact.a, contact.b]) {
-            if self.numbers[body as usize] == INSIDE && !is_held(problem, body) {
+            if self.numbers[body as usize] == INSIDE && !problem.is_constrained(body as usize) {
                 let record = problem.records[body as usize];
                 self.numbers[body as usize] = outer.records.len() as u32;
                 outer.records.push(record);
@@ -269,12 +269,6 @@ fn add_impulse(problem: &mut Problem, index: usize, change: [f64; 2]) {
         }
     }
     problem.contacts[index].impulse = [0, 1].map(|axis| contact.impulse[axis] + change[axis]);
-}
-
-/// True for a glued disk and the wheel.
-fn is_held(problem: &Problem, body: u32) -> bool {
-    let body = body as usize;
-    problem.glued_index(body).is_some() || problem.wheel == Some(body)
 }
 
 /// The factors of a step in single precision, and the pass with them.

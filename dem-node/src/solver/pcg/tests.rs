@@ -2,6 +2,7 @@
 
 mod textbook;
 
+use crate::bodies::levers::Levers;
 use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::bond::{Bond, BondContact};
 use crate::contact::boundary::CompliantBoundary;
@@ -24,7 +25,7 @@ struct Scene {
     grains: usize,
     friction: f64,
     springs: bool,
-    /// A wheel over some grains, and a compliant boundary under others.
+    /// A wheel over some grains, a compliant boundary under others, and some that stand for clusters.
     constrained: bool,
     /// One of so many contacts of two grains has a bond, none where it is 0; where there is friction, springs must be.
     bonds: usize,
@@ -69,9 +70,34 @@ fn problem(scene: Scene) -> Problem {
     if scene.constrained {
         let pair = [grains + 1, wheel];
         problem.contacts.push(touch(&mut random, pair, &scene));
+        if scene.bonds != 1 {
+            turn_clusters(&mut random, &mut problem, grains);
+        }
     }
     problem.prepare(1.0, false).expect("it is well posed");
     problem
+}
+
+/// Lets every eleventh grain stand for a cluster, which all its contacts turn by levers of their own.
+fn turn_clusters(random: &mut RandomNumbers, problem: &mut Problem, grains: usize) {
+    let leads = |body: usize| body < grains && body % 11 == 5;
+    for i in 0..problem.contacts.len() {
+        let pair = [problem.contacts[i].a, problem.contacts[i].b].map(|body| body as usize);
+        if !pair.into_iter().any(leads) {
+            continue;
+        }
+        let mut levers = Levers::default();
+        for (side, body) in pair.into_iter().enumerate() {
+            levers.inverse[side] = problem.inverse_mass(body);
+            levers.lever[side] = [0.0, [-1.0, 1.0][side] * problem.contacts[i].lever()];
+            if leads(body) {
+                levers.inverse[side][0] *= 0.5;
+                levers.lever[side] = [random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
+            }
+        }
+        problem.contacts[i].levers = problem.levers.len() as u32;
+        problem.levers.push(levers);
+    }
 }
 
 fn touch(random: &mut RandomNumbers, [a, b]: [usize; 2], scene: &Scene) -> Contact {

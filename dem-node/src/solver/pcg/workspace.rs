@@ -1,7 +1,7 @@
 //! All contacts and bodies of a solve, and a pass over them.
 //!
 //! Contacts inside a subdomain of [`crate::solver::partition`] are treated subdomain beside subdomain; those across, of the
-//! wheel and of glued disks begin a pass before the subdomains and end it after them. Sums are made subdomain by subdomain.
+//! wheel, of glued disks and of clusters begin a pass before the subdomains and end it after them. Sums are made subdomain by subdomain.
 
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
@@ -16,7 +16,7 @@ use crate::solver::problem::Problem;
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     subdomains: Vec<Subdomain<Interior>>,
-    /// Contacts of bodies of two subdomains, of the wheel and of glued disks.
+    /// Contacts of bodies of two subdomains, of the wheel, of glued disks and of clusters.
     outside: ContactBatch,
     /// Bodies of subdomains that they touch.
     shared: Vec<u32>,
@@ -125,9 +125,9 @@ impl Workspace {
         self.bodies.clear();
         self.bodies
             .extend(problem.records.iter().map(BodyState::new));
+        self.constrained.load(problem, &mut self.bodies);
         self.momenta.clear();
         self.momenta.resize(self.bodies.len(), [0.0; 3]);
-        self.constrained.load(problem, &mut self.bodies);
         partition.assign(&mut self.subdomains);
     }
 

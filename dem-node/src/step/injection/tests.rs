@@ -5,6 +5,7 @@ use crate::bodies::faces::{Face, RigidWall};
 use crate::bodies::feed::{Feed, Injection};
 use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
+use crate::law::adhesion::Adhesion;
 use crate::law::{Law, Springs};
 use crate::step::{StepInput, Stepper};
 
@@ -118,6 +119,28 @@ fn a_grain_that_grows_is_pressed_by_what_it_overlaps_and_its_work_is_in_the_spri
     assert!((work - springs).abs() < a_step, "{work} {springs}");
     let booked = work - state.ledger.impact - state.ledger.detection;
     assert!((booked - springs).abs() < 1e-12, "{booked} {springs}");
+}
+
+/// What attracts the grain on both sides presses it no more than what it overlaps does, and the books have its energy.
+#[test]
+fn a_grain_that_grows_between_walls_that_attract_it_balances() {
+    let mut bodies = between_walls();
+    bodies.law.adhesion = Some(Adhesion {
+        force: 20.0,
+        by_radius: 0.0,
+        range: 0.05,
+    });
+    let state = march(&bodies, DUE + GROWTH + 0.2, |_, _| {});
+    let [normal, _, _, attraction] = state.springs(&bodies);
+    assert!((normal - K * 0.01).abs() < 1e-9);
+    assert!(
+        (attraction + 2.0 * 20.0 * 0.15).abs() < 1e-9,
+        "{attraction}"
+    );
+    let ledger = &state.ledger;
+    let lost = ledger.impact + ledger.detection + ledger.numerical;
+    let left = ledger.injection - lost - normal - attraction;
+    assert!(left.abs() < 1e-9, "{left}");
 }
 
 /// Of the places around the point, none is further from both walls than those half-way: the first of them is the one on the left.

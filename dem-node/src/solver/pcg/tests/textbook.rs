@@ -218,10 +218,16 @@ impl<'a> Textbook<'a> {
         let mut load = vec![0.0; problem.boundary.velocity.len()];
         for (contact, [n, t]) in problem.contacts.iter().zip(x) {
             let force = contact.in_xy([*n, *t]);
-            for (body, sign) in [(contact.a as usize, 1.0), (contact.b as usize, -1.0)] {
+            let levers = problem.levers.get(contact.levers as usize);
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let body = [contact.a, contact.b][side] as usize;
                 if let Some(disk) = problem.glued_index(body) {
                     load[2 * disk] += sign * force[0];
                     load[2 * disk + 1] += sign * force[1];
+                    continue;
+                }
+                if let Some(levers) = levers {
+                    levers.apply(side, &mut bodies[body], force.map(|f| sign * f), [*n, *t]);
                     continue;
                 }
                 let inverse = problem.inverse_mass(body);
