@@ -146,14 +146,6 @@ impl Bodies {
         self.any_law(|law| law.healing.is_some())
     }
 
-    /// True for a body that stays the same one as a disk rolls along it, as segments of a face do not.
-    pub fn keeps_bonds(&self, body: usize) -> bool {
-        match self.wall_of(body) {
-            Some(wall) => matches!(wall.face, Face::HalfPlane { .. }),
-            None => self.segment_index(body).is_none(),
-        }
-    }
-
     /// r_1 r_2 / (r_1 + r_2) of two bodies, on a face the radius of the grain (m).
     pub fn reduced_radius(&self, pair: [u32; 2]) -> f64 {
         let curvature = |body: u32| self.radii.get(body as usize).map_or(0.0, |r| 1.0 / r);

@@ -5,12 +5,13 @@
 //! - [`loss`]: energy that a contact loses in a step;
 //! - [`bond`], [`initial_bonds`]: bonds between grains, and those of the start;
 //! - [`boundary`]: the compliant boundary of the glued disks;
-//! - [`shared`]: springs of a disk that lies on several segments of a surface.
+//! - [`hand_over`], [`shared`]: a disk that passes from one segment of a surface to the next, and springs of one that lies on several.
 
 pub mod bond;
 pub mod boundary;
 pub mod cells;
 pub mod detect;
+pub mod hand_over;
 pub mod initial_bonds;
 pub mod loss;
 pub mod shared;

@@ -26,7 +26,7 @@ const ROOM: [(&str, &str, usize); 14] = [
     ("Grains meet the whole surface", "dem-node", 1_217),
     ("Grains meet the whole surface", "fem-node", 209),
     ("Grains meet the whole surface", "others", 63),
-    ("Cohesion that comes back", "dem-node", 856),
+    ("Cohesion that comes back", "dem-node", 949),
     ("Cohesion that comes back", "others", 95),
 ];
 

@@ -10,7 +10,7 @@
 use dem_node::Dem;
 use serde_json::{Value, json};
 
-use crate::dem_support::{THICKNESS, close, march, mass, on_floor, refusal, scene, with};
+use crate::dem_support::{THICKNESS, build, close, march, mass, on_floor, refusal, scene, with};
 
 const R: f64 = 1e-3;
 const G: f64 = 9.81;
@@ -208,6 +208,99 @@ fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
         );
         assert!(lost.iter().all(|lost| *lost > 0.0), "{lost:?}");
         assert!(lost[1] <= dem.state().ledger.healing);
+    }
+}
+
+/// Bonded, turning and sliding over the seams of straight polylines, a disk moves as on a half-plane.
+#[test]
+fn a_bond_goes_along_over_the_seams_of_walls_and_surfaces() {
+    let line = [-3.0, -0.5, 0.05, 0.1, 4.0].map(|x| [x * R, 0.0]);
+    let floors = [
+        (
+            "walls",
+            json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]),
+        ),
+        ("walls", json!([{"points_m": line}])),
+        ("surface", json!({"points_m": line})),
+    ];
+    for springs in [false, true] {
+        let mut keys = json!({"ct_pa_per_m": 1e4});
+        if springs {
+            keys["contact_stiffness_pa"] = json!(1e7);
+            keys["damping"] = json!(0.2);
+            keys["tangential_stiffness_ratio"] = json!(1.0);
+        }
+        let moved = floors.clone().map(|(kind, floor)| {
+            let disk = json!({"x_m": -0.6 * R, "y_m": R, "radius_m": R, "vx_m_per_s": 0.15});
+            let mut sample = json!({"kind": "disks", "disks": [disk]});
+            sample[kind] = floor;
+            let over = json!({"gravity_m_per_s2": [0.0, -G]});
+            let mut dem = build(&scene(law(0.01, 0.0, keys.clone()), H, sample, over));
+            march(&mut dem, 0, 900);
+            let (state, bond) = (dem.state(), dem.state().bonds[0]);
+            let [x, y] = state.centres[0];
+            assert!(x > 0.15 * R && bond.adhesion > 0.8, "{x} {bond:?}");
+            let of_bond = [bond.adhesion, bond.opening / R, bond.slip / R];
+            [[x / R, y / R, 0.0], of_bond, state.velocities[0]]
+        });
+        // On a surface the foot is where a force acts: the lever is shorter by what the disk overlaps, 2.4e-5 of its radius.
+        let allowed = [1e-9, if springs { 5e-5 } else { 1e-9 }];
+        for (other, allowed) in moved[1..].iter().zip(allowed) {
+            for (value, expected) in other.iter().flatten().zip(moved[0].iter().flatten()) {
+                close("motion", *value, *expected, allowed);
+            }
+        }
+    }
+}
+
+/// Round a convex corner, and through a concave one on springs, a bond goes along and nothing is made. Rigid, the disk stands on both sides
+/// of a concave corner: it tears the bond to the first, and heals to the second.
+#[test]
+fn a_bond_goes_round_corners_and_nothing_is_made() {
+    for (bend, springs) in [(0.02, true), (-0.02, true), (0.02, false), (-0.02, false)] {
+        let points = [
+            [-6.0 * R, 6.0 * R * bend],
+            [0.0, 0.0],
+            [6.0 * R, 6.0 * R * bend],
+        ];
+        let (speed, weight) = (0.1, mass(R) * G);
+        let (sin, cos) = f64::atan(bend).sin_cos();
+        let disk = json!({"x_m": -R * cos + R * sin, "y_m": R * sin + R * cos, "radius_m": R,
+            "vx_m_per_s": speed * cos, "vy_m_per_s": -speed * sin, "spin_rad_per_s": -speed / R});
+        let sample = json!({"kind": "disks", "disks": [disk], "walls": [{"points_m": points}]});
+        let over = json!({"gravity_m_per_s2": [0.0, -G]});
+        let mut keys = json!({"ct_pa_per_m": 0.0});
+        if springs {
+            keys["contact_stiffness_pa"] = json!(1e2 * weight / R / THICKNESS);
+            keys["tangential_stiffness_ratio"] = json!(1.0);
+            (keys["damping"], keys["bond_damping_ratio"]) = (json!(1.0), json!(1.0));
+        }
+        let mut dem = build(&scene(law(2e-3, 0.0, keys), H, sample, over));
+        let energy = 0.75 * mass(R) * speed * speed;
+        let mut alone = false;
+        for step in 0..2000 {
+            let report = march(&mut dem, step, 1);
+            assert!(
+                report.imbalance(energy) < 1e-9,
+                "{:e}",
+                report.imbalance(energy)
+            );
+            let ledger = &dem.state().ledger;
+            assert!(ledger.detection > -1e-6 * energy, "{:e}", ledger.detection);
+            let slots = &dem.state().list.slots;
+            alone |= slots.iter().any(|slot| slot.joined == f64::INFINITY);
+            let pressing = slots.iter().filter(|slot| slot.force[0] > 0.0);
+            assert!(!springs || pressing.count() < 2, "{bend} {step}");
+        }
+        let (state, torn) = (dem.state(), u64::from(!springs && bend > 0.0));
+        let [x, y] = state.centres[0];
+        assert!(x > 0.5 * R, "it has passed the corner: {x}");
+        close("height", y * cos - x * sin, R, 0.012 * R);
+        let made = (state.ledger.bonds_made, state.bonds.len());
+        assert_eq!(made, (1 + torn, 1), "{bend} {springs}");
+        assert_eq!(state.ledger.surface > 0.0, torn > 0);
+        assert_eq!(state.bonds[0].b, 2, "the second segment");
+        assert_eq!(alone, springs && bend > 0.0, "{bend}");
     }
 }
 

@@ -224,6 +224,11 @@ impl Segment {
         next.map(|joint| joint.wall)
     }
 
+    /// Height of a point over the line of the face (m).
+    pub fn height(&self, point: [f64; 2]) -> f64 {
+        dot(minus(point, self.start), left_of(self.direction))
+    }
+
     /// The wall after this one, and the distance of a point from the corner between them (m).
     pub fn corner(&self, point: [f64; 2]) -> Option<(usize, f64)> {
         let [x, y] = minus(point, self.end);

@@ -67,6 +67,12 @@ pub fn successor(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> 
     segment.successor(centre).map(|next| first + next)
 }
 
+/// Gap of the disk `a` over the line of the segment `b` of a wall or surface, also beyond its ends (m).
+pub fn gap_over_line(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<f64> {
+    let (segment, centre, _) = segment_under(bodies, positions, a, b)?;
+    Some(segment.height(centre) - bodies.radii[a])
+}
+
 /// The body after the segment `b` of a wall or surface, and the gap of the disk `a` at the corner between them (m).
 pub fn corner(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<(usize, f64)> {
     let (segment, centre, first) = segment_under(bodies, positions, a, b)?;

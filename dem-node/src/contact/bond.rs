@@ -96,6 +96,23 @@ impl Bond {
         }
     }
 
+    /// Lets go of a bond at once, whatever it bears: its pair goes on as a contact.
+    pub fn tear(&mut self, law: &Law, slot: &mut Slot) -> Loss {
+        let Some(cohesion) = &law.cohesion else {
+            return Loss::default();
+        };
+        let lost = cohesion.stored(self.area, self.adhesion, self.opening, self.slip);
+        let surface = self.area * cohesion.surface([self.adhesion, 0.0], f64::INFINITY);
+        leave_touching(law, self, slot, 0.0, 0.0);
+        self.adhesion = 0.0;
+        Loss {
+            cohesion: lost.min(surface),
+            surface,
+            numerical: lost - lost.min(surface),
+            ..Loss::default()
+        }
+    }
+
     /// Its elastic energy (J).
     pub fn stored(&self, bodies: &Bodies) -> f64 {
         let law = bodies.law.cohesion.as_ref();
@@ -143,6 +160,11 @@ pub fn count(bonds: &[Bond]) -> usize {
 pub fn holding(bonds: &[Bond]) -> impl Iterator<Item = (u32, u32)> {
     let bonds = bonds.iter().filter(|bond| bond.holds());
     bonds.map(|bond| bond.pair())
+}
+
+/// Index of the bond of a pair, of bonds in order.
+pub fn find_bond(bonds: &[Bond], pair: (u32, u32)) -> Option<usize> {
+    bonds.binary_search_by_key(&pair, Bond::pair).ok()
 }
 
 /// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).

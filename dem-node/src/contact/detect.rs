@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::squared_displacements;
-use crate::bodies::positions::{Positions, distance, successor};
+use crate::bodies::positions::{Positions, distance};
 use crate::contact::cells::NearPairs;
 
 /// A pair of bodies that may touch, with its memory from step to step.
@@ -109,58 +109,6 @@ impl VerletList {
     /// Makes the next refresh build a new list, as if a body had moved too far.
     pub(crate) fn invalidate(&mut self) {
         self.reach = 0.0;
-    }
-
-    /// Force and spring of a disk that has passed from one segment of a wall or surface to the next go along.
-    pub fn hand_over(&mut self, bodies: &Bodies, positions: &Positions) {
-        for index in 0..self.slots.len() {
-            let slot = &self.slots[index];
-            let on_face = slot.b as usize >= bodies.first_wall();
-            if !on_face || slot.force == [0.0; 2] && slot.spring == 0.0 {
-                continue;
-            }
-            let slot = *slot;
-            let start = slot.b as usize;
-            let mut passed = [start, start];
-            // Of short segments several may be passed at once.
-            while let Some(next) = successor(bodies, positions, slot.a as usize, passed[1])
-                && next != passed[0]
-            {
-                passed = [passed[1], next];
-            }
-            if passed[1] != start {
-                self.move_slot(index, passed[1]);
-            }
-        }
-    }
-
-    fn move_slot(&mut self, index: usize, body: usize) {
-        let old = self.slots[index];
-        self.slots[index] = slot(old.a as usize, old.b as usize);
-        let pair = (old.a, body as u32);
-        let Ok(target) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
-            return;
-        };
-        let new = &mut self.slots[target];
-        let attraction = new.attraction.max(old.attraction);
-        if new.pressure() == [0.0; 2] {
-            *new = Slot {
-                a: new.a,
-                b: new.b,
-                ..old
-            };
-            new.force[0] += old.attraction - attraction;
-            new.attraction = attraction;
-            return;
-        }
-        // The other side of a concave corner: it keeps the energy of both.
-        let share = (1.0 + new.joined) / (1.0 + old.joined);
-        let both = |new: f64, old: f64| (new * new + share * old * old).sqrt();
-        new.last_gap = -both(new.last_gap.min(0.0), old.last_gap.min(0.0));
-        new.spring = both(new.spring, old.spring).copysign(new.spring + share * old.spring);
-        new.force = [0, 1].map(|k| new.pressure()[k] + old.pressure()[k]);
-        new.force[0] -= attraction;
-        new.attraction = attraction;
     }
 
     /// Largest displacement of a body since the list was built (m).

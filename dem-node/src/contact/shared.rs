@@ -10,17 +10,21 @@
 //! A contact is born at a corner, s = d_j: the energy of two is then what that of the first was alone, k d_i^2 / 2, whatever their
 //! overlaps are. A whole spring each would make k d_j^2 / 2 out of nothing; a disk that is held by the nearest segment alone
 //! would sink into a surface that yields and bends around it. What the contacts have stored goes along when shares change.
+//!
+//! A disk that is bonded to one of them has that contact alone: a share of none, `joined` infinite, is no contact. When the bond is gone, or the
+//! corner, the others touch where they are, so that nothing is made of it.
 
 use crate::bodies::Bodies;
 use crate::bodies::positions::{Positions, corner, proximity};
+use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 
-/// Gives the contacts of each disk with segments of walls and surfaces their shares; `missing` is what a growing grain lacks of its
-/// radius (m).
+/// Gives the contacts of each disk with segments of walls and surfaces their shares; slots and bonds are sorted by (a, b), and `missing` is
+/// what a growing grain lacks of its radius (m).
 pub fn share_springs(
     slots: &mut [Slot],
-    bodies: &Bodies,
-    positions: &Positions,
+    bonds: &[Bond],
+    (bodies, positions): (&Bodies, &Positions),
     missing: impl Fn(u32) -> f64,
 ) {
     let mut rest = slots;
@@ -31,28 +35,36 @@ pub fn share_springs(
         let a = rest[first].a;
         let of_disk = rest[first..].iter().take_while(|slot| slot.a == a).count();
         let (on_faces, others) = rest[first..].split_at_mut(of_disk);
-        if of_disk > 1 {
-            share_among(on_faces, bodies, positions, missing(a));
+        if of_disk > 1 || on_faces[0].joined != 0.0 {
+            share_among(on_faces, bonds, (bodies, positions), missing(a));
         }
         rest = others;
     }
 }
 
-fn share_among(slots: &mut [Slot], bodies: &Bodies, positions: &Positions, missing: f64) {
+fn share_among(
+    slots: &mut [Slot],
+    bonds: &[Bond],
+    (bodies, positions): (&Bodies, &Positions),
+    missing: f64,
+) {
     let a = slots[0].a as usize;
     let overlap = |slot: &Slot| {
         let law = bodies.law_of(a, slot.b as usize);
         law.springs?;
-        let gap = proximity(bodies, positions, a, slot.b as usize).gap + missing;
+        let gap = proximity(bodies, positions, a, slot.b as usize).gap + missing - slot.reference;
         (gap < 0.0).then_some(-gap)
     };
-    let overlaps: Vec<f64> = slots.iter().map(|s| overlap(s).unwrap_or(0.0)).collect();
-    let pressed = overlaps.iter().filter(|overlap| **overlap > 0.0).count();
+    let mut overlaps: Vec<f64> = slots.iter().map(|s| overlap(s).unwrap_or(0.0)).collect();
+    let bonded = |slot: &Slot| find_bond(bonds, (slot.a, slot.b)).is_some();
+    let bonded: Vec<bool> = slots.iter().map(bonded).collect();
+    let presses = |slot: usize| bonded[slot] || overlaps[slot] > 0.0;
+    let pressed = (0..slots.len()).filter(|slot| presses(*slot)).count();
     if pressed < 2 && slots.iter().all(|slot| slot.joined == 0.0) {
         return;
     }
-    let mut joined = vec![0.0; slots.len()];
-    for from in (0..slots.len()).filter(|i| overlaps[*i] > 0.0) {
+    let mut pairs = Vec::new();
+    for from in (0..slots.len()).filter(|slot| presses(*slot)) {
         let (mut at, mut shallowest) = (slots[from].b as usize, f64::INFINITY);
         while let Some((next, gap)) = corner(bodies, positions, a, at) {
             shallowest = shallowest.min(-gap - missing);
@@ -60,12 +72,33 @@ fn share_among(slots: &mut [Slot], bodies: &Bodies, positions: &Positions, missi
                 break;
             }
             let to = slots.binary_search_by_key(&(next as u32), |slot| slot.b);
-            if let Some(to) = to.ok().filter(|to| overlaps[*to] > 0.0) {
-                let connection = (shallowest / overlaps[from].max(overlaps[to])).powi(2);
-                joined[from] += connection;
-                joined[to] += connection;
+            if let Some(to) = to.ok().filter(|to| presses(*to)) {
+                pairs.push((from, to, shallowest));
             }
             at = next;
+        }
+    }
+    let mut joined = vec![0.0; slots.len()];
+    for (from, to, _) in &pairs {
+        for (one, other) in [(*from, *to), (*to, *from)] {
+            // What a contact already stores it keeps, as one beside the bond.
+            let stores = slots[other].joined.is_finite() && slots[other].last_gap < 0.0;
+            if bonded[one] && !bonded[other] && !stores {
+                joined[other] = f64::INFINITY;
+            }
+        }
+    }
+    for ((slot, joined), overlap) in slots.iter_mut().zip(&joined).zip(&mut overlaps) {
+        if slot.joined == f64::INFINITY && joined.is_finite() {
+            // It touches where it is.
+            slot.reference -= std::mem::take(overlap);
+        }
+    }
+    for (from, to, depth) in pairs {
+        if !(bonded[from] || bonded[to]) && overlaps[from].min(overlaps[to]) > 0.0 {
+            let connection = (depth / overlaps[from].max(overlaps[to])).powi(2);
+            joined[from] += connection;
+            joined[to] += connection;
         }
     }
     hand_over(slots, &overlaps, &joined);
@@ -94,6 +127,7 @@ fn hand_over(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
                 0.0 if found[1] == 0.0 => {
                     (slot.last_gap * before.sqrt(), slot.spring * before.sqrt())
                 }
+                _ if *joined == f64::INFINITY => (0.0, 0.0),
                 0.0 => (0.0, 0.0),
                 overlap => (
                     -(stored[0] / found[0]).sqrt() * overlap,
@@ -102,5 +136,70 @@ fn hand_over(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
             };
         }
         slot.joined = *joined;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bodies::faces::{Face, RigidWall, polyline};
+    use crate::law::{Law, Springs};
+
+    /// A disk of radius 1 deep in a corner, bonded to one side, then no more: the other side takes no part, and then touches where it is.
+    #[test]
+    fn what_a_bond_has_kept_out_touches_where_it_is() {
+        let walls = polyline(&[[-5.0, 0.1], [0.0, 0.0], [5.0, 0.1]], 0);
+        let wall = |segment| RigidWall {
+            face: Face::Segment(segment),
+            velocity: [0.0; 2],
+        };
+        let bodies = Bodies {
+            free: 1,
+            radii: vec![1.0],
+            masses: vec![1.0],
+            walls: walls.into_iter().map(wall).collect(),
+            law: Law {
+                springs: Some(Springs {
+                    normal: 1.0,
+                    tangential: 1.0,
+                    damping: 0.0,
+                }),
+                ..Law::default()
+            },
+            ..Bodies::default()
+        };
+        let positions = Positions {
+            centres: &[[0.0, 0.9]],
+            surface: &[],
+            present: 1,
+            wheel: [0.0; 2],
+            wall_motion_time: 0.0,
+        };
+        let slot = |b, last_gap| Slot {
+            b,
+            last_gap,
+            ..Slot::default()
+        };
+        let bond = Bond {
+            b: 1,
+            adhesion: 1.0,
+            ..Bond::default()
+        };
+        let mut slots = [slot(1, -0.1), slot(2, 0.0)];
+        let mut share = |bonds: &[Bond]| {
+            share_springs(&mut slots, bonds, (&bodies, &positions), |_| 0.0);
+            slots
+        };
+        let bonded = share(&[bond]);
+        assert_eq!(bonded[0], slot(1, -0.1));
+        assert_eq!(bonded[1].joined, f64::INFINITY);
+        let [first, second] = share(&[]);
+        assert_eq!(first, slot(1, -0.1));
+        let gap = proximity(&bodies, &positions, 0, 2).gap;
+        assert!(
+            gap < -0.09 && (second.reference - gap).abs() < 1e-15,
+            "{second:?}"
+        );
+        assert_eq!((second.joined, second.last_gap), (0.0, 0.0));
     }
 }

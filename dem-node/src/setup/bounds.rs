@@ -179,11 +179,7 @@ impl StiffnessBounds {
     /// The bounds of the bodies of a start, with its bonds and those that may come to be.
     pub fn new(bodies: &Bodies, state: &GrainState) -> StiffnessBounds {
         let heals = bodies.heals();
-        let near = state
-            .list
-            .slots
-            .iter()
-            .filter(|slot| heals && bodies.keeps_bonds(slot.b as usize));
+        let near = state.list.slots.iter().filter(|_| heals);
         let may_be = near.filter_map(|slot| {
             let law = bodies.law.cohesion.as_ref()?;
             Some(Bond::new(bodies, law, [slot.a, slot.b], 0.0))

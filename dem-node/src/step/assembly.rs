@@ -8,6 +8,7 @@ use crate::bodies::geometry::{Proximity, extent};
 use crate::bodies::positions::{Positions, corner, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
+use crate::contact::hand_over::hand_over;
 use crate::contact::shared::share_springs;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
@@ -80,14 +81,18 @@ impl Stepper {
             let [x, _] = state.wheel.position;
             state.place_face(bodies, x + (1.0 - input.theta) * (input.wheel_x - x));
         }
+        let mut bonds = std::mem::take(&mut state.bonds);
         let positions = positions_at_detection(state, input);
-        let bonded = state.bonds.iter().map(Bond::pair);
-        list.refresh(bodies, &positions, travel, bonded);
+        list.refresh(bodies, &positions, travel, bonds.iter().map(Bond::pair));
+        let mut torn = Vec::new();
         if bodies.has_joints() {
-            list.hand_over(bodies, &positions);
+            torn = hand_over(&mut list.slots, &mut bonds, bodies, &positions);
             let missing = |grain| state.feed.missing(grain);
-            share_springs(&mut list.slots, bodies, &positions, missing);
+            share_springs(&mut list.slots, &bonds, (bodies, &positions), missing);
         }
+        torn.iter().for_each(|loss| state.ledger.lose(loss));
+        state.bonds = bonds;
+        let positions = positions_at_detection(state, input);
         self.problem.levers.clear();
         let at = Detection {
             state,
@@ -235,7 +240,7 @@ impl Stepper {
             self.problem.boundary.place_foot(foot);
             self.problem.records.push(BodyRecord::default());
             let law = bodies.law_at(contact.pair_law);
-            if law.restitution.is_some() {
+            if law.restitution.is_some() && contact.bond == NO_BOND {
                 let [before, _] = self.relative_before(bodies, at.state, &contact);
                 let bias = law.bias(contact.gap, before, at.input.step);
                 contact.bias[0] = bias.unwrap_or(contact.bias[0]);
@@ -502,6 +507,9 @@ impl Stepper {
     /// Gives a contact without bond its bias; false if the pair stays apart in this step and carried no force in the last one.
     fn accept(&self, at: &Detection, slot: &mut Slot, contact: &mut Contact) -> bool {
         let (bodies, h) = (at.input.bodies, at.input.step);
+        if slot.joined == f64::INFINITY {
+            return false;
+        }
         contact.gap = slot.gap(contact.gap);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         // Infinite is the way to a segment that another has taken over from.

@@ -109,7 +109,7 @@ impl GrainState {
         // With the pairs that are bonded further apart than the list reaches.
         list.invalidate();
         list.refresh(bodies, &positions, 0.0, state.bonds.iter().map(Bond::pair));
-        share_springs(&mut list.slots, bodies, &positions, |_| 0.0);
+        share_springs(&mut list.slots, &state.bonds, (bodies, &positions), |_| 0.0);
         let mut bonds = BondCursor::new(&state.bonds);
         for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {

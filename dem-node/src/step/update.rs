@@ -187,7 +187,7 @@ impl Stepper {
                 continue;
             };
             let area = Bond::area(bodies, cohesion, [slot.a, slot.b]);
-            let heals = healing.presses(slot.force[0], area) && bodies.keeps_bonds(slot.b as usize);
+            let heals = healing.presses(slot.force[0], area) && slot.joined == 0.0;
             slot.pressed = if heals {
                 slot.pressed + input.step
             } else {
