@@ -5,8 +5,9 @@
 //! - [`solver`]: the key `solver`;
 //! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
 //! - [`wheel`]: the key `wheel`;
-//! - [`flow`], [`injection`], [`profile`], [`stress`], [`plausible`]: what is fed, measured and checked.
+//! - [`flow`], [`injection`], [`detachment`], [`profile`], [`stress`], [`plausible`]: what is fed, measured and checked.
 
+pub mod detachment;
 pub mod disks;
 pub mod drive;
 pub mod file;
@@ -37,6 +38,7 @@ use serde::Deserialize;
 
 use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use crate::law::Penetration;
+use detachment::DetachmentConfig;
 use flow::FlowConfig;
 use injection::InjectionConfig;
 use kit::table::last_change;
@@ -93,6 +95,9 @@ pub struct DemConfig {
     /// Grains that are fed in from outside; none when absent.
     #[serde(default)]
     pub injection: Option<InjectionConfig>,
+    /// Steel that comes off bare surfaces as grains; none when absent.
+    #[serde(default)]
+    pub detachment: Option<DetachmentConfig>,
     /// Displaces each free grain by up to 1e-12 of its radius, as drawn from this seed: what then differs from the run without it is
     /// noise. Nothing is displaced when absent.
     #[serde(default)]
@@ -216,6 +221,14 @@ impl DemConfig {
         }
         if let Some(injection) = &self.injection {
             injection.validate(&self.law, self.flow.as_ref(), self.gravity_m_per_s2)?;
+        }
+        if let Some(detachment) = &self.detachment {
+            detachment.validate(
+                &self.law,
+                &self.sample,
+                self.injection.as_ref(),
+                self.gravity_m_per_s2,
+            )?;
         }
         self.validate_drive()?;
         self.validate_together()?;

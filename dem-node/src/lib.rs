@@ -189,6 +189,7 @@
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::StepBounds::new`], [`setup::bounds::StepBounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
 //! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |
+//! | steel that comes off bare surfaces, Qs | [`step::detachment`] | Fleischer 1973 (energy density of wear); this project |
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
 //! | relaxation of a bed (FIRE) | [`sample::relax::Packing::relax`] | Bitzek et al. 2006 |
 //!

@@ -172,14 +172,18 @@ impl Node for Dem {
             .interface
             .scatter(displacement, bodies.boundary_points());
         let GrainState {
-            centres, surface, ..
+            centres,
+            surface,
+            worn,
+            ..
         } = &mut self.progress.state;
         let glued = centres[bodies.free..bodies.first_face()].iter_mut();
-        let both = glued.chain(surface);
+        let both = glued.chain(&mut *surface);
         let both = both.zip(bodies.reference.iter().chain(&bodies.surface.points));
         for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
+        worn.lower(surface);
         self.progress.state.carry_surface(bodies);
         self.record(window.t0_s, window.t1_s, &pending.summary);
         Ok(self.report(&pending.summary))

@@ -15,11 +15,12 @@ use kit::ConfigError;
 use crate::bodies::Bodies;
 use crate::bodies::cluster::{Cluster, Clusters};
 use crate::bodies::faces::depth_behind;
-use crate::bodies::feed::Injection;
+use crate::bodies::feed::{Detachment, Injection, PointSource, Source};
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
 use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
+use crate::config::detachment::DetachmentConfig;
 use crate::config::injection::InjectionConfig;
 use crate::config::law::LawConfig;
 use crate::config::sample::SampleConfig;
@@ -30,6 +31,7 @@ use crate::law::healing::Healing;
 use crate::law::{Law, Springs};
 use crate::sample::surface;
 use crate::sample::types::Sample;
+use crate::setup::bounds::StepBounds;
 use crate::step::state::GrainState;
 use kit::keys::refuse_if;
 
@@ -40,6 +42,8 @@ const RIGID_OVERLAP: f64 = 0.01;
 /// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
+/// Inertial times in which a grain grows that comes off a surface.
+const GROWTH: f64 = 100.0;
 
 /// The bodies of a prepared sample, the last `fed` of whose free grains are in store.
 pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -> Bodies {
@@ -52,13 +56,20 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }
-    let injection = config.injection.as_ref();
+    let injection = config
+        .injection
+        .as_ref()
+        .map(|keys| feed(keys, config.mass_scale, fed, &masses));
+    let detachment = config
+        .detachment
+        .as_ref()
+        .map(|keys| source(keys, config, sample, fed, thickness));
     let pairs_adhere = config.law.pairs.iter().filter_map(|pair| pair.adhesion);
     let ranges = pairs_adhere
         .chain(config.law.adhesion)
         .map(|adhesion| adhesion.range_m);
     Bodies {
-        injection: injection.map(|c| feed(c, config.mass_scale, fed, &masses)),
+        injection: injection.or(detachment),
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
         masses,
@@ -105,12 +116,35 @@ fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]
     let rate = config.rate_kg_per_s * mass_scale;
     let mean = masses.iter().sum::<f64>() / masses.len() as f64;
     Injection {
-        point: [config.x_m, config.y_m],
         grains,
-        rate,
-        start: config.start_s,
-        end: config.end_s,
         growth: config.growth_s.unwrap_or(mean / rate),
+        source: Source::Point(PointSource {
+            point: [config.x_m, config.y_m],
+            rate,
+            start: config.start_s,
+            end: config.end_s,
+        }),
+    }
+}
+
+/// The source of so many grains off the bare surfaces of a sample.
+fn source(
+    keys: &DetachmentConfig,
+    config: &DemConfig,
+    sample: &Sample,
+    grains: usize,
+    thickness: f64,
+) -> Injection {
+    let inertial_time = StepBounds::new(config).inertial_time;
+    Injection {
+        grains,
+        growth: keys.growth_s.unwrap_or(GROWTH * inertial_time),
+        source: Source::Surface(Detachment {
+            energy: keys.energy_j_per_m2 * thickness,
+            depth: keys.depth_m,
+            limit: sample.surface.deepest(),
+            mass: config.density_kg_per_m3 * thickness * config.mass_scale,
+        }),
     }
 }
 
@@ -257,6 +291,22 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
     Ok(())
 }
 
+/// Refuses layers that are deeper than what may come off a surface.
+pub fn refuse_deep_layers(config: &DemConfig, sample: &Sample) -> Result<(), ConfigError> {
+    let (Some(keys), limit) = (&config.detachment, sample.surface.deepest()) else {
+        return Ok(());
+    };
+    refuse_if(
+        keys.depth_m > limit || sample.surface.bare() == 0,
+        "detachment.depth_m",
+        format!(
+            "is {:e} m, and a third of the shortest segment of a bare surface, {limit:e} m, is the most that may come off: the body below keeps its mesh",
+            keys.depth_m
+        ),
+        "lower it with detachment.energy_j_per_m2, or raise sample.surface.spacing_m",
+    )
+}
+
 /// Refuses a wall of points that all disks of the start lie behind, or some within it: nothing would hold them there.
 pub fn refuse_grains_behind(
     config: &DemConfig,
@@ -266,7 +316,8 @@ pub fn refuse_grains_behind(
     let SampleConfig::Disks(sample) = &config.sample else {
         return Ok(());
     };
-    let fed = bodies.injection.as_ref().map(|feed| (&feed.point, &0.0));
+    let fed = bodies.injection.as_ref().and_then(Injection::point);
+    let fed = fed.map(|source| (&source.point, &0.0));
     let centres = state.centres[..state.present(bodies)].iter();
     let grains = centres.zip(&bodies.radii).chain(fed);
     let mut first = 0;

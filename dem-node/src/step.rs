@@ -5,13 +5,14 @@
 //!
 //! In reading order:
 //! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
-//! - [`injection`]: grains that are fed in;
+//! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
 //! - [`threads`]: a step by several threads.
 
 mod assembly;
 mod balance;
+pub mod detachment;
 mod driven;
 pub mod injection;
 pub mod ledger;
@@ -19,6 +20,7 @@ pub mod repair;
 pub mod state;
 pub mod threads;
 mod update;
+pub mod worn;
 
 use protocol::larger;
 use serde::{Deserialize, Serialize};

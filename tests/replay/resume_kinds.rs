@@ -153,16 +153,19 @@ fn a_plastic_rail_resumes() {
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
 }
 
-/// Couples, attractions, shared springs and feet are part of the state.
+/// Couples, attractions, shared springs, feet and what has come off the steel are part of the state.
 #[test]
 fn loose_grains_that_resist_rolling_on_bare_steel_resume() {
     let scene = short_quick(&[
         "participant.third-body.config.sample.glued=false",
         "participant.third-body.config.law.rolling.coefficient=0.2",
         "participant.third-body.config.law.adhesion={ pull_off_pa = 1e8, range_m = 1e-5 }",
+        "participant.third-body.config.detachment={ energy_j_per_m2 = 0.1, depth_m = 1e-8 }",
     ]);
-    let (count, _, _) = resume_from_all(&scene, "resume-rolling");
+    let (count, _, summary) = resume_from_all(&scene, "resume-rolling");
     assert!(count >= 2, "{count}");
+    let detached = summary["results"]["detached_kg"].as_f64();
+    assert!(detached.is_some_and(|mass| mass > 0.0), "{detached:?}");
 }
 
 /// Checkpoints lie within the time that a pair is pressed before it has a bond, and while bonds grow.

@@ -12,6 +12,7 @@ mod dem_column;
 mod dem_compliance;
 mod dem_cycles;
 mod dem_damping;
+mod dem_detachment;
 mod dem_driven;
 mod dem_extremes;
 mod dem_file;

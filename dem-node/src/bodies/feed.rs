@@ -5,18 +5,47 @@ use serde::{Deserialize, Serialize};
 /// Constants of a feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Injection {
-    /// The point (m).
-    pub point: [f64; 2],
     /// Number of fed grains: the last of the free ones.
     pub grains: usize,
+    /// Time in which a grain grows (s).
+    pub growth: f64,
+    /// Where they come from.
+    pub source: Source,
+}
+
+/// Sources of fed grains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// From outside, at a point.
+    Point(PointSource),
+    /// Off bare surfaces.
+    Surface(Detachment),
+}
+
+/// A source outside of the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointSource {
+    /// The point (m).
+    pub point: [f64; 2],
     /// Scaled mass that comes out in a second (kg/s).
     pub rate: f64,
     /// Time at which the first mass comes out (s).
     pub start: f64,
     /// Time from which none does (s).
     pub end: f64,
-    /// Time in which a grain grows (s).
-    pub growth: f64,
+}
+
+/// Steel that comes off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detachment {
+    /// Work of friction over length after which a layer goes (J/m).
+    pub energy: f64,
+    /// Depth of a layer, and the most that goes (m).
+    pub depth: f64,
+    /// See `depth`.
+    pub limit: f64,
+    /// Scaled mass over area of the plane (kg/m2).
+    pub mass: f64,
 }
 
 /// A grain that has not its full radius yet.
@@ -42,8 +71,18 @@ pub struct Feed {
 }
 
 impl Injection {
+    /// The source at a point, if it is one.
+    pub fn point(&self) -> Option<&PointSource> {
+        match &self.source {
+            Source::Point(source) => Some(source),
+            Source::Surface(_) => None,
+        }
+    }
+}
+
+impl PointSource {
     /// Mass that should have come out until a time (kg).
-    fn due(&self, time: f64) -> f64 {
+    pub fn due(&self, time: f64) -> f64 {
         self.rate * (time.min(self.end) - self.start).max(0.0)
     }
 }
@@ -57,12 +96,21 @@ impl Feed {
         }
     }
 
-    /// Goes on to a time (s): what is due then, and the lengths (m) by which grains grow until then.
-    pub fn advance(&mut self, injection: &Injection, time: f64) -> Vec<(u32, f64)> {
-        self.due = injection.due(time);
+    /// Scaled mass that has come out in grains (kg).
+    pub fn delivered(&self) -> f64 {
+        self.delivered
+    }
+
+    /// So much mass is due by now (kg).
+    pub fn owe(&mut self, due: f64) {
+        self.due = due;
+    }
+
+    /// Goes on to a time (s): the lengths (m) by which grains grow until then, each in the time `growth` (s).
+    pub fn advance(&mut self, growth: f64, time: f64) -> Vec<(u32, f64)> {
         let growing = self.growing.iter_mut();
         let grown = growing.map(|growing| {
-            let rest = 1.0 - (time - growing.start) / injection.growth;
+            let rest = 1.0 - (time - growing.start) / growth;
             let before = growing.missing;
             growing.missing = growing.first * rest.max(0.0);
             (growing.grain, before - growing.missing)

@@ -140,6 +140,54 @@ impl BareSurface {
         number >= glued + self.base || (below..glued).contains(&number)
     }
 
+    /// Number of segments between points of its own, which come first.
+    pub fn bare(&self) -> usize {
+        let own = |ends: &&Ends| (ends.points[1] as usize) < self.points.len();
+        self.segments.iter().take_while(own).count()
+    }
+
+    /// The points at the ends of a segment.
+    pub fn points_of(&self, segment: usize) -> [usize; 2] {
+        self.segments[segment].points.map(|point| point as usize)
+    }
+
+    /// Length of a segment in the undeformed surface (m).
+    pub fn length(&self, segment: usize) -> f64 {
+        let [dx, dy] = self.vector(segment, &self.points);
+        dx.hypot(dy)
+    }
+
+    /// Length of all bare segments (m).
+    pub fn bare_length(&self) -> f64 {
+        (0..self.bare()).map(|segment| self.length(segment)).sum()
+    }
+
+    /// Most that may come off it: a third of its shortest segment (m).
+    pub fn deepest(&self) -> f64 {
+        let lengths = (0..self.bare()).map(|segment| self.length(segment));
+        lengths.fold(f64::INFINITY, f64::min) / 3.0
+    }
+
+    fn at(&self, point: usize) -> impl Iterator<Item = usize> {
+        (0..self.bare()).filter(move |segment| self.points_of(*segment).contains(&point))
+    }
+
+    /// Length of the surface that is a point's, half of each segment at it (m).
+    pub fn tributary(&self, point: usize) -> f64 {
+        self.at(point)
+            .map(|segment| 0.5 * self.length(segment))
+            .sum()
+    }
+
+    /// Unit normal of the undeformed surface at a point, out of the body.
+    pub fn normal(&self, point: usize) -> [f64; 2] {
+        let vectors = self
+            .at(point)
+            .map(|segment| self.vector(segment, &self.points));
+        let sum = vectors.fold([0.0; 2], |[x, y], [dx, dy]| [x + dx, y + dy]);
+        left_of(unit(sum))
+    }
+
     /// Number of segments.
     pub fn segments(&self) -> usize {
         self.segments.len()

@@ -58,6 +58,8 @@ kit::plausible_bounds! {
         flow_kinetic_rel = [1e-3, 1e-2],
         /// Mass that found no place to be fed in, over the mass that was due.
         injection_rel = [0.02, 0.5],
+        /// Work of friction on bare surfaces that took nothing off, since as much was gone as may go, over all of it.
+        detachment_rel = [0.01, 0.5],
         /// Steps of a run alone that were accepted without having converged, over all.
         not_converged_rel = [0.0, 0.01],
     }

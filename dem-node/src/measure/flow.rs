@@ -12,8 +12,8 @@
 //!
 //! Crossings are those of third body by the state before the step: a grain that is detached in the step in which it leaves is
 //! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
-//! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; those
-//! in store are nowhere.
+//! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; so are those that come
+//! off a bare surface, which are detached there. Those in store are nowhere.
 //!
 //! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
 //! therefore the mass per length in its middle half, as that was when the wheel's motion began; in a strip in all of it.
@@ -158,15 +158,28 @@ impl Grain {
         self.body != FlowBody::First
     }
 
-    /// The grain is fed in, in the zone or outside.
-    fn feed_in(&mut self, section: i32, inside: bool, mass: f64, ledger: &mut MassLedger) {
+    /// The grain is fed in, or has come off a surface at a time (s), in the zone or outside.
+    fn feed_in(
+        &mut self,
+        detached: Option<f64>,
+        section: i32,
+        inside: bool,
+        mass: f64,
+        ledger: &mut MassLedger,
+    ) {
+        let body = detached.map_or(FlowBody::Fed, |_| FlowBody::Third);
         *self = Grain {
             inside,
             has_entered: inside,
-            ..Grain::at_start(FlowBody::Fed, section)
+            detached: detached.unwrap_or(NEVER),
+            ..Grain::at_start(body, section)
         };
-        ledger.injected += mass;
-        ledger.external += if inside { mass } else { 0.0 };
+        let (all, in_zone) = match detached {
+            None => (&mut ledger.injected, &mut ledger.external),
+            Some(_) => (&mut ledger.detached, &mut ledger.source),
+        };
+        *all += mass;
+        *in_zone += if inside { mass } else { 0.0 };
     }
 
     fn cross_section(&mut self, section: i32, mass: f64, ledger: &mut MassLedger) {
@@ -284,6 +297,7 @@ impl Flow {
         let (mut held, mut kinetic) = (0.0, 0.0);
         self.in_middle = 0.0;
         let come = self.present..state.present(bodies);
+        let detached = state.worn.detaches().then_some(end);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
             let (centre, mass) = (state.centres[i], scene.masses[i]);
@@ -291,7 +305,7 @@ impl Flow {
             let [was_inside, inside] =
                 [before, self.zone].map(|zone| zone.is_some_and(|zone| zone.holds(x)));
             if come.contains(&i) {
-                grain.feed_in(section, was_inside, mass, ledger);
+                grain.feed_in(detached, section, was_inside, mass, ledger);
             }
             grain.cross_section(section, mass, ledger);
             grain.cross_end(was_inside, Crossing::OwnMotion, end, mass, ledger);

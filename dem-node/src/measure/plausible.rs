@@ -68,6 +68,7 @@ impl FinishedRun<'_> {
             self.numerical(),
             self.flow_kinetic(),
             self.injection(),
+            self.detachment(),
             self.contact_width(),
             self.wheel_contacts(),
             self.contact_residual(),
@@ -282,9 +283,28 @@ impl FinishedRun<'_> {
         let injection = bodies.injection.as_ref()?;
         let next = bodies.masses.get(self.state.present(bodies));
         let value = self.state.feed.missed(next.copied().unwrap_or(0.0));
-        let [x, y] = injection.point;
-        judge!(self.bounds.injection_rel, "injection", value;
-            "{value:.3} of the mass that was to be fed in found no gap to begin in around ({x:e}, {y:e}) m: lower injection.rate_kg_per_s, raise injection.growth_s, or move the point")
+        let (of, cure) = match injection.point() {
+            Some(source) => {
+                let [x, y] = source.point;
+                (
+                    format!("was to be fed in found no gap to begin in around ({x:e}, {y:e}) m"),
+                    "lower injection.rate_kg_per_s, raise injection.growth_s, or move the point",
+                )
+            }
+            None => (
+                "came off the surface found no gap to begin in as grains".into(),
+                "lower detachment.growth_s, or raise detachment.energy_j_per_m2",
+            ),
+        };
+        judge!(self.bounds.injection_rel, "injection", value; "{value:.3} of the mass that {of}: {cure}")
+    }
+
+    /// Judges the work of friction that would have taken steel off where as much is gone as may go.
+    fn detachment(&self) -> Option<Finding> {
+        let [done, beyond] = self.state.worn.done;
+        let value = if beyond > 0.0 { beyond / done } else { 0.0 };
+        judge!(self.bounds.detachment_rel, "detachment", value;
+            "{value:.3} of the work of friction on bare surfaces was to take steel off where a third of a segment is gone already, and took none: what comes off is too little from there on; raise detachment.energy_j_per_m2, shorten the run, or give the surface and its body longer segments")
     }
 
     /// Friction and pressure below a wheel on a few contacts are those of so many grains.

@@ -82,6 +82,14 @@ fn surface(scene: &FieldScene) -> VtkFile {
     file.section("Lines", |file| {
         cells(file, 2, (0..2 * segments).map(|n| n as f64))
     });
+    let worn = &scene.state.worn;
+    if worn.detaches() {
+        let points = (0..segments).flat_map(|index| surface.points_of(index));
+        let depths = points.map(|point| [worn.depth(point)]);
+        file.section("PointData", |file| {
+            file.array(DatasetKind::Float64, "detached_depth_m", depths)
+        });
+    }
     file
 }
 

@@ -139,6 +139,7 @@ impl Dem {
             sample.face = wheel_face::row(wheel, &config.sample, setting.seed);
         }
         sample.surface = surface::surface(&config.sample, &sample, setting.seed);
+        setup::refuse_deep_layers(config, &sample)?;
         let fed = injection::store(config, setting.thickness_m, &sample, setting.seed);
         let scaling = MassScaling::new(config, &bounds, &sample);
         sample.free.extend(&fed);
@@ -146,7 +147,7 @@ impl Dem {
         let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.as_ref().map(|wheel| wheel.program());
         let feed = bodies.injection.as_ref();
-        let moments = config.moments(feed.map(|feed| feed.start + feed.growth));
+        let moments = config.moments(feed.and_then(|feed| Some(feed.point()?.start + feed.growth)));
         let program_end = program.as_ref().map(|p| p.end());
         let end = program_end
             .or(opening.map(|p| p.end()))

@@ -13,12 +13,14 @@
 use std::ops::Range;
 
 use crate::bodies::Bodies;
+use crate::bodies::feed::Source;
 use crate::bodies::geometry::{between_points, under_wheel};
 use crate::bodies::positions::Positions;
 use crate::config::DemConfig;
 use crate::contact::detect::Slot;
 use crate::sample::random::RandomNumbers;
 use crate::sample::types::{Disk, Sample};
+use crate::step::detachment::detach;
 use crate::step::state::GrainState;
 
 /// Sets the random numbers of the fed grains apart from those of the sample.
@@ -33,18 +35,29 @@ const FILLED: f64 = 0.999;
 
 /// The grains of a feed, in store: as many as it takes, none for a scene without. `seed` is the run's.
 pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> Vec<Disk> {
-    let Some(injection) = &config.injection else {
-        return Vec::new();
+    let surface = &sample.surface;
+    let (mut left, centre) = match (&config.injection, &config.detachment) {
+        (None, None) => return Vec::new(),
+        (Some(feed), _) => (
+            feed.rate_kg_per_s * (feed.end_s - feed.start_s),
+            [feed.x_m, feed.y_m],
+        ),
+        (None, Some(_)) => {
+            let area = surface.deepest() * surface.bare_length();
+            (
+                area * thickness * config.density_kg_per_m3,
+                surface.points[0],
+            )
+        }
     };
     let mut random = RandomNumbers::new(seed ^ STREAM);
-    let mut left = injection.rate_kg_per_s * (injection.end_s - injection.start_s);
     let mut grains = Vec::new();
     while left > 0.0 && !sample.free.is_empty() {
         let drawn = (random.unit() * sample.free.len() as f64) as usize;
         let radius = sample.free[drawn].radius;
         left -= config.real_mass(radius, thickness);
         grains.push(Disk {
-            centre: [injection.x_m, injection.y_m],
+            centre,
             radius,
             ..Disk::default()
         });
@@ -57,8 +70,19 @@ pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
     let Some(injection) = &bodies.injection else {
         return;
     };
-    let grown = state.feed.advance(injection, time);
+    let grown = state.feed.advance(injection.growth, time);
     press_all(state, bodies, &grown);
+    let (point, due) = match &injection.source {
+        Source::Point(source) => (source.point, source.due(time)),
+        Source::Surface(law) => {
+            let detached = detach(state, bodies, law);
+            for (slot, length) in detached.opened {
+                state.ledger.injection += press(bodies, &mut state.list.slots[slot], -length);
+            }
+            (detached.point, state.worn.mass)
+        }
+    };
+    state.feed.owe(due);
     let next = |state: &GrainState| {
         let grain = state.present(bodies);
         let mass = bodies.masses.get(grain).copied();
@@ -67,7 +91,7 @@ pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
     };
     while let Some((grain, mass)) = next(state) {
         let radius = bodies.radii[grain];
-        let widest = widest_gap(state, bodies, injection.point);
+        let widest = widest_gap(state, bodies, point);
         let Some((position, gap)) = widest.filter(|(_, gap)| *gap > LEAST * radius) else {
             return;
         };
@@ -87,17 +111,18 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
         let mut grown = grown.iter();
         grown.find(|(grain, _)| *grain == body).map_or(0.0, |g| g.1)
     };
-    let slots = state.list.slots.iter_mut();
-    for slot in slots.filter(|slot| slot.pressure()[0] > 0.0) {
+    for slot in &mut state.list.slots {
         state.ledger.injection += press(bodies, slot, of(slot.a) + of(slot.b));
     }
 }
 
-/// Presses a contact together by a length (m). Returns the work on its spring, less what its attraction gives (J).
+/// Presses a closed contact together by a length (m), negative where it opens. Returns the work on its spring, less what its attraction
+/// gives (J).
 fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
     let law = bodies.law_of(slot.a as usize, slot.b as usize);
     let springs = law.shared(slot.joined).springs;
-    let Some(springs) = springs.filter(|_| length > 0.0) else {
+    let pressed = slot.pressure()[0] > 0.0 && length != 0.0;
+    let Some(springs) = springs.filter(|_| pressed) else {
         return 0.0;
     };
     let energy = |slot: &Slot| {
@@ -136,7 +161,7 @@ struct Surroundings<'a> {
     positions: Positions<'a>,
     /// Centres and radii of disks (m).
     disks: Vec<([f64; 2], f64)>,
-    /// Centres of the disks of the base, and of the lid or the wheel's face, with the points of their surfaces (m).
+    /// Centres of the disks of the base, and of the lid or the wheel's face (m).
     rows: [Vec<[f64; 2]>; 2],
 }
 
@@ -154,28 +179,24 @@ impl Surroundings<'_> {
             let [dx, dy] = between_points(centre, point, bodies.period);
             dx.hypot(dy) < 2.0 * reach + radius
         };
-        let row = |disks: Range<usize>, surface: &[[f64; 2]]| {
+        let row = |disks: Range<usize>| {
             let off = |centre: &[f64; 2]| between_points(*centre, point, bodies.period)[0];
-            let centres = state.centres[disks].iter().chain(surface);
-            let near = centres.filter(|centre| off(centre).abs() < 2.0 * reach);
+            let near = state.centres[disks]
+                .iter()
+                .filter(|centre| off(centre).abs() < 2.0 * reach);
             near.copied().collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
-        let (below, above) =
-            state.surface[..bodies.surface.points.len()].split_at(bodies.surface.base);
         Surroundings {
             bodies,
             positions: state.positions(bodies),
             disks: disks.filter(near).collect(),
-            rows: [
-                row(base, below),
-                row(bodies.lid().start..bodies.disks(), above),
-            ],
+            rows: [row(base), row(bodies.lid().start..bodies.disks())],
         }
     }
 
-    /// True for a position above the base and below a lid or a wheel of disks, by the disk of each that is nearest along x: there is room
-    /// behind them too.
+    /// True for a position above the base and below a lid or a wheel of disks, by the disk of each that is nearest along x, and in front of
+    /// the nearest segment of a surface: there is room behind them too.
     fn is_between(&self, position: [f64; 2]) -> bool {
         let y = position[1];
         let height = |row: &[[f64; 2]]| {
@@ -184,8 +205,17 @@ impl Surroundings<'_> {
             let nearest = row.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             nearest.map(|centre| centre[1])
         };
+        let (surface, points) = (&self.bodies.surface, self.positions.surface);
+        let distance = |segment: &usize| surface.distance(*segment, points, position);
+        let nearest = (0..surface.segments()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let in_front = nearest.is_none_or(|segment| {
+            let image = surface.image(segment, points, position);
+            surface.segment(segment, points).height(image) > 0.0
+        });
         let [base, face] = &self.rows;
-        height(base).is_none_or(|base| base < y) && height(face).is_none_or(|face| y < face)
+        in_front
+            && height(base).is_none_or(|base| base < y)
+            && height(face).is_none_or(|face| y < face)
     }
 
     /// Room around a position (m).

@@ -12,6 +12,7 @@ use crate::contact::initial_bonds::initial_bonds;
 use crate::contact::shared::share_springs;
 use crate::sample::types::Disk;
 use crate::step::ledger::GrainLedger;
+use crate::step::worn::Worn;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -36,6 +37,8 @@ pub struct GrainState {
     pub bonds: Vec<Bond>,
     /// Grains that are fed in.
     pub feed: Feed,
+    /// What has come off bare surfaces.
+    pub worn: Worn,
     /// Energy since the start, term by term.
     pub ledger: GrainLedger,
 }
@@ -68,6 +71,7 @@ impl Clone for GrainState {
         self.list.clone_from(&other.list);
         self.bonds.clone_from(&other.bonds);
         self.feed.clone_from(&other.feed);
+        self.worn.clone_from(&other.worn);
         self.ledger = other.ledger;
     }
 }
@@ -83,7 +87,16 @@ impl GrainState {
         let heights = there.filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
+        let detaches = bodies
+            .injection
+            .as_ref()
+            .is_some_and(|feed| feed.point().is_none());
         let mut state = GrainState {
+            worn: if detaches {
+                Worn::new(bodies)
+            } else {
+                Worn::default()
+            },
             centres: all().map(|disk| disk.centre).collect(),
             velocities: free.iter().map(velocity).collect(),
             surface: bodies.surface.points.clone(),
@@ -316,6 +329,9 @@ impl GrainState {
         if self.feed != Feed::default() {
             self.feed.numbers().for_each(&mut add);
             add(self.ledger.injection);
+        }
+        if self.worn != Worn::default() {
+            self.worn.numbers().for_each(&mut add);
         }
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));

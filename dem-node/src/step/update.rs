@@ -57,7 +57,7 @@ impl Cut for UpdatePiece<'_> {
 }
 
 /// Impulses between the free grains and everything else (N s).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct OuterImpulses {
     /// On the grains.
     pub on_grains: [f64; 2],
@@ -65,6 +65,8 @@ pub(super) struct OuterImpulses {
     pub transmitted: f64,
     /// Of the grains on the wheel, sideways.
     pub on_wheel: f64,
+    /// Work of friction on segments of the surface, contact by contact (J).
+    pub rubbed: Vec<(usize, f64)>,
 }
 
 impl OuterImpulses {
@@ -87,6 +89,7 @@ impl OuterImpulses {
         kit::add_fields!(self, other; transmitted, on_wheel);
         let [x, y] = other.on_grains;
         self.on_grains = [self.on_grains[0] + x, self.on_grains[1] + y];
+        self.rubbed.extend_from_slice(&other.rubbed);
     }
 }
 
@@ -131,6 +134,9 @@ impl Stepper {
             } else {
                 state.ledger.join(&booked);
             }
+        }
+        for (segment, work) in &outer.rubbed {
+            state.worn.rub(*segment, *work);
         }
         self.update_couples(state, input, &mut slots);
         self.update_attractions(state, input, &slots, (&mut summary, &mut outer));
@@ -243,30 +249,37 @@ impl Stepper {
     ) -> (StepSummary, GrainLedger, OuterImpulses) {
         let (bodies, h) = (input.bodies, input.step);
         let (mut summary, mut outer) = (StepSummary::default(), OuterImpulses::default());
+        let detaches = state.worn.detaches();
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
             let slot = &mut piece.slots[*slot as usize - piece.first_slot];
             let done = self.contact_step(state, input, contact, slot);
-            match self.problem.bonds.get(contact.bond as usize) {
+            let loss = match self.problem.bonds.get(contact.bond as usize) {
                 None => {
                     let law = bodies.law_at(contact.pair_law);
-                    ledger.lose(&match slot.joined {
+                    let loss = match slot.joined {
                         0.0 => contact_loss(law, &done),
                         joined => contact_loss(&law.shared(joined), &done),
-                    });
+                    };
                     slot.force = done.impulse.map(|impulse| impulse / h);
                     slot.force[0] -= slot.attraction;
                     slot.spring = done.spring[1];
                     slot.last_gap = done.gap + h * done.velocity[0];
+                    loss
                 }
                 Some(solved) => {
                     let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
                     let after = self.adhesion[contact.bond as usize];
                     let law = bodies.law_of(slot.a as usize, slot.b as usize);
-                    ledger.lose(&bond::end_step(law, bond, slot, &done, solved, after));
+                    let loss = bond::end_step(law, bond, slot, &done, solved, after);
                     let load = bond.load_squared(law);
                     summary.bond_load_squared = larger(summary.bond_load_squared, load);
+                    loss
                 }
+            };
+            if detaches && let Some(segment) = bodies.segment_index(slot.b as usize) {
+                outer.rubbed.push((segment, loss.friction));
             }
+            ledger.lose(&loss);
             if done.impulse[0] > 0.0 {
                 let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
                 summary.closed += 1;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bodies::faces::{Face, RigidWall};
-use crate::bodies::feed::{Feed, Injection};
+use crate::bodies::feed::{Feed, Injection, PointSource};
 use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::adhesion::Adhesion;
@@ -26,12 +26,14 @@ fn between_walls() -> Bodies {
         velocity: [0.0; 2],
     };
     let injection = Injection {
-        point: [5.0, 0.125],
         grains: 1,
-        rate: 2.0 / DUE,
-        start: 0.0,
-        end: 10.0,
         growth: GROWTH,
+        source: Source::Point(PointSource {
+            point: [5.0, 0.125],
+            rate: 2.0 / DUE,
+            start: 0.0,
+            end: 10.0,
+        }),
     };
     Bodies {
         free: 1,

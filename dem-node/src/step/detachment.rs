@@ -1,0 +1,106 @@
+//! Detachment: the steel of bare surfaces as a source of third body.
+//!
+//! ```text
+//!     sum |F_t du_t| >= e A     on a segment of the area A: a layer of the depth d goes, and its mass d A rho is due as grains
+//! ```
+//!
+//! The work is that of friction in the contacts with the segment since its last layer (Fleischer 1973: an energy density of wear, here
+//! e/d). The points at its ends take half of the layer each, over the half-lengths that are theirs, so that the volume between the line
+//! and its reference is that of the layers. What goes is due to the feed of [`crate::step::injection`]: a grain begins in the widest gap
+//! above the segment that gave last, at rest, and grows.
+//!
+//! The body below keeps its mesh, stiffness and inertia, which holds while the depth is small: a segment gives nothing beyond a third
+//! of the shortest one. Contacts that lose the steel under them open by the depth of a layer, and what their springs let go is part of the
+//! work of the feed; a bond stays as it is.
+
+use crate::bodies::Bodies;
+use crate::bodies::feed::Detachment;
+use crate::contact::bond::find_bond;
+use crate::step::state::GrainState;
+
+/// What a step has taken off.
+#[derive(Debug, Default)]
+pub struct Detached {
+    /// The point around which the next grain begins (m).
+    pub point: [f64; 2],
+    /// Slots of contacts without a bond, and by how much they have opened (m).
+    pub opened: Vec<(usize, f64)>,
+}
+
+/// Takes the layers off that are due.
+pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> Detached {
+    let mut detached = Detached::default();
+    for segment in 0..state.worn.work.len() {
+        let length = bodies.surface.length(segment);
+        let energy = law.energy * length;
+        while state.worn.work[segment] >= energy {
+            state.worn.work[segment] -= energy;
+            let Some(deeper) = take_layer(state, bodies, law, segment) else {
+                state.worn.done[1] += energy;
+                continue;
+            };
+            open_contacts(state, bodies, deeper, &mut detached.opened);
+            state.worn.mass += law.mass * law.depth * length;
+            state.worn.last = segment as u32;
+        }
+    }
+    let [start, along] = bodies
+        .surface
+        .line(state.worn.last as usize, &state.surface);
+    let reach = bodies.mean_radius() / along[0].hypot(along[1]);
+    detached.point = [
+        start[0] + 0.5 * along[0] - reach * along[1],
+        start[1] + 0.5 * along[1] + reach * along[0],
+    ];
+    detached
+}
+
+/// Opens the contacts over points that lie so much deeper (m).
+fn open_contacts(
+    state: &mut GrainState,
+    bodies: &Bodies,
+    deeper: [(usize, f64); 2],
+    opened: &mut Vec<(usize, f64)>,
+) {
+    let surface = &bodies.surface;
+    for (index, slot) in state.list.slots.iter().enumerate() {
+        let Some(segment) = bodies.segment_index(slot.b as usize) else {
+            continue;
+        };
+        let foot = surface.foot(segment, &state.surface, state.centres[slot.a as usize]);
+        let of = |point: usize| deeper.iter().find(|(other, _)| *other == point);
+        let parts = foot.parts([1.0, 0.0]).into_iter();
+        let parts = parts.filter_map(|(point, [share, _])| Some(share * of(point)?.1));
+        let length: f64 = parts.sum();
+        match find_bond(&state.bonds, (slot.a, slot.b)) {
+            _ if length == 0.0 => {}
+            None => opened.push((index, length)),
+            Some(bond) => state.bonds[bond].reference += length,
+        }
+    }
+}
+
+/// Takes a layer off a segment, if it is not too deep already. Returns by how much its points lie deeper (m).
+fn take_layer(
+    state: &mut GrainState,
+    bodies: &Bodies,
+    law: &Detachment,
+    segment: usize,
+) -> Option<[(usize, f64); 2]> {
+    let surface = &bodies.surface;
+    let half = 0.5 * surface.length(segment);
+    let points = surface.points_of(segment);
+    let deeper = points.map(|point| law.depth * half / surface.tributary(point));
+    let depth = |k: usize| state.worn.depth(points[k]) + deeper[k];
+    if [0, 1].into_iter().any(|k| depth(k) > law.limit) {
+        return None;
+    }
+    for (point, deeper) in points.into_iter().zip(deeper) {
+        let normal = surface.normal(point);
+        for (k, n) in normal.into_iter().enumerate() {
+            state.worn.offsets[point][k] -= deeper * n;
+            state.surface[point][k] -= deeper * n;
+        }
+    }
+    Some([0, 1].map(|k| (points[k], deeper[k])))
+}
