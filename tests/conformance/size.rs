@@ -28,7 +28,7 @@ const ROOM: [(&str, &str, usize); 15] = [
     ("Grains meet the whole surface", "others", 63),
     ("Cohesion that comes back", "dem-node", 949),
     ("Cohesion that comes back", "others", 95),
-    ("The paper in one command", "dem-node", 418),
+    ("The paper in one command", "dem-node", 419),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.

@@ -183,6 +183,12 @@ fn a_coupled_surface_stays_as_deep_as_it_is() {
 fn nothing_goes_beyond_a_third_of_a_segment() {
     let mut config = slider(100.0, 0.02 * R);
     config["time"]["end_s"] = json!(0.05);
+    // As many layers as one wants are no more work.
+    let mut soft = config.clone();
+    soft["detachment"]["energy_j_per_m2"] = json!(1e-200);
+    let mut soft = build(&soft);
+    march(&mut soft, 0, 1000);
+    assert!(soft.state().worn.depth(5) <= soft.bodies().surface.deepest());
     let mut dem = build(&config);
     march(&mut dem, 0, 5000);
     let limit = dem.bodies().surface.deepest();

@@ -33,15 +33,18 @@ pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> Deta
     for segment in 0..state.worn.work.len() {
         let length = bodies.surface.length(segment);
         let energy = law.energy * length;
-        while state.worn.work[segment] >= energy {
-            state.worn.work[segment] -= energy;
-            let Some(deeper) = take_layer(state, bodies, law, segment) else {
-                state.worn.done[1] += energy;
-                continue;
-            };
+        let due = (state.worn.work[segment] / energy).floor();
+        if due < 1.0 {
+            continue;
+        }
+        let (taken, deeper) = take_layers(state, bodies, law, (segment, due));
+        let worn = &mut state.worn;
+        worn.work[segment] = (worn.work[segment] - due * energy).max(0.0);
+        worn.done[1] += (due - taken) * energy;
+        if taken > 0.0 {
+            worn.mass += taken * law.mass * law.depth * length;
+            worn.last = segment as u32;
             open_contacts(state, bodies, deeper, &mut detached.opened);
-            state.worn.mass += law.mass * law.depth * length;
-            state.worn.last = segment as u32;
         }
     }
     let [start, along] = bodies
@@ -80,27 +83,25 @@ fn open_contacts(
     }
 }
 
-/// Takes a layer off a segment, if it is not too deep already. Returns by how much its points lie deeper (m).
-fn take_layer(
+/// Takes so many layers off a segment, or as many as may go. Returns their number, and by how much its points lie deeper (m).
+fn take_layers(
     state: &mut GrainState,
     bodies: &Bodies,
     law: &Detachment,
-    segment: usize,
-) -> Option<[(usize, f64); 2]> {
+    (segment, due): (usize, f64),
+) -> (f64, [(usize, f64); 2]) {
     let surface = &bodies.surface;
     let half = 0.5 * surface.length(segment);
     let points = surface.points_of(segment);
-    let deeper = points.map(|point| law.depth * half / surface.tributary(point));
-    let depth = |k: usize| state.worn.depth(points[k]) + deeper[k];
-    if [0, 1].into_iter().any(|k| depth(k) > law.limit) {
-        return None;
-    }
-    for (point, deeper) in points.into_iter().zip(deeper) {
-        let normal = surface.normal(point);
-        for (k, n) in normal.into_iter().enumerate() {
+    let layers = points.map(|point| law.depth * half / surface.tributary(point));
+    let room = |k: usize| (law.limit - state.worn.depth(points[k])) / layers[k];
+    let taken = due.min(room(0).min(room(1)).floor().max(0.0));
+    let deeper = [0, 1].map(|k| (points[k], taken * layers[k]));
+    for (point, deeper) in deeper {
+        for (k, n) in surface.normal(point).into_iter().enumerate() {
             state.worn.offsets[point][k] -= deeper * n;
             state.surface[point][k] -= deeper * n;
         }
     }
-    Some([0, 1].map(|k| (points[k], deeper[k])))
+    (taken, deeper)
 }
