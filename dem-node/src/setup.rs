@@ -293,9 +293,10 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
 
 /// Refuses layers that are deeper than what may come off a surface.
 pub fn refuse_deep_layers(config: &DemConfig, sample: &Sample) -> Result<(), ConfigError> {
-    let (Some(keys), limit) = (&config.detachment, sample.surface.deepest()) else {
+    let Some(keys) = &config.detachment else {
         return Ok(());
     };
+    let limit = sample.surface.deepest();
     refuse_if(
         keys.depth_m > limit || sample.surface.bare() == 0,
         "detachment.depth_m",

@@ -9,10 +9,10 @@
 //! Masses are those of what has gone, d l t rho a layer, to rounding: between the line and its reference, in grains, and waiting.
 
 use dem_node::Dem;
-use protocol::{Node, Window};
+use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::{DENSITY, THICKNESS, build, close, march, refusal, scene};
+use crate::dem_support::{DENSITY, THICKNESS, build, close, march, refusal, scene, window};
 
 const R: f64 = 1e-3;
 const H: f64 = 1e-5;
@@ -153,13 +153,7 @@ fn a_coupled_surface_stays_as_deep_as_it_is() {
     let rest = vec![0.0; 2 * points];
     for index in 0..3000 {
         march(&mut alone, index, 1);
-        let window = Window {
-            index,
-            substeps: 1,
-            t0_s: index as f64 * H,
-            t1_s: (index + 1) as f64 * H,
-            ..Window::default()
-        };
+        let window = window(index, H);
         for _ in 0..2 {
             let answer = coupled.solve(&window, &rest).expect("it can be solved");
             assert!(answer.converged);

@@ -13,7 +13,7 @@
 use protocol::{FaultCode, Node, Window};
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, mass, refusal, scene};
+use crate::dem_support::{self, build, close, mass, refusal, scene};
 
 const RADIUS: f64 = 1e-3;
 const G: f64 = 9.81;
@@ -42,13 +42,7 @@ fn loose() -> Value {
 }
 
 fn window(index: u64) -> Window {
-    Window {
-        index,
-        substeps: 1,
-        t0_s: index as f64 * H,
-        t1_s: (index + 1) as f64 * H,
-        ..Window::default()
-    }
+    dem_support::window(index, H)
 }
 
 /// Answer (force on the wall, v_g) of one window with this symmetric W_g = (xx, xy, yy) and a_g.

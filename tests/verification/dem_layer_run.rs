@@ -11,10 +11,10 @@
 //! (geometry of turning contacts and a true residual of 1e-4).
 
 use dem_node::Dem;
-use protocol::{Node, Surface, Window};
+use protocol::{Node, Surface};
 use serde_json::json;
 
-use crate::dem_support::{Report, THICKNESS, setting};
+use crate::dem_support::{Report, THICKNESS, setting, window};
 
 const LOAD: f64 = 8000.0;
 const FRICTION: f64 = 0.3;
@@ -78,13 +78,7 @@ fn run(dem: &mut Dem, surface: &Surface, mut visit: impl FnMut(f64, &[f64], &Rep
 
 /// One window: solve, let the half-plane follow, commit. Returns the force on the wall and the report.
 fn advance(dem: &mut Dem, index: u64, u: &mut [f64]) -> (Vec<f64>, Vec<f64>) {
-    let window = Window {
-        index,
-        substeps: 1,
-        t0_s: index as f64 * H,
-        t1_s: (index + 1) as f64 * H,
-        ..Window::default()
-    };
+    let window = window(index, H);
     let free: Vec<f64> = u.iter().map(|u| -u / H).collect();
     let answer = dem.solve(&window, &free).expect("it can be solved");
     assert!(

@@ -26,6 +26,17 @@ pub fn mass(radius: f64) -> f64 {
     DENSITY * std::f64::consts::PI * radius * radius * THICKNESS
 }
 
+/// Window `index` of windows of this length (s).
+pub fn window(index: u64, length: f64) -> Window {
+    Window {
+        index,
+        substeps: 1,
+        t0_s: index as f64 * length,
+        t1_s: (index + 1) as f64 * length,
+        ..Window::default()
+    }
+}
+
 /// A scene of single disks; `overrides` are merged over its top-level keys.
 pub fn scene(law: Value, step_s: f64, sample: Value, overrides: Value) -> Value {
     let config = json!({

@@ -9,7 +9,7 @@ pub struct Injection {
     pub grains: usize,
     /// Time in which a grain grows (s).
     pub growth: f64,
-    /// Where they come from.
+    /// The source of the grains.
     pub source: Source,
 }
 

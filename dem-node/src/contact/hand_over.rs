@@ -1,4 +1,4 @@
-//! What goes along as a disk passes from one segment of a wall or surface to the next: force, spring, time under pressure, and bond.
+//! A disk that passes from one segment of a wall or surface to the next takes force, spring, time under pressure and bond along.
 //!
 //! A bond keeps its opening and its slip, so that passing takes and gives no energy: its reference takes up what the gap over the line of
 //! one segment is otherwise than at the next. Where the disk already presses on the next segment, or is bonded to it, the bond cannot go
@@ -10,7 +10,7 @@ use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
 
-/// Hands over what disks have passed with; slots and bonds are sorted by (a, b). Returns what torn bonds lose.
+/// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns what torn bonds lose.
 pub fn hand_over(
     slots: &mut [Slot],
     bonds: &mut Vec<Bond>,

@@ -101,11 +101,11 @@ fn share_among(
             joined[to] += connection;
         }
     }
-    hand_over(slots, &overlaps, &joined);
+    divide(slots, &overlaps, &joined);
 }
 
 /// Takes over the shares, and divides among the contacts that have any what the springs of all have stored.
-fn hand_over(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
+fn divide(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
     let (mut stored, mut found, mut pull) = ([0.0; 2], [0.0; 2], 0.0);
     let changes = |slot: &Slot, joined: f64| slot.joined > 0.0 || joined > 0.0;
     let now = || overlaps.iter().zip(joined);

@@ -18,7 +18,7 @@ use crate::bodies::feed::Detachment;
 use crate::contact::bond::find_bond;
 use crate::step::state::GrainState;
 
-/// What a step has taken off.
+/// The layers that a step has taken off.
 #[derive(Debug, Default)]
 pub struct Detached {
     /// The point around which the next grain begins (m).

@@ -146,9 +146,9 @@ fn widest_gap(state: &GrainState, bodies: &Bodies, point: [f64; 2]) -> Option<([
     let points = points.filter(|[x, y]| x.hypot(*y) <= reach);
     let mut widest: Option<([f64; 2], f64)> = None;
     let points = points.map(|[x, y]| [point[0] + x, point[1] + y]);
-    for position in points.filter(|position| near.is_between(*position)) {
+    for position in points {
         let gap = near.gap(position);
-        if widest.is_none_or(|(_, most)| gap > most) {
+        if widest.is_none_or(|(_, most)| gap > most) && near.is_between(position) {
             widest = Some((position, gap));
         }
     }

@@ -37,7 +37,7 @@ pub struct GrainState {
     pub bonds: Vec<Bond>,
     /// Grains that are fed in.
     pub feed: Feed,
-    /// What has come off bare surfaces.
+    /// The wear of the bare surfaces.
     pub worn: Worn,
     /// Energy since the start, term by term.
     pub ledger: GrainLedger,
@@ -87,16 +87,12 @@ impl GrainState {
         let heights = there.filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
-        let detaches = bodies
-            .injection
-            .as_ref()
-            .is_some_and(|feed| feed.point().is_none());
+        let worn = match &bodies.injection {
+            Some(feed) if feed.point().is_none() => Worn::new(bodies),
+            _ => Worn::default(),
+        };
         let mut state = GrainState {
-            worn: if detaches {
-                Worn::new(bodies)
-            } else {
-                Worn::default()
-            },
+            worn,
             centres: all().map(|disk| disk.centre).collect(),
             velocities: free.iter().map(velocity).collect(),
             surface: bodies.surface.points.clone(),

@@ -1,10 +1,10 @@
-//! What friction has done to bare surfaces: work, and the depth that it has taken off, see [`super::detachment`].
+//! The wear of bare surfaces: work of friction on each segment, and how deep each point lies, see [`super::detachment`].
 
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 
-/// What has come off a surface.
+/// The wear of the bare surfaces.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Worn {
     /// Work of friction on each segment since its last layer (J).

@@ -134,8 +134,7 @@ impl ConstrainedBodies {
             let first = self.boundary + 1 + 3 * place;
             self.impulses[first..first + 3].copy_from_slice(&bodies[*body].velocity);
         }
-        let all: Vec<usize> = self.all().collect();
-        for body in all {
+        for body in self.all() {
             (bodies[body].inverse_mass, bodies[body].inner) = (0.0, 0.0);
             if self.wheel != Some(body) {
                 bodies[body].velocity = self.velocity_of(body, &self.impulses);

@@ -123,7 +123,7 @@ fn a_grain_that_grows_is_pressed_by_what_it_overlaps_and_its_work_is_in_the_spri
     assert!((booked - springs).abs() < 1e-12, "{booked} {springs}");
 }
 
-/// What attracts the grain on both sides presses it no more than what it overlaps does, and the books have its energy.
+/// Walls that attract the grain press it no more than those that do not, and the ledger has the energy of their attraction.
 #[test]
 fn a_grain_that_grows_between_walls_that_attract_it_balances() {
     let mut bodies = between_walls();
