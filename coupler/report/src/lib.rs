@@ -1,6 +1,6 @@
 //! `report.html` with its pictures, and `movie.html`, made from what a run left in its directory.
 //!
-//! - `page`: sections, tables and pictures as one file; `units`: numbers as people read them;
+//! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
 //! - `verdict`: how the run ended, balances, warnings, steps against their bounds; `provenance`: where it comes from;
 //! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
@@ -33,14 +33,14 @@ mod grains;
 mod ledger;
 mod mesh;
 pub mod movie;
-mod page;
+pub mod page;
 mod profiles;
 mod provenance;
 pub mod results;
 mod scene;
 pub mod terminal;
 mod times;
-mod units;
+pub mod units;
 mod verdict;
 
 /// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given; returns the names of
@@ -66,6 +66,19 @@ pub fn write(run: &Path, other: Option<&Path>) -> Result<(Vec<String>, Option<Er
     save(&run.path.join("report.html"), &html)?;
     names.push("report.html".into());
     Ok((names, damage))
+}
+
+/// The pictures of a run's report that have these file names, in this order.
+///
+/// # Errors
+/// A file of the run is damaged.
+pub fn pictures(run: &RunFiles, files: &[String]) -> Result<Vec<Picture>, Error> {
+    let sections = sections(run, None)?;
+    let find = |file: &String| {
+        let mut all = sections.iter().flat_map(Section::pictures);
+        all.find(|picture| picture.file == *file).cloned()
+    };
+    Ok(files.iter().filter_map(find).collect())
 }
 
 fn save(path: &Path, text: &str) -> Result<(), Error> {

@@ -8,18 +8,20 @@ use draw::svg::escape;
 
 /// A part of the page.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Section {
-    pub(super) title: String,
+pub struct Section {
+    /// Its title.
+    pub title: String,
     /// HTML below the title: paragraphs and tables, already escaped.
-    pub(super) text: String,
+    pub text: String,
     /// Pictures over the whole width.
-    pub(super) maps: Vec<Picture>,
+    pub maps: Vec<Picture>,
     /// Pictures of which two stand side by side.
-    pub(super) plots: Vec<Picture>,
+    pub plots: Vec<Picture>,
 }
 
 impl Section {
-    pub(super) fn new(title: &str) -> Section {
+    /// An empty one.
+    pub fn new(title: &str) -> Section {
         Section {
             title: title.into(),
             ..Section::default()
@@ -27,7 +29,7 @@ impl Section {
     }
 
     /// A section of paragraphs and tables.
-    pub(super) fn of_text(title: &str, text: String) -> Section {
+    pub fn of_text(title: &str, text: String) -> Section {
         Section {
             text,
             ..Section::new(title)
@@ -81,7 +83,7 @@ svg{max-width:100%;height:auto}
 ";
 
 /// The whole page.
-pub(super) fn page(title: &str, head: &str, sections: &[Section]) -> String {
+pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
     let mut links = String::new();
     let mut body = String::new();
     for (number, section) in sections.iter().enumerate() {
@@ -105,7 +107,7 @@ fn figure(picture: &Picture) -> String {
 }
 
 /// Escaped text whose names, between backticks, are set as code.
-fn names(text: &str) -> String {
+pub fn names(text: &str) -> String {
     let parts = text.split('`').enumerate();
     let parts = parts.map(|(number, part)| match number % 2 {
         0 => part.to_string(),
@@ -129,7 +131,7 @@ pub(super) fn accessible(picture: &Picture) -> String {
 }
 
 /// A table: its head, and rows of cells that are escaped already; those of `numbers` stand at the right. Nothing without rows.
-pub(super) fn table<const N: usize>(
+pub fn table<const N: usize>(
     head: [&str; N],
     numbers: &[usize],
     rows: impl IntoIterator<Item = [String; N]>,

@@ -42,7 +42,7 @@ pub(super) fn unit(name: &str) -> &'static str {
 }
 
 /// A value with the unit of its name: `92.87 µm`, `0.1933`, `188`.
-pub(super) fn with_unit_of(name: &str, value: f64) -> String {
+pub fn with_unit_of(name: &str, value: f64) -> String {
     with_unit(value, unit(name))
 }
 
@@ -75,7 +75,7 @@ pub(super) fn with_unit(value: f64, unit: &str) -> String {
 }
 
 /// Four significant digits; a whole number up to a million with all of its own, thousands apart.
-pub(super) fn four(value: f64) -> String {
+pub fn four(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }

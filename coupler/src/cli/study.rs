@@ -410,7 +410,7 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
         }
     }
     let folder = TaskFolder::new(&opened.folder, &task.id);
-    match folder.execute(&task, &quiet(&opened, registry)?)? {
+    match folder.execute(&task.loaded, task.keep_logs, &quiet(&opened, registry)?)? {
         TaskStage::Done(outcome) => {
             print(&format!("{} {}", outcome.status, outcome.message))?;
             Ok(outcome.exit_code)

@@ -1,20 +1,20 @@
 //! `thirdbody validate`: the shipped scenes against what must come out of them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::common::{VerbResult, own_program, print_rows};
-use super::start::listen;
+use super::common::{VerbResult, own_program, print_rows, thread_count};
+use super::start::{listen, options};
 use coordinator::error::CHECK_FAILED;
 use coordinator::output::tell;
-use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::fresh_run_id;
+use coordinator::participants::Registry;
+use coordinator::run::session::{RunOptions, fresh_run_id};
 use kit::scratch::Scratch;
 use lab::validate::faults::row::FaultRow;
 use lab::validate::faults::{Campaign, run_campaign};
-use lab::validate::run_suite;
 use lab::validate::suite::{CaseRow, SuiteOptions};
+use lab::validate::{page, run_suite};
 use scenes::{FILES, kept};
 
 /// Arguments of `validate`.
@@ -35,6 +35,13 @@ pub struct ValidateArguments {
     /// Run the long cases too.
     #[arg(long)]
     full: bool,
+    /// Folder to keep the runs in, with validation.html, a page of them: what it holds of the same scenario and build is not run again, and
+    /// several processes may share it. New or from an earlier time; without it nothing is kept. Not of `faults`.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads of each participant (results never depend on it).
+    #[arg(long, default_value_t = 1, value_parser = thread_count())]
+    threads: u16,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,
@@ -53,6 +60,8 @@ enum Suite {
     Variants,
     /// The shipped scenes as they are, against their published and measured figures; takes minutes.
     Scenes,
+    /// The paper that all this began with, figure by figure, and what coupling both scales adds: two minutes, and with --full hours.
+    Paper,
     /// Processes that are killed and stopped, places that are full, files that are damaged: found, named, and resumed.
     Faults,
 }
@@ -65,6 +74,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         Suite::Extremes => "extremes",
         Suite::Variants => "variants",
         Suite::Scenes => "",
+        Suite::Paper => "paper",
         Suite::Faults => return faults(arguments),
     };
     let mut scenes = Path::new("scenarios").join(folder);
@@ -73,15 +83,28 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         kept::write(FILES, unpacked.path())?;
         scenes = unpacked.path().join(folder);
     }
+    let kept = Scratch::new("validate", fresh_run_id());
     let runs = SuiteOptions {
-        registry,
-        program: own_program()?,
-        threads: 1,
+        run: RunOptions {
+            progress: arguments.full,
+            ..options(None, usize::from(arguments.threads), registry)?
+        },
+        folder: arguments.out.as_deref().unwrap_or(kept.path()),
         full: arguments.full,
         only: arguments.only.clone(),
-        watch: Watch::default(),
     };
-    let rows = run_suite(&scenes, &runs)?;
+    let cases = run_suite(&scenes, &runs)?;
+    if let Some(out) = &arguments.out {
+        let suite = if folder.is_empty() { "scenes" } else { folder };
+        let full = if arguments.full { " --full" } else { "" };
+        let command = format!(
+            "thirdbody validate --suite {suite}{full} --out {}",
+            out.display()
+        );
+        let page = page::write(out, &format!("Validation: {suite}"), &command, &cases)?;
+        tell(&format!("{} is written", out.join(page).display()));
+    }
+    let rows: Vec<CaseRow> = cases.into_iter().flat_map(|case| case.rows).collect();
     print_rows(&rows[..], arguments.json, table)?;
     let all_hold = rows.iter().all(|row| row.holds);
     Ok(if all_hold { 0 } else { CHECK_FAILED })
@@ -149,10 +172,20 @@ fn table(rows: &[CaseRow]) -> String {
         "holds", "ours", "expected"
     )];
     lines.extend(rows.iter().map(|row| {
-        let holds = if row.holds { "yes" } else { "NO" };
+        let holds = match (row.told, row.holds) {
+            (_, false) => "NO",
+            (true, _) => "told",
+            _ => "yes",
+        };
         let (ours, expected) = (number(&row.ours), number(&row.expected));
         let (name, source) = (&row.name, &row.source);
-        format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source})")
+        let seeds = row
+            .seeds
+            .map(|[a, b]| format!("; seeds {a:.4e} to {b:.4e}"));
+        let paper = row.published.map(|paper| format!("; paper {paper:.4e}"));
+        let basis = row.basis.map(|basis| format!("; {}", basis.word()));
+        let more: String = [seeds, paper, basis].into_iter().flatten().collect();
+        format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source}{more})")
     }));
     let failed = rows.iter().filter(|row| !row.holds).count();
     lines.push(format!("{} rows, {failed} do not hold", rows.len()));

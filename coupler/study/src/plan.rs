@@ -187,9 +187,6 @@ impl Plan {
             chosen.or(own.map(shown)).unwrap_or_default()
         };
         let values = self.file.vary.iter().zip(&entry.choices).map(value);
-        // The scenario's own hash knows the files that it names by their names alone.
-        let hash =
-            blake3::hash(format!("{} {BUILD} {:?}", loaded.hash, loaded.inputs()).as_bytes());
         Ok(Some(Task {
             index,
             role: entry.role,
@@ -198,7 +195,7 @@ impl Plan {
             varied: entry.choices.iter().map(Option::is_some).collect(),
             fidelity: entry.fidelity.clone(),
             keep_logs: self.file.study.keep_logs,
-            id: hash.to_hex()[..16].to_string(),
+            id: run_id(&loaded),
             loaded,
         }))
     }
@@ -213,6 +210,14 @@ impl Plan {
         all.filter_map(|index| self.task(index).transpose())
             .collect()
     }
+}
+
+/// Hash of scenario and build: two runs with the same one are the same.
+pub fn run_id(loaded: &Loaded) -> String {
+    // The scenario's own hash knows the files that it names by their names alone.
+    let inputs = loaded.inputs();
+    let hash = blake3::hash(format!("{} {BUILD} {inputs:?}", loaded.hash).as_bytes());
+    hash.to_hex()[..16].to_string()
 }
 
 /// The first task of each run: what is to be done.

@@ -17,10 +17,10 @@ use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 use serde::{Deserialize, Serialize};
 
-use super::plan::Task;
 use coordinator::error::Error;
 use coordinator::run::session::{Ended, RunOptions, run};
 use coordinator::rundir::write_whole;
+use coordinator::scenario::load::Loaded;
 use exchange_log::timing::TIMING;
 
 /// Time between two heartbeats.
@@ -48,7 +48,8 @@ pub struct TaskOutcome {
 }
 
 impl TaskOutcome {
-    fn of(ended: Result<Ended, Error>) -> TaskOutcome {
+    /// That of a run; of one that was refused if nothing was started.
+    pub fn of(ended: Result<Ended, Error>) -> TaskOutcome {
         match ended {
             Err(error) => TaskOutcome {
                 status: "refused".into(),
@@ -183,11 +184,16 @@ impl TaskFolder {
         }
     }
 
-    /// Does the task, unless it is done already or another process does it.
+    /// Runs the scenario of the task, unless that is done already or another process does it. Exchange log and checkpoints are kept if asked for.
     ///
     /// # Errors
     /// Its folder cannot be written. A run that fails is an outcome.
-    pub fn execute(&self, task: &Task, options: &RunOptions) -> Result<TaskStage, Error> {
+    pub fn execute(
+        &self,
+        loaded: &Loaded,
+        keep_logs: bool,
+        options: &RunOptions,
+    ) -> Result<TaskStage, Error> {
         fs::create_dir_all(&self.path).map_err(Error::output(self.path.display()))?;
         let Some(_lock) = self.lock()? else {
             return Ok(TaskStage::Running);
@@ -207,7 +213,7 @@ impl TaskFolder {
         let (stop, stopped) = channel();
         let ended = thread::scope(|scope| {
             scope.spawn(|| self.beat(stopped));
-            let ended = run(&task.loaded, options);
+            let ended = run(loaded, options);
             drop(stop);
             ended
         });
@@ -221,7 +227,7 @@ impl TaskFolder {
             let _ = fs::remove_dir_all(&out);
             return Ok(self.done().unwrap_or(TaskStage::Waiting));
         }
-        if !task.keep_logs {
+        if !keep_logs {
             // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
             for log in ["exchange.mcap", TIMING] {
                 let _ = fs::remove_file(out.join(log));

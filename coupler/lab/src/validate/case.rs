@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::from_toml;
+use runs::files::RunFiles;
+use study::measure::{Measure, Norm, ReferenceNumbers};
+
+use super::signals::of_signals;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -13,11 +17,14 @@ use coordinator::scenario::load::from_toml;
 pub struct Expected {
     /// Folder of the scenario, relative to this file; by default the file's own. Scenes that are run elsewhere need no copy.
     pub scene: Option<PathBuf>,
+    /// What the page of the suite says above the cases; words between backticks are names.
+    #[serde(default)]
+    pub text: String,
     /// Runs of the scene, each with its expectations.
     pub case: Vec<SuiteCase>,
 }
 
-/// One run.
+/// One run, or one for each of some seeds.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteCase {
@@ -31,9 +38,14 @@ pub struct SuiteCase {
     /// Overrides of the scene, as after `--set`.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Overrides of a second run, after those of the first, which gives the numbers that have none to expect: a finer step or
-    /// mesh, another element or solver.
+    /// Seeds with each of which the case is run; that of the scene if empty. What must hold must hold for each.
+    #[serde(default)]
+    pub seeds: Vec<u64>,
+    /// Overrides of a second run, after those of the first, that numbers are held against which have none to expect, or a norm: a finer
+    /// step or mesh, another element or solver.
     pub reference: Option<Vec<String>>,
+    /// Folder of the scenario of that run, where it is another one: of the overrides it has those of `reference` only.
+    pub reference_scene: Option<PathBuf>,
     /// Exit code that the run must end with.
     #[serde(default)]
     pub exit_code: i32,
@@ -43,6 +55,15 @@ pub struct SuiteCase {
     /// Codes of the warnings that the run must end with, each once, in any order.
     #[serde(default)]
     pub warns: Vec<String>,
+    /// Codes of warnings that a run may end with, as chance has it: with these numbers they are told.
+    #[serde(default)]
+    pub may_warn: Vec<String>,
+    /// What the page says about the case.
+    #[serde(default)]
+    pub text: String,
+    /// Pictures of the report of its first run that the page shows, by their file names.
+    #[serde(default)]
+    pub pictures: Vec<String>,
     /// Numbers that must come out.
     #[serde(default)]
     pub number: Vec<Number>,
@@ -52,9 +73,12 @@ pub struct SuiteCase {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Where the number is found: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
-    /// the sum of two columns.
+    /// Where the number is found: a path in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
+    /// `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is the sum of two columns, or, with `norm`,
+    /// `profile.<column>`.
     pub path: String,
+    /// What it is, in words; the path if absent.
+    pub of: Option<String>,
     /// Value that it must have; that of the case's reference if absent.
     pub expected: Option<f64>,
     /// Distance allowed, over the value.
@@ -63,6 +87,37 @@ pub struct Number {
     pub tolerance_abs: Option<f64>,
     /// In place of a distance, least and largest ratio to the value: of a trend that was published without numbers.
     pub ratio: Option<[f64; 2]>,
+    /// The number is the distance of a traction from that of the reference, relative to it, in this norm.
+    pub norm: Option<Norm>,
+    /// Width of the bins over which the traction is a mean (m).
+    pub bin_m: Option<f64>,
+    /// What others have published, where it is not what must come out here.
+    pub published: Option<f64>,
+    /// Whether a parameter was chosen for the number to come out.
+    pub basis: Option<Basis>,
+    /// True for a number that is told and not judged: a cost, or one that chance has too much of.
+    #[serde(default)]
+    pub told: bool,
+}
+
+/// What agreement with a published number is worth.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Basis {
+    /// Nothing was chosen for it.
+    Predicted,
+    /// A parameter that the publication does not give was chosen so that it, or one that it hangs on, comes out.
+    Calibrated,
+}
+
+impl Basis {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Basis::Predicted => "predicted",
+            Basis::Calibrated => "calibrated",
+        }
+    }
 }
 
 impl Number {
@@ -74,6 +129,33 @@ impl Number {
         let relative = self.tolerance_rel.unwrap_or(0.0) * expected.abs();
         (ours - expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
     }
+
+    /// Its value in a run; a norm is of the distance from the reference.
+    pub(super) fn value(&self, run: &RunFiles, reference: Option<&RunFiles>) -> Option<f64> {
+        if let Some(norm) = self.norm {
+            let measure = Measure {
+                name: String::new(),
+                of: self.path.clone(),
+                norm,
+                at_s: None,
+                bin_m: self.bin_m,
+            };
+            return measure
+                .deviation(run, ReferenceNumbers::Run(reference?))
+                .ok();
+        }
+        let parts = self.path.split_once('.');
+        match parts {
+            Some(("signals", path)) => of_signals(&run.signals, path),
+            Some(("cost", name)) => run.cost().get(name).copied(),
+            _ => run.number(&self.path),
+        }
+    }
+
+    /// True where it is held against a run.
+    fn needs_reference(&self) -> bool {
+        self.norm.is_some() || self.expected.is_none() && !self.told
+    }
 }
 
 /// Reads `expected.toml`.
@@ -82,11 +164,12 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let refuse = |why: String| Error::from(Refusal::file(path, why));
     let expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
-        let open = case.number.iter().any(|number| number.expected.is_none());
+        let open = case.number.iter().any(Number::needs_reference);
         if open != case.reference.is_some() {
             let name = &case.name;
-            let problem =
-                format!("case `{name}`: a reference goes with numbers without `expected`");
+            let problem = format!(
+                "case `{name}`: a reference goes with numbers without `expected`, or with a norm"
+            );
             return Err(refuse(problem));
         }
     }

@@ -3,55 +3,81 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
 
-use protocol::larger;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::case::{Number, SuiteCase, read};
-use crate::quiet::whole;
+use super::case::{Basis, Number, SuiteCase, read};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
-use coordinator::participants::{Registry, Watch};
-use coordinator::plausible::Warning;
-use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
+use coordinator::run::session::RunOptions;
 use coordinator::scenario::load::load;
-use kit::scratch::Scratch;
-use runs::table::Table;
+use protocol::larger;
+use runs::curve::median;
+use runs::files::RunFiles;
+use study::plan::run_id;
+use study::task::{TaskFolder, TaskOutcome, TaskStage};
+
+/// Time between two looks at a run that another process does.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
 pub struct CaseRow {
     /// Scene, case and number.
     pub name: String,
-    /// The value that came out.
+    /// The value that came out, of several seeds the median.
     pub ours: Value,
+    /// Least and largest of several seeds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seeds: Option<[f64; 2]>,
     /// The value that should.
     pub expected: Value,
+    /// What others have published, where that is another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub published: Option<f64>,
+    /// What agreement with it is worth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub basis: Option<Basis>,
     /// Source of the expectation.
     pub source: String,
-    /// True if it is near enough.
+    /// True if it is near enough, for every seed; a number that is only told holds.
     pub holds: bool,
+    /// True for a number that is told and not judged.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub told: bool,
+}
+
+/// A case that was run.
+pub struct CaseOutcome {
+    /// Scene and case.
+    pub name: String,
+    /// The case.
+    pub case: SuiteCase,
+    /// What its file says above all its cases, with the first of them.
+    pub above: String,
+    /// Its rows.
+    pub rows: Vec<CaseRow>,
+    /// Its runs that came to an end, one for each seed.
+    pub runs: Vec<RunFiles>,
 }
 
 /// Circumstances of the runs of a suite.
 pub struct SuiteOptions<'a> {
-    /// Shipped solvers.
-    pub registry: &'a Registry,
-    /// The program whose `node` verb serves them.
-    pub program: PathBuf,
-    /// Threads of each participant.
-    pub threads: usize,
+    /// Those of each run, whose directory is below `folder`.
+    pub run: RunOptions<'a>,
+    /// Folder of the run directories. What it holds of the same scenario and build already is not run again.
+    pub folder: &'a Path,
     /// True if the long cases are run too.
     pub full: bool,
     /// Text that `scene: case` contains for each case that is run; empty for all.
     pub only: String,
-    /// Signals that end the suite.
-    pub watch: Watch,
 }
 
 /// Runs all cases of all scenes below `folder`, in the order of their names.
-pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseRow>, Error> {
+pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>, Error> {
     let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
         .map_err(Error::input(folder.display()))?
         .flatten()
@@ -59,24 +85,25 @@ pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseRow>, Err
         .filter(|path| path.join("expected.toml").is_file())
         .collect();
     scenes.sort();
-    let mut rows = Vec::new();
+    let mut cases = Vec::new();
     for scene in &scenes {
         let expected = read(&scene.join("expected.toml"))?;
-        let elsewhere = expected.scene.map(|elsewhere| scene.join(elsewhere));
-        let scenario = elsewhere.unwrap_or_else(|| scene.clone());
+        let mut above = expected.text;
         for case in expected.case {
             let name = format!("{}: {}", name_of(scene), case.name);
             if name.contains(&runs.only) && (runs.full || !case.full) {
-                rows.extend(run_case(&name, &scenario, &case, runs)?);
+                let above = std::mem::take(&mut above);
+                let scenario = scene.join(expected.scene.as_deref().unwrap_or(Path::new("")));
+                cases.push(run_case(scene, &scenario, [name, above], case, runs)?);
             }
         }
     }
-    if rows.is_empty() {
+    if cases.is_empty() {
         let problem = "no case has this in its name or in its scene's, or they are long ones, which --full runs; without --only all are listed";
         let argument = format!("--only {}", runs.only);
         return Err(Refusal::argument(argument, problem).into());
     }
-    Ok(rows)
+    Ok(cases)
 }
 
 /// A scene as its folder is named.
@@ -85,152 +112,179 @@ fn name_of(scene: &Path) -> Cow<'_, str> {
 }
 
 fn run_case(
-    name: &str,
+    beside: &Path,
     scenario: &Path,
-    case: &SuiteCase,
+    [name, above]: [String; 2],
+    case: SuiteCase,
     runs: &SuiteOptions,
-) -> Result<Vec<CaseRow>, Error> {
-    tell_progress(name);
-    let outcome = attempt(scenario, &case.set, runs)?;
-    let mut rows = vec![ending(case, &outcome)];
-    if let Ok(left) = &outcome {
-        rows.push(warnings(case, &left.ended.summary.warnings));
-        let reference = referred(scenario, case, runs)?;
-        let numbers = case.number.iter();
-        rows.extend(numbers.map(|number| {
-            let expected = number
-                .expected
-                .or(reference.as_ref().and_then(|left| left.number(number)));
-            judged(case, number, left.number(number), expected)
-        }));
+) -> Result<CaseOutcome, Error> {
+    tell_progress(&name);
+    let seed = |seed: &u64| vec![format!("run.seed={seed}")];
+    let mut seeds: Vec<Vec<String>> = case.seeds.iter().map(seed).collect();
+    if seeds.is_empty() {
+        seeds.push(Vec::new());
+    }
+    let (mut ends, mut whole) = (Vec::new(), Vec::new());
+    for seed in &seeds {
+        let (outcome, run) = attempt(scenario, &[&case.set[..], seed].concat(), runs)?;
+        if outcome.message.is_empty() {
+            let reference = referred(beside, scenario, seed, &case, runs)?;
+            whole.extend(run.map(|run| (run, reference)));
+        }
+        ends.push(outcome);
+    }
+    let mut rows = vec![ending(&case, &ends)];
+    if whole.len() == seeds.len() {
+        rows.push(warnings(&case, &whole));
+        rows.extend(
+            case.number
+                .iter()
+                .map(|number| judged(&case, number, &whole)),
+        );
     }
     for row in &mut rows {
         row.name = format!("{name}: {}", row.name);
     }
-    Ok(rows)
+    let runs = whole.into_iter().map(|(run, _)| run).collect();
+    Ok(CaseOutcome {
+        name,
+        case,
+        above,
+        rows,
+        runs,
+    })
 }
 
+/// A run that came to its end, and the one that it is held against.
+type Held = (RunFiles, Option<RunFiles>);
+
 /// The run that a case's open numbers are from; an end that is no result gives none.
-fn referred(scenario: &Path, case: &SuiteCase, runs: &SuiteOptions) -> Result<Option<Left>, Error> {
+fn referred(
+    beside: &Path,
+    scenario: &Path,
+    seed: &[String],
+    case: &SuiteCase,
+    runs: &SuiteOptions,
+) -> Result<Option<RunFiles>, Error> {
     let Some(reference) = &case.reference else {
         return Ok(None);
     };
-    let set = [case.set.as_slice(), reference].concat();
-    attempt(scenario, &set, runs).map(Result::ok)
+    let (outcome, run) = match &case.reference_scene {
+        Some(other) => attempt(&beside.join(other), reference, runs)?,
+        None => attempt(scenario, &[&case.set[..], seed, reference].concat(), runs)?,
+    };
+    Ok(run.filter(|_| outcome.message.is_empty()))
 }
 
-/// The numbers that a run left.
-struct Left {
-    ended: Ended,
-    summary: Value,
-    signals: Table,
-}
-
-impl Left {
-    fn number(&self, number: &Number) -> Option<f64> {
-        match number.path.strip_prefix("signals.") {
-            Some(path) => of_signals(&self.signals, path),
-            None => {
-                let keys = number.path.split('.');
-                keys.fold(&self.summary, |value, key| &value[key]).as_f64()
-            }
-        }
-    }
-}
-
-/// A run in a folder of its own; the outer error ends the suite.
+/// How a run ended and what it left, which may be from an earlier time; the error ends the suite.
 fn attempt(
     scene: &Path,
     set: &[String],
     runs: &SuiteOptions,
-) -> Result<Result<Left, Error>, Error> {
-    let out = Scratch::new("validate", fresh_run_id());
-    match complete(scene, set, runs, out.path()) {
-        Err(Error::Interrupted { signal }) => Err(Error::Interrupted { signal }),
-        Err(error) => Ok(Err(error)),
-        Ok(ended) => Ok(Ok(Left {
-            summary: ended.summary.value(),
-            signals: Table::read_whole_rows(&out.path().join("signals.csv")),
-            ended,
-        })),
+) -> Result<(TaskOutcome, Option<RunFiles>), Error> {
+    let loaded = match load(&scene.display().to_string(), set) {
+        Ok(loaded) => loaded,
+        Err(error) => return Ok((TaskOutcome::of(Err(error)), None)),
+    };
+    let folder = TaskFolder::new(runs.folder, &run_id(&loaded));
+    loop {
+        match folder.execute(&loaded, false, &runs.run)? {
+            TaskStage::Done(outcome) => {
+                let run = folder.run();
+                let left = run.is_dir().then(|| RunFiles::read_for_page(&run));
+                return Ok((outcome, left.transpose()?));
+            }
+            TaskStage::Running => sleep(LOOK),
+            TaskStage::Waiting => {}
+        }
+        if let Some(interrupted) = runs.run.watch.interrupted() {
+            return Err(interrupted);
+        }
     }
 }
 
-fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Result<Ended, Error> {
-    let loaded = load(&scene.display().to_string(), set)?;
-    let options = RunOptions {
-        threads: runs.threads,
-        watch: runs.watch.clone(),
-        ..RunOptions::quiet(Some(out), runs.registry, &runs.program)
+/// The ends of the runs, as a row of its own.
+fn ending(case: &SuiteCase, ends: &[TaskOutcome]) -> CaseRow {
+    let holds = |end: &TaskOutcome| {
+        let says_all = case.says.iter().all(|word| end.message.contains(word));
+        end.exit_code == case.exit_code && says_all
     };
-    whole(run(&loaded, &options))
+    let wrong = ends.iter().find(|end| !holds(end));
+    let ours = match wrong {
+        Some(end) if !end.message.is_empty() => {
+            json!(format!("{}: {}", end.exit_code, end.message))
+        }
+        Some(end) => json!(end.exit_code),
+        None => json!(case.exit_code),
+    };
+    case_row(
+        case,
+        "exit code",
+        [ours, json!(case.exit_code)],
+        wrong.is_none(),
+    )
 }
 
-/// The end of the run, as a row of its own.
-fn ending(case: &SuiteCase, outcome: &Result<Left, Error>) -> CaseRow {
-    let (code, message) = match outcome {
-        Ok(left) => (left.ended.summary.exit_code, String::new()),
-        Err(error) => (error.exit_code(), error.to_string()),
-    };
-    let says_all = case.says.iter().all(|word| message.contains(word));
-    let holds = code == case.exit_code && says_all;
-    let ours = if message.is_empty() || holds {
-        json!(code)
-    } else {
-        json!(format!("{code}: {message}"))
-    };
-    case_row(case, "exit code", ours, json!(case.exit_code), holds)
-}
-
-/// The warnings of a run that came to its end.
-fn warnings(case: &SuiteCase, found: &[Warning]) -> CaseRow {
-    let codes: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
+/// The warnings of runs that came to their ends.
+fn warnings(case: &SuiteCase, runs: &[Held]) -> CaseRow {
     let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
-    let holds = codes == expected;
-    let lines = || found.iter().map(Warning::line).collect::<Vec<String>>();
-    let ours = if holds { json!(codes) } else { json!(lines()) };
-    case_row(case, "warnings", ours, json!(expected), holds)
+    let allowed = |code: &str| case.may_warn.iter().any(|may| may == code);
+    let word = |warning: &Value, key: &str| warning[key].as_str().unwrap_or_default().to_string();
+    let (mut all, mut lines, mut holds) = (BTreeSet::new(), Vec::new(), true);
+    for (run, _) in runs {
+        let codes: BTreeSet<String> = run.list("warnings").map(|w| word(w, "code")).collect();
+        let judged = codes.iter().map(String::as_str);
+        let judged: BTreeSet<&str> = judged.filter(|code| !allowed(code)).collect();
+        if judged != expected {
+            holds = false;
+            lines.extend(run.list("warnings").map(|w| word(w, "text")));
+        }
+        all.extend(codes);
+    }
+    let ours = if holds { json!(all) } else { json!(lines) };
+    case_row(case, "warnings", [ours, json!(expected)], holds)
 }
 
-fn judged(case: &SuiteCase, number: &Number, ours: Option<f64>, expected: Option<f64>) -> CaseRow {
-    let both = ours.zip(expected);
-    let holds = both.is_some_and(|(ours, expected)| number.holds(ours, expected));
-    case_row(case, &number.path, ours.into(), expected.into(), holds)
+fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
+    let pair = |(run, reference): &Held| {
+        let of_reference = || number.value(reference.as_ref()?, None);
+        let expected = number.expected.or_else(of_reference);
+        [number.value(run, reference.as_ref()), expected]
+    };
+    let pairs: Vec<[Option<f64>; 2]> = runs.iter().map(pair).collect();
+    let holds = |[ours, expected]: &[Option<f64>; 2]| match number.told {
+        true => ours.is_some(),
+        false => ours
+            .zip(*expected)
+            .is_some_and(|(ours, expected)| number.holds(ours, expected)),
+    };
+    let all = |k: usize| -> Vec<f64> { pairs.iter().filter_map(|pair| pair[k]).collect() };
+    let least = all(0).into_iter().reduce(|a, b| -larger(-a, -b));
+    let most = all(0).into_iter().reduce(larger);
+    let name = number.of.as_ref().unwrap_or(&number.path);
+    let values = [0, 1].map(|k| json!(median(all(k))));
+    CaseRow {
+        seeds: least
+            .zip(most)
+            .filter(|_| pairs.len() > 1)
+            .map(<[f64; 2]>::from),
+        published: number.published,
+        basis: number.basis,
+        told: number.told,
+        ..case_row(case, name, values, pairs.iter().all(holds))
+    }
 }
 
-fn case_row(case: &SuiteCase, name: &str, ours: Value, expected: Value, holds: bool) -> CaseRow {
+fn case_row(case: &SuiteCase, name: &str, [ours, expected]: [Value; 2], holds: bool) -> CaseRow {
     CaseRow {
         name: name.into(),
         ours,
+        seeds: None,
         expected,
+        published: None,
+        basis: None,
         source: case.source.clone(),
         holds,
+        told: false,
     }
-}
-
-/// `<column>.<last | max | min | mean | t_max | t_min>`, `t_` being the time of the extreme (s); the column's name may hold dots
-/// itself, and columns joined by `+` are summed.
-fn of_signals(signals: &Table, path: &str) -> Option<f64> {
-    let (columns, what) = path.rsplit_once('.')?;
-    let columns = columns.split('+').map(|column| signals.get(column));
-    let columns = columns.collect::<Option<Vec<&[f64]>>>()?;
-    let reports = columns.iter().map(|column| column.len()).min()?;
-    let sum = |row| columns.iter().map(|column| column[row]).sum();
-    let values = &(0..reports).map(sum).collect::<Vec<f64>>();
-    match what {
-        "last" => values.last().copied(),
-        "max" => values.iter().copied().reduce(larger),
-        "min" => values.iter().copied().reduce(|a, b| -larger(-a, -b)),
-        "t_max" => time_of(signals, values, 1.0),
-        "t_min" => time_of(signals, values, -1.0),
-        "mean" => Some(values.iter().sum::<f64>() / values.len() as f64),
-        _ => None,
-    }
-}
-
-/// Time of the first of the largest values (s), of the smallest where the sign is -1.
-fn time_of(signals: &Table, values: &[f64], sign: f64) -> Option<f64> {
-    let extreme = values.iter().map(|value| sign * value).reduce(larger)?;
-    let at = values.iter().position(|value| sign * value == extreme)?;
-    signals.get("t_s")?.get(at).copied()
 }
