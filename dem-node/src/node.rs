@@ -23,7 +23,7 @@ use protocol::{
 
 use crate::config::solver::OnNotConverged;
 use crate::contact::boundary::CompliantBoundary;
-use crate::measure::snapshot;
+use crate::measure::{snapshot, wheel_contacts};
 use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
@@ -234,6 +234,12 @@ impl Node for Dem {
             };
             let stem = format!("{}-{name}", self.setting.participant);
             snapshot::write(folder, &stem, &scene)?;
+            let wheel = self.bodies.wheel().map(|_| &scene);
+            let traction = wheel
+                .and_then(|of| wheel_contacts::traction_csv(of.bodies, of.state, of.thickness));
+            if let Some(text) = traction {
+                snapshot::write_text(&folder.join(format!("{stem}-profile.csv")), &text)?;
+            }
         }
         self.write_maps()?;
         Ok(())

@@ -73,6 +73,11 @@ fn short_forms_of_published_benchmarks_hold() {
 }
 
 #[test]
+fn the_short_form_of_the_paper_holds() {
+    suite_holds(&["--suite", "paper"], 40);
+}
+
+#[test]
 fn valid_scenes_end_without_a_warning() {
     suite_holds(&["--suite", "variants", "--only", "two-rails"], 18);
 }

@@ -18,4 +18,5 @@ mod scene;
 mod schema;
 mod shipped;
 mod simulated;
+mod suites;
 mod unstable_step;

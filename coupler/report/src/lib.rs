@@ -1,7 +1,7 @@
 //! `report.html` with its pictures, and `movie.html`, made from what a run left in its directory.
 //!
 //! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
-//! - `verdict`: how the run ended, balances, warnings, steps against their bounds; `provenance`: where it comes from;
+//! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
 //! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
 //! - `body`: the whole continuum, and which of its nodes stick;
@@ -35,7 +35,7 @@ mod mesh;
 pub mod movie;
 pub mod page;
 mod profiles;
-mod provenance;
+pub mod provenance;
 pub mod results;
 mod scene;
 pub mod terminal;
@@ -68,17 +68,25 @@ pub fn write(run: &Path, other: Option<&Path>) -> Result<(Vec<String>, Option<Er
     Ok((names, damage))
 }
 
-/// The pictures of a run's report that have these file names, in this order.
+/// The pictures of a run's report that have these file names, laid over those of another run where one is given, as a section without
+/// words.
 ///
 /// # Errors
-/// A file of the run is damaged.
-pub fn pictures(run: &RunFiles, files: &[String]) -> Result<Vec<Picture>, Error> {
-    let sections = sections(run, None)?;
-    let find = |file: &String| {
-        let mut all = sections.iter().flat_map(Section::pictures);
-        all.find(|picture| picture.file == *file).cloned()
-    };
-    Ok(files.iter().filter_map(find).collect())
+/// A file of a run is damaged.
+pub fn pictures(
+    run: &RunFiles,
+    other: Option<&RunFiles>,
+    files: &[String],
+) -> Result<Section, Error> {
+    let mut chosen = Section::default();
+    for section in sections(run, other)? {
+        chosen.maps.extend(section.maps);
+        chosen.plots.extend(section.plots);
+    }
+    let asked = |picture: &Picture| files.contains(&picture.file);
+    chosen.maps.retain(asked);
+    chosen.plots.retain(asked);
+    Ok(chosen)
 }
 
 fn save(path: &Path, text: &str) -> Result<(), Error> {
@@ -133,9 +141,9 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
     Ok(all)
 }
 
-/// Name of a run in legends: that of its directory.
+/// Name of a run in legends: that of its directory, or of its scenario where that is one of many called alike.
 fn name(run: &RunFiles) -> String {
-    let name = run.path.file_name();
+    let name = run.path.file_name().filter(|name| *name != "run");
     let name = name.map(|name| name.to_string_lossy().into_owned());
     name.unwrap_or_else(|| run.text("scenario").into())
 }

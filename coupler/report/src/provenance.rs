@@ -57,7 +57,7 @@ pub(super) fn provenance(run: &RunFiles) -> String {
 }
 
 /// A word of a shell.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@".contains(c);
     if word.chars().all(plain) {
         word.into()

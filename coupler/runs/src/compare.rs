@@ -111,21 +111,30 @@ fn columns(
     x: &str,
     compare: impl Fn([&[f64]; 2], [&[f64]; 2]) -> Compared,
 ) -> Vec<(String, Compared)> {
-    let names = run.columns.iter().map(|(name, _)| name);
-    let others = reference.columns.iter().map(|(name, _)| name);
-    let others = others.filter(|name| run.get(name).is_none());
-    let all = names.chain(others).filter(|name| *name != x);
-    all.map(|name| {
-        let column =
-            |table| -> Option<(&[f64], &[f64])> { Some((Table::get(table, x)?, table.get(name)?)) };
-        let compared = match (column(run), column(reference)) {
-            (Some((x, y)), Some((other_x, other_y))) => compare([x, other_x], [y, other_y]),
-            (None, _) => Err("only the reference has it".to_string()),
-            (_, None) => Err("the reference does not have it".to_string()),
-        };
-        (name.clone(), compared)
-    })
-    .collect()
+    let names = |table: &Table| -> Vec<String> {
+        let names = table.columns.iter().map(|(name, _)| name.clone());
+        names.filter(|name| name != x).collect()
+    };
+    let column = |table, name: &str| -> Option<(Vec<f64>, Vec<f64>)> {
+        Some((Table::get(table, x)?.into(), table.get(name)?.into()))
+    };
+    let own = names(run).into_iter().map(|name| {
+        let other = reference.name_of(&name, run).map(String::from);
+        (Some(name), other)
+    });
+    let others = names(reference).into_iter();
+    let others = others.filter(|name| run.name_of(name, reference).is_none());
+    own.chain(others.map(|other| (None, Some(other))))
+        .map(|(own, other)| {
+            let numbers = |table, name: &Option<String>| column(table, name.as_deref()?);
+            let compared = match (numbers(run, &own), numbers(reference, &other)) {
+                (Some((x, y)), Some((other_x, other_y))) => compare([&x, &other_x], [&y, &other_y]),
+                (None, _) => Err("only the reference has it".to_string()),
+                (_, None) => Err("the reference does not have it".to_string()),
+            };
+            (own.or(other).unwrap_or_default(), compared)
+        })
+        .collect()
 }
 
 fn pairs(

@@ -83,6 +83,34 @@ impl Table {
         let found = columns.find(|(known, _)| known == name);
         found.map(|(_, numbers)| numbers.as_slice())
     }
+
+    /// The name that a column of another run has in this one: the same, or where only one participant of each run has it, the same behind
+    /// the participant's name, which a run of one solver leaves out.
+    pub fn name_of(&self, name: &str, other: &Table) -> Option<&str> {
+        if let Some((own, _)) = self.columns.iter().find(|(own, _)| own == name) {
+            return Some(own);
+        }
+        let only = |table: &'_ Table| {
+            let alike = table.columns.iter().enumerate();
+            let mut alike = alike.filter(|(_, (known, _))| last_part(known) == last_part(name));
+            let found = alike.next().map(|(index, _)| index);
+            found.filter(|_| alike.next().is_none())
+        };
+        only(other)?;
+        Some(&self.columns[only(self)?].0)
+    }
+
+    /// Gives a column another name; false where there is none of the old one.
+    pub fn rename(&mut self, old: &str, new: &str) -> bool {
+        let mut columns = self.columns.iter_mut();
+        let found = columns.find(|(name, _)| name == old);
+        found.map(|(name, _)| *name = new.into()).is_some()
+    }
+}
+
+/// A name without its participant.
+fn last_part(name: &str) -> &str {
+    name.rsplit('.').next().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print_either};
-use coordinator::error::Refusal;
+use coordinator::error::{Error, Refusal};
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
 use study::file::StudyFile;
@@ -23,6 +23,10 @@ pub struct CompareArguments {
     /// Width of the bins over which tractions are means (m); by default the segments of the reference's surface.
     #[arg(long, value_name = "M")]
     bin_m: Option<f64>,
+    /// A signal or traction of the run that is called otherwise in the reference; again for each. Names that differ by a participant's
+    /// need none.
+    #[arg(long = "map", value_name = "OWN=OTHER")]
+    map: Vec<String>,
     /// A study whose measures are told first: a folder with study.toml, or the file.
     #[arg(long, value_name = "FOLDER")]
     study: Option<PathBuf>,
@@ -41,7 +45,10 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         return Err(Refusal::argument("--bin-m", problem).into());
     }
     let run = RunFiles::read(&arguments.run)?;
-    let reference = RunFiles::read(&arguments.reference)?;
+    let mut reference = RunFiles::read(&arguments.reference)?;
+    for map in &arguments.map {
+        rename(&run, &mut reference, map)?;
+    }
     let comparison = Comparison::new(&run, &reference, arguments.bin_m);
     let measures = match &arguments.study {
         Some(study) => StudyFile::read(study)?.measure,
@@ -79,6 +86,32 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         },
     )?;
     Ok(0)
+}
+
+/// Gives a column of the reference the name that the run has for it.
+fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Error> {
+    let refuse = |problem: &str| Error::from(Refusal::argument(format!("--map {map}"), problem));
+    let (own, other) = map
+        .split_once('=')
+        .ok_or_else(|| refuse("must be OWN=OTHER, two columns of signals.csv or profile.csv"))?;
+    let of = |run: &RunFiles| {
+        let tables = [Some(&run.signals), run.profile.as_ref()]
+            .into_iter()
+            .flatten();
+        tables.filter(|table| table.get(own).is_some()).count()
+    };
+    if of(run) == 0 {
+        return Err(refuse("the run has no such column"));
+    }
+    let tables = [Some(&mut reference.signals), reference.profile.as_mut()];
+    let renamed = tables
+        .into_iter()
+        .flatten()
+        .map(|table| table.rename(other, own));
+    match renamed.filter(|renamed| *renamed).count() {
+        0 => Err(refuse("the reference has no such column")),
+        _ => Ok(()),
+    }
 }
 
 fn tables(comparison: &Comparison) -> String {

@@ -160,17 +160,10 @@ fn traction(runs: [&RunFiles; 2], name: &str, bin: Option<f64>) -> Result<Distan
 /// participant has it: a run of one solver has no names before its signals.
 fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, String> {
     let missing = || format!("no column `{name}`");
-    let end = format!(".{name}");
-    let get = |name: &str| table.get(name);
-    let ending = || {
-        let same = table.columns.iter();
-        let mut same = same.filter(|(known, _)| known.ends_with(&end));
-        same.next().filter(|_| same.next().is_none())
-    };
-    let of_participant = || ending().map(|(_, numbers)| numbers.as_slice());
+    let own = table.name_of(name, table).ok_or_else(missing)?;
     Ok(Curve {
-        x: get(along).ok_or_else(missing)?,
-        y: get(name).or_else(of_participant).ok_or_else(missing)?,
+        x: table.get(along).ok_or_else(missing)?,
+        y: table.get(own).ok_or_else(missing)?,
     })
 }
 

@@ -1,7 +1,10 @@
 //! The contacts that carry the wheel.
 
+use std::fmt::Write;
+
 use crate::bodies::Bodies;
 use crate::bodies::positions::proximity;
+use crate::measure::loads;
 use crate::step::state::GrainState;
 
 /// Part of the wheel's normal force whose contacts are counted: the rest may be spread over ever so many that bear next to nothing.
@@ -26,6 +29,42 @@ pub fn count(bodies: &Bodies, state: &GrainState) -> Option<[usize; 2]> {
         carried >= wanted
     });
     needed.map(|last| [lifts.len(), last + 1])
+}
+
+/// Width of a cell of the traction below the wheel, in mean radii of the grains: a few grains bear on it.
+const CELL: f64 = 4.0;
+
+/// The traction of the wheel on the grains, cell by cell from left to right, as CSV: x_m, pressure_pa, shear_pa (positive where the
+/// wheel drags them towards +x), status (open, closed). The outer cells lie beyond the grains. `None` without grains.
+pub fn traction_csv(bodies: &Bodies, state: &GrainState, thickness_m: f64) -> Option<String> {
+    let radii = || loads::grains(bodies, state).map(|disk| bodies.radii[disk]);
+    let width = CELL * radii().sum::<f64>() / radii().count() as f64;
+    let [left, right] = loads::ends(bodies, state, 0, loads::grains(bodies, state));
+    if !(width > 0.0 && left < right) {
+        return None;
+    }
+    let mut forces = vec![[0.0; 2]; ((right - left) / width).ceil() as usize + 2];
+    let positions = state.positions(bodies);
+    let pressing = state.list.pressing();
+    for slot in pressing.filter(|slot| bodies.is_wheel(slot.b as usize)) {
+        let (a, [f_n, f_t]) = (slot.a as usize, slot.force);
+        let [nx, ny] = proximity(bodies, &positions, a, slot.b as usize).normal;
+        let x = state.centres[a][0] - bodies.radii[a] * nx;
+        let cell = ((x - left) / width + 1.0).clamp(0.0, forces.len() as f64 - 1.0);
+        let force = &mut forces[cell as usize];
+        *force = [
+            force[0] - f_n * ny - f_t * nx,
+            force[1] + f_n * nx - f_t * ny,
+        ];
+    }
+    let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
+    for (cell, force) in forces.iter().enumerate() {
+        let x = left + (cell as f64 - 0.5) * width;
+        let [pressure, shear] = force.map(|f| f / (width * thickness_m));
+        let status = if *force == [0.0; 2] { "open" } else { "closed" };
+        let _ = writeln!(text, "{x:e},{pressure:e},{shear:e},{status}");
+    }
+    Some(text)
 }
 
 #[cfg(test)]
@@ -67,6 +106,34 @@ mod tests {
         assert_eq!(counted(&[1.0, 89.0, 2.0, 8.0]), Some([4, 2]));
         assert_eq!(counted(&[1.0, 91.0, 0.0, 8.0, -3.0]), Some([3, 1]));
         assert_eq!(counted(&[0.0, 0.0]), None);
+    }
+
+    /// Four grains 2 apart from x = 0 on: cells of 4 begin at x = -1, with one more at either end.
+    #[test]
+    fn the_traction_below_the_wheel_has_its_whole_force() {
+        let bodies = Bodies {
+            free: 4,
+            radii: vec![1.0; 4],
+            wheel_mass: Some(1.0),
+            ..Bodies::default()
+        };
+        let mut state = GrainState {
+            centres: (0..4).map(|k| [2.0 * f64::from(k), -1.0]).collect(),
+            ..GrainState::default()
+        };
+        let wheel = bodies.wheel().expect("it has a mass");
+        state.list.slots = pressing((0..4).map(|grain| (grain, wheel, 1.0 + grain as f64)));
+        state.list.slots[0].force[1] = 0.5;
+        let text = traction_csv(&bodies, &state, 0.5).expect("there are grains");
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        // 1 + 2 N and 3 + 4 N on 4 x 0.5 m2; the tangent of a contact below the wheel points towards +x.
+        let expected = [
+            "-3e0,0e0,0e0,open",
+            "1e0,1.5e0,2.5e-1,closed",
+            "5e0,3.5e0,0e0,closed",
+            "9e0,0e0,0e0,open",
+        ];
+        assert_eq!(rows, expected);
     }
 
     /// A grain between two disks of the face, which press with 10 N each and lift sqrt(5)/3 of it, and one right below, which bears

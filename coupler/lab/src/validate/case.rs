@@ -32,6 +32,8 @@ pub struct SuiteCase {
     pub name: String,
     /// Author, year, equation, or the table that the numbers are from.
     pub source: String,
+    /// Folder of its scenario, where it is not that of the file.
+    pub scene: Option<PathBuf>,
     /// True for a case that takes long: it is run with `--full` only.
     #[serde(default)]
     pub full: bool,
@@ -75,7 +77,7 @@ pub struct SuiteCase {
 pub struct Number {
     /// Where the number is found: a path in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
     /// `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is the sum of two columns, or, with `norm`,
-    /// `profile.<column>`.
+    /// `profile.<column>` or `signals.<column>`.
     pub path: String,
     /// What it is, in words; the path if absent.
     pub of: Option<String>,
@@ -87,7 +89,7 @@ pub struct Number {
     pub tolerance_abs: Option<f64>,
     /// In place of a distance, least and largest ratio to the value: of a trend that was published without numbers.
     pub ratio: Option<[f64; 2]>,
-    /// The number is the distance of a traction from that of the reference, relative to it, in this norm.
+    /// The number is the distance of a traction or signal from that of the reference, relative to it, in this norm.
     pub norm: Option<Norm>,
     /// Width of the bins over which the traction is a mean (m).
     pub bin_m: Option<f64>,

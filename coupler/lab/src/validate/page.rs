@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use draw::svg::escape;
+use protocol::larger;
 use report::page::{Section, names, page, table};
 use report::pictures;
+use report::provenance::quoted;
 use report::units::{four, with_unit_of};
-use serde_json::Value;
 
 use super::case::{Basis, Number};
 use super::suite::{CaseOutcome, CaseRow};
@@ -34,13 +35,18 @@ pub fn write(
     let (judged, told) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.told);
     let wrong = judged.iter().filter(|row| !row.holds).count();
     let class = if wrong == 0 { "completed" } else { "failed" };
-    let cost = |name: &str| -> f64 {
-        let runs = cases.iter().flat_map(|case| &case.runs);
-        runs.filter_map(|run| run.cost().get(name).copied()).sum()
-    };
+    let runs = || cases.iter().flat_map(|case| &case.runs).map(|(run, _)| run);
+    let cost = |name| -> f64 { runs().filter_map(|run| run.cost().get(name).copied()).sum() };
+    let manifest = runs().next().map(|run| run.manifest()).unwrap_or_default();
+    let made_by = ["software", "build", "git", "processor", "cores"].map(|key| {
+        manifest[key]
+            .as_str()
+            .map_or(manifest[key].to_string(), String::from)
+    });
+    let [software, build, git, processor, cores] = made_by.map(|text| escape(&text));
     let head = format!(
         "<div class=\"verdict {class}\"><p>{} of {} rows hold; {} more are told and not judged. The runs took {} of wall-clock and {} of \
-         processor time.</p></div><pre>{}</pre>",
+         processor time.</p></div><pre>{}</pre><p>{software}, build {build}, git {git}; {processor}, {cores} cores.</p>",
         judged.len() - wrong,
         judged.len(),
         told.len(),
@@ -66,69 +72,80 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
         false => format!("<p>{}</p>", names(&escape(text))),
     };
     let case = &outcome.case;
-    let source = paragraph(&format!("Expected by: {}.", case.source));
     // The end and the warnings come before the numbers, which a run that did not come to its end has none of.
-    let ends = outcome.rows.len() - outcome.rows.len().saturating_sub(2);
-    let (ends, numbers) = outcome.rows.split_at(ends);
-    let ended = ends
+    let (ends, numbers) = outcome
+        .rows
+        .split_at(outcome.rows.len() - outcome.rows.len().saturating_sub(2));
+    let ends = ends.iter().map(|row| ended(&outcome.name, row));
+    let rows = case.number.iter().zip(numbers);
+    let rows = rows.map(|(number, row)| cells(number, row));
+    let cpu = outcome
+        .runs
         .iter()
-        .map(|row| ended(&outcome.name, row))
-        .collect::<String>();
-    let rows = case
-        .number
-        .iter()
-        .zip(numbers)
-        .map(|(number, row)| cells(number, row));
-    let head = [
-        "quantity",
-        "ours",
-        "over seeds",
-        "must be",
-        "paper",
-        "difference",
-        "basis",
-        "",
+        .filter_map(|(run, _)| run.cost().get("cpu_s").copied());
+    let mut parts = vec![
+        paragraph(&outcome.above),
+        paragraph(&case.text),
+        paragraph(&format!("Expected by: {}.", case.source)),
+        format!("<pre>{}</pre>", escape(&repeated(outcome))),
     ];
-    let runs = outcome.runs.iter();
-    let seeds: Vec<String> = case.seeds.iter().map(u64::to_string).collect();
-    let seeds = match seeds.is_empty() {
-        true => String::new(),
-        false => format!(
-            " Seeds {}; the median and, beside it, the least and the largest.",
-            seeds.join(", ")
-        ),
-    };
-    let cost: Vec<String> = runs
-        .filter_map(|run| run.cost().get("cpu_s").copied())
-        .map(minutes)
-        .collect();
-    let cost = paragraph(&format!(
-        "Processor time of each run: {}.{seeds}",
-        cost.join(", ")
-    ));
-    let mut maps = Vec::new();
-    if let Some(run) = outcome.runs.first().filter(|_| !case.pictures.is_empty()) {
-        maps = pictures(run, &case.pictures)?;
+    parts.extend(ends);
+    parts.push(table(HEAD, &[1, 2, 3, 4, 5], rows));
+    let cpu = Vec::from_iter(cpu.map(minutes)).join(", ");
+    parts.push(paragraph(&format!("Processor time of each run: {cpu}.")));
+    let mut drawn = Section::default();
+    if let Some((run, reference)) = outcome.runs.first().filter(|_| !case.pictures.is_empty()) {
+        drawn = pictures(run, reference.as_ref(), &case.pictures)?;
     }
-    for picture in &mut maps {
+    for picture in drawn.maps.iter_mut().chain(&mut drawn.plots) {
         // Two runs have pictures of the same name.
         picture.file = format!("{number}-{}", picture.file);
     }
     Ok(Section {
-        maps,
-        ..Section::of_text(
-            &outcome.name,
-            [
-                paragraph(&outcome.above),
-                paragraph(&case.text),
-                source,
-                ended,
-                table(head, &[1, 2, 3, 4, 5], rows),
-                cost,
-            ]
-            .concat(),
-        )
+        title: outcome.name.clone(),
+        text: parts.concat(),
+        ..drawn
     })
+}
+
+/// The table's head; of several seeds the median stands under `ours`, the least and the largest beside it.
+const HEAD: [&str; 8] = [
+    "quantity",
+    "ours",
+    "over seeds",
+    "reference",
+    "paper",
+    "difference",
+    "basis",
+    "",
+];
+
+/// The command that runs the case again.
+fn repeated(outcome: &CaseOutcome) -> String {
+    let (case, scenario) = (&outcome.case, &outcome.scenario);
+    // The path as it is below the folder of the scenes, without the way there and back from the file of the suite.
+    let mut name = Vec::new();
+    for part in scenario
+        .components()
+        .filter_map(|part| part.as_os_str().to_str())
+    {
+        match part {
+            ".." => drop(name.pop()),
+            "scenarios" => name.clear(),
+            part => name.push(part),
+        }
+    }
+    let mut set: Vec<String> = case.set.iter().map(|set| quoted(set)).collect();
+    if !case.seeds.is_empty() {
+        let seeds: Vec<String> = case.seeds.iter().map(u64::to_string).collect();
+        set.push(format!("run.seed=S   # S = {}", seeds.join(", ")));
+    }
+    let set = set.iter().map(|set| format!(" \\\n    --set {set}"));
+    format!(
+        "thirdbody run {}{}",
+        name.join("/"),
+        set.collect::<String>()
+    )
 }
 
 /// An end or a set of warnings that is not as it must be, or warnings that may be there.
@@ -154,60 +171,47 @@ fn ended(case: &str, row: &CaseRow) -> String {
     )
 }
 
+/// The cells of a number: SI units with prefixes by its name, a norm without.
 fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
-    let (_, unit) = number.path.rsplit_once('.').unwrap_or_default();
     // Of a column of signals the last word is which of its values.
-    let unit = match number
-        .path
-        .strip_prefix("signals.")
-        .and_then(|path| path.rsplit_once('.'))
-    {
-        Some((column, _)) => column,
-        None => unit,
+    let path = match number.path.starts_with("signals.") {
+        true => number
+            .path
+            .rsplit_once('.')
+            .map_or("", |(column, _)| column),
+        false => &number.path,
     };
-    let pure = number.norm.is_some();
-    let show = |x: f64| match pure {
-        true => four(x),
-        false => with_unit_of(unit, x),
-    };
-    let shown = |value: &Value| value.as_f64().map_or("none".into(), show);
-    let must = match (row.told, number.ratio) {
-        (true, _) => String::new(),
-        (_, Some([least, most])) => format!(
-            "{} to {} times {}",
-            four(least),
-            four(most),
-            shown(&row.expected)
-        ),
-        _ => {
-            let expected = row.expected.as_f64().unwrap_or(f64::NAN);
-            let relative = number.tolerance_rel.unwrap_or(0.0) * expected.abs();
-            let allowed = protocol::larger(relative, number.tolerance_abs.unwrap_or(0.0));
-            format!("{} ± {}", shown(&row.expected), show(allowed))
+    let unit = if number.norm.is_some() { "" } else { path };
+    let show = |x: f64| with_unit_of(unit, x);
+    let (ours, expected) = (row.ours.as_f64(), row.expected.as_f64());
+    let reference = expected.map_or(String::new(), |expected| {
+        let relative = number.tolerance_rel.unwrap_or(0.0) * expected.abs();
+        let allowed = larger(relative, number.tolerance_abs.unwrap_or(0.0));
+        match number.ratio {
+            _ if row.told => show(expected),
+            Some([least, most]) => {
+                format!("{} to {} times {}", four(least), four(most), show(expected))
+            }
+            None => format!("{} ± {}", show(expected), show(allowed)),
         }
-    };
-    let paper = row
-        .published
-        .or(row.expected.as_f64().filter(|_| row.basis.is_some()));
-    let difference = row
-        .ours
-        .as_f64()
-        .zip(paper)
-        .map(|(ours, paper)| (ours - paper) / paper.abs());
+    });
+    let difference = ours.zip(row.published.or(expected));
+    let difference = difference.map(|(ours, of)| 100.0 * (ours - of) / of.abs());
     let difference = difference.filter(|part| part.is_finite());
+    let seeds = row.seeds.map(|seeds| seeds.map(show).join(" to "));
+    let verdict = match (row.told, row.holds) {
+        (_, false) => "<b>does not hold</b>",
+        (true, _) => "told",
+        _ => "holds",
+    };
     [
         names(&escape(number.of.as_ref().unwrap_or(&number.path))),
-        shown(&row.ours),
-        row.seeds
-            .map_or(String::new(), |seeds| seeds.map(show).join(" to ")),
-        must,
-        paper.map_or(String::new(), show),
-        difference.map_or(String::new(), |part| format!("{:+.1} %", 100.0 * part)),
+        ours.map_or("none".into(), show),
+        seeds.unwrap_or_default(),
+        reference,
+        row.published.map_or(String::new(), show),
+        difference.map_or(String::new(), |part| format!("{part:+.1} %")),
         row.basis.map_or("", Basis::word).into(),
-        match (row.told, row.holds) {
-            (_, false) => "<b>does not hold</b>".into(),
-            (true, _) => "told".into(),
-            _ => "holds".into(),
-        },
+        verdict.into(),
     ]
 }

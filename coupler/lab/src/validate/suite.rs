@@ -54,6 +54,8 @@ pub struct CaseRow {
 pub struct CaseOutcome {
     /// Scene and case.
     pub name: String,
+    /// Folder of its scenario.
+    pub scenario: PathBuf,
     /// The case.
     pub case: SuiteCase,
     /// What its file says above all its cases, with the first of them.
@@ -61,7 +63,7 @@ pub struct CaseOutcome {
     /// Its rows.
     pub rows: Vec<CaseRow>,
     /// Its runs that came to an end, one for each seed.
-    pub runs: Vec<RunFiles>,
+    pub runs: Vec<Held>,
 }
 
 /// Circumstances of the runs of a suite.
@@ -93,7 +95,8 @@ pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>,
             let name = format!("{}: {}", name_of(scene), case.name);
             if name.contains(&runs.only) && (runs.full || !case.full) {
                 let above = std::mem::take(&mut above);
-                let scenario = scene.join(expected.scene.as_deref().unwrap_or(Path::new("")));
+                let elsewhere = case.scene.as_ref().or(expected.scene.as_ref());
+                let scenario = elsewhere.map_or(scene.clone(), |folder| scene.join(folder));
                 cases.push(run_case(scene, &scenario, [name, above], case, runs)?);
             }
         }
@@ -145,18 +148,18 @@ fn run_case(
     for row in &mut rows {
         row.name = format!("{name}: {}", row.name);
     }
-    let runs = whole.into_iter().map(|(run, _)| run).collect();
     Ok(CaseOutcome {
         name,
+        scenario: scenario.to_path_buf(),
         case,
         above,
         rows,
-        runs,
+        runs: whole,
     })
 }
 
 /// A run that came to its end, and the one that it is held against.
-type Held = (RunFiles, Option<RunFiles>);
+pub type Held = (RunFiles, Option<RunFiles>);
 
 /// The run that a case's open numbers are from; an end that is no result gives none.
 fn referred(
