@@ -116,6 +116,31 @@ fn last_part(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_is_known_by_another_participants_name_where_only_one_has_it() {
+        let table = |names: &str| Table::parse(names).expect("a table");
+        let coupled = table("t_s,rail.kinetic_j,grains.kinetic_j,grains.wheel_y_m");
+        let alone = table("t_s,kinetic_j,wheel_y_m,a.b_m,c.b_m");
+        let name = |name| alone.name_of(name, &coupled);
+        assert_eq!(name("grains.wheel_y_m"), Some("wheel_y_m"));
+        assert_eq!(
+            coupled.name_of("wheel_y_m", &alone),
+            Some("grains.wheel_y_m")
+        );
+        assert_eq!(name("t_s"), Some("t_s"));
+        // Two have it here, or there.
+        assert_eq!(name("rail.kinetic_j"), None);
+        assert_eq!(coupled.name_of("kinetic_j", &alone), None);
+        assert_eq!(alone.name_of("d.b_m", &table("d.b_m")), None);
+    }
+
+    #[test]
+    fn a_column_takes_another_name_where_it_is() {
+        let mut table = Table::parse("t_s,y_m\n0,1").expect("a table");
+        assert!(table.rename("y_m", "a.y_m") && !table.rename("y_m", "z"));
+        assert_eq!(table.get("a.y_m"), Some(&[1.0][..]));
+    }
     use kit::scratch::Scratch;
 
     #[test]

@@ -96,6 +96,10 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
     let mut drawn = Section::default();
     if let Some((run, reference)) = outcome.runs.first().filter(|_| !case.pictures.is_empty()) {
         drawn = pictures(run, reference.as_ref(), &case.pictures)?;
+        let all = || drawn.maps.iter().chain(&drawn.plots);
+        let missing = case.pictures.iter();
+        let missing = missing.filter(|file| all().all(|picture| picture.file != **file));
+        parts.extend(missing.map(|file| paragraph(&format!("The run has nothing for `{file}`."))));
     }
     for picture in drawn.maps.iter_mut().chain(&mut drawn.plots) {
         // Two runs have pictures of the same name.
