@@ -75,15 +75,89 @@ fn rows_hold_errors_floors_costs_and_hashes() {
     }
 }
 
+/// Friction and thickness, for nothing but what comes of them.
+const VALUES: &str = "[[vary]]\nkey = \"participant.third-body.config.law.friction\"\nvalues = [0.1, 0.3]\n\
+    [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"max\"\n\
+    [[measure]]\nname = \"grains\"\nof = \"results.disks\"\n";
+
+#[test]
+fn without_a_reference_there_are_values_and_no_errors() {
+    let work = Scratch::new("study-values");
+    let file = study(&work, VALUES);
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    let shown = [
+        "values",
+        "grains: friction = 0.1: 1.8800e2",
+        "height: friction = 0.3: ",
+    ];
+    for words in shown {
+        assert!(text.contains(words), "{words} in {text}");
+    }
+    for words in ["knee", "front", "budget", "noise"] {
+        assert!(!text.contains(words), "{words} in {text}");
+    }
+    let rows = rows(&work);
+    assert_eq!(rows.len(), 2);
+    for row in &rows {
+        assert_eq!((&*row["role"], &*row["status"]), ("point", "completed"));
+        assert!(!row["warnings"].is_empty(), "a run so short is warned of");
+        assert!(!row.contains_key("error_height") && !row.contains_key("cpu_rel"));
+        // The value is that of the run, to the bit.
+        let run = work.path().join("out/tasks").join(&row["id"]).join("run");
+        let summary = parse_json(&fs::read(run.join("summary.json")).expect("it ran"));
+        assert_eq!(
+            Some(number(row, "value_grains")),
+            summary["results"]["disks"].as_f64()
+        );
+        let signals = fs::read_to_string(run.join("signals.csv")).expect("it ran");
+        let head = signals.lines().next().expect("a head").split(',');
+        let column = head
+            .into_iter()
+            .position(|name| name == "third-body.wheel_y_m");
+        let column = column.expect("the wheel has a height");
+        let heights = signals.lines().skip(1);
+        let heights = heights.map(|line| line.split(',').nth(column).and_then(|y| y.parse().ok()));
+        let largest = heights
+            .map(|y: Option<f64>| y.expect("a number").abs())
+            .reduce(f64::max);
+        assert_eq!(Some(number(row, "value_height")), largest);
+    }
+    let out = |file: &str| work.path().join("out").join(file);
+    for file in ["values.svg", "means.svg", "means.csv", "digest.txt"] {
+        assert!(out(file).is_file(), "{file}");
+    }
+    for file in ["front.csv", "front.svg", "knobs.svg", "study.json"] {
+        assert!(!out(file).exists(), "{file}");
+    }
+    // A second key makes a map, and a seed means.
+    let two = format!(
+        "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n{VALUES}[[vary]]\nkey = \"participant.third-body.config.sample.thickness_m\"\nvalues = [0.2e-3, 0.3e-3]\n"
+    );
+    fs::remove_dir_all(out("")).expect("it was made");
+    let file = study(&work, &two);
+    let text = fs::read_to_string(&file)
+        .expect("written")
+        .replace("one-at-a-time", "grid");
+    fs::write(&file, text).expect("writable");
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    assert!(
+        text.contains("means over the scenes") && text.contains("(2 runs"),
+        "{text}"
+    );
+    assert!(out("maps.svg").is_file() && !out("values.svg").exists());
+}
+
 #[test]
 fn without_a_floor_there_is_nothing_to_choose_by() {
     let work = Scratch::new("study-floorless");
     let file = study(&work, &SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
-    assert!(
-        text.contains("no study.json for `run --budget`: its floor of noise is not known"),
-        "{text}"
-    );
+    for words in [
+        "no study.json for `run --budget`: its floor of noise is not known",
+        "(floor of noise not measured)",
+    ] {
+        assert!(text.contains(words), "{words} in {text}");
+    }
     assert!(!work.path().join("out/study.json").exists());
     assert!(rows(&work).iter().all(|row| row["floor_height"].is_empty()));
 }

@@ -30,6 +30,14 @@ impl Steps {
         })
     }
 
+    /// The same segments with 0 on each.
+    pub fn zero(&self) -> Steps {
+        Steps {
+            numbers: vec![0.0; self.numbers.len()],
+            ..self.clone()
+        }
+    }
+
     /// The mean over a part of the line.
     fn mean(&self, [low, high]: [f64; 2]) -> f64 {
         let first = self.edges.partition_point(|edge| *edge <= low);

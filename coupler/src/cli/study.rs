@@ -1,4 +1,4 @@
-//! `thirdbody study`: many runs of a scenario, held against a reference.
+//! `thirdbody study`: many runs of a scenario, held against a reference or measured over its keys.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -283,7 +283,9 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
     let results = Results::read(&opened.plan, tasks, &opened.folder)?;
     write(&opened.folder.join("results.csv"), &results.csv())?;
     let digest = Digest::new(&results);
-    write(&opened.folder.join("front.csv"), &digest.front_csv())?;
+    if let Some(front) = digest.front_csv() {
+        write(&opened.folder.join("front.csv"), &front)?;
+    }
     if let Some(means) = digest.means_csv() {
         write(&opened.folder.join("means.csv"), &means)?;
     }
@@ -296,8 +298,9 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
         let text = digest.text();
         write(&opened.folder.join("digest.txt"), &(text.clone() + "\n"))?;
         print(&text)?;
-        let stored = StoredStudy::of(&opened.plan, tasks, &results);
-        match stored {
+        match StoredStudy::of(&opened.plan, tasks, &results) {
+            // Nobody who asks for values wants a budget.
+            _ if !opened.plan.file.reference.is_given() => {}
             Ok(stored) => write(&opened.folder.join("study.json"), &(stored.json() + "\n"))?,
             Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
         }

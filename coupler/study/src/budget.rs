@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::measure::percent;
 use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
-use super::varied_keys::percent;
 use coordinator::error::{Error, Refusal};
 use runs::curve::median;
 

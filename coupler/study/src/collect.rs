@@ -1,6 +1,6 @@
-//! Rows of a study: what each run cost, and how far it is from the reference.
+//! Rows of a study: what each run measured and cost, and how far it is from the reference, where there is one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub struct StudyRow {
     pub varied: Vec<bool>,
     /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
     pub deviations: Vec<Option<f64>>,
-    /// The result that each measure is of, where it is one.
+    /// What each measure is.
     pub numbers: Vec<Option<f64>>,
     /// Largest distance of a perturbed reference of its scene by each measure.
     pub floors: Vec<Option<f64>>,
@@ -57,6 +57,8 @@ pub struct StudyRow {
     pub cost_rel: BTreeMap<String, f64>,
     /// Hashes of exchange and state.
     pub hashes: [String; 2],
+    /// Codes of what the run was warned of, each once.
+    pub warnings: String,
     /// Why something is missing.
     pub message: String,
 }
@@ -139,8 +141,10 @@ impl Results {
         let number = |number: Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
         let relative = |name: &str| number(row.cost_rel.get(name).copied());
         let measures = || self.file.measure.iter().enumerate();
-        let errors = measures().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
-        let floors = measures().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
+        let held = self.file.reference.is_given();
+        let distances = || measures().filter(|_| held);
+        let errors = distances().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
+        let floors = distances().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
         let values = measures().map(|(k, m)| (format!("value_{}", m.name), row.numbers[k]));
         let named = |(name, cell): (&str, String)| (name.to_string(), cell);
         let first = [
@@ -165,6 +169,9 @@ impl Results {
             ("hash_state", row.hashes[1].clone()),
             ("message", row.message.clone()),
             ("role", row.role.word()),
+            ("warnings", row.warnings.clone()),
+        ];
+        let of_reference = [
             ("wall_rel", relative("wall_s")),
             ("cpu_rel", relative("cpu_s")),
         ];
@@ -177,6 +184,7 @@ impl Results {
                 .map(|(name, value)| (name, number(value))),
         );
         cells.extend(costs.into_iter().chain(last).map(named));
+        cells.extend(of_reference.map(named).into_iter().filter(|_| held));
         cells
     }
 
@@ -292,18 +300,30 @@ fn row(
         cost: BTreeMap::new(),
         cost_rel: BTreeMap::new(),
         hashes: Default::default(),
+        warnings: String::new(),
         message,
     };
     let Some(run) = run else {
         return Ok(row);
     };
     for (k, measure) in measures.iter().enumerate() {
-        row.numbers[k] = measure.result(&run);
-        match measure.deviation(&run, reference) {
-            Ok(deviation) => row.deviations[k] = Some(deviation),
-            Err(why) => add(&mut row.message, &format!("error_{}: {why}", measure.name)),
+        let number = measure.number(&run);
+        row.numbers[k] = number.as_ref().ok().copied();
+        let (missing, kind) = match file.reference.is_given() {
+            true => {
+                let deviation = measure.deviation(&run, reference);
+                row.deviations[k] = deviation.as_ref().ok().copied();
+                (deviation.err(), "error")
+            }
+            false => (number.err(), "value"),
+        };
+        if let Some(why) = missing {
+            add(&mut row.message, &format!("{kind}_{}: {why}", measure.name));
         }
     }
+    let codes = run.list("warnings").filter_map(|w| w["code"].as_str());
+    let codes: BTreeSet<&str> = codes.collect();
+    row.warnings = Vec::from_iter(codes).join(" ");
     if row.status == "suspect" {
         add(&mut row.message, &warnings(&run));
     }

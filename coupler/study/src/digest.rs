@@ -1,13 +1,15 @@
-//! The digest of a study: fronts, knees, a sentence for each key, what failed, and what is not known.
+//! The digest of a study: fronts, knees, a sentence for each key, what failed, and what is not known; without a reference, what was
+//! measured at each setting.
 
 use std::fmt::Write as _;
 
 use super::collect::{Results, line};
 use super::ensemble::{self, EnsembleMean, ensemble};
 use super::front::{MeasureFront, Trade, front, knee};
+use super::measure::percent;
 use super::picture;
 use super::settings::{StudySetting, settings};
-use super::varied_keys::{VariedKey, percent, varied_keys};
+use super::varied_keys::{VariedKey, varied_keys};
 
 /// A study in words and pictures.
 #[derive(Clone, Debug)]
@@ -68,8 +70,17 @@ impl<'a> Digest<'a> {
         (!self.means.is_empty()).then(|| ensemble::csv(&self.means))
     }
 
-    /// front.csv: the fronts of all measures, cheapest first.
-    pub fn front_csv(&self) -> String {
+    /// front.csv: the fronts of all measures, cheapest first, where there is a reference.
+    pub fn front_csv(&self) -> Option<String> {
+        self.is_held().then(|| self.fronts_csv())
+    }
+
+    /// True where runs are held against a reference: without one there are no errors, and nothing to trade for them.
+    fn is_held(&self) -> bool {
+        self.results.file.reference.is_given()
+    }
+
+    fn fronts_csv(&self) -> String {
         let mut lines = line(&["measure", "setting", "cost", "error", "floor", "knee"]);
         for of in &self.fronts {
             for (index, trade) in of.front.iter().enumerate() {
@@ -86,14 +97,21 @@ impl<'a> Digest<'a> {
         lines
     }
 
-    /// front.svg, knobs.svg and, with several scenes, means.svg, and maps.svg of two keys.
+    /// front.svg and knobs.svg where there is a reference; with several scenes, or without a reference, means.svg, values.svg over one key
+    /// and maps.svg over two.
     pub fn pictures(&self) -> Vec<(&'static str, String)> {
-        let fronts = picture::fronts(&self.fronts, &self.settings, self.results);
-        let keys = picture::knobs(&self.keys, &self.measures);
-        let mut pictures = vec![("front.svg", fronts), ("knobs.svg", keys)];
+        let mut pictures = Vec::new();
+        if self.is_held() {
+            let fronts = picture::fronts(&self.fronts, &self.settings, self.results);
+            let keys = picture::knobs(&self.keys, &self.measures);
+            pictures.extend([("front.svg", fronts), ("knobs.svg", keys)]);
+        }
         if !self.means.is_empty() {
+            let keys = &self.results.file.vary;
             pictures.push(("means.svg", picture::means(&self.means)));
-            let maps = picture::maps(&self.means, &self.results.file.vary);
+            let values = picture::values(&self.means, keys);
+            pictures.extend(values.map(|values| ("values.svg", values)));
+            let maps = picture::maps(&self.means, keys);
             pictures.extend(maps.map(|maps| ("maps.svg", maps)));
         }
         pictures
@@ -102,11 +120,38 @@ impl<'a> Digest<'a> {
     /// All of it in words.
     pub fn text(&self) -> String {
         let mut text = String::new();
+        if self.is_held() {
+            self.trades(&mut text);
+        }
+        if !self.means.is_empty() {
+            let scenes = self.settings.iter().any(|setting| setting.rows.len() > 1);
+            let head = match scenes {
+                true => "means over the scenes, with 95 % intervals",
+                false => "values",
+            };
+            let _ = writeln!(text, "\n{head}");
+            let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, ensemble::words(of));
+            text.extend(self.means.iter().map(line));
+        }
+        let told: Vec<String> = self.fallen().collect();
+        if !told.is_empty() {
+            let head = match self.is_held() {
+                true => "outside of the fronts, or to be read with care",
+                false => "not among them, or to be read with care",
+            };
+            let _ = writeln!(text, "\n{head}");
+            text.extend(told.iter().map(|line| format!("  {line}\n")));
+        }
+        text.trim_end().to_string()
+    }
+
+    /// Fronts and what each key costs and loses.
+    fn trades(&self, text: &mut String) {
         for of in &self.fronts {
-            let floor = percent(of.floor);
+            let floor = self.results.file.reference.floor_words(of.floor);
             let _ = writeln!(
                 text,
-                "\nfront of error_{} (floor of noise {floor} %)",
+                "\nfront of error_{} (floor of noise {floor})",
                 of.measure
             );
             let _ = writeln!(text, "  {:>10}  {:>10}  setting", "cost", "error %");
@@ -137,17 +182,6 @@ impl<'a> Digest<'a> {
                 let _ = writeln!(text, "    note: {}", key.note);
             }
         }
-        if !self.means.is_empty() {
-            let _ = writeln!(text, "\nmeans over the scenes, with 95 % intervals");
-            let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, ensemble::words(of));
-            text.extend(self.means.iter().map(line));
-        }
-        let told: Vec<String> = self.fallen().collect();
-        if !told.is_empty() {
-            let _ = writeln!(text, "\noutside of the fronts, or to be read with care");
-            text.extend(told.iter().map(|line| format!("  {line}\n")));
-        }
-        text.trim_end().to_string()
     }
 
     /// Runs that are done and do not stand, or miss something.

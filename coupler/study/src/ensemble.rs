@@ -1,5 +1,5 @@
-//! Means of results over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one draw, and
-//! only means can be told apart.
+//! Means of what is measured over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one
+//! draw, and only means can be told apart.
 
 use super::collect::{Results, line};
 use super::settings::{StudySetting, settings};
@@ -22,7 +22,7 @@ pub struct EnsembleMean {
     pub values: Vec<f64>,
     /// Their mean.
     pub mean: f64,
-    /// Their standard deviation.
+    /// Their standard deviation; 0 of one value, as the next.
     pub deviation: f64,
     /// Half of the interval that holds the mean of all scenes in 95 of 100 cases, t s / sqrt(n).
     pub half_width: f64,
@@ -52,7 +52,8 @@ fn difference(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     Some([of_a[0] - of_b[0], student(freedom) * variance.sqrt()])
 }
 
-/// The means of all results that are measures, setting by setting, the reference last; none with a single scene.
+/// The means of all results that are measures, setting by setting, the reference last; none with a single scene. Without a reference
+/// those of all measures, a single value for a mean.
 pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
     let settings = settings(results);
     let values = |setting: &StudySetting, measure: usize| -> Vec<f64> {
@@ -60,20 +61,28 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
         rows.filter_map(|row| row.numbers[measure]).collect()
     };
     let mut means = Vec::new();
-    for (measure, of) in results.file.measure.iter().enumerate() {
+    let held = results.file.reference.is_given();
+    let measures = results.file.measure.iter().enumerate();
+    for (measure, of) in measures.filter(|(_, of)| of.is_result() || !held) {
         let mut all = settings.iter();
         let reference = all.find(|setting| setting.is_reference(results));
         let reference = reference.map(|setting| values(setting, measure));
         means.extend(settings.iter().filter_map(|setting| {
             let is_reference = setting.is_reference(results);
-            let held = reference.as_deref().filter(|_| !is_reference);
+            let other = reference.as_deref().filter(|_| !is_reference);
+            let values = values(setting, measure);
+            let single = (!held && values.len() == 1).then(|| EnsembleMean {
+                mean: values[0],
+                values: values.clone(),
+                ..EnsembleMean::default()
+            });
             Some(EnsembleMean {
                 measure,
                 name: of.name.clone(),
                 setting: setting.words(results),
                 chosen: setting.chosen.clone(),
                 reference: is_reference,
-                ..EnsembleMean::of(values(setting, measure), held)?
+                ..single.or_else(|| EnsembleMean::of(values, other))?
             })
         }));
     }
@@ -81,6 +90,12 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
 }
 
 impl EnsembleMean {
+    /// The values and the ends of the interval of the mean.
+    pub fn reach(&self) -> impl Iterator<Item = f64> + '_ {
+        let interval = [self.mean - self.half_width, self.mean + self.half_width];
+        self.values.iter().copied().chain(interval)
+    }
+
     /// That of at least two values, nameless, and its difference from those of a reference.
     pub fn of(values: Vec<f64>, reference: Option<&[f64]>) -> Option<EnsembleMean> {
         let [mean, deviation, half_width] = mean_of(&values)?;
@@ -113,7 +128,11 @@ pub fn csv(means: &[EnsembleMean]) -> String {
                 .map_or(String::new(), |d| format!("{:e}", d[k]))
         };
         let numbers = [of.mean, of.deviation, of.half_width].map(|x| format!("{x:e}"));
-        let [mean, deviation, half_width] = numbers;
+        let [mean, mut deviation, mut half_width] = numbers;
+        if of.values.len() == 1 {
+            deviation.clear();
+            half_width.clear();
+        }
         text += &line(&[
             of.name.clone(),
             of.setting.clone(),
@@ -145,6 +164,9 @@ pub fn words(of: &EnsembleMean) -> String {
     };
     let [mean, half, scatter] = [of.mean, of.half_width, of.deviation];
     let count = of.values.len();
+    if count == 1 {
+        return format!("{}: {mean:.4e}", of.setting);
+    }
     format!(
         "{}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}){told}",
         of.setting

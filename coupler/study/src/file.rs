@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::measure::{Measure, plain};
+use super::measure::{Measure, percent, plain};
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::from_toml;
 use coordinator::scenario::overrides::leaves;
@@ -22,11 +22,12 @@ pub struct StudyFile {
     /// The study that `--small` makes of it.
     #[serde(default)]
     pub small: Small,
-    /// The reference of all runs.
+    /// The reference of all runs; without one the study tells how what is measured depends on the keys.
+    #[serde(default)]
     pub reference: Reference,
     /// The keys that are varied.
     pub vary: Vec<Vary>,
-    /// The distances from the reference.
+    /// What is measured: distances from the reference, and values.
     pub measure: Vec<Measure>,
 }
 
@@ -80,7 +81,7 @@ pub struct Small {
     pub scenes: Option<usize>,
 }
 
-/// The reference: exactly one of `set`, `run` and `value`.
+/// The reference: one of `set`, `run` and `value`, or none of them.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
@@ -96,6 +97,19 @@ pub struct Reference {
 }
 
 impl Reference {
+    /// True where there is one.
+    pub fn is_given(&self) -> bool {
+        self.set.is_some() || self.run.is_some() || self.value.is_some()
+    }
+
+    /// A floor of noise in words; without perturbed references there is none.
+    pub fn floor_words(&self, floor: f64) -> String {
+        match self.perturbed() {
+            0 => "not measured".into(),
+            _ => format!("{} %", percent(floor)),
+        }
+    }
+
     /// Number of perturbed references.
     pub fn perturbed(&self) -> u64 {
         let own = if self.set.is_some() { PERTURBED } else { 0 };
@@ -222,16 +236,16 @@ impl StudyFile {
             set, run, value, ..
         } = &self.reference;
         let given = [set.is_some(), run.is_some(), value.is_some()];
-        if given.iter().filter(|given| **given).count() != 1 {
+        if given.iter().filter(|given| **given).count() > 1 {
             return Err(
-                "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers)"
+                "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers), or none"
                     .into(),
             );
         }
         if set.is_none() && self.reference.perturbed() > 0 {
-            return Err("reference.perturb: perturbs a reference of the study's own; remove it beside `run` and `value`".into());
+            return Err("reference.perturb: perturbs a reference of the study's own; without a `set` there is none to perturb, so remove the key".into());
         }
-        if set.is_none() && self.vary.iter().any(|vary| vary.scene) {
+        if (run.is_some() || value.is_some()) && self.vary.iter().any(|vary| vary.scene) {
             return Err("vary.scene: the reference is run anew for each value of such a key, so it must be a `set`".into());
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Measures: the distance of a run from the reference in one number.
+//! Measures: a run in one number, and its distance from the reference.
 
 use std::collections::BTreeMap;
 
@@ -9,15 +9,16 @@ use runs::files::RunFiles;
 use runs::steps::Steps;
 use runs::table::Table;
 
-/// A distance from the reference.
+/// What is measured of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measure {
-    /// Its column is `error_<name>`.
+    /// Its columns are `value_<name>` and, with a reference, `error_<name>`.
     pub name: String,
     /// `signals.NAME`, `profile.NAME` or `results.NAME`.
     pub of: String,
-    /// The norm.
+    /// The norm; that of a result is `at`.
+    #[serde(default)]
     pub norm: Norm,
     /// Instant of `at` for a signal (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -27,8 +28,8 @@ pub struct Measure {
     pub bin_m: Option<f64>,
 }
 
-/// Norm of a distance; all are relative to that of the reference.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+/// Norm of numbers; distances are relative to that of the reference.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Norm {
     /// Root of the mean square.
@@ -36,6 +37,7 @@ pub enum Norm {
     /// Largest.
     Max,
     /// At an instant, or of a result.
+    #[default]
     At,
 }
 
@@ -59,6 +61,22 @@ pub fn plain(key: &str, name: &str) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// A part of the reference in per cent, two digits.
+pub fn percent(part: f64) -> String {
+    let percent = 100.0 * part;
+    if percent == 0.0 {
+        return "0".into();
+    }
+    let digits = 1 - percent.abs().log10().floor() as i32;
+    if (0..=4).contains(&digits) {
+        return format!("{percent:.0$}", digits as usize);
+    }
+    if digits < 0 {
+        return format!("{percent:.0}");
+    }
+    format!("{percent:.1e}")
 }
 
 impl Measure {
@@ -107,10 +125,35 @@ impl Measure {
         }
     }
 
-    /// The result of a run that it is of, where it is of one.
-    pub fn result(&self, run: &RunFiles) -> Option<f64> {
-        let (_, name) = self.table().filter(|(table, _)| *table == "results")?;
-        result(run, name).ok()
+    /// True where it is of a result.
+    pub fn is_result(&self) -> bool {
+        self.table().is_some_and(|(table, _)| table == "results")
+    }
+
+    /// What it is in a run: the result, the signal at its instant, or the size of a signal or traction: its root mean square, or its
+    /// largest number without a sign. Or why there is none.
+    pub fn number(&self, run: &RunFiles) -> Result<f64, String> {
+        let (table, name) = self.table().ok_or("`of` names no table")?;
+        let of_curve = |own: Curve| {
+            let zeros = vec![0.0; own.y.len()];
+            own.distance(&Curve { y: &zeros, ..own })
+        };
+        let size = match (table, self.at_s) {
+            ("results", _) => return result(run, name),
+            ("signals", Some(at)) => {
+                let own = column(&run.signals, "t_s", name)?;
+                return own.at(at).ok_or(format!("nothing at {at:e} s"));
+            }
+            ("signals", None) => of_curve(column(&run.signals, "t_s", name)?)?,
+            _ => {
+                let own = steps(run, name)?;
+                own.distance(&own.zero(), self.bin_m)
+            }
+        };
+        Ok(match self.norm {
+            Norm::Max => size.max,
+            Norm::L2 | Norm::At => size.rms,
+        })
     }
 
     /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
@@ -147,13 +190,14 @@ impl Measure {
 }
 
 fn traction(runs: [&RunFiles; 2], name: &str, bin: Option<f64>) -> Result<Distance, String> {
-    let steps = |run: &RunFiles| -> Result<Steps, String> {
-        let table = run.profile.as_ref().ok_or("there is no profile.csv")?;
-        let curve = column(table, "x_m", name)?;
-        Steps::around(curve.x, curve.y).ok_or("there are no numbers".into())
-    };
-    let [own, other] = runs.map(steps);
+    let [own, other] = runs.map(|run| steps(run, name));
     Ok(own?.distance(&other?, bin))
+}
+
+fn steps(run: &RunFiles, name: &str) -> Result<Steps, String> {
+    let table = run.profile.as_ref().ok_or("there is no profile.csv")?;
+    let curve = column(table, "x_m", name)?;
+    Steps::around(curve.x, curve.y).ok_or("there are no numbers".into())
 }
 
 /// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one

@@ -4,8 +4,9 @@ use super::collect::Results;
 use super::ensemble::{EnsembleMean, words};
 use super::file::Vary;
 use super::front::{MeasureFront, Trade};
+use super::measure::percent;
 use super::settings::{StudySetting, short};
-use super::varied_keys::{VariedKey, percent};
+use super::varied_keys::VariedKey;
 use draw::axis::{AxisPair, Grid, PlotAxis};
 use draw::colour::shade;
 use draw::svg::{Anchor, Svg};
@@ -26,6 +27,9 @@ const BOTTOM: f64 = 0.3;
 
 /// Part of the colour scale that maps use, so that numbers in black or white can be read on it.
 const MAP_SHADE: f64 = 0.9;
+
+/// Ratio of the largest value of a key to the smallest from which its axis is logarithmic.
+const MANY: f64 = 20.0;
 
 /// Letters that fit below an axis.
 const LETTERS: usize = 60;
@@ -56,9 +60,9 @@ pub(super) fn fronts(
             format!("knee (ring): {setting}: cost {cost:.3}, error {error} %")
         };
         page.words(BLACK, &panel.knee.map_or(NO_KNEE.into(), words));
-        let floor = percent(panel.floor);
+        let floor = results.file.reference.floor_words(panel.floor);
         let floor = format!(
-            "floor of noise (dashed where it is in the picture): {floor} %; crosses: suspect"
+            "floor of noise (dashed where it is in the picture): {floor}; crosses: suspect"
         );
         page.words(BLACK, &floor);
     }
@@ -213,22 +217,10 @@ pub fn means(means: &[EnsembleMean]) -> String {
         x.ticks = (1..=panel.len())
             .map(|k| (k as f64, k.to_string()))
             .collect();
-        let ends = panel.iter().flat_map(|of| {
-            let interval = [of.mean - of.half_width, of.mean + of.half_width];
-            of.values.iter().copied().chain(interval)
-        });
+        let ends = panel.iter().flat_map(EnsembleMean::reach);
         page.draw(&[x, PlotAxis::around(name, ends, 5)], |svg, axes| {
             for (k, of) in panel.iter().enumerate() {
-                let at = |y: f64| axes.at((k as f64 + 1.0, y));
-                for value in &of.values {
-                    svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
-                }
-                let bar = [of.mean - of.half_width, of.mean + of.half_width].map(at);
-                svg.line(
-                    &format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]),
-                    bar,
-                );
-                svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(of.mean), 5.0);
+                draw_mean(svg, axes, k as f64 + 1.0, of);
             }
         });
         for (k, of) in panel.iter().enumerate() {
@@ -236,6 +228,74 @@ pub fn means(means: &[EnsembleMean]) -> String {
         }
     }
     page.svg()
+}
+
+/// values.svg of a study of one key: a panel a measure, means over the scenes with their intervals along the values of the key, joined where
+/// these are numbers, the values of single scenes pale. `None` where settings differ by more or less than one key.
+pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
+    let points = means.iter().filter(|of| !of.chosen.is_empty());
+    let single = points.map(|of| match &of.chosen[..] {
+        [(key, value)] => Some((of, *key, value.as_str())),
+        _ => None,
+    });
+    let single: Vec<(&EnsembleMean, usize, &str)> = single.collect::<Option<_>>()?;
+    let (_, key, _) = *single.first()?;
+    if single.iter().any(|(_, other, _)| *other != key) {
+        return None;
+    }
+    let title = [short(&keys[key].key), &keys[key].note].join(" ");
+    let panels: Vec<_> = single.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
+    let mut page = Page::new(panels.len(), 1);
+    for panel in panels {
+        let numbers = panel.iter().map(|(.., value)| value.parse().ok());
+        let numbers: Option<Vec<f64>> = numbers.collect();
+        let numeric = numbers.is_some();
+        let places = numbers.unwrap_or_else(|| (1..=panel.len()).map(|k| k as f64).collect());
+        let positive = places.iter().all(|x| *x > 0.0);
+        let [low, high] = [f64::min, f64::max].map(|end| places.iter().copied().reduce(end));
+        let wide = high.zip(low).is_some_and(|(high, low)| high > MANY * low);
+        let mut x = match positive && wide && numeric {
+            true => PlotAxis::logarithmic(title.trim(), places.iter().copied()),
+            false => PlotAxis::around(title.trim(), places.iter().copied(), 5),
+        };
+        if !numeric {
+            let ticks = places.iter().zip(panel);
+            x.ticks = ticks
+                .map(|(x, (.., value))| (*x, value.to_string()))
+                .collect();
+        }
+        let ends = panel.iter().flat_map(|(of, ..)| of.reach());
+        let axes = [x, PlotAxis::around(&panel[0].0.name, ends, 5)];
+        page.draw(&axes, |svg, axes| {
+            let style = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
+            let mut line: Vec<(f64, f64)> = places
+                .iter()
+                .copied()
+                .zip(panel.iter().map(|(of, ..)| of.mean))
+                .collect();
+            line.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if numeric {
+                svg.line(&style, line.iter().map(|point| axes.at(*point)));
+            }
+            for (x, (of, ..)) in places.iter().zip(panel) {
+                draw_mean(svg, axes, *x, of);
+            }
+        });
+        page.words(BLACK, &panel[0].0.name);
+    }
+    Some(page.svg())
+}
+
+/// A mean with its interval, the values that it is of pale.
+fn draw_mean(svg: &mut Svg, axes: &AxisPair, x: f64, of: &EnsembleMean) {
+    let at = |y: f64| axes.at((x, y));
+    for value in &of.values {
+        svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
+    }
+    let bar = [of.mean - of.half_width, of.mean + of.half_width].map(at);
+    let style = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
+    svg.line(&style, bar);
+    svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(of.mean), 5.0);
 }
 
 /// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
@@ -301,7 +361,10 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
                 let style = format!("fill=\"{ink}\"");
                 svg.styled_text(&style, middle, Anchor::Middle, &three_digits(of.mean));
                 let below = [middle[0], middle[1] + 16.0];
-                let half = format!("+- {}", three_digits(of.half_width));
+                let half = match of.values.len() {
+                    1 => String::new(),
+                    _ => format!("+- {}", three_digits(of.half_width)),
+                };
                 svg.styled_text(
                     &format!("font-size=\"10\" {style}"),
                     below,
@@ -318,7 +381,7 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
 /// A number with three digits, without an exponent where it needs none.
 fn three_digits(x: f64) -> String {
     match x.abs() {
-        size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.1e}"),
+        size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.2e}"),
         size if size >= 99.95 => format!("{x:.0}"),
         size if size >= 9.995 => format!("{x:.1}"),
         size if size >= 0.9995 => format!("{x:.2}"),

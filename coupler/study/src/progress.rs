@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::measure::{Measure, ReferenceNumbers};
+use super::measure::Measure;
 use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
 use coordinator::error::{Error, Refusal};
@@ -29,6 +29,8 @@ pub struct StudyProgress<'a> {
     /// Runs that ended since it began.
     here: usize,
     count: Count,
+    /// Part of the first run that measures are looked for in, until that is done.
+    first: Option<TaskRole>,
 }
 
 impl<'a> StudyProgress<'a> {
@@ -45,6 +47,7 @@ impl<'a> StudyProgress<'a> {
             begun: Instant::now(),
             here: 0,
             count: Count::new("study".into(), "runs", total),
+            first: tasks.first().map(|task| task.role),
         }
     }
 
@@ -82,28 +85,34 @@ impl<'a> StudyProgress<'a> {
     /// The stage of a run; one that ended is announced, once.
     ///
     /// # Errors
-    /// Its folder cannot be read; or it is the first reference, without what is measured.
+    /// Its folder cannot be read; or it is the first of its part, the reference where there is one, without what is measured.
     pub fn stage(&mut self, task: &Task) -> Result<TaskStage, Error> {
         let stage = self.folder(task).stage()?;
         if let TaskStage::Done(outcome) = &stage
             && self.done.insert(task.id.clone())
         {
             self.ended(task.index, outcome);
-            let first = task.role == TaskRole::Reference && task.scene == 0;
-            if first && outcome.status == "completed" {
+            if self.first == Some(task.role) && task.scene == 0 && outcome.status == "completed" {
+                self.first = None;
                 self.check(task)?;
             }
         }
         Ok(stage)
     }
 
-    /// Refuses measures that the first reference does not have: no other run could be held against it.
+    /// Refuses measures that the reference, or the first run without one, does not have: no other could be held against it.
     fn check(&self, task: &Task) -> Result<(), Error> {
         let run = RunFiles::read(&self.folder(task).run())?;
         for measure in self.measures {
-            if let Err(why) = measure.deviation(&run, ReferenceNumbers::Run(&run)) {
+            if let Err(why) = measure.number(&run) {
                 let name = &measure.name;
-                let problem = format!("measure `{name}`: {why} in the reference, which has ended");
+                let problem = format!(
+                    "measure `{name}`: {why} in the {}, which has ended",
+                    match task.role {
+                        TaskRole::Reference => "reference",
+                        _ => "first run",
+                    }
+                );
                 return Err(Refusal::file(&run.path, problem).into());
             }
         }

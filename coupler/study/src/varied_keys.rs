@@ -4,7 +4,7 @@ use runs::curve::median;
 use std::collections::BTreeMap;
 
 use super::collect::Results;
-use super::measure::Norm;
+use super::measure::{Norm, percent};
 use super::settings::{StudySetting, short};
 
 /// A value of a key: the middle over all combinations of the others and over all scenes.
@@ -158,22 +158,6 @@ impl VariedKey {
         }
         text
     }
-}
-
-/// A part of the reference in per cent, two digits.
-pub fn percent(part: f64) -> String {
-    let percent = 100.0 * part;
-    if percent == 0.0 {
-        return "0".into();
-    }
-    let digits = 1 - percent.abs().log10().floor() as i32;
-    if (0..=4).contains(&digits) {
-        return format!("{percent:.0$}", digits as usize);
-    }
-    if digits < 0 {
-        return format!("{percent:.0}");
-    }
-    format!("{percent:.1e}")
 }
 
 /// The keys of a study that are varied and no scene's, in its order.

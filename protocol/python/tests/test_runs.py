@@ -157,6 +157,23 @@ mass_kg_per_m2 = 1.5
             ours, theirs = (run.results[result] for run in runs)
             self.assertAlmostEqual(theirs / ours, 1.0, delta=bound, msg=result)
 
+    def test_a_study_is_read_run_by_run(self):
+        text = (
+            '[study]\nname = "s"\nscenario = "layer-alone"\nset = ["participant.third-body.config.wheel.cycles=0.0"]\n'
+            '[[vary]]\nkey = "participant.third-body.config.wheel.load_n"\nvalues = [4000.0, 8000.0]\n'
+            '[[measure]]\nname = "approach"\nof = "results.approach_m"\n'
+        )
+        (self.work / "study.toml").write_text(text, encoding="utf-8")
+        self.verb("study", "run", "study.toml", "--out", "study")
+        study = thirdbody.load_study(self.work / "study")
+        loads = study.table["participant.third-body.config.wheel.load_n"]
+        self.assertEqual(list(loads), [4000.0, 8000.0])
+        approaches = study.values("approach")
+        self.assertEqual(list(approaches), [study.run(row).results["approach_m"] for row in (0, 1)])
+        self.assertLess(approaches[0], approaches[1])
+        with self.assertRaises(FileNotFoundError):
+            thirdbody.load_study(self.work)
+
     def test_a_mistake_in_the_solver_is_named(self):
         folder = self.springs("mistake", "undefined_name")
         with self.assertRaises(thirdbody.RunError) as caught:

@@ -21,13 +21,13 @@ from .exchange import Interface, Side
 from .fields import Field, Fields
 from .layer import GrainLayer
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
-from .runs import Run, RunError, load, run
+from .runs import Run, RunError, Study, load, load_study, run
 from .table import Table
 
 __all__ = [
     "Config", "ConfigurationError", "Continuum", "Description", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface", "Node",
-    "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Table", "Term", "Window", "capabilities",
-    "load", "participate", "run",
+    "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table", "Term", "Window",
+    "capabilities", "load", "load_study", "participate", "run",
 ]
 
 

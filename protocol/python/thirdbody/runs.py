@@ -174,6 +174,34 @@ def load(run_dir: Union[str, Path]) -> Run:
     return Run(run_dir)
 
 
+class Study:
+    """The folder of a study: what each of its runs measured, and the runs."""
+
+    def __init__(self, path: Union[str, Path]) -> None:
+        self.path = Path(path).resolve()
+        results = self.path / "results.csv"
+        if not results.is_file():
+            raise FileNotFoundError(f"{path} holds no results.csv: give the folder of a study, such as runs/study-NAME, after `study collect`")
+        #: A row for each run: keys by their names, `value_<measure>`, costs, `warnings` and, with a reference, `error_<measure>`.
+        self.table = read_table(results)
+
+    def values(self, measure: str) -> np.ndarray:
+        """What a measure is in each run, in the order of the table; NaN where it is missing."""
+        return self.table.column(f"value_{measure}")
+
+    def run(self, row: int) -> Run:
+        """The run of a row."""
+        return Run(self.path / "tasks" / str(self.table["id"][row]) / "run")
+
+    def __repr__(self) -> str:
+        return f"Study({str(self.path)!r}, {len(self.table['id'])} rows)"
+
+
+def load_study(folder: Union[str, Path]) -> Study:
+    """Opens the folder of a study: `load_study("runs/study-friction")`."""
+    return Study(folder)
+
+
 def run(
     scenario: Union[str, Path],
     set: Optional[Mapping[str, Any]] = None,
