@@ -208,7 +208,9 @@ fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
     let file = work.path().join("mine/scenario.toml");
     let text = std::fs::read_to_string(&file).expect("it was copied");
     let shipped = folder("quick").join("scenario.toml");
-    assert_eq!(text, std::fs::read_to_string(shipped).expect("it ships"));
+    let shipped = std::fs::read_to_string(shipped).expect("it ships");
+    let own = "name = \"mine\"\nderived_from = \"quick\"";
+    assert_eq!(text, shipped.replacen("name = \"quick\"", own, 1));
     let edited = text.replace("seed = 1", "seed = 2\nend_s = 6e-5");
     assert!(text.starts_with('#') && edited != text);
     std::fs::write(&file, edited).expect("writable");
@@ -216,6 +218,42 @@ fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
     let built_in = ["run.end_s=6e-5", "run.seed=2"];
     let theirs = run(work.path(), "quick", "theirs", &built_in);
     assert_eq!(ours["hashes"]["state"], theirs["hashes"]["state"]);
+    // What differs from the shipped scene is told, in the file or on the command line, and once more where a run is repeated.
+    let changed = |run: &str| {
+        let manifest = std::fs::read(work.path().join(run).join("manifest.json")).expect("it ran");
+        parse_json(&manifest)["changed"].clone()
+    };
+    let set = serde_json::json!({ "run.seed": ["1", "2"], "run.end_s": [null, "0.00006"] });
+    assert_eq!(changed("out"), set);
+    assert_eq!(changed("theirs"), set);
+    run(
+        work.path(),
+        "theirs/scenario.toml",
+        "third",
+        &["run.seed=3"],
+    );
+    let again = serde_json::json!({ "run.seed": ["1", "3"], "run.end_s": [null, "0.00006"] });
+    assert_eq!(changed("third"), again);
+    let told = printed(work.path(), &["compare", "third", "theirs"]);
+    assert!(
+        told.contains("run.seed") && !told.contains("run.end_s"),
+        "{told}"
+    );
+    let everything = printed(work.path(), &["compare", "third", "theirs", "--all"]);
+    assert!(everything.lines().count() > told.lines().count(), "{told}");
+    printed(work.path(), &["report", "theirs"]);
+    let page = std::fs::read_to_string(work.path().join("theirs/report.html")).expect("a page");
+    let place = work
+        .path()
+        .canonicalize()
+        .expect("it is there")
+        .join("theirs/scenario.toml");
+    for words in [
+        "run.seed = 2 (was 1)",
+        &format!("thirdbody run {}", place.display()),
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
     let again = output(work.path(), &["new", "quick", "mine"]);
     fails(&again, 2, &["mine", "not empty"]);
     let crate_scene = output(work.path(), &["new", "foreign/rust-bed"]);

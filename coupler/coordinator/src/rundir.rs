@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Refusal, Result};
 use crate::scenario::inputs::INPUTS_KEY;
-use crate::scenario::load::{FOLDER_KEY, Loaded};
+use crate::scenario::load::{CHANGED_KEY, FOLDER_KEY, Loaded};
 
 /// A run's own folder.
 pub struct RunDir {
@@ -166,6 +166,7 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
         "scenario_file": loaded.source.name,
         FOLDER_KEY: loaded.folder,
         "scenario_hash": loaded.hash,
+        CHANGED_KEY: loaded.changed,
         INPUTS_KEY: loaded.inputs(),
         "seed": loaded.scenario.run.seed,
         "threads": threads,

@@ -66,6 +66,8 @@ pub struct Label {
 pub struct RunKeys {
     /// Name of the run, a plain file name.
     pub name: String,
+    /// Shipped scene that this one is a copy of: in which keys it differs is told with each run.
+    pub derived_from: Option<String>,
     /// Seed of everything random.
     #[serde(default)]
     pub seed: u64,

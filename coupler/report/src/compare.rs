@@ -25,6 +25,11 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
         "<p>Held against <code>{}</code>. {same}</p>",
         escape(&other.path.display().to_string())
     );
+    let keys = found.keys.iter().map(|(key, [reference, own])| {
+        let shown = |value: &Option<String>| escape(value.as_deref().unwrap_or("not given"));
+        [escape(key), shown(own), shown(reference)]
+    });
+    html += &table(["key", "this run", "other"], &[], keys);
     html += &curves("Signals", &found.signals);
     html += &curves("Traction on the surface", &found.profile);
     let pairs = |title: &str, head: [&str; 4], all: &BTreeMap<String, NumberPair>, of: OfPair| {

@@ -7,9 +7,21 @@ use super::units::{four, with_unit};
 use draw::svg::escape;
 use runs::files::RunFiles;
 
+/// The keys that were set for the run, one a line: its value, and the one that it has in the scene.
+pub(super) fn changed(run: &RunFiles) -> Vec<String> {
+    let shown = |value: Option<String>| value.unwrap_or("not given".into());
+    let changed = run.changed().into_iter();
+    let line = |(key, [before, now]): (String, [Option<String>; 2])| {
+        format!("{key} = {} (was {})", shown(now), shown(before))
+    };
+    changed.map(line).collect()
+}
+
 /// A table of provenance, and the command.
 pub(super) fn provenance(run: &RunFiles) -> String {
-    let (keys, scenario) = (run.manifest(), run.path.join("scenario.toml"));
+    // A name such as runs/latest points at another run an hour later.
+    let path = run.path.canonicalize().unwrap_or_else(|_| run.path.clone());
+    let (keys, scenario) = (run.manifest(), path.join("scenario.toml"));
     let manifest = |key: &str| match &keys[key] {
         Value::String(text) => escape(text),
         Value::Null => String::new(),

@@ -1,7 +1,8 @@
-//! What came of a run, for a terminal: how it ended, what was judged, results in groups with their units.
+//! What came of a run, for a terminal: how it ended, what was judged, and the results that matter most, or all of them in groups.
 
 use std::path::Path;
 
+use super::provenance::{changed, quoted};
 use super::results::groups;
 use super::units::{four, span, with_unit, with_unit_of};
 use super::verdict::{balances, is_balance};
@@ -9,8 +10,36 @@ use coordinator::plausible::Warning;
 use runs::files::RunFiles;
 use serde_json::Value;
 
-/// The table that `run` ends with, of a run directory, its summary and what the run was warned of. Names are those of summary.json, numbers have four digits.
-pub fn table(path: &Path, summary: Value, warnings: &[Warning]) -> String {
+/// Results that people ask for first, in this order; a scene has some of them.
+const FIRST: [&str; 20] = [
+    "approach_m",
+    "p0_1mm_pa",
+    "p0_pa",
+    "dem_p_max_tr3_pa",
+    "interface_force_n",
+    "friction_coefficient",
+    "cycle_friction_coefficient",
+    "loop_area_j",
+    "sn_max_velocity_pct",
+    "q_source_kg",
+    "q_wear_kg",
+    "detached_kg",
+    "all_cycles_sink_m",
+    "bonds_broken",
+    "ejected_grains",
+    "profile_shear_over_normal",
+    "profile_solid_fraction",
+    "shear_localisation",
+    "coordination",
+    "solid_fraction",
+];
+
+/// Number of results that are shown unless all are asked for.
+const SHOWN: usize = 6;
+
+/// The table that `run` ends with, of a run directory, its summary and what the run was warned of; with all results, or the six that people
+/// ask for first and what they are. Names are those of summary.json, numbers have four digits.
+pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> String {
     let run = RunFiles {
         path: path.to_path_buf(),
         summary,
@@ -20,13 +49,17 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning]) -> String {
     let mut lines = vec![
         format!("status    {}", run.text("status")),
         format!("run       {}", path.display()),
+    ];
+    let changed = changed(&run);
+    lines.extend(changed.iter().map(|line| format!("set       {line}")));
+    lines.extend([
         format!(
             "simulated {} in {} windows",
             with_unit(number("sim_time_s"), "s"),
             four(number("windows"))
         ),
         format!("wall      {}", span(number("wall_s"))),
-    ];
+    ]);
     if !warnings.is_empty() {
         lines.push("Warnings".into());
         lines.extend(
@@ -35,7 +68,15 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning]) -> String {
                 .map(|warning| format!("  {}", warning.line())),
         );
     }
-    lines.extend(judged(&run));
+    lines.extend(judged(&run, all));
+    if !all {
+        lines.extend(first(&run));
+        lines.push(format!(
+            "next: thirdbody report {}",
+            quoted(&path.display().to_string())
+        ));
+        return lines.join("\n");
+    }
     let coupling = run.entries("coupling");
     let rest = coupling.filter(|(name, _)| !is_balance("coupling", name));
     let rest =
@@ -53,14 +94,43 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning]) -> String {
     lines.join("\n")
 }
 
-fn judged(run: &RunFiles) -> Vec<String> {
-    let rows = balances(run).into_iter().map(|balance| {
-        let bound = balance.bound.zip(balance.holds).map(|(bound, holds)| {
-            let word = if holds { "within" } else { "BEYOND" };
-            format!("  {word} {}", four(bound))
-        });
-        row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
+/// The results that people ask for first, and what they are; the first ones of a scene that has none of these.
+fn first(run: &RunFiles) -> Vec<String> {
+    let groups = groups(run);
+    let all: Vec<_> = groups.iter().flat_map(|group| &group.results).collect();
+    let known = FIRST
+        .iter()
+        .filter_map(|name| all.iter().find(|(own, ..)| own == name));
+    let mut shown: Vec<_> = known.take(SHOWN).collect();
+    if shown.is_empty() {
+        shown = all.iter().take(SHOWN).collect();
+    }
+    let lines = shown.iter().map(|(name, value, sentence)| {
+        format!("{}  {sentence}", row(name, &with_unit_of(name, *value)))
     });
+    let mut lines: Vec<String> = lines.collect();
+    let rest = all.len() - lines.len();
+    if !lines.is_empty() {
+        lines.insert(0, "Results".into());
+    }
+    if rest > 0 {
+        lines.push(format!("  {rest} more: --all, summary.json, or the report"));
+    }
+    lines
+}
+
+/// The balances that have a bound, or all.
+fn judged(run: &RunFiles, all: bool) -> Vec<String> {
+    let balances = balances(run).into_iter();
+    let rows = balances
+        .filter(|balance| all || balance.bound.is_some())
+        .map(|balance| {
+            let bound = balance.bound.zip(balance.holds).map(|(bound, holds)| {
+                let word = if holds { "within" } else { "BEYOND" };
+                format!("  {word} {}", four(bound))
+            });
+            row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
+        });
     let mut lines: Vec<String> = rows.collect();
     if !lines.is_empty() {
         lines.insert(0, "Balances".into());
@@ -92,7 +162,19 @@ mod tests {
             bound: Some(0.25),
             suspect: false,
         };
-        let table = table(Path::new("runs/a"), summary, &[warning]);
+        let short = table(
+            Path::new("runs/a"),
+            summary.clone(),
+            std::slice::from_ref(&warning),
+            false,
+        );
+        let told = "92.87 µm  Way of the wheel towards the rail";
+        assert!(
+            short.contains(told) && short.ends_with("next: thirdbody report runs/a"),
+            "{short}"
+        );
+        assert!(!short.contains("Load and approach"), "{short}");
+        let table = table(Path::new("runs/a"), summary, &[warning], true);
         let lines: Vec<String> = table
             .lines()
             .map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "))

@@ -1,6 +1,7 @@
 //! The verdict of a run in words: how it ended, its balances against their bounds, its warnings.
 
 use super::page::table;
+use super::provenance::changed;
 use super::units::{four, span, with_unit};
 use coordinator::error::Error;
 use coordinator::scenario::Plausible;
@@ -28,10 +29,29 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
         format!("<p>{}</p>", escape(&sentence(&damage.to_string())))
     });
     format!(
-        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{}</strong></p>{damage}<p>{}</p></div>",
+        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{}</strong></p>{damage}<p>{}</p></div>{}",
         ended,
-        extent(run)
+        extent(run),
+        set(run)
     )
+}
+
+/// Keys that the head shows before it counts the rest.
+const MANY: usize = 12;
+
+/// What was set for this run.
+fn set(run: &RunFiles) -> String {
+    let changed = changed(run);
+    if changed.is_empty() {
+        return String::new();
+    }
+    let lines = changed.iter().take(MANY).map(|line| escape(line) + "\n");
+    let rest = match changed.len().saturating_sub(MANY) {
+        0 => String::new(),
+        rest => format!("and {rest} more, in manifest.json"),
+    };
+    let lines: String = lines.collect();
+    format!("<p>Set for this run:</p><pre>{lines}{rest}</pre>")
 }
 
 fn sentence(message: &str) -> String {

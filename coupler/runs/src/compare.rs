@@ -8,6 +8,7 @@ use super::curve::{Curve, Distance, part};
 use super::files::RunFiles;
 use super::steps::Steps;
 use super::table::Table;
+use coordinator::scenario::overrides::{Changes, changes};
 
 /// Column of the time in signals.csv, and of the position in profile.csv.
 const TIME: &str = "t_s";
@@ -24,6 +25,8 @@ pub type NumberPair = [Option<f64>; 2];
 pub struct Comparison {
     /// True where all messages between the participants were the same, bit for bit.
     pub same_exchange: bool,
+    /// Keys by which the scenarios differ: the value of the reference, and that of the run.
+    pub keys: Changes,
     /// Of each signal that either run has, in the order of the run.
     pub signals: Vec<(String, Compared)>,
     /// Of each traction on the surface.
@@ -43,6 +46,7 @@ impl Comparison {
         let exchanges = [run, reference].map(|run| run.hash("exchange"));
         Comparison {
             same_exchange: exchanges[0].is_some() && exchanges[0] == exchanges[1],
+            keys: changes([&reference.scenario_table(), &run.scenario_table()]),
             signals: columns(&run.signals, &reference.signals, TIME, |x, [own, other]| {
                 let [own, other] = [(x[0], own), (x[1], other)].map(|(x, y)| Curve { x, y });
                 own.distance(&other)
@@ -84,6 +88,9 @@ impl Comparison {
             };
         json!({
             "same_exchange": self.same_exchange,
+            "keys": self.keys.iter().map(|(key, [reference, run])| {
+                (key.clone(), json!({ "run": run, "reference": reference }))
+            }).collect::<serde_json::Map<_, _>>(),
             "signals": distances(&self.signals),
             "profile": distances(&self.profile),
             "results": pairs(&self.results, "rel", difference),

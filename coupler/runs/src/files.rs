@@ -10,6 +10,8 @@ use super::scenario::Setup;
 use super::table::Table;
 use coordinator::error::{Code, Error, Refusal};
 use coordinator::output::table::{Written, contents};
+use coordinator::scenario::load::CHANGED_KEY;
+use coordinator::scenario::overrides::Changes;
 
 /// Files of a run directory.
 #[derive(Clone, Debug, Default)]
@@ -97,6 +99,20 @@ impl RunFiles {
     /// manifest.json; null where it cannot be read.
     pub fn manifest(&self) -> Value {
         read_json(&self.path.join("manifest.json"))
+    }
+
+    /// The keys that were set for it, or in which its scenario differs from the shipped one that it is a copy of: each with the value that
+    /// it has there, and its own.
+    pub fn changed(&self) -> Changes {
+        serde_json::from_value(self.manifest()[CHANGED_KEY].clone()).unwrap_or_default()
+    }
+
+    /// The keys of its scenario; none where that cannot be read.
+    pub fn scenario_table(&self) -> toml::Table {
+        let text = std::fs::read_to_string(self.path.join("scenario.toml"));
+        text.ok()
+            .and_then(|text| text.parse().ok())
+            .unwrap_or_default()
     }
 
     /// Its own copy of its scenario.

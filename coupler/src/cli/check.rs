@@ -166,9 +166,11 @@ fn describe(loaded: &Loaded) -> String {
         lines.push(format!("participant {name} ({kind}): {command}"));
     }
     for interface in &scenario.interface {
-        let ([a, b], scheme) = (&interface.between, interface.scheme);
+        let [a, b] = &interface.between;
+        let scheme = serde_json::to_value(interface.scheme).unwrap_or_default();
+        let scheme = scheme.as_str().unwrap_or_default();
         lines.push(format!(
-            "interface {}: {a} <-> {b}, {scheme:?}, {} substeps a window, gap within {:.1e} node spacings",
+            "interface {}: {a} <-> {b}, {scheme}, {} substeps a window, gap within {:.1e} node spacings",
             interface.name, interface.substeps(), interface.tolerance_rel
         ));
     }

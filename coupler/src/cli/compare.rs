@@ -30,7 +30,10 @@ pub struct CompareArguments {
     /// A study whose measures are told first: a folder with study.toml, or the file.
     #[arg(long, value_name = "FOLDER")]
     study: Option<PathBuf>,
-    /// Print JSON.
+    /// Tell all that both have, not only what differs by more than 0.1 %.
+    #[arg(long)]
+    all: bool,
+    /// Print JSON, with all that both have.
     #[arg(long)]
     json: bool,
 }
@@ -82,7 +85,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
                 Ok(error) => format!("error_{name:<36}{error:>12.3e}\n"),
                 Err(why) => format!("error_{name:<36}{why}\n"),
             });
-            heads.concat() + &errors.collect::<String>() + &tables(&comparison)
+            heads.concat() + &errors.collect::<String>() + &tables(&comparison, arguments.all)
         },
     )?;
     Ok(0)
@@ -114,24 +117,47 @@ fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Err
     }
 }
 
-fn tables(comparison: &Comparison) -> String {
+/// Relative distance from which something is told without being asked for.
+const TOLD: f64 = 1e-3;
+
+fn tables(comparison: &Comparison, all: bool) -> String {
     let mut text = String::new();
     if comparison.same_exchange {
         text.push_str("the exchange is the same, bit for bit\n");
     }
-    distances(&mut text, "signals over time", &comparison.signals);
-    distances(
-        &mut text,
-        "tractions along the surface",
-        &comparison.profile,
-    );
-    pairs(
-        &mut text,
-        ["results", "rel"],
-        &comparison.results,
-        difference,
-    );
+    if !comparison.keys.is_empty() {
+        let _ = writeln!(text, "\n{:<60}{:>20}{:>20}", "keys", "run", "reference");
+        let shown = |value: &Option<String>| value.clone().unwrap_or("-".into());
+        for (key, [reference, run]) in &comparison.keys {
+            let [run, reference] = [run, reference].map(shown);
+            let _ = writeln!(text, "  {key:<58}{run:>20}{reference:>20}");
+        }
+    }
+    let moved = |(_, compared): &&(String, Compared)| match compared {
+        Ok(d) => d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
+        Err(_) => false,
+    };
+    let told = |rows: &[(String, Compared)]| -> Vec<(String, Compared)> {
+        rows.iter()
+            .filter(|row| all || moved(row))
+            .cloned()
+            .collect()
+    };
+    let [signals, profile] = [&comparison.signals, &comparison.profile].map(|rows| told(rows));
+    let mut results = comparison.results.clone();
+    results.retain(|_, pair| all || difference(*pair).is_some_and(|part| part >= TOLD));
+    let rows = |of: &Comparison| of.signals.len() + of.profile.len() + of.results.len();
+    let left = rows(comparison) - signals.len() - profile.len() - results.len();
+    distances(&mut text, "signals over time", &signals);
+    distances(&mut text, "tractions along the surface", &profile);
+    pairs(&mut text, ["results", "rel"], &results, difference);
     pairs(&mut text, ["cost", "ratio"], &comparison.cost, ratio);
+    if left > 0 {
+        let _ = writeln!(
+            text,
+            "\n{left} signals, tractions and results differ by less than 0.1 %, or only one run has them; --all tells them"
+        );
+    }
     text.trim_end().to_string()
 }
 

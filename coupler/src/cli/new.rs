@@ -28,11 +28,31 @@ pub fn new(arguments: &NewArguments) -> VerbResult {
     let folder = arguments.dir.clone().or(last).unwrap_or_default();
     require_empty(&folder)?;
     kept::write(&files, &folder)?;
+    rename(&name, &folder)?;
     for (file, _) in &files {
         print(&folder.join(file).display().to_string())?;
     }
     print(&next(&files, &folder))?;
     Ok(0)
+}
+
+/// Names the run of a copied scene after its folder, and keeps the name of the scene that it is a copy of.
+fn rename(scene: &str, folder: &Path) -> Result<(), Error> {
+    let path = folder.join("scenario.toml");
+    let name = folder.file_name().and_then(|name| name.to_str());
+    let (Some(name), Ok(text)) = (name, fs::read_to_string(&path)) else {
+        return Ok(());
+    };
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let first = text.lines().find(|line| line.starts_with("name = "));
+    let (Some(line), true) = (first, name.chars().all(plain)) else {
+        return Ok(());
+    };
+    if line == format!("name = \"{name}\"") {
+        return Ok(());
+    }
+    let new = format!("name = \"{name}\"\nderived_from = \"{scene}\"");
+    fs::write(&path, text.replacen(line, &new, 1)).map_err(Error::output(path.display()))
 }
 
 /// The folder of a scene or a study among the shipped ones.

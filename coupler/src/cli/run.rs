@@ -29,6 +29,9 @@ pub struct EndingArguments {
     /// Print summary.json on stdout instead of a short table.
     #[arg(long)]
     json: bool,
+    /// Print all results and balances, not only what people ask for first.
+    #[arg(long)]
+    all: bool,
     /// End as suspect, with exit code 8, after any warning.
     #[arg(long)]
     pub(super) strict: bool,
@@ -49,7 +52,10 @@ pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
     let printed = print_either(
         ending.json,
         || ended.summary.to_json(),
-        || table(&ended.path, ended.summary.value(), &ended.summary.warnings),
+        || {
+            let summary = &ended.summary;
+            table(&ended.path, summary.value(), &summary.warnings, ending.all)
+        },
     );
     let code = ended.summary.exit_code;
     ended.error.map_or(printed, Err).map(|()| code)

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::Scenario;
 use super::check::check;
-use super::overrides::{apply, leaves};
+use super::overrides::{Changes, apply, changes, leaves};
 use super::paths;
 use super::source::ScenarioSource;
 use crate::error::{Code, Error, Refusal, Result, ScenarioError};
@@ -30,7 +30,12 @@ pub struct Loaded {
     pub folder: PathBuf,
     /// Files that the solvers' keys name (absolute).
     pub files: Vec<String>,
+    /// The keys that differ from the shipped scene that it is a copy of, or were overridden.
+    pub changed: Changes,
 }
+
+/// Key of the manifest that keeps [`Loaded::changed`].
+pub const CHANGED_KEY: &str = "changed";
 
 /// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
@@ -66,17 +71,35 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     }
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let beside = path.parent().unwrap_or(Path::new(""));
-    let manifest = std::fs::read_to_string(beside.join("manifest.json"));
-    let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
+    let manifest = std::fs::read_to_string(beside.join("manifest.json")).unwrap_or_default();
+    let kept = folder_of_manifest(&manifest);
     let source = ScenarioSource {
         name: path.display().to_string(),
         text,
         overrides: overrides.to_vec(),
     };
+    let loaded = parse(source)?;
     Ok(Loaded {
         folder: kept.unwrap_or_else(|| absolute(beside)),
-        ..parse(source)?
+        changed: since(changes_of_manifest(&manifest), loaded.changed),
+        ..loaded
     })
+}
+
+/// The changes that a manifest keeps.
+fn changes_of_manifest(manifest: &str) -> Changes {
+    let manifest: serde_json::Value = serde_json::from_str(manifest).unwrap_or_default();
+    serde_json::from_value(manifest[CHANGED_KEY].clone()).unwrap_or_default()
+}
+
+/// All changes of a scenario that was changed once already, and now again.
+fn since(mut first: Changes, again: Changes) -> Changes {
+    for (key, [before, now]) in again {
+        let known = first.entry(key).or_insert([before, None]);
+        known[1] = now;
+    }
+    first.retain(|_, [before, now]| before != now);
+    first
 }
 
 fn absolute(folder: &Path) -> PathBuf {
@@ -92,6 +115,7 @@ fn absolute(folder: &Path) -> PathBuf {
 pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
+    let mut origin = table.clone();
     for set in &source.overrides {
         apply(&mut table, set)?;
     }
@@ -104,6 +128,17 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         .map_err(refused)?;
     let scenario: Scenario = read_keys(table.clone()).map_err(refused)?;
     check(&scenario).map_err(refused)?;
+    let shipped = scenario
+        .run
+        .derived_from
+        .as_deref()
+        .and_then(scenes::scene_file);
+    if let Some(shipped) = shipped.and_then(|file| scenes::text(&file)?.parse().ok()) {
+        origin = shipped;
+    }
+    paths::make_absolute(&mut origin, folder.unwrap_or(Path::new("")));
+    let mut changed = changes([&origin, &table]);
+    changed.retain(|key, _| key != "run.name" && key != "run.derived_from");
     let resolved = toml::to_string(&table)
         .map_err(|error| Refusal::file(&source.name, format!("cannot be written back: {error}")))?;
     let hash = blake3::hash(resolved.as_bytes()).to_hex().to_string();
@@ -114,6 +149,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         hash,
         source,
         files,
+        changed,
     })
 }
 

@@ -1,4 +1,6 @@
-//! `KEY=VALUE` of the command line, put into the table of a scenario.
+//! `KEY=VALUE` of the command line, put into the table of a scenario, and the keys in which two tables differ.
+
+use std::collections::BTreeMap;
 
 use super::source::segments;
 use crate::error::{Refusal, Result};
@@ -79,6 +81,21 @@ pub fn leaves(table: &toml::Table) -> Vec<(String, &toml::Value)> {
         walk(name.clone(), value, &mut found);
     }
     found
+}
+
+/// Keys by which two scenarios differ, and the value of each in the first and in the second; `None` where it has none.
+pub type Changes = BTreeMap<String, [Option<String>; 2]>;
+
+/// The keys by which two tables differ.
+pub fn changes(tables: [&toml::Table; 2]) -> Changes {
+    let mut changes = Changes::new();
+    for (side, table) in tables.into_iter().enumerate() {
+        for (key, value) in leaves(table) {
+            changes.entry(key).or_default()[side] = Some(value.to_string());
+        }
+    }
+    changes.retain(|_, [one, other]| one != other);
+    changes
 }
 
 /// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
