@@ -81,7 +81,8 @@ fn print_schema(registry: &Registry) -> Result<(), Error> {
 /// expect that.
 fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     let summary = &ended.summary;
-    let unreached = summary.warnings.iter().filter(|w| w.code == "unreached");
+    let early = |w: &&Warning| ["unreached", "long_window"].contains(&w.code.as_str());
+    let early = summary.warnings.iter().filter(early);
     let foreseen = summary.foreseen.iter().cloned();
     let cost = summary.spent.as_ref().and_then(|spent| spent.told);
     let rest = match (cost, ended.error) {
@@ -100,7 +101,7 @@ fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
             _ => format!("cost: not predicted, the run ends early: {error}"),
         }],
     };
-    let lines = unreached.map(Warning::line).chain(foreseen);
+    let lines = early.map(Warning::line).chain(foreseen);
     Ok(lines.chain(rest).collect())
 }
 

@@ -40,7 +40,7 @@ use scheme::clock::Clock;
 use scheme::group::Group;
 use scheme::join::join;
 use scheme::predict::inputs::foresee;
-use scheme::predict::prediction::Bound;
+use scheme::predict::prediction::{Bound, LEAST_MARGIN};
 use scheme::window::AcceptedWindow;
 
 /// Circumstances of a run, beside the scenario.
@@ -82,6 +82,9 @@ impl<'a> RunOptions<'a> {
         }
     }
 }
+
+/// What a run is told whose windows are long beside its continuum.
+const LONG_WINDOW: &str = "a window is longer than a quarter of the continuum's first period: it is stable, but how forces come and go within a window is lost, and results depend on its length; take fewer substeps, or compare with half of them";
 
 /// A budget that the setting of a run was chosen by.
 #[derive(Clone, Debug, Default)]
@@ -445,6 +448,15 @@ impl RunSession<'_> {
                 for line in prediction.lines() {
                     self.rundir.note(&format!("interface `{name}`: {line}"));
                 }
+                let long = prediction
+                    .bounds
+                    .iter()
+                    .find(|bound| bound.is_long_window());
+                let long = long.map(|bound| Warning {
+                    value: Some(bound.margin),
+                    bound: Some(LEAST_MARGIN),
+                    ..Warning::advice("long_window", name, LONG_WINDOW)
+                });
                 let points = &group.points;
                 // A bare surface has points without a disk.
                 let bare = points.radius_m.iter().filter(|r| **r == 0.0).count();
@@ -460,6 +472,7 @@ impl RunSession<'_> {
                 let stability = &mut self.summary.stability;
                 stability.push((name.clone(), prediction.clone()));
                 predicted.push((interface, prediction));
+                self.warn(long);
             }
         }
         let mut predicted = predicted.iter();
