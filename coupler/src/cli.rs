@@ -57,6 +57,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// List the scenes that are inside this program.
+    #[command(alias = "list")]
     Scenes(crate::cli::scenes::ScenesArguments),
     /// Copy a scene of this program into a folder, to be changed.
     New(new::NewArguments),
@@ -64,7 +65,7 @@ enum Verb {
     Run(run::RunArguments),
     /// Check a scenario without running it.
     Check(check::CheckArguments),
-    /// Tell cause and cure of an error or a warning by its code, or list all codes.
+    /// Tell cause and cure of an error or a warning by its code, or what a key or a result is.
     Explain(explain::ExplainArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
@@ -128,7 +129,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Man(arguments) => man::man(&arguments, Cli::command()),
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
-        Verb::Explain(arguments) => explain::explain(&arguments),
+        Verb::Explain(arguments) => explain::explain(&arguments, &registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Replay(arguments) => replay::replay(&arguments, registry),

@@ -223,7 +223,7 @@ fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
     let left = run_in_process(&text, &[heavy]).expect("it is valid");
     let error = left.ended.error.as_ref().expect("it is predicted to fail");
     assert!(matches!(error, Error::Refused(_)), "{error}");
-    for word in ["`glue`", "StaggeredSerial", "added mass", "unsafe_window"] {
+    for word in ["`glue`", "staggered-serial", "added mass", "unsafe_window"] {
         assert!(error.to_string().contains(word), "no {word} in {error}");
     }
     assert_eq!(left.number("exit_code"), 2.0);

@@ -10,6 +10,7 @@ mod limits;
 mod lost_peer;
 mod mistakes;
 mod movie;
+mod newcomer;
 mod plausible;
 mod progress;
 mod resume;

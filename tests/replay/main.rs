@@ -265,7 +265,8 @@ fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
     assert!(row["departure"].is_string(), "{row:#}");
     let drift = row["drift"]["force"]["max_rel"].as_f64().expect("a number");
     assert!(drift > 1e-12 && drift.is_finite(), "{drift:e}");
-    let svg = std::fs::read_to_string(work.path().join("replay-drift.svg")).expect("it was drawn");
+    let svg =
+        std::fs::read_to_string(work.path().join("out/replay-drift.svg")).expect("it was drawn");
     assert!(svg.contains("open loop"));
     let (code, _) = replay(&["--tolerance", "1e-12"]);
     assert_eq!(code, Some(0), "what is equal is within any tolerance");

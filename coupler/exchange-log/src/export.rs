@@ -17,12 +17,48 @@ use super::read::recover;
 use crate::error::{ExportError, LogError};
 
 /// The messages of a log that are exported.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Selection {
     /// Only what this participant sends or receives.
     pub node: Option<String>,
     /// Only messages of this kind.
     pub kind: Option<Kind>,
+    /// Only every so-manyth window, from the first on; at least 1.
+    pub every: u64,
+}
+
+impl Default for Selection {
+    fn default() -> Selection {
+        Selection {
+            node: None,
+            kind: None,
+            every: 1,
+        }
+    }
+}
+
+impl Selection {
+    fn takes(&self, message: &Exchange) -> bool {
+        let header = &message.frame.header;
+        let of_node = |name: &String| *name == message.sender || *name == message.receiver;
+        self.node.as_ref().is_none_or(of_node)
+            && self.kind.is_none_or(|kind| header.kind == kind as u32)
+            && header.window.is_multiple_of(self.every)
+    }
+}
+
+/// Characters that a number takes, with what stands beside it in the table: measured on a coupled layer.
+const LONG_BYTES: u64 = 82;
+const WIDE_BYTES: u64 = 21;
+
+/// About how large the tables of the chosen messages will be (bytes), in long form or in wide.
+pub fn bytes(log: &Path, selection: &Selection, long: bool) -> Result<u64, ExportError> {
+    let mut numbers = 0;
+    each(log, selection, |message| {
+        numbers += message.frame.payload.len() as u64;
+        Ok(())
+    })?;
+    Ok(numbers * if long { LONG_BYTES } else { WIDE_BYTES })
 }
 
 /// Files and messages that were exported.
@@ -92,9 +128,7 @@ fn each(
         let Entry::Exchange(message) = entry? else {
             continue;
         };
-        let of_node = |name: &String| *name == message.sender || *name == message.receiver;
-        let of_kind = |kind: Kind| message.frame.header.kind == kind as u32;
-        if selection.node.as_ref().is_none_or(of_node) && selection.kind.is_none_or(of_kind) {
+        if selection.takes(&message) {
             exported.messages += 1;
             visit(&message)?;
         }

@@ -1,5 +1,6 @@
 //! Recording, reading back, and what damage does.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,6 +9,7 @@ use std::time::{Duration, Instant};
 use protocol::link::shm::MAX_DOUBLES;
 use protocol::{Frame, Header, Kind};
 
+use super::export::{Selection, bytes, long};
 use super::read::is_as_written;
 use super::*;
 
@@ -415,6 +417,34 @@ fn whoever_waits_for_the_disk_hears_at_once_that_the_writer_has_failed() {
         assert!(error.contains("removed"), "trial {trial}: {error}");
         assert!(start.elapsed() < Duration::from_secs(10), "trial {trial}");
     }
+}
+
+#[test]
+fn an_export_takes_every_second_window_and_foretells_its_size() {
+    let scratch = Scratch::new();
+    recorded(&scratch.0, &story(5), 2);
+    let out = scratch.0.with_extension("csv");
+    let every = |every| Selection {
+        kind: Some(Kind::Motion),
+        every,
+        ..Selection::default()
+    };
+    let exported = long(&scratch.0, &every(2), &out).expect("it is whole");
+    let text = fs::read_to_string(&out).expect("it was written");
+    let windows = text
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split(',').next());
+    let windows: BTreeSet<&str> = windows.collect();
+    assert_eq!(
+        (exported.messages, windows),
+        (3, BTreeSet::from(["0", "2", "4"]))
+    );
+    let _ = fs::remove_file(&out);
+    // Five numbers a message.
+    let size = |n, is_long| bytes(&scratch.0, &every(n), is_long).expect("it is whole");
+    assert_eq!((size(1, true), size(2, true)), (25 * 82, 15 * 82));
+    assert!(size(1, false) < size(1, true));
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     };
     Some(Picture {
         file,
-        caption: format!("Hydrostatic pressure tr(σ)/3 in the whole body {words}.{scales}"),
+        caption: format!("Hydrostatic pressure -tr(σ)/3 in the whole body {words}.{scales}"),
         alternative: format!(
             "Map of {} elements; largest pressure of an element {}.",
             values.len(),

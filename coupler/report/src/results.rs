@@ -41,6 +41,12 @@ pub fn names() -> Vec<&'static str> {
     entries().iter().map(|entry| entry.name).collect()
 }
 
+/// What the page says about a result.
+pub fn sentence(name: &str) -> Option<&'static str> {
+    let entries = entries();
+    number(&entries, name).map(|number| entries[number].sentence)
+}
+
 impl Entry {
     fn explains(&self, name: &str) -> bool {
         match self.name.strip_prefix("<set>") {

@@ -44,9 +44,9 @@ impl Scene {
         let largest = self.largest_pa();
         let mut what = match (&self.continuum, &self.grains) {
             (Some(_), Some(_)) => {
-                "Hydrostatic pressure tr(σ)/3 in the continuum and pressure on the grains"
+                "Hydrostatic pressure -tr(σ)/3 in the continuum and pressure on the grains"
             }
-            (Some(_), None) => "Hydrostatic pressure tr(σ)/3 in the continuum",
+            (Some(_), None) => "Hydrostatic pressure -tr(σ)/3 in the continuum",
             _ => "Pressure on the grains",
         }
         .to_string();

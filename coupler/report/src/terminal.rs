@@ -11,12 +11,13 @@ use runs::files::RunFiles;
 use serde_json::Value;
 
 /// Results that people ask for first, in this order; a scene has some of them.
-const FIRST: [&str; 20] = [
+const FIRST: [&str; 21] = [
     "approach_m",
     "p0_1mm_pa",
     "p0_pa",
     "dem_p_max_tr3_pa",
     "interface_force_n",
+    "wheel_contacts_90",
     "friction_coefficient",
     "cycle_friction_coefficient",
     "loop_area_j",

@@ -258,10 +258,23 @@ impl RunFiles {
 
 fn read_summary(run: &Path) -> Result<Value, Error> {
     let path = run.join("summary.json");
-    if run.is_dir() && !path.exists() {
-        let problem =
-            "is missing: the run goes on, or was killed (`thirdbody resume` goes on with it)";
-        return Err(Refusal::file(path, problem).into());
+    if !path.exists() {
+        let begun = run.join("manifest.json").exists();
+        let (place, problem) = match (begun, run.is_dir()) {
+            (true, _) => (
+                &*path,
+                "is missing: the run goes on, or was killed (`thirdbody resume` goes on with it)",
+            ),
+            (_, true) => (
+                run,
+                "is no run directory: it has neither summary.json nor manifest.json",
+            ),
+            _ => (
+                run,
+                "there is no such folder: give a run directory, as runs/latest",
+            ),
+        };
+        return Err(Refusal::file(place, problem).into());
     }
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())

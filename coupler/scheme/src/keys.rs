@@ -1,5 +1,7 @@
 //! An interface of a scenario: two named sets, the scheme that joins them, and what the scheme alone needs.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -202,6 +204,13 @@ pub enum SchemeWord {
     FixedPointParallel,
     /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum.
     Velocity,
+}
+
+impl fmt::Display for SchemeWord {
+    /// As a scenario has it.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
+    }
 }
 
 /// The keys of an interface that belong to single schemes, as a scenario gives them.

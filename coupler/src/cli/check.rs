@@ -37,7 +37,7 @@ pub struct CheckArguments {
 /// Checks a scenario; an error has exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let Some(scenario) = &arguments.scenario else {
-        print_schema(registry)?;
+        print(&format!("{:#}", schema_of(registry)))?;
         return Ok(0);
     };
     let mut loaded = scenario.load()?;
@@ -70,11 +70,12 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     Ok(0)
 }
 
-fn print_schema(registry: &Registry) -> Result<(), Error> {
+/// The schema of scenarios with the keys of these solvers.
+pub(super) fn schema_of(registry: &Registry) -> Value {
     let solvers = registry.solvers.iter();
     let solvers = solvers.map(|solver| (solver.kind, solver.schema.map(|schema| schema())));
     let solvers: Vec<(&str, Option<Value>)> = solvers.collect();
-    print(&format!("{:#}", schema(&solvers)))
+    schema(&solvers)
 }
 
 /// Stability, log and cost as a dry run foretold them. One that came to no window is an error, unless it told the reason to
@@ -167,9 +168,7 @@ fn describe(loaded: &Loaded) -> String {
         lines.push(format!("participant {name} ({kind}): {command}"));
     }
     for interface in &scenario.interface {
-        let [a, b] = &interface.between;
-        let scheme = serde_json::to_value(interface.scheme).unwrap_or_default();
-        let scheme = scheme.as_str().unwrap_or_default();
+        let ([a, b], scheme) = (&interface.between, interface.scheme);
         lines.push(format!(
             "interface {}: {a} <-> {b}, {scheme}, {} substeps a window, gap within {:.1e} node spacings",
             interface.name, interface.substeps(), interface.tolerance_rel

@@ -1,39 +1,121 @@
-//! `thirdbody explain`: cause and cure of an error or a warning.
+//! `thirdbody explain`: cause and cure of an error or a warning, and what a key or a result is.
 
 use kit::keys::proposal;
+use serde_json::Value;
 
+use super::check::schema_of;
 use super::common::{VerbResult, print};
 use coordinator::error::{Refusal, explanation, explanations};
+use coordinator::participants::Registry;
+use report::results;
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
 pub struct ExplainArguments {
-    /// Code in front of a message or in summary.json; all codes are listed without it.
-    code: Option<String>,
+    /// Code in front of a message or in summary.json, a key of a scenario or the end of one (law.friction), or a result; all codes are
+    /// listed without it.
+    word: Option<String>,
 }
 
-/// Prints an entry of the page of causes and cures, or a line for each.
-pub fn explain(arguments: &ExplainArguments) -> VerbResult {
-    let Some(code) = &arguments.code else {
+/// Keys that are told before they are counted.
+const MANY: usize = 12;
+
+/// Prints an entry of the page of causes and cures, or a line for each; or what a key or a result is.
+pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult {
+    let Some(word) = &arguments.word else {
         for explanation in explanations() {
             print(&format!("{:24}{}", explanation.code, explanation.line()))?;
         }
         return Ok(0);
     };
     // As it stands in a message: error[unknown-key].
-    let word = code
+    let word = word
         .trim_start_matches("error[")
+        .trim_start_matches("warning[")
         .trim_end_matches([']', ':']);
-    match explanation(word) {
-        Some(explanation) => print(&format!("{}\n\n{}", explanation.code, explanation.text))?,
-        None => {
-            let codes: Vec<&str> = explanations().map(|explanation| explanation.code).collect();
-            let problem = format!(
-                "no error or warning has this code; {}",
-                proposal(word, "codes", &codes)
-            );
-            return Err(Refusal::argument(format!("explain {word}"), problem).into());
+    let code = explanation(word).map(|of| format!("{}\n\n{}", of.code, of.text));
+    let result = results::sentence(word).map(|of| format!("{word} (a result): {of}"));
+    let keys = keys(registry);
+    let told: Vec<String> = code
+        .into_iter()
+        .chain(result)
+        .chain(matching(&keys, word))
+        .collect();
+    if !told.is_empty() {
+        print(&told.join("\n\n"))?;
+        return Ok(0);
+    }
+    let mut all: Vec<&str> = explanations().map(|explanation| explanation.code).collect();
+    all.extend(results::names());
+    all.extend(keys.iter().filter_map(|(key, _)| key.rsplit('.').next()));
+    let problem = match proposal(word, "", &all) {
+        meant if meant.starts_with("did you mean") => meant,
+        _ => "without a word all codes are listed; RESULTS.md has all results, `check --schema` all keys".into(),
+    };
+    let problem = format!("no error, warning, key or result is called so; {problem}");
+    Err(Refusal::argument(format!("explain {word}"), problem).into())
+}
+
+/// What the keys are whose names end so.
+fn matching(keys: &[(String, String)], word: &str) -> Vec<String> {
+    let end = format!(".{word}");
+    let same = |(key, _): &&(String, String)| key == word || key.ends_with(&end);
+    let found: Vec<_> = keys.iter().filter(same).collect();
+    let shown = found.iter().take(MANY);
+    let mut lines: Vec<String> = shown.map(|(key, text)| format!("{key}: {text}")).collect();
+    if found.len() > MANY {
+        lines.push(format!("and {} more keys of that name", found.len() - MANY));
+    }
+    lines
+}
+
+/// All keys of a scenario with what they are, in the order of their names; each solver's own stand below `config`.
+fn keys(registry: &Registry) -> Vec<(String, String)> {
+    let schema = schema_of(registry);
+    let mut found = Vec::new();
+    let properties = &schema["properties"];
+    walk("run", &properties["run"], &mut found);
+    walk(
+        "interface.NAME",
+        &properties["interface"]["items"],
+        &mut found,
+    );
+    walk(
+        "participant.NAME",
+        &properties["participant"]["items"],
+        &mut found,
+    );
+    for (kind, own) in schema["$defs"].as_object().into_iter().flatten() {
+        walk(
+            &format!("participant.NAME.config ({kind})"),
+            own,
+            &mut found,
+        );
+    }
+    found.sort();
+    found.dedup_by(|a, b| a.0 == b.0);
+    found
+}
+
+/// The keys of a part of the schema, whichever of its forms has them.
+fn walk(path: &str, part: &Value, found: &mut Vec<(String, String)>) {
+    for form in ["oneOf", "anyOf"] {
+        for inner in part[form].as_array().into_iter().flatten() {
+            walk(path, inner, found);
         }
     }
-    Ok(0)
+    if part["items"].is_object() {
+        walk(path, &part["items"], found);
+    }
+    for (name, inner) in part["properties"].as_object().into_iter().flatten() {
+        let path = format!("{path}.{name}");
+        let text = inner["description"].as_str().unwrap_or_default();
+        let default = match &inner["default"] {
+            Value::Null => String::new(),
+            Value::Object(fields) if fields.is_empty() => String::new(),
+            default => format!(" By default {default}."),
+        };
+        found.push((path.clone(), format!("{text}{default}")));
+        walk(&path, inner, found);
+    }
 }

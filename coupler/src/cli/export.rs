@@ -8,11 +8,14 @@ use protocol::Kind;
 use super::common::{RecoverArgument, VerbResult, file_of, log_of, print};
 use coordinator::error::{Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
-use exchange_log::export::{Selection, long, wide};
+use exchange_log::export::{Selection, bytes, long, wide};
 use exchange_log::timing;
 use exchange_log::timing::TIMING;
 use exchange_log::trace;
 use exchange_log::trace::Windows;
+
+/// Size of tables (bytes) that is told before they are written.
+const MANY_BYTES: u64 = 50_000_000;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -29,6 +32,9 @@ pub struct ExportArguments {
     /// Only messages of this kind, for instance Motion.
     #[arg(long)]
     kind: Option<String>,
+    /// Only every so-manyth window, from the first on.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
     /// Who worked and who waited when, in wall-clock time, as a trace that ui.perfetto.dev opens.
     #[arg(long, conflicts_with_all = ["node", "kind", "recover"])]
     trace: bool,
@@ -53,12 +59,25 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
     let selection = Selection {
         node: arguments.node.clone(),
         kind: arguments.kind.as_deref().map(kind_named).transpose()?,
+        every: arguments.every,
     };
     refuse_existing(out)?;
-    let exported = if out.extension().is_some_and(|ending| ending == "csv") {
-        long(&log, &selection, out)?
-    } else {
-        wide(&log, &selection, out)?
+    let is_long = out.extension().is_some_and(|ending| ending == "csv");
+    let bytes = bytes(&log, &selection, is_long)?;
+    if bytes > MANY_BYTES {
+        let less = if is_long {
+            "a folder in place of the file, "
+        } else {
+            ""
+        };
+        tell(&format!(
+            "about {:.0} MB of text; {less}--every 10, --node or --kind make it less",
+            bytes as f64 * 1e-6
+        ));
+    }
+    let exported = match is_long {
+        true => long(&log, &selection, out)?,
+        false => wide(&log, &selection, out)?,
     };
     let mut code = 0;
     if let Some(damage) = exported.damage {

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::common::{RecoverArgument, VerbResult, log_of, print_either};
 use coordinator::run::checkpoint::{FOLDER, file};
+use exchange_log::COUPLER;
 use exchange_log::{LogSummary, summarize};
 
 /// Arguments of `inspect`.
@@ -60,9 +61,18 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
         ),
     ];
     lines.extend(summary.streams.iter().map(|stream| {
+        // What the coupler sends goes to one of them.
+        let to = match stream.sender.as_str() {
+            COUPLER => format!(" -> {}", stream.receiver),
+            _ => String::new(),
+        };
         format!(
             "{:<44} {:>9} {:>13}  {} to {}",
-            stream.topic, stream.messages, stream.bytes, stream.first_window, stream.last_window
+            format!("{}{to}", stream.topic),
+            stream.messages,
+            stream.bytes,
+            stream.first_window,
+            stream.last_window
         )
     }));
     lines.push(match &summary.non_finite {

@@ -6,8 +6,8 @@ use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::common::{
-    RecoverArgument, VerbResult, foreign, log_of, own_program, print_either, refuse_commands,
-    restart_point, thread_count,
+    RecoverArgument, VerbResult, file_of, foreign, log_of, own_program, print_either,
+    refuse_commands, restart_point, thread_count,
 };
 use coordinator::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
@@ -21,6 +21,9 @@ use lab::replay::replayed::Replayed;
 use lab::replay::solver::ReplayOptions;
 use lab::replay::{Recording, coupler, drift, recording, solver};
 use runs::files::read_json;
+
+/// The picture of a drift.
+const DRIFT: &str = "replay-drift.svg";
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -47,9 +50,9 @@ pub struct ReplayArguments {
     /// end, in open loop: the other side still says what it said to the logged solver.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// File for the picture of the drift that --set draws.
-    #[arg(long, value_name = "FILE.svg", default_value = "replay-drift.svg")]
-    plot: PathBuf,
+    /// File for the picture of the drift that --set draws; by default replay-drift.svg in the run directory.
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     /// Start programs that the logged scenario names.
     #[arg(long)]
     allow_commands: bool,
@@ -188,8 +191,9 @@ fn all(
 
 fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> {
     let drift: Vec<_> = results.iter().flat_map(|r| r.drift.clone()).collect();
-    let path = &arguments.plot;
-    std::fs::write(path, drift::picture(&drift)).map_err(Error::output(path.display()))?;
+    let beside = || file_of(&arguments.run, DRIFT).with_file_name(DRIFT);
+    let path = arguments.plot.clone().unwrap_or_else(beside);
+    std::fs::write(&path, drift::picture(&drift)).map_err(Error::output(path.display()))?;
     tell(&path.display().to_string());
     Ok(())
 }
@@ -258,7 +262,15 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
         lines.push(if compared_nothing(replayed) {
             format!("{who}: nothing was compared, the log holds no answer to it")
         } else {
-            format!("{who}: {equal} messages equal, up to window {last_window}: {found}")
+            match &replayed.mismatch {
+                None => {
+                    format!("{who}: {equal} messages equal, up to window {last_window}: {found}")
+                }
+                Some(_) => format!(
+                    "{who}: {found}; {equal} messages equal in all {} windows",
+                    last_window + 1
+                ),
+            }
         });
         let drifts = drift::table(&replayed.drift).into_iter();
         lines.extend(drifts.map(|(kind, last, largest)| {

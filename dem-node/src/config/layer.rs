@@ -146,6 +146,7 @@ impl LayerConfig {
             "says where the whole surface is, and a glued row lies on a part of it",
             "add sample.glued = false, or write half_width_m instead",
         )?;
+        self.refuse_a_tower()?;
         self.refuse_too_many_grains()?;
         let spacing = SPACING * self.radii().mean();
         let within = self.half_width_m;
@@ -187,6 +188,17 @@ impl LayerConfig {
         } else {
             self.thickness_m
         }
+    }
+
+    /// Refuses a layer that is thicker than it is wide, as one whose thickness was given in another unit is.
+    fn refuse_a_tower(&self) -> Result<(), ConfigError> {
+        let [thickness, width] = [self.thickness_m, 2.0 * self.half_width_m];
+        refuse_if(
+            thickness > width,
+            "sample.thickness_m",
+            format!("a layer {thickness:e} m thick on {width:e} m of its base is a tower"),
+            "check the unit (m): 0.4 mm are 4e-4",
+        )
     }
 
     /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius.

@@ -115,6 +115,10 @@ fn absolute(folder: &Path) -> PathBuf {
 pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
+    if table.contains_key("study") {
+        let problem = "is a study of many runs: `thirdbody study plan` looks at it, `thirdbody study run` does it";
+        return Err(Refusal::file(&source.name, problem).into());
+    }
     let mut origin = table.clone();
     for set in &source.overrides {
         apply(&mut table, set)?;

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use kit::keys::proposal;
+
 use super::source::segments;
 use crate::error::{Refusal, Result};
 
@@ -19,6 +21,12 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
         .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;
     let value = parse_value(value.trim());
     let parts = segments(key.trim());
+    if let Some(meant) = longer(table, key.trim(), &parts) {
+        return Err(refuse(&format!(
+            "keys begin with run, participant or interface; did you mean `{meant}`?"
+        ))
+        .into());
+    }
     let split = parts.split_last();
     let (last, parents) = split.ok_or_else(|| refuse("the key is empty"))?;
     let (mut current, mut parents) = (table, parents.iter());
@@ -29,8 +37,14 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
             toml::Value::Array(entries) => {
                 let unnamed = || refuse(&format!("`{part}` is a list, name one of its entries"));
                 let name = parents.next().ok_or_else(unnamed)?;
+                let known = entries
+                    .iter()
+                    .filter_map(|entry| entry.get("name")?.as_str());
+                let known: Vec<String> = known.map(String::from).collect();
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                let meant = proposal(name, "names", &known);
                 entry_by_name(entries, name)
-                    .ok_or_else(|| refuse(&format!("no `{part}` is named `{name}`")))?
+                    .ok_or_else(|| refuse(&format!("no `{part}` is named `{name}`; {meant}")))?
             }
             _ => Err(refuse(&format!(
                 "`{part}` is a value and has no keys of its own"
@@ -39,6 +53,17 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     }
     current.insert(last.clone(), value);
     Ok(())
+}
+
+/// The one key of the table that ends so, of a key that begins with none of its sections.
+fn longer(table: &toml::Table, key: &str, parts: &[String]) -> Option<String> {
+    if ["run", "participant", "interface"].contains(&parts.first()?.as_str()) {
+        return None;
+    }
+    let end = format!(".{key}");
+    let all = leaves(table);
+    let mut same = all.into_iter().filter(|(known, _)| known.ends_with(&end));
+    same.next().map(|(known, _)| known)
 }
 
 /// The value of a key, entries of `[[participant]]` and `[[interface]]` addressed by name; `None` where the table does not give it.

@@ -199,7 +199,7 @@ impl StabilityPrediction {
         };
         Err(SchemeError::from(Unfit::Unstable {
             interface: name.clone(),
-            scheme: format!("{:?}", interface.scheme),
+            scheme: interface.scheme.to_string(),
             substeps: interface.substeps(),
             bound,
             growth,

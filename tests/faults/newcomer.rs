@@ -1,0 +1,138 @@
+//! What somebody meets on the first day: slips that are named with what was meant, and words that are explained.
+
+use harness::runs::{Scratch, thirdbody};
+
+use crate::scene::fails;
+
+#[test]
+fn slips_are_named_with_what_was_meant() {
+    let work = Scratch::new("slips");
+    let study = "scenarios/studies/quick-bonded";
+    let copied = thirdbody(work.path())
+        .args(["new", "studies/quick-bonded", study])
+        .output();
+    assert!(copied.is_ok_and(|copied| copied.status.success()));
+    let study = format!("{study}/study.toml");
+    let tower = "participant.third-body.config.sample.thickness_m=0.4";
+    let slips: [(&[&str], &[&str]); 9] = [
+        (
+            &["run", "quick", "--set", "law.friction=0.2"],
+            &["did you mean `participant.third-body.config.law.friction`?"],
+        ),
+        (
+            &[
+                "check",
+                "quick",
+                "--set",
+                "participant.thirdbody.config.law.friction=0.2",
+            ],
+            &["did you mean `third-body`?"],
+        ),
+        (
+            &["check", "quick", "--set", tower],
+            &["thickness_m", "tower", "0.4 mm are 4e-4"],
+        ),
+        (&["check", &study], &["is a study", "thirdbody study plan"]),
+        (
+            &["report", "nowhere"],
+            &["nowhere", "there is no such folder"],
+        ),
+        (
+            &["compare", "scenarios", "scenarios"],
+            &["is no run directory"],
+        ),
+        (&["explain", "aproach_m"], &["did you mean `approach_m`?"]),
+        (&["explain", "friktion"], &["did you mean `friction`?"]),
+        (
+            &["explain", "xyzzy"],
+            &["no error, warning, key or result", "RESULTS.md"],
+        ),
+    ];
+    for (command, words) in slips {
+        let said = thirdbody(work.path())
+            .args(command)
+            .output()
+            .expect("it starts");
+        fails(&said, 2, words);
+        let told = String::from_utf8_lossy(&said.stderr).into_owned();
+        assert!(!told.contains("os error"), "{command:?}: {told}");
+    }
+}
+
+#[test]
+fn codes_keys_and_results_are_explained() {
+    let work = Scratch::new("words");
+    for (word, told) in [
+        (
+            "warning[long_window]:",
+            "- Do: lower `interface.<name>.substeps`",
+        ),
+        ("approach_m", "Way of the wheel towards the rail"),
+        (
+            "mass_scale",
+            "participant.NAME.config (dem).mass_scale: Factor on the inertia of the grains",
+        ),
+        ("law.friction", "Coefficient of friction"),
+        (
+            "substeps",
+            "interface.NAME.substeps: Explicit steps in a window",
+        ),
+        ("seed", "run.seed: Seed of everything random."),
+    ] {
+        let said = thirdbody(work.path())
+            .args(["explain", word])
+            .output()
+            .expect("it starts");
+        let text = String::from_utf8_lossy(&said.stdout).into_owned();
+        assert!(
+            said.status.success() && text.contains(told),
+            "{word}: {text}"
+        );
+    }
+    let listed = thirdbody(work.path())
+        .arg("list")
+        .output()
+        .expect("it starts");
+    assert!(String::from_utf8_lossy(&listed.stdout).contains("wheel-rail-coupled"));
+}
+
+/// A run ends in what people ask for first, and in all of it on request; an export tells what it will be.
+#[test]
+fn a_run_ends_in_six_figures_and_what_comes_next() {
+    let work = Scratch::new("ends");
+    let ended = |more: &[&str]| {
+        let mut run = thirdbody(work.path());
+        run.args([
+            "run",
+            "layer-alone",
+            "--set",
+            "participant.third-body.config.law.friction=0.25",
+        ]);
+        let said = run.args(more).output().expect("it starts");
+        assert!(said.status.success());
+        String::from_utf8_lossy(&said.stdout).into_owned()
+    };
+    let short = ended(&["--out", "one"]);
+    for words in [
+        "set       participant.third-body.config.law.friction = 0.25 (was 0.3)",
+        "approach_m",
+        "the mean over its motion, sticking included.",
+        "more: --all",
+        "next: thirdbody report one",
+    ] {
+        assert!(short.contains(words), "{words} in {short}");
+    }
+    let results = short.lines().skip_while(|line| *line != "Results").skip(1);
+    assert_eq!(
+        results
+            .take_while(|line| !line.contains("more: --all"))
+            .count(),
+        6,
+        "{short}"
+    );
+    let all = ended(&["--all", "--out", "two"]);
+    assert!(
+        all.contains("spring_restitution") && all.lines().count() > 2 * short.lines().count(),
+        "{all}"
+    );
+}
