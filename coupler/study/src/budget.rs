@@ -122,7 +122,12 @@ impl<'a> SceneSettings<'a> {
                 predictions: predictions.collect::<Option<_>>()?,
             })
         };
-        let candidates: Vec<Candidate> = study.settings.iter().filter_map(candidate).collect();
+        // What the reference is not warned of, and a setting is, says that it errs in more than is measured.
+        let stand = study
+            .settings
+            .iter()
+            .filter(|setting| setting.warned.is_empty());
+        let candidates: Vec<Candidate> = stand.filter_map(candidate).collect();
         if candidates.iter().all(|c| c.setting.set == study.reference) {
             let problem = format!(
                 "the study `{}` has too few scenes to bound the error of another one: give its keys with `scene = true` more values",
@@ -203,6 +208,12 @@ impl<'a> SceneSettings<'a> {
 
     /// The same for a person.
     pub fn words(&self, chosen: &Candidate) -> String {
+        if chosen.setting.set == self.study.reference {
+            return format!(
+                "budget: study `{}` has nothing within it but its reference: what that errs by itself no study of it can tell",
+                self.study.study
+            );
+        }
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             format!(
@@ -302,6 +313,21 @@ mod tests {
             .map(|c| c.setting.words.as_str())
             .collect();
         assert_eq!(order, ["ref", "fine", "fast", "odd"]);
+        let reference = choice.within_error(None, 0.0021).expect("the reference");
+        let told = choice.words(reference);
+        assert!(
+            told.contains("no study of it can tell") && !told.contains('%'),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn a_setting_that_is_warned_of_is_not_chosen() {
+        let mut study = study();
+        study.settings[2].warned.push("energy_balance".into());
+        let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
+        let chosen = choice.within_error(None, 0.03).expect("another one");
+        assert_eq!(chosen.setting.words, "fine");
     }
 
     #[test]

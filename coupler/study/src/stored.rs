@@ -1,6 +1,7 @@
 //! A study as it is kept for choosing by it: `study.json`.
 
 use draw::axis::range;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -78,6 +79,17 @@ pub struct StoredSetting {
     pub cpu_rel: f64,
     /// The middle of the wall-clock times (s), on the machine of the study.
     pub wall_s: f64,
+    /// Codes of what its runs were warned of and those of the reference were not; studies of older builds do not have them.
+    #[serde(default)]
+    pub warned: Vec<String>,
+}
+
+/// Codes of what any run of a setting was warned of; advice is none.
+fn codes(setting: &StudySetting) -> BTreeSet<String> {
+    let rows = setting.rows.iter();
+    let all = rows.flat_map(|row| row.warnings.split(' ').map(String::from));
+    all.filter(|code| !code.is_empty() && code != "advice")
+        .collect()
 }
 
 impl StoredStudy {
@@ -119,6 +131,7 @@ impl StoredStudy {
         let floors = floors.ok_or(
             "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
         )?;
+        let usual = codes(reference);
         let stored = |setting: &StudySetting| {
             let task = &tasks[setting.rows[0].index];
             let own = task.fidelity.clone()?;
@@ -129,6 +142,7 @@ impl StoredStudy {
                 errors: errors.collect::<Option<_>>()?,
                 cpu_rel: setting.cost_rel("cpu_s")?,
                 wall_s: setting.cost("wall_s")?,
+                warned: codes(setting).difference(&usual).cloned().collect(),
             })
         };
         let stand = all.iter().filter(|setting| setting.is_trusted());
