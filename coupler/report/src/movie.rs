@@ -42,15 +42,17 @@ const TEXTS: usize = 150_000;
 /// With fewer moments than these, the page says how there will be more.
 const FEW: usize = 12;
 
-/// Writes `movie.html` into a run directory; returns its name.
+/// Writes `movie.html` into a run directory; returns its name, and what makes more frames where the run wrote few.
 ///
 /// # Errors
 /// The run left no fields that can be shown.
-pub fn write(run: &Path) -> Result<String, Error> {
-    let html = make(&RunFiles::read_what_is_there(run), BYTES_MOST)?;
+pub fn write(run: &Path) -> Result<(String, Option<String>), Error> {
+    let run_files = RunFiles::read_what_is_there(run);
+    let html = make(&run_files, BYTES_MOST)?;
+    let note = few(&FieldFiles::of(run, &run_files.scenario())?);
     let path = run.join(FILE);
     std::fs::write(&path, html).map_err(Error::output(path.display()))?;
-    Ok(FILE.into())
+    Ok((FILE.into(), note))
 }
 
 /// The page of at most so many bytes. Its size is foreseen from above; what that leaves free is used in a second attempt.
@@ -69,6 +71,17 @@ fn make(run: &RunFiles, bytes: usize) -> Result<String, Error> {
     let more = attempt((0.97 * room as f64 / used) as usize)?;
     let fits = more.html.len() <= bytes;
     Ok(if fits { more.html } else { made.html })
+}
+
+/// What makes more frames, of a run that wrote few.
+fn few(files: &FieldFiles) -> Option<String> {
+    let moments = &files.moments;
+    let end = moments
+        .iter()
+        .filter_map(|moment| moment.time_s)
+        .fold(0.0, f64::max);
+    let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
+    (moments.len() < FEW).then(|| format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", moments.len()))
 }
 
 /// A page, and if everything is in it.
@@ -147,12 +160,7 @@ impl Material {
         let mut notes = self.scene.notes.clone();
         notes.extend(shots.notes.iter().cloned());
         notes.extend(dropped(whole, kept));
-        if self.files.moments.len() < FEW {
-            let times = self.files.moments.iter().filter_map(|moment| moment.time_s);
-            let end = times.fold(0.0, f64::max);
-            let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
-            notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", whole.frames));
-        }
+        notes.extend(few(&self.files));
         let mut moments = self.files.moments.iter();
         if moments.any(|moment| moment.time_s.is_none()) {
             notes.push("The run did not record the times of its fields: frames are in the order in which their files were written.".into());

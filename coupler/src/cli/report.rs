@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::common::{VerbResult, print};
+use coordinator::output::tell;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -21,7 +22,9 @@ pub struct ReportArguments {
 /// exit code 6, as a table that is not what the run wrote.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
     let (names, damage) = if arguments.movie {
-        (vec![report::movie::write(&arguments.run)?], None)
+        let (name, note) = report::movie::write(&arguments.run)?;
+        note.iter().for_each(|note| tell(note));
+        (vec![name], None)
     } else {
         report::write(&arguments.run, arguments.compare.as_deref())?
     };

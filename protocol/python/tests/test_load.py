@@ -44,6 +44,17 @@ class Load(Program):
         self.assertEqual(self.loaded.manifest["seed"], self.loaded.scenario["run"]["seed"])
         self.assertEqual(self.loaded.summary["hashes"]["scenario"], self.loaded.manifest["scenario_hash"])
 
+    def test_a_name_that_is_not_there_is_an_error_with_the_one_that_was_meant(self):
+        for look, meant in (
+            (lambda: self.loaded.results["approach_m"], "results: backbone_bodies"),
+            (lambda: self.loaded.results["diskz"], "did you mean `disks`?"),
+            (lambda: self.loaded.signals["interface_fyn"], "did you mean `interface_fy_n`?"),
+            (lambda: self.loaded.signals.column("wheel_z_m"), "did you mean `wheel_"),
+        ):
+            with self.assertRaises(KeyError) as caught:
+                look()
+            self.assertIn(meant, str(caught.exception))
+
     def test_forces_of_the_log_sum_up_to_the_signal(self):
         # The signal has as many digits as give back every bit; the sum over points is done in another order.
         interface, signals = self.loaded.interface(), self.loaded.signals

@@ -14,7 +14,7 @@ import numpy as np
 
 from .exchange import Interface, read_interface
 from .fields import Fields
-from .table import Table, read_table
+from .table import Results, Table, read_table
 
 
 class RunError(Exception):
@@ -51,7 +51,7 @@ class Run:
     @property
     def results(self) -> Dict[str, float]:
         """Results by name, unit in the name."""
-        return dict(self._ended("results"))
+        return Results(self._ended("results"))
 
     @property
     def warnings(self) -> List[Dict[str, Any]]:

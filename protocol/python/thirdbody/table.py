@@ -3,10 +3,27 @@
 from __future__ import annotations
 
 import csv
+import difflib
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Sequence
 
 import numpy as np
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """That there is nothing of this name, and what was perhaps meant."""
+    known = list(known)
+    lasts = {key.rsplit(".", 1)[-1]: key for key in known}
+    near = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(name.rsplit(".", 1)[-1], lasts, 1)
+    meant = f"did you mean `{near[0]}`?" if near else f"{what}s: {', '.join(known)}"
+    return f"no {what} `{name}`; {meant}"
+
+
+class Results(Dict[str, float]):
+    """Results by name, unit in the name; a name that is not there is an error with the one that was perhaps meant."""
+
+    def __missing__(self, name: str) -> float:
+        raise KeyError(unknown("result", name, self))
 
 
 class Table(Dict[str, np.ndarray]):
@@ -24,10 +41,13 @@ class Table(Dict[str, np.ndarray]):
         """The column of this name, or of this name after that of a participant: `wheel_y_m` finds `third-body.wheel_y_m`."""
         found = [key for key in self if key == name or key.endswith("." + name)]
         if not found:
-            raise KeyError(f"no column `{name}`; columns: {', '.join(self)}")
+            raise KeyError(unknown("column", name, self))
         if name not in found and len(found) > 1:
             raise KeyError(f"several columns `{name}`: {', '.join(found)}")
         return self[name if name in found else found[0]]
+
+    def __missing__(self, name: str) -> np.ndarray:
+        raise KeyError(unknown("column", name, self))
 
     def has(self, name: str) -> bool:
         """True if `column(name)` finds one."""
