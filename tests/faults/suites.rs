@@ -42,6 +42,11 @@ name = "warned"
 source = "nobody"
 warns = ["wheel_drift"]
 set = ["participant.third-body.config.wheel.cycles=0.0", "participant.third-body.config.wheel.ramp_s=1e-5"]
+[[case]]
+name = "cut short"
+source = "nobody"
+set = ["run.end_s=6e-5"]
+may_warn = ["unreached"]
 "#;
 
 fn validated(work: &Path) -> (Option<i32>, Vec<Value>) {
@@ -87,6 +92,11 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     assert!(distance["seeds"][1].as_f64() > Some(0.05), "{distance}");
     assert_eq!(row("three seeds: warnings")["holds"], true);
     assert_eq!(row("warned: warnings")["holds"], false);
+    let short = row("cut short: warnings");
+    assert_eq!(
+        (&short["holds"], &short["ours"]),
+        (&true.into(), &serde_json::json!(["unreached"]))
+    );
     let page = std::fs::read_to_string(work.path().join("kept/validation.html")).expect("a page");
     for words in [
         "Three draws of <code>one</code> layer.",
@@ -97,7 +107,7 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    // Three seeds, the first of which is the reference too, and one more: none is run again.
+    // Three seeds, the first of which is the reference too, and two more: none is run again.
     let attempts = || {
         let tasks = std::fs::read_dir(work.path().join("kept/tasks")).expect("tasks");
         let files = tasks.flatten().map(|task| task.path().join("attempts"));
@@ -106,7 +116,7 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
             .map(|text| text.lines().count())
             .collect::<Vec<usize>>()
     };
-    assert_eq!(attempts(), [1; 4]);
+    assert_eq!(attempts(), [1; 5]);
     assert_eq!(validated(work.path()), (code, rows.clone()));
-    assert_eq!(attempts(), [1; 4]);
+    assert_eq!(attempts(), [1; 5]);
 }

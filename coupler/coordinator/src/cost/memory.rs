@@ -13,6 +13,12 @@ pub fn peak_bytes(pids: &[u32]) -> u64 {
     all.into_iter().filter_map(peak_of).sum()
 }
 
+/// Lets the largest resident set of this process begin anew: it may have done other runs before. Where the system does not know how, it
+/// stays what it was.
+pub fn forget_peak() {
+    let _ = fs::write("/proc/self/clear_refs", "5");
+}
+
 /// Processor time of this process so far (s), its threads included.
 pub fn own_cpu_s() -> f64 {
     let usage = getrusage(UsageWho::RUSAGE_SELF).ok();
@@ -33,6 +39,15 @@ fn peak_of(pid: u32) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_peak_begins_anew() {
+        let large = vec![1u8; 200 << 20];
+        assert!(large.iter().all(|byte| *byte == 1) && peak_bytes(&[]) > 200 << 20);
+        drop(large);
+        forget_peak();
+        assert!(peak_bytes(&[]) < 200 << 20);
+    }
 
     #[test]
     fn a_process_counts_once() {

@@ -16,7 +16,7 @@ use super::position::RunPosition;
 use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
-use crate::cost::memory::own_cpu_s;
+use crate::cost::memory::{forget_peak, own_cpu_s};
 use crate::error::{Error, Refusal, Result};
 use crate::output::progress::{Progress, prepare};
 use crate::output::signals::SIGNALS;
@@ -137,6 +137,7 @@ pub fn run_among(
 ) -> Result<Ended> {
     let start = Instant::now();
     let start_cpu_s = own_cpu_s();
+    forget_peak();
     let warnings = check(loaded, options.registry, options.threads)?;
     let run_id = fresh_run_id();
     let rundir = RunDir::create(options.out, &loaded.scenario.run.name, run_id)?;
