@@ -129,7 +129,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Man(arguments) => man::man(&arguments, Cli::command()),
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
-        Verb::Explain(arguments) => explain::explain(&arguments, &registry),
+        Verb::Explain(arguments) => explain::explain(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
