@@ -146,8 +146,8 @@ impl LayerConfig {
             "says where the whole surface is, and a glued row lies on a part of it",
             "add sample.glued = false, or write half_width_m instead",
         )?;
-        self.refuse_a_tower()?;
         self.refuse_too_many_grains()?;
+        self.refuse_a_tower()?;
         let spacing = SPACING * self.radii().mean();
         let within = self.half_width_m;
         self.surface.validate(within, spacing, true)?;
