@@ -17,24 +17,14 @@ use super::read::recover;
 use crate::error::{ExportError, LogError};
 
 /// The messages of a log that are exported.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Only what this participant sends or receives.
     pub node: Option<String>,
     /// Only messages of this kind.
     pub kind: Option<Kind>,
     /// Only every so-manyth window, from the first on; at least 1.
-    pub every: u64,
-}
-
-impl Default for Selection {
-    fn default() -> Selection {
-        Selection {
-            node: None,
-            kind: None,
-            every: 1,
-        }
-    }
+    pub every: Option<u64>,
 }
 
 impl Selection {
@@ -43,7 +33,9 @@ impl Selection {
         let of_node = |name: &String| *name == message.sender || *name == message.receiver;
         self.node.as_ref().is_none_or(of_node)
             && self.kind.is_none_or(|kind| header.kind == kind as u32)
-            && header.window.is_multiple_of(self.every)
+            && self
+                .every
+                .is_none_or(|every| header.window.is_multiple_of(every))
     }
 }
 

@@ -426,7 +426,7 @@ fn an_export_takes_every_second_window_and_foretells_its_size() {
     let out = scratch.0.with_extension("csv");
     let every = |every| Selection {
         kind: Some(Kind::Motion),
-        every,
+        every: Some(every),
         ..Selection::default()
     };
     let exported = long(&scratch.0, &every(2), &out).expect("it is whole");

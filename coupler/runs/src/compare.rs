@@ -122,9 +122,6 @@ fn columns(
         let names = table.columns.iter().map(|(name, _)| name.clone());
         names.filter(|name| name != x).collect()
     };
-    let column = |table, name: &str| -> Option<(Vec<f64>, Vec<f64>)> {
-        Some((Table::get(table, x)?.into(), table.get(name)?.into()))
-    };
     let own = names(run).into_iter().map(|name| {
         let other = reference.name_of(&name, run).map(String::from);
         (Some(name), other)
@@ -133,9 +130,10 @@ fn columns(
     let others = others.filter(|name| run.name_of(name, reference).is_none());
     own.chain(others.map(|other| (None, Some(other))))
         .map(|(own, other)| {
-            let numbers = |table, name: &Option<String>| column(table, name.as_deref()?);
-            let compared = match (numbers(run, &own), numbers(reference, &other)) {
-                (Some((x, y)), Some((other_x, other_y))) => compare([&x, &other_x], [&y, &other_y]),
+            let [own_numbers, other_numbers] = [(run, &own), (reference, &other)]
+                .map(|(table, name)| Some([table.get(x)?, table.get(name.as_deref()?)?]));
+            let compared = match (own_numbers, other_numbers) {
+                (Some([x, y]), Some([other_x, other_y])) => compare([x, other_x], [y, other_y]),
                 (None, _) => Err("only the reference has it".to_string()),
                 (_, None) => Err("the reference does not have it".to_string()),
             };

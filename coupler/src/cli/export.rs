@@ -33,8 +33,8 @@ pub struct ExportArguments {
     #[arg(long)]
     kind: Option<String>,
     /// Only every so-manyth window, from the first on.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    every: u64,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    every: Option<u64>,
     /// Who worked and who waited when, in wall-clock time, as a trace that ui.perfetto.dev opens.
     #[arg(long, conflicts_with_all = ["node", "kind", "recover"])]
     trace: bool,

@@ -15,6 +15,7 @@ use lab::validate::faults::row::FaultRow;
 use lab::validate::faults::{Campaign, run_campaign};
 use lab::validate::suite::{CaseRow, SuiteOptions};
 use lab::validate::{page, run_suite};
+use report::provenance::quoted;
 use scenes::{FILES, kept};
 
 /// Arguments of `validate`.
@@ -97,10 +98,12 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     if let Some(out) = &arguments.out {
         let suite = if folder.is_empty() { "scenes" } else { folder };
         let full = if arguments.full { " --full" } else { "" };
-        let command = format!(
-            "thirdbody validate --suite {suite}{full} --out {}",
-            out.display()
-        );
+        let only = match arguments.only.as_str() {
+            "" => String::new(),
+            words => format!(" --only {}", quoted(words)),
+        };
+        let out_word = quoted(&out.display().to_string());
+        let command = format!("thirdbody validate --suite {suite}{full}{only} --out {out_word}");
         let page = page::write(out, &format!("Validation: {suite}"), &command, &cases)?;
         tell(&format!("{} is written", out.join(page).display()));
     }

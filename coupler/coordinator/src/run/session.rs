@@ -83,7 +83,7 @@ impl<'a> RunOptions<'a> {
     }
 }
 
-/// What a run is told whose windows are long beside its continuum.
+/// Text of the warning about windows that are long beside the first period of the continuum.
 const LONG_WINDOW: &str = "a window is longer than a quarter of the continuum's first period: it is stable, but how forces come and go within a window is lost, and results depend on its length; take fewer substeps, or compare with half of them";
 
 /// A budget that the setting of a run was chosen by.

@@ -1,6 +1,6 @@
 //! `KEY=VALUE` of the command line, put into the table of a scenario, and the keys in which two tables differ.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kit::keys::proposal;
 
@@ -37,14 +37,13 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
             toml::Value::Array(entries) => {
                 let unnamed = || refuse(&format!("`{part}` is a list, name one of its entries"));
                 let name = parents.next().ok_or_else(unnamed)?;
-                let known = entries
-                    .iter()
-                    .filter_map(|entry| entry.get("name")?.as_str());
-                let known: Vec<String> = known.map(String::from).collect();
-                let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                let meant = proposal(name, "names", &known);
-                entry_by_name(entries, name)
-                    .ok_or_else(|| refuse(&format!("no `{part}` is named `{name}`; {meant}")))?
+                if entry_by_name(entries, name).is_none() {
+                    let known = entries.iter().filter_map(|entry| entry.get("name"));
+                    let known: Vec<&str> = known.filter_map(toml::Value::as_str).collect();
+                    let meant = proposal(name, "names", &known);
+                    Err(refuse(&format!("no `{part}` is named `{name}`; {meant}")))?;
+                }
+                entry_by_name(entries, name).ok_or_else(unnamed)?
             }
             _ => Err(refuse(&format!(
                 "`{part}` is a value and has no keys of its own"
@@ -55,15 +54,14 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     Ok(())
 }
 
-/// The one key of the table that ends so, of a key that begins with none of its sections.
+/// The first key of the table that ends so, where a key begins with none of its sections.
 fn longer(table: &toml::Table, key: &str, parts: &[String]) -> Option<String> {
     if ["run", "participant", "interface"].contains(&parts.first()?.as_str()) {
         return None;
     }
     let end = format!(".{key}");
-    let all = leaves(table);
-    let mut same = all.into_iter().filter(|(known, _)| known.ends_with(&end));
-    same.next().map(|(known, _)| known)
+    let mut keys = leaves(table).into_iter().map(|(known, _)| known);
+    keys.find(|known| known.ends_with(&end))
 }
 
 /// The value of a key, entries of `[[participant]]` and `[[interface]]` addressed by name; `None` where the table does not give it.
@@ -113,14 +111,21 @@ pub type Changes = BTreeMap<String, [Option<String>; 2]>;
 
 /// The keys by which two tables differ.
 pub fn changes(tables: [&toml::Table; 2]) -> Changes {
-    let mut changes = Changes::new();
-    for (side, table) in tables.into_iter().enumerate() {
-        for (key, value) in leaves(table) {
-            changes.entry(key).or_default()[side] = Some(value.to_string());
-        }
+    if tables[0] == tables[1] {
+        return Changes::new();
     }
-    changes.retain(|_, [one, other]| one != other);
-    changes
+    let sides = tables.map(|table| leaves(table).into_iter().collect::<BTreeMap<_, _>>());
+    let keys: BTreeSet<&String> = sides.iter().flat_map(BTreeMap::keys).collect();
+    let values = |key| sides.each_ref().map(|side| side.get(key));
+    let pairs = keys.into_iter().map(|key| (key, values(key)));
+    let changed = pairs.filter(|(_, [one, other])| one != other);
+    let shown = |(key, values): (&String, [Option<&&toml::Value>; 2])| {
+        (
+            key.clone(),
+            values.map(|value| value.map(ToString::to_string)),
+        )
+    };
+    changed.map(shown).collect()
 }
 
 /// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.

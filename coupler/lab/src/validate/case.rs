@@ -17,7 +17,7 @@ use super::signals::of_signals;
 pub struct Expected {
     /// Folder of the scenario, relative to this file; by default the file's own. Scenes that are run elsewhere need no copy.
     pub scene: Option<PathBuf>,
-    /// What the page of the suite says above the cases; words between backticks are names.
+    /// Text for the page of the suite, above the cases; words between backticks are set as code.
     #[serde(default)]
     pub text: String,
     /// Runs of the scene, each with its expectations.
@@ -60,7 +60,7 @@ pub struct SuiteCase {
     /// Codes of warnings that a run may end with, as chance has it: with these numbers they are told.
     #[serde(default)]
     pub may_warn: Vec<String>,
-    /// What the page says about the case.
+    /// Text about the case, for the page.
     #[serde(default)]
     pub text: String,
     /// Pictures of the report of its first run that the page shows, by their file names.
@@ -75,11 +75,11 @@ pub struct SuiteCase {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Where the number is found: a path in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
+    /// Place of the number: a path in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
     /// `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is the sum of two columns, or, with `norm`,
     /// `profile.<column>` or `signals.<column>`.
     pub path: String,
-    /// What it is, in words; the path if absent.
+    /// The quantity in words; the path if absent.
     pub of: Option<String>,
     /// Value that it must have; that of the case's reference if absent.
     pub expected: Option<f64>,
@@ -93,16 +93,16 @@ pub struct Number {
     pub norm: Option<Norm>,
     /// Width of the bins over which the traction is a mean (m).
     pub bin_m: Option<f64>,
-    /// What others have published, where it is not what must come out here.
+    /// Published value, where another one must come out here.
     pub published: Option<f64>,
-    /// Whether a parameter was chosen for the number to come out.
+    /// Predicted or calibrated, of a number with a published value.
     pub basis: Option<Basis>,
     /// True for a number that is told and not judged: a cost, or one that chance has too much of.
     #[serde(default)]
     pub told: bool,
 }
 
-/// What agreement with a published number is worth.
+/// Agreement with a published number is one of these two.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Basis {
@@ -128,8 +128,13 @@ impl Number {
         if let Some([least, largest]) = self.ratio {
             return (least..=largest).contains(&(ours / expected));
         }
+        (ours - expected).abs() <= self.allowed(expected)
+    }
+
+    /// Distance from this value that is allowed, in its unit.
+    pub(super) fn allowed(&self, expected: f64) -> f64 {
         let relative = self.tolerance_rel.unwrap_or(0.0) * expected.abs();
-        (ours - expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
+        relative.max(self.tolerance_abs.unwrap_or(0.0))
     }
 
     /// Its value in a run; a norm is of the distance from the reference.

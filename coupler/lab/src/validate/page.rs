@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use draw::svg::escape;
-use protocol::larger;
 use report::page::{Section, names, page, table};
 use report::pictures;
 use report::provenance::quoted;
@@ -60,9 +59,10 @@ pub fn write(
 }
 
 fn minutes(seconds: f64) -> String {
-    match seconds < 120.0 {
-        true => format!("{} s", four(seconds)),
-        false => format!("{} min", four(seconds / 60.0)),
+    if seconds < 120.0 {
+        format!("{} s", four(seconds))
+    } else {
+        format!("{} min", four(seconds / 60.0))
     }
 }
 
@@ -188,16 +188,12 @@ fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
     let unit = if number.norm.is_some() { "" } else { path };
     let show = |x: f64| with_unit_of(unit, x);
     let (ours, expected) = (row.ours.as_f64(), row.expected.as_f64());
-    let reference = expected.map_or(String::new(), |expected| {
-        let relative = number.tolerance_rel.unwrap_or(0.0) * expected.abs();
-        let allowed = larger(relative, number.tolerance_abs.unwrap_or(0.0));
-        match number.ratio {
-            _ if row.told => show(expected),
-            Some([least, most]) => {
-                format!("{} to {} times {}", four(least), four(most), show(expected))
-            }
-            None => format!("{} ± {}", show(expected), show(allowed)),
+    let reference = expected.map_or(String::new(), |expected| match number.ratio {
+        _ if row.told => show(expected),
+        Some([least, most]) => {
+            format!("{} to {} times {}", four(least), four(most), show(expected))
         }
+        None => format!("{} ± {}", show(expected), show(number.allowed(expected))),
     });
     let difference = ours.zip(row.published.or(expected));
     let difference = difference.map(|(ours, of)| 100.0 * (ours - of) / of.abs());

@@ -35,10 +35,10 @@ pub struct CaseRow {
     pub seeds: Option<[f64; 2]>,
     /// The value that should.
     pub expected: Value,
-    /// What others have published, where that is another one.
+    /// Published value, where another one must come out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub published: Option<f64>,
-    /// What agreement with it is worth.
+    /// Predicted or calibrated, of a published value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basis: Option<Basis>,
     /// Source of the expectation.
@@ -58,7 +58,7 @@ pub struct CaseOutcome {
     pub scenario: PathBuf,
     /// The case.
     pub case: SuiteCase,
-    /// What its file says above all its cases, with the first of them.
+    /// Text of its file above all cases, with the first of them.
     pub above: String,
     /// Its rows.
     pub rows: Vec<CaseRow>,
@@ -179,7 +179,7 @@ fn referred(
     Ok(run.filter(|_| outcome.message.is_empty()))
 }
 
-/// How a run ended and what it left, which may be from an earlier time; the error ends the suite.
+/// The end of a run and its directory, which may be from an earlier time; the error ends the suite.
 fn attempt(
     scene: &Path,
     set: &[String],
