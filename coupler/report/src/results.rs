@@ -41,6 +41,14 @@ pub fn names() -> Vec<&'static str> {
     entries().iter().map(|entry| entry.name).collect()
 }
 
+/// The names of those that need a full cycle of a wheel.
+pub fn of_full_cycles() -> Vec<&'static str> {
+    let of_cycles =
+        |entry: &Entry| entry.group.starts_with("Cycles") || entry.sentence.contains("full cycle");
+    let entries = entries().into_iter().filter(of_cycles);
+    entries.map(|entry| entry.name).collect()
+}
+
 /// What the page says about a result.
 pub fn sentence(name: &str) -> Option<&'static str> {
     let entries = entries();

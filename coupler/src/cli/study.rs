@@ -1,5 +1,6 @@
 //! `thirdbody study`: many runs of a scenario, held against a reference or measured over its keys.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,9 +11,12 @@ use protocol::participate::end_with_parent;
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
 use coordinator::error::{CHECK_FAILED, Error, Refusal};
+use coordinator::output::tell;
 use coordinator::participants::Registry;
+use coordinator::run::check::check;
 use coordinator::run::session::RunOptions;
 use coordinator::rundir::write_whole;
+use report::results;
 use study::collect::{DAMAGED, Results, StudyRow, finished, line};
 use study::digest::Digest;
 use study::forecast::Forecast;
@@ -21,7 +25,7 @@ use study::pool;
 use study::pool::TaskCommand;
 use study::progress::StudyProgress;
 use study::slurm::{Slurm, SlurmArrays, array_name};
-use study::stored::StoredStudy;
+use study::stored::{StoredStudy, serves_budgets};
 use study::task::{SILENT, TaskFolder, TaskStage};
 
 /// Arguments of `study`.
@@ -179,10 +183,13 @@ fn quiet<'a>(opened: &Opened, registry: &'a Registry) -> Result<RunOptions<'a>, 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
 fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     let tasks = opened.plan.tasks()?;
+    if let Some((_, why)) = refused(opened, &tasks, registry).next() {
+        return Err(why);
+    }
     let planned = keep_list(opened, &tasks)?;
     print(&listed(opened, &tasks))?;
     let forecast = foretell(opened, &tasks, registry)?;
-    coordinator::output::tell(&format!(
+    tell(&format!(
         "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
         runs(&tasks).len(),
         tasks.len(),
@@ -190,14 +197,34 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
         forecast.wall_s,
         forecast.memory_bytes as f64 * 1e-6
     ));
+    if let Some(words) = serves_budgets(&opened.plan.file, &tasks) {
+        tell(&words);
+    }
     Ok(0)
+}
+
+/// The tasks that `check` refuses, of those that are the first with a value of a key.
+fn refused<'a>(
+    opened: &Opened,
+    tasks: &'a [Task],
+    registry: &Registry,
+) -> impl Iterator<Item = (&'a Task, Error)> {
+    let mut seen = BTreeSet::new();
+    let threads = threads_of(opened).into();
+    tasks.iter().filter_map(move |task| {
+        let values = task.values.iter().enumerate();
+        let new = values.filter(|value| seen.insert(*value)).count();
+        let why = || check(&task.loaded, registry, threads).err();
+        Some((task, (new > 0).then(why)??))
+    })
 }
 
 /// Foretells the cost of the first task, and refuses measures that it does not report.
 fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Forecast, Error> {
     let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
     let measures = &opened.plan.file.measure;
-    let checked = forecast.check(measures, &tasks[0], &report::results::names());
+    let (results, of_cycles) = (results::names(), results::of_full_cycles());
+    let checked = forecast.check(measures, &tasks[0], &results, &of_cycles);
     checked.map_err(|why| Refusal::file(&opened.plan.path, why))?;
     Ok(forecast)
 }
@@ -239,6 +266,12 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
     }
     let watch = listen()?;
     let stopped = || watch.interrupted().is_some();
+    for (task, why) in refused(&opened, &tasks, registry) {
+        if task.index == 0 {
+            return Err(why);
+        }
+        tell(&format!("task {} will be refused: {why}", task.index));
+    }
     let mut progress = StudyProgress::new(&tasks, &opened.plan.file.measure, &opened.folder);
     let forecast = foretell(&opened, &tasks, registry)?;
     match engine.engine {

@@ -11,6 +11,7 @@ use super::slurm::SlurmRequest;
 use coordinator::error::Error;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::rundir::{BUILD, write_whole};
+use coordinator::scenario::overrides::value_at;
 use kit::keys::proposal;
 use kit::scratch::Scratch;
 use runs::table::Table;
@@ -26,8 +27,10 @@ const MEMORY_LEAST: u64 = 512 << 20;
 /// Cost of the reference, or of the first task, as its first second predicted it: `cost.json` in the study's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Forecast {
-    /// Build that was looked at.
+    /// Build and task that were looked at.
     build: String,
+    #[serde(default)]
+    task: String,
     /// Wall-clock time (s), if all windows go as the slowest of those seen.
     pub wall_s: f64,
     /// Peak memory of all processes together (bytes).
@@ -37,15 +40,16 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// The one that the folder keeps, if it is this build's; else that of this task, which the folder then keeps.
+    /// The one that the folder keeps, if it is this build's of this task; else a new one, which the folder then keeps.
     ///
     /// # Errors
-    /// The folder cannot be written, or a signal came. A task whose run ends early predicts nothing: then the least is asked for.
+    /// The scenario is refused, the folder cannot be written, or a signal came. A task whose run ends early for another reason predicts
+    /// nothing: then the least is asked for.
     pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
         let path = folder.join("cost.json");
         let kept = fs::read_to_string(&path).ok();
         let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
-        if let Some(kept) = kept.filter(|kept| kept.build == BUILD) {
+        if let Some(kept) = kept.filter(|kept| kept.build == BUILD && kept.task == task.id) {
             return Ok(kept);
         }
         let scratch = Scratch::new("study", fresh_run_id());
@@ -55,13 +59,16 @@ impl Forecast {
             ..options.clone()
         };
         let ended = run(&task.loaded, &options)?;
-        if let Some(error @ Error::Interrupted { .. }) = ended.error {
-            return Err(error);
+        match ended.error {
+            Some(error @ Error::Interrupted { .. }) => return Err(error),
+            Some(error) if error.exit_code() == 2 => return Err(error),
+            _ => {}
         }
         let signals = Table::read_whole_rows(&scratch.path().join("signals.csv"));
         let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
         let forecast = Forecast {
             build: BUILD.into(),
+            task: task.id.clone(),
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
             signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
@@ -73,11 +80,18 @@ impl Forecast {
     }
 
     /// Refuses a measure of nothing that the task reports, before runs are made for it. `results` are the names of results that the
-    /// shipped solvers know, some with a `<set>` in front; only the end of a run tells which of them it has.
+    /// shipped solvers know, some with a `<set>` in front; only the end of a run tells which of them it has, but for those `of_cycles`,
+    /// which need a full cycle of a wheel.
     ///
     /// # Errors
     /// The measure, and what was perhaps meant.
-    pub fn check(&self, measures: &[Measure], task: &Task, results: &[&str]) -> Result<(), String> {
+    pub fn check(
+        &self,
+        measures: &[Measure],
+        task: &Task,
+        results: &[&str],
+        of_cycles: &[&str],
+    ) -> Result<(), String> {
         let signals: Vec<&str> = self.signals.iter().map(String::as_str).collect();
         let mut participants = task.loaded.scenario.participant.iter();
         let others = participants.any(|participant| participant.command.is_some());
@@ -88,6 +102,12 @@ impl Forecast {
                 _ => continue,
             };
             let name = measure.table().map_or("", |(_, name)| name);
+            if !others && of_cycles.contains(&name) && !makes_full_cycle(task) {
+                return Err(format!(
+                    "measure `{}`: {} is of a full cycle, and no wheel of the scene makes one before the run ends; with wheel.cycles = 1 there is one",
+                    measure.name, measure.of
+                ));
+            }
             let end = format!(".{name}");
             let is_it = |known: &&str| match known.strip_prefix("<set>") {
                 Some(ending) => name.ends_with(ending),
@@ -114,4 +134,22 @@ impl Forecast {
             cores: threads.max(1),
         }
     }
+}
+
+/// True where a wheel of the task's scenario is through with a cycle before its end.
+fn makes_full_cycle(task: &Task) -> bool {
+    let table: toml::Table = task.loaded.resolved.parse().unwrap_or_default();
+    let end_s = task.loaded.scenario.run.end_s.unwrap_or(f64::INFINITY);
+    let mut participants = task.loaded.scenario.participant.iter();
+    participants.any(|participant| {
+        let number = |key: &str| {
+            let key = format!("participant.{}.config.wheel.{key}", participant.name);
+            let value = value_at(&table, &key)?;
+            value.as_float().or(value.as_integer().map(|n| n as f64))
+        };
+        let keys = ["cycles", "ramp_s", "hold_s", "frequency_hz"];
+        let [cycles, ramp, hold, frequency] = keys.map(|key| number(key).unwrap_or(0.0));
+        // The end may be a rounded number.
+        cycles >= 1.0 && ramp + hold + 1.0 / frequency <= end_s * (1.0 + 1e-9)
+    })
 }

@@ -26,12 +26,17 @@ pub fn student(freedom: usize) -> f64 {
 /// Least degrees of freedom: with fewer a bound is many times the error.
 const LEAST_FREEDOM: usize = 3;
 
+/// Least number of scenes for a prediction over so many numbers of a scene.
+pub fn least_scenes(numbers: usize) -> usize {
+    numbers + 1 + LEAST_FREEDOM
+}
+
 /// Predicts the error at `at` (p numbers of a scene, logarithms of its loads for instance) from those of n scenes at `positions`
 /// (n x p): ln e = b0 + b.x + scatter by least squares, and the one-sided prediction interval of a further scene,
 /// ln e < b0 + b.x + t_(0.975, n - p - 1) s sqrt(1 + h), h = x^T (X^T X)^-1 x (Montgomery, Peck and Vining, Introduction to
 /// Linear Regression Analysis, 2012, equation 3.54). Numbers that are the same in all scenes explain nothing and are left out.
 ///
-/// Returns `None` with fewer than p + 4 scenes, and where an error is not positive.
+/// Returns `None` with fewer than [`least_scenes`], and where an error is not positive.
 pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<ErrorPrediction> {
     let varied = |k: &usize| {
         let mut all = positions.iter();
@@ -39,12 +44,11 @@ pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Err
     };
     let varied: Vec<usize> = (0..at.len()).filter(varied).collect();
     let (n, p) = (positions.len(), 1 + varied.len());
-    let freedom = n
-        .checked_sub(p)
-        .filter(|freedom| *freedom >= LEAST_FREEDOM)?;
-    if !errors.iter().all(|error| *error > 0.0 && error.is_finite()) {
+    let positive = |error: &f64| *error > 0.0 && error.is_finite();
+    if n < least_scenes(varied.len()) || !errors.iter().all(positive) {
         return None;
     }
+    let freedom = n - p;
     let row = |of: &[f64]| -> Vec<f64> {
         let numbers = varied.iter().map(|k| of[*k]);
         std::iter::once(1.0).chain(numbers).collect()

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::{Vary, shipped_or_read, shown_values};
+use super::file::{StudyFile, Vary, shipped_or_read, shown_values};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
-use super::statistics::{ErrorPrediction, predict};
+use super::statistics::{ErrorPrediction, least_scenes, predict, student};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::overrides::{remove_at, value_at};
@@ -90,6 +90,41 @@ fn codes(setting: &StudySetting) -> BTreeSet<String> {
     let all = rows.flat_map(|row| row.warnings.split(' ').map(String::from));
     all.filter(|code| !code.is_empty() && code != "advice")
         .collect()
+}
+
+/// Whether a budget can be chosen by a study once its runs are done; nothing of one without a reference.
+pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
+    let scenes = 1 + tasks.last()?.scene;
+    let varied = |key: &usize| {
+        let mut values = tasks.iter().map(|task| &task.values[*key]);
+        let vary = &file.vary[*key];
+        vary.scene && vary.seeds.is_none() && values.any(|value| *value != tasks[0].values[*key])
+    };
+    let keys: Vec<usize> = (0..file.vary.len()).filter(varied).collect();
+    let least = least_scenes(keys.len());
+    let why = match &file.reference {
+        reference if !reference.is_given() => return None,
+        reference if reference.set.is_none() => "its reference is no `set`".into(),
+        reference if reference.perturbed() == 0 => {
+            "reference.perturb is 0, so that no floor of noise is known".into()
+        }
+        _ if scenes < least => format!(
+            "{scenes} combinations of its keys with `scene = true` are too few for the bound of an error, which takes {least}; run.seed with scene = true and seeds = {least} has them"
+        ),
+        _ => {
+            let scene = file.vary.iter().filter(|vary| vary.scene);
+            let words = scene.map(|vary| match vary.seeds {
+                Some(_) => format!("any {}", vary.key),
+                None => format!("the range of {}", vary.key),
+            });
+            return Some(format!(
+                "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",
+                words.collect::<Vec<String>>().join(" and "),
+                student(scenes - keys.len() - 1)
+            ));
+        }
+    };
+    Some(format!("not for `run --budget`: {why}"))
 }
 
 impl StoredStudy {
