@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use harness::runs::{Scratch, parse_json, program};
+use harness::runs::{Scratch, parse_json, program, thirdbody};
 use serde_json::Value;
 
 use crate::scene::{fails, short_quick};
@@ -237,5 +237,32 @@ fn a_terminal_gets_one_block_that_never_wraps() {
     assert!(
         at("energy_balance").is_some_and(|line| line < head),
         "{shown:#?}"
+    );
+}
+
+#[test]
+fn a_long_set_up_is_told_while_it_lasts() {
+    let work = Scratch::new("prepares");
+    let node = program("verification-node").display().to_string();
+    let late = format!("sleep 1.3; exec {node} bar");
+    crate::commands::scene(work.path(), &["sh", "-c", &late], 20);
+    let output = thirdbody(work.path())
+        .args(["run", ".", "--out", "out", "--json-lines"])
+        .output()
+        .expect("it starts");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{stderr}");
+    let objects = stderr.lines().map(|line| parse_json(line.as_bytes()));
+    let told: Vec<Value> = objects
+        .filter(|object| object["event"] == "prepares")
+        .collect();
+    assert_eq!(told.len(), 1, "{stderr}");
+    assert_eq!(told[0]["participant"], "bar");
+    assert_eq!(told[0]["limit_s"], 300.0);
+    assert!(
+        told[0]["waited_s"]
+            .as_f64()
+            .is_some_and(|s| (1.0..1.3).contains(&s)),
+        "{stderr}"
     );
 }

@@ -105,3 +105,42 @@ pub fn prepare(run: &str, participants: &[&str]) {
         _ => {}
     }
 }
+
+/// Time after which a line says that a set-up goes on, and again after twice as long (s).
+const SETUP_LINE_S: f64 = 10.0;
+
+/// Tells that a participant is waited for in its set-up, between the times (s) `before` and `now` of that wait, which `limit_s` ends.
+pub fn prepares(participant: &str, [before, now]: [f64; 2], limit_s: f64) {
+    let object = json!({ "participant": participant, "waited_s": now, "limit_s": limit_s });
+    let line = format!(
+        "{participant} prepares: {now:.0} s so far; run.deadlines.setup_s allows {limit_s} s"
+    );
+    let next_second = now.floor() > before.floor();
+    match (stderr_mode(), columns()) {
+        (StderrMode::Quiet, _) => {}
+        (StderrMode::JsonLines, _) if next_second => tell_of("prepares", object, String::new),
+        (StderrMode::Progress, Some(columns)) if next_second => draw(&[line], columns),
+        (StderrMode::Progress, None) if doubles([before, now]) => {
+            tell_of("prepares", object, || line)
+        }
+        _ => {}
+    }
+}
+
+/// True where a wait passes 10, 20, 40, .. s.
+fn doubles(times: [f64; 2]) -> bool {
+    let [before, now] = times.map(|s| (s / SETUP_LINE_S).log2().floor());
+    now >= 0.0 && now > before
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_set_up_is_told_after_ten_seconds_and_each_time_that_it_has_doubled() {
+        let told = (0..2000).filter(|k| doubles([0.05 * f64::from(*k), 0.05 * f64::from(k + 1)]));
+        let told: Vec<f64> = told.map(|k| (0.05 * f64::from(k + 1)).round()).collect();
+        assert_eq!(told, [10.0, 20.0, 40.0, 80.0]);
+    }
+}

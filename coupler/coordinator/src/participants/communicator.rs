@@ -149,6 +149,8 @@ pub struct Peers {
     /// Labels that the exchange with each participant is recorded under.
     pub labels: Vec<Label>,
     deadlines: Deadlines,
+    /// True where a long set-up is told on stderr.
+    pub tells_setup: bool,
     /// Signals that end the run.
     pub watch: Watch,
     /// Warnings about answers that were not passed on yet.
@@ -171,6 +173,7 @@ impl Peers {
             run_id,
             deadlines: scenario.run.deadlines.clone(),
             watch,
+            tells_setup: false,
             found: Vec::new(),
         }
     }
@@ -261,6 +264,7 @@ impl Peers {
             seconds,
             key,
             watch,
+            told: greeting && self.tells_setup,
         };
         (&mut self.peers[peer], wait)
     }

@@ -14,6 +14,7 @@ use serde::de::DeserializeOwned;
 use super::process::{self, Process};
 use super::watch::Watch;
 use crate::error::{Code, Error, Refusal, Result};
+use crate::output::progress::prepares;
 use exchange_log::timing::RequestTimes;
 use scheme::ledger::{largest_difference, ratio};
 
@@ -40,6 +41,8 @@ pub struct Wait<'a> {
     pub key: &'static str,
     /// Signals.
     pub watch: &'a Watch,
+    /// True where a long wait is told.
+    pub told: bool,
 }
 
 /// One participant.
@@ -290,8 +293,13 @@ impl Peer {
         {
             return Err(error);
         }
+        let before = waited.as_secs_f64();
         *waited += SLICE;
-        if waited.as_secs_f64() < wait.seconds {
+        let now = waited.as_secs_f64();
+        if now < wait.seconds {
+            if wait.told {
+                prepares(&self.name, [before, now], wait.seconds);
+            }
             return Ok(());
         }
         Err(Error::Deadline {

@@ -264,6 +264,7 @@ impl RunSession<'_> {
         if self.options.progress {
             let names = scenario.participant.iter().map(|p| p.name.as_str());
             prepare(&scenario.run.name, &names.collect::<Vec<_>>());
+            recorded.peers.tells_setup = true;
         }
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
         for (peer, (participant, greeted)) in scenario.participant.iter().zip(&greeted).enumerate()
