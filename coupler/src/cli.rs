@@ -124,7 +124,7 @@ pub fn main(registry: &Registry) -> ExitCode {
     };
     let result = match cli.verb {
         Verb::Scenes(arguments) => crate::cli::scenes::scenes(&arguments),
-        Verb::New(arguments) => new::new(&arguments),
+        Verb::New(arguments) => new::new(&arguments, registry),
         Verb::Completions(arguments) => completions::completions(&arguments, Cli::command()),
         Verb::Man(arguments) => man::man(&arguments, Cli::command()),
         Verb::Run(arguments) => run::run(&arguments, registry),

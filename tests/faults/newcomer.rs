@@ -136,3 +136,29 @@ fn a_run_ends_in_six_figures_and_what_comes_next() {
         "{all}"
     );
 }
+
+#[test]
+fn a_copied_scene_says_what_its_keys_are() {
+    for (scene, shipped, line) in [
+        ("quick", "quick", "# law.friction: "),
+        ("wheel-rail-fe-small", "wheel-rail-fe-small", "# element: "),
+    ] {
+        let work = Scratch::new("commented");
+        let copied = thirdbody(work.path()).args(["new", scene, "mine"]).output();
+        assert!(copied.is_ok_and(|copied| copied.status.success()));
+        let read = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("it is there");
+        let text = read(work.path().join("mine/scenario.toml"));
+        assert!(text.lines().any(|own| own.starts_with(line)), "{text}");
+        // Above each line, and the keys are those of the scene.
+        let mut own: toml::Table = text.parse().expect("it is TOML");
+        let run = own["run"].as_table_mut().expect("a table");
+        assert_eq!(run.remove("derived_from"), Some(shipped.into()));
+        let original = read(crate::scene::folder(scene).join("scenario.toml"));
+        let original: toml::Table = original.parse().expect("it is TOML");
+        own["run"]
+            .as_table_mut()
+            .expect("a table")
+            .insert("name".into(), original["run"]["name"].clone());
+        assert_eq!(own, original, "{scene}");
+    }
+}

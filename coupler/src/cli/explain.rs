@@ -70,7 +70,7 @@ fn matching(keys: &[(String, String)], word: &str) -> Vec<String> {
 }
 
 /// All keys of a scenario with what they are, in the order of their names; each solver's own stand below `config`.
-fn keys(registry: &Registry) -> Vec<(String, String)> {
+pub(super) fn keys(registry: &Registry) -> Vec<(String, String)> {
     let schema = schema_of(registry);
     let mut found = Vec::new();
     let properties = &schema["properties"];

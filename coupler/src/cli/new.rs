@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, print};
+use super::explain::keys;
 use coordinator::error::{Error, Refusal};
+use coordinator::participants::Registry;
+use coordinator::scenario::overrides::leaves;
 use scenes::{STUDY, kept};
 
 /// Arguments of `new`.
@@ -16,8 +19,8 @@ pub struct NewArguments {
     dir: Option<PathBuf>,
 }
 
-/// Copies a scene or a study with its comments and the files beside it, and says what to do next.
-pub fn new(arguments: &NewArguments) -> VerbResult {
+/// Copies a scene or a study with its comments and the files beside it, and says what its keys are and what to do next.
+pub fn new(arguments: &NewArguments, registry: &Registry) -> VerbResult {
     let name = known(&arguments.name)?;
     let files = scenes::files_of(&name);
     if files.iter().any(|(file, _)| *file == "Cargo.toml") {
@@ -28,7 +31,12 @@ pub fn new(arguments: &NewArguments) -> VerbResult {
     let folder = arguments.dir.clone().or(last).unwrap_or_default();
     require_empty(&folder)?;
     kept::write(&files, &folder)?;
-    rename(&name, &folder)?;
+    let path = folder.join("scenario.toml");
+    if let Ok(text) = fs::read_to_string(&path) {
+        let text = renamed(text, &name, &folder);
+        let text = commented(&text, &keys(registry));
+        fs::write(&path, text).map_err(Error::output(path.display()))?;
+    }
     for (file, _) in &files {
         print(&folder.join(file).display().to_string())?;
     }
@@ -37,22 +45,64 @@ pub fn new(arguments: &NewArguments) -> VerbResult {
 }
 
 /// Names the run of a copied scene after its folder, and keeps the name of the scene that it is a copy of.
-fn rename(scene: &str, folder: &Path) -> Result<(), Error> {
-    let path = folder.join("scenario.toml");
-    let name = folder.file_name().and_then(|name| name.to_str());
-    let (Some(name), Ok(text)) = (name, fs::read_to_string(&path)) else {
-        return Ok(());
-    };
+fn renamed(text: String, scene: &str, folder: &Path) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let name = folder.file_name().and_then(|name| name.to_str());
+    let name = name.filter(|name| name.chars().all(plain));
     let first = text.lines().find(|line| line.starts_with("name = "));
-    let (Some(line), true) = (first, name.chars().all(plain)) else {
-        return Ok(());
-    };
-    if line == format!("name = \"{name}\"") {
-        return Ok(());
+    match (name, first) {
+        (Some(name), Some(line)) if line != format!("name = \"{name}\"") => {
+            let new = format!("name = \"{name}\"\nderived_from = \"{scene}\"");
+            text.replacen(line, &new, 1)
+        }
+        _ => text,
     }
-    let new = format!("name = \"{name}\"\nderived_from = \"{scene}\"");
-    fs::write(&path, text.replacen(line, &new, 1)).map_err(Error::output(path.display()))
+}
+
+/// A scenario with the first sentence about each of its keys above the line that has it.
+fn commented(text: &str, keys: &[(String, String)]) -> String {
+    let (mut section, mut kind) = (String::new(), String::new());
+    let (mut all, mut statement) = (String::new(), String::new());
+    for line in text.lines() {
+        let header = statement.is_empty() && line.starts_with('[');
+        statement += &format!("{line}\n");
+        if header {
+            let name = line.trim_start_matches('[').split(']').next();
+            section = name.unwrap_or_default().to_string();
+        }
+        // One that goes on in the next line is none yet.
+        let Ok(table) = statement.parse::<toml::Table>() else {
+            continue;
+        };
+        if let Some(own) = table.get("kind").filter(|_| section == "participant") {
+            kind = format!("config ({})", own.as_str().unwrap_or_default());
+        }
+        let path = match section.split_once('.') {
+            Some(("participant", own)) => {
+                format!("participant.NAME.{}", own.replacen("config", &kind, 1))
+            }
+            None if section != "run" => format!("{section}.NAME"),
+            _ => section.clone(),
+        };
+        // Entries of a list are one key.
+        let named = |key: &str| {
+            let parts = key.split('.').filter(|part| part.parse::<usize>().is_err());
+            parts.collect::<Vec<&str>>().join(".")
+        };
+        let mut own: Vec<String> = leaves(&table).iter().map(|(key, _)| named(key)).collect();
+        own.dedup();
+        for key in own.iter().filter(|_| !header) {
+            let path = format!("{path}.{key}");
+            let text = keys.iter().find(|(known, _)| *known == path);
+            let sentence = text.and_then(|(_, text)| text.split_inclusive(". ").next());
+            if let Some(sentence) = sentence.filter(|sentence| !sentence.is_empty()) {
+                all += &format!("# {key}: {}\n", sentence.trim_end());
+            }
+        }
+        all += &statement;
+        statement.clear();
+    }
+    all + &statement
 }
 
 /// The folder of a scene or a study among the shipped ones.

@@ -29,7 +29,7 @@ pub struct FemConfig {
     /// Way in which a body under a wheel comes under its load.
     #[serde(default)]
     pub start: Start,
-    /// Element; [`FemConfig::element`] says which one when absent.
+    /// Element; when absent `q4_1point`, or `q4_bbar` for a plastic material.
     pub element: Option<ElementKind>,
     /// Small strain when absent.
     #[serde(default)]
