@@ -99,6 +99,10 @@ pub enum Harm {
     Noise,
     /// A tenth of the stored energies, the rest being told as dissipated.
     TenthStored,
+    /// A kinetic energy of zero.
+    NoKinetic,
+    /// Three times the dissipated energies.
+    TripleDissipated,
     /// A layer that answers no force, keeps no ledger and holds no load.
     Silent,
     /// A layer that answers half the force from window 60 on.
@@ -414,6 +418,16 @@ impl Node for Broken {
                 let energies = report[signals..].iter_mut().zip(&told.ledger);
                 let stored = energies.filter(|(_, term)| term.role == Role::Stored);
                 stored.for_each(|(joules, _)| *joules *= 0.5);
+            }
+            Harm::NoKinetic => {
+                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let moved = energies.filter(|(_, term)| term.name.contains("kinetic"));
+                moved.for_each(|(joules, _)| *joules = 0.0);
+            }
+            Harm::TripleDissipated => {
+                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let lost = energies.filter(|(_, term)| term.role == Role::Dissipated);
+                lost.for_each(|(joules, _)| *joules *= 3.0);
             }
             _ => {}
         }

@@ -194,6 +194,7 @@ impl Table<'_> {
             },
             Error::NotFinite(_) => Rule::Finite,
             Error::PeerLost { .. } | Error::Deadline { .. } => Rule::Lives,
+            Error::Fault { .. } if rule == Rule::Frames => Rule::Lives,
             _ => rule,
         };
         if breaks != rule {

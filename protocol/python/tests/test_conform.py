@@ -45,6 +45,16 @@ class Conform(Program):
             self.assertEqual(broken, {}, scenario)
             self.assertGreaterEqual(list(verdicts.values()).count("holds"), 20, scenario)
 
+    def test_a_load_that_is_changed_in_place_is_named_with_its_line(self):
+        self.verb("new", "foreign/winkler", "bed")
+        path = self.work / "bed" / "rail.py"
+        step = "        return force / self.stiffness"
+        path.write_text(path.read_text().replace(step, "        force[:] = 0.0\n" + step))
+        broken, verdicts = self.conform("bed", "rail")
+        self.assertEqual(list(broken), ["lives"])
+        for words in ("read-only", "(rail.py, line 29: force[:] = 0.0)", "change a copy"):
+            self.assertIn(words, broken["lives"])
+
     def test_a_layer_breaks_no_rule(self):
         folder = self.work / "springs"
         folder.mkdir()

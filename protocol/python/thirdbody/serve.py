@@ -53,6 +53,16 @@ def participate(make: Callable[[Config, Setting], Node]) -> None:
         sys.exit(4)
 
 
+def _told(error: Exception) -> str:
+    """What went wrong, and the line of the participant's own files in which it did."""
+    library = str(Path(__file__).parent)
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if "site-packages" not in f.filename and not f.filename.startswith(library)]
+    place = f" ({Path(own[-1].filename).name}, line {own[-1].lineno}: {own[-1].line})" if own else ""
+    cure = "; loads and states that come in are read-only: change a copy" if "read-only" in str(error) else ""
+    return f"{type(error).__name__}: {error}{place}{cure}"
+
+
 def _end_with_coordinator(coordinator: int) -> None:
     """Has the system send SIGTERM when the coordinator ends, however that happens."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
@@ -126,7 +136,7 @@ class Server:
                 message = str(error)
             else:
                 traceback.print_exc()
-                message = f"{type(error).__name__}: {error}"
+                message = _told(error)
             self._send_json("Fault", {"code": code, "message": message})
             if isinstance(error, Fault):
                 raise

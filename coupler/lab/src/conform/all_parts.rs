@@ -2,7 +2,7 @@
 
 use protocol::{Role, Window};
 
-use super::plain::{RuleTrial, WINDOWS, ask_once, difference, record};
+use super::plain::{RuleTrial, WINDOWS, ask_once, difference, minus, record};
 use super::rule::{RuleFinding, Stop, broken, exceeds, not_tested, offered, within};
 use super::tested::{Part, TestedParticipant};
 
@@ -13,6 +13,7 @@ const WORK: f64 = 1e-6;
 /// leaves 5 / windows of it.
 const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
+const SUDDEN_WINDOWS: u64 = 40;
 
 /// Two launches, the second with two threads.
 pub fn same_bits(trial: &RuleTrial) -> RuleFinding {
@@ -94,8 +95,13 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
             return broken(format!("window {window}: `{name}` is {value}"));
         }
     }
-    let (signals, terms) = (own.signals.len(), own.ledger.len());
-    Ok(format!("{signals} signals, {terms} energies"))
+    let counted = |count: usize, one: &str, more: &str| match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {more}"),
+    };
+    let signals = counted(own.signals.len(), "signal", "signals");
+    let energies = counted(own.ledger.len(), "energy", "energies");
+    Ok(format!("{signals}, {energies}"))
 }
 
 /// The work that it books against the work that was exchanged.
@@ -125,17 +131,51 @@ pub fn work(trial: &RuleTrial) -> RuleFinding {
     within(&what, worst.0, WORK)
 }
 
-/// The balance of the ledger over a load that comes and goes slowly.
+/// The balance of the ledger over a load that comes and goes slowly, which is stored and given back; and that of a continuum over one
+/// that comes at once and stays, which mass and damping bear.
 pub fn balance(trial: &RuleTrial) -> RuleFinding {
     let part = trial.tested.part;
     let offers = !trial.tested.description.ledger.is_empty();
     offered(offers, "it keeps no ledger")?;
+    let slow = |index| trial.loads.slow(index, SLOW_WINDOWS, part);
+    let slow = defects(trial, SLOW_WINDOWS, slow)?;
+    within("dissipated energy fell again by", slow.fell, BALANCE)?;
+    let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
+    let said = within(&what, slow.defect, BALANCE)?;
+    if part != Part::ForceDriven {
+        return Ok(said);
+    }
+    let load = trial.loads.of_window(0, 0);
+    let sudden = defects(trial, SUDDEN_WINDOWS, |_| load.clone())?;
+    // One that is always in equilibrium has no mass to bear what the force does beyond its mean over the motion.
+    let defect = sudden.defect.min(sudden.defect_in_equilibrium);
+    let sudden = within("under a sudden load", defect, BALANCE)?;
+    Ok(format!("{said}; {sudden}"))
+}
+
+/// What a ledger leaves without account under some loads, over the work done by then.
+struct LedgerDefects {
+    /// Largest fall of the dissipated energy again.
+    fell: f64,
+    /// Largest part of the work that is neither stored nor dissipated, or is so twice.
+    defect: f64,
+    /// The same of the work of the mean of the forces at the ends of each window.
+    defect_in_equilibrium: f64,
+}
+
+fn defects(
+    trial: &RuleTrial,
+    windows: u64,
+    load: impl Fn(u64) -> Vec<f64>,
+) -> Result<LedgerDefects, Stop> {
     let mut launch = trial.begin()?;
-    let (mut gross, mut stored, mut defect) = (0.0, 0.0, 0.0);
-    let (mut work, mut lost, mut fell): (f64, f64, f64) = (0.0, 0.0, 0.0);
-    for index in 0..SLOW_WINDOWS {
-        let load = trial.loads.slow(index, SLOW_WINDOWS, part);
-        let (_, report) = launch.go(&launch.window(index), &load)?;
+    let (mut gross, mut stored, mut excess) = (0.0, 0.0, 0.0);
+    let (mut work, mut lost): (f64, f64) = (0.0, 0.0);
+    let [mut fell, mut defect, mut in_equilibrium] = [0.0; 3];
+    let mut before = trial.loads.none();
+    for index in 0..windows {
+        let load = load(index);
+        let (answer, report) = launch.go(&launch.window(index), &load)?;
         let of = |role| trial.energy(&report, role);
         let now = of(Role::InterfaceWork) + of(Role::Work);
         gross += f64::abs(now - work);
@@ -143,15 +183,21 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
         stored = of(Role::Stored).abs().max(stored);
         lost = of(Role::Dissipated).max(lost);
         fell = f64::max(lost - of(Role::Dissipated), fell);
-        defect = f64::abs(work - of(Role::Stored) - of(Role::Dissipated)).max(defect);
+        let left = work - of(Role::Stored) - of(Role::Dissipated);
+        defect = left.abs().max(defect);
+        excess += 0.5 * trial.work(&minus(&load, &before), &answer);
+        in_equilibrium = f64::abs(left - excess).max(in_equilibrium);
+        before = load;
     }
     let scale = gross.max(stored);
     if scale == 0.0 {
         return not_tested("no work was done");
     }
-    within("dissipated energy fell again by", fell / scale, BALANCE)?;
-    let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
-    within(&what, defect / scale, BALANCE)
+    Ok(LedgerDefects {
+        fell: fell / scale,
+        defect: defect / scale,
+        defect_in_equilibrium: in_equilibrium / scale,
+    })
 }
 
 /// Fields are written in the middle of a launch.
