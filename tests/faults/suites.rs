@@ -5,6 +5,8 @@ use std::path::Path;
 use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 
+use crate::scene::fails;
+
 /// A load on three layers of grains, held against the first of them, and one that should be warned of and is not.
 const EXPECTED: &str = r#"
 text = "Three draws of `one` layer."
@@ -119,4 +121,27 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     assert_eq!(attempts(), [1; 5]);
     assert_eq!(validated(work.path()), (code, rows.clone()));
     assert_eq!(attempts(), [1; 5]);
+}
+
+#[test]
+fn a_case_with_half_a_reference_is_refused() {
+    let work = Scratch::new("half-reference");
+    let scene = work.path().join("scenarios/paper/layer");
+    let copied = thirdbody(work.path())
+        .args(["new", "layer-alone", "scenarios/paper/layer"])
+        .output();
+    assert!(copied.is_ok_and(|copied| copied.status.success()));
+    let case = "[[case]]\nname = \"half\"\nsource = \"nobody\"\n";
+    let told = "[[case.number]]\npath = \"results.load_n\"\ntold = true\n";
+    for (keys, why) in [
+        ("reference_scene = \".\"\n", "write reference = []"),
+        ("reference = []\n", "goes with numbers without `expected`"),
+    ] {
+        let text = format!("{case}{keys}{told}");
+        std::fs::write(scene.join("expected.toml"), text).expect("writable");
+        let refused = thirdbody(work.path())
+            .args(["validate", "--suite", "paper"])
+            .output();
+        fails(&refused.expect("it starts"), 2, &["case `half`", why]);
+    }
 }

@@ -172,6 +172,13 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
         let open = case.number.iter().any(Number::needs_reference);
+        if case.reference_scene.is_some() && case.reference.is_none() {
+            let problem = format!(
+                "case `{}`: reference_scene without reference; write reference = [] where it has no overrides",
+                case.name
+            );
+            return Err(refuse(problem));
+        }
         if open != case.reference.is_some() {
             let name = &case.name;
             let problem = format!(
