@@ -156,6 +156,17 @@ mass_kg_per_m2 = 1.5
         for result, bound in (("approach_m", 2e-3), ("interface_force_n", 1e-3)):
             ours, theirs = (run.results[result] for run in runs)
             self.assertAlmostEqual(theirs / ours, 1.0, delta=bound, msg=result)
+        # The mesh of the package is that of the built-in rail.
+        participants = {participant["name"]: participant["config"] for participant in runs[0].scenario["participant"]}
+        x, y, quads = thirdbody.crowned_grid(thirdbody.Config(participants["rail"]["mesh"]))
+        own = np.stack([x.reshape(-1), y.reshape(-1)], axis=1)
+        points = next(iter(runs[0].fields("rail")))["points_m"][:, :2]
+        self.assertEqual(len(points), len(own))
+        order, other = (np.lexsort(np.round(places, 9).T) for places in (own, points))
+        self.assertLess(np.abs(own[order] - points[other]).max(), 1e-15)
+        corners = own[quads]
+        along, up = (corners[:, k + 1] - corners[:, k] for k in (0, 1))
+        self.assertGreater((along[:, 0] * up[:, 1] - along[:, 1] * up[:, 0]).min(), 0.0)
 
     def test_a_study_is_read_run_by_run(self):
         text = (

@@ -20,6 +20,7 @@ from .errors import ConfigurationError, Diverged, Fault, OutputError, ProtocolEr
 from .exchange import Interface, Side
 from .fields import Field, Fields
 from .layer import GrainLayer
+from .mesh import crowned_grid
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
 from .runs import Run, RunError, Study, load, load_study, run
 from .table import Table
@@ -27,7 +28,7 @@ from .table import Table
 __all__ = [
     "Config", "ConfigurationError", "Continuum", "Description", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface", "Node",
     "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table", "Term", "Window",
-    "capabilities", "load", "load_study", "participate", "run",
+    "capabilities", "crowned_grid", "load", "load_study", "participate", "run",
 ]
 
 
