@@ -223,9 +223,28 @@ fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
     let left = run_in_process(&text, &[heavy]).expect("it is valid");
     let error = left.ended.error.as_ref().expect("it is predicted to fail");
     assert!(matches!(error, Error::Refused(_)), "{error}");
-    for word in ["`glue`", "staggered-serial", "added mass", "unsafe_window"] {
+    let cure = "take scheme = \"dual-schur\" or fewer substeps";
+    for word in [
+        "`glue`",
+        "staggered-serial",
+        "added mass",
+        cure,
+        "unsafe_window",
+    ] {
         assert!(error.to_string().contains(word), "no {word} in {error}");
     }
+    // No window helps a continuum that is unstable by itself.
+    let long = "participant.bar.config.step_s=1.01";
+    let alone = run_in_process(&scenario("dual-schur", 1.0, 1), &[long]).expect("it is valid");
+    let why = alone
+        .ended
+        .error
+        .expect("it is predicted to fail")
+        .to_string();
+    assert!(
+        why.contains("CFL") && why.contains("shorten the own step"),
+        "{why}"
+    );
     assert_eq!(left.number("exit_code"), 2.0);
     assert_eq!(left.number("windows"), 0.0);
     let insisted = run_in_process(&text, &[heavy, "interface.glue.unsafe_window=true"])

@@ -79,7 +79,7 @@ pub enum Unfit {
         windows: [String; 2],
     },
     #[error(
-        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{interface}.unsafe_window = true to see it fail"
+        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; {cure}, or set interface.{interface}.unsafe_window = true to see it fail"
     )]
     Unstable {
         interface: String,
@@ -88,8 +88,8 @@ pub enum Unfit {
         /// The bound that is broken, if it has a name.
         bound: String,
         growth: f64,
-        /// Another remedy, if there is one.
-        other_way: &'static str,
+        /// Remedy.
+        cure: &'static str,
     },
     #[error(
         "the run would take {steps:.1e} steps of {step_s:.3e} s until it ends at {end_s:.3e} s, more than {most:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)"

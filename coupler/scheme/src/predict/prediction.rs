@@ -8,7 +8,7 @@ use super::linear_pair::LinearModel;
 use super::response::{EquivalentBar, Response};
 use crate::clock::Clock;
 use crate::error::{Result, SchemeError, Unfit};
-use crate::keys::{CouplingScheme, Dirichlet, Interface};
+use crate::keys::{CouplingScheme, Dirichlet, Interface, SchemeWord};
 
 /// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
 pub const NEUTRAL: f64 = 1e-9;
@@ -183,6 +183,12 @@ impl StabilityPrediction {
         bounds.min_by(|a, b| a.margin.total_cmp(&b.margin))
     }
 
+    /// True where the continuum is unstable by itself.
+    fn step_is_too_long(&self) -> bool {
+        let mut bounds = self.bounds.iter();
+        bounds.any(|bound| bound.name.starts_with("CFL") && bound.margin < 1.0)
+    }
+
     /// Refuses a choice that will not work, unless the scenario wants to see it.
     pub fn refuse(&self, interface: &Interface) -> Result<()> {
         if self.stable() != Some(false) || interface.unsafe_window {
@@ -193,9 +199,13 @@ impl StabilityPrediction {
             format!(" ({}, margin {:.3})", bound.name, bound.margin)
         });
         let growth = self.growth.unwrap_or(1.0);
-        let other_way = match interface.scheme().dirichlet() {
-            Dirichlet::MotionDriven => "",
-            Dirichlet::ForceDriven => ", dirichlet = \"wall\"",
+        let cure = match interface.scheme().dirichlet() {
+            _ if self.step_is_too_long() => "shorten the own step of the continuum",
+            _ if interface.scheme == SchemeWord::DualSchur => "take fewer substeps",
+            Dirichlet::MotionDriven => "take scheme = \"dual-schur\" or fewer substeps",
+            Dirichlet::ForceDriven => {
+                "take scheme = \"dual-schur\", dirichlet = \"wall\" or fewer substeps"
+            }
         };
         Err(SchemeError::from(Unfit::Unstable {
             interface: name.clone(),
@@ -203,7 +213,7 @@ impl StabilityPrediction {
             substeps: interface.substeps(),
             bound,
             growth,
-            other_way,
+            cure,
         }))
     }
 
