@@ -64,10 +64,11 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     options.dry_run = true;
     let deadlines = &mut loaded.scenario.run.deadlines;
     deadlines.setup_s = deadlines.setup_s.min(SETUP_S);
-    for line in foretold(run(&loaded, &options)?)? {
+    let (lines, refused) = foretold(run(&loaded, &options)?)?;
+    for line in lines {
         print(&line)?;
     }
-    Ok(0)
+    refused.map_or(Ok(0), Err)
 }
 
 /// The schema of scenarios with the keys of these solvers.
@@ -78,32 +79,37 @@ pub(super) fn schema_of(registry: &Registry) -> Value {
     schema(&solvers)
 }
 
-/// Stability, log and cost as a dry run foretold them. One that came to no window is an error, unless it told the reason to
-/// expect that.
-fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
+/// Stability, log and cost as a dry run foretold them, and the error by which it ended early, as a run would.
+fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     let summary = &ended.summary;
     let early = |w: &&Warning| ["unreached", "long_window"].contains(&w.code.as_str());
     let early = summary.warnings.iter().filter(early);
     let foreseen = summary.foreseen.iter().cloned();
-    let cost = summary.spent.as_ref().and_then(|spent| spent.told);
-    let rest = match (cost, ended.error) {
-        (Some(cost), _) => cost_lines(summary, &cost),
-        (None, None) => Vec::new(),
-        (None, Some(error)) => vec![match &error {
-            Error::Deadline {
+    let mut lines: Vec<String> = early.map(Warning::line).chain(foreseen).collect();
+    match (
+        summary.spent.as_ref().and_then(|spent| spent.told),
+        ended.error,
+    ) {
+        (_, Some(error @ Error::Interrupted { .. })) => Err(error),
+        (Some(cost), _) => {
+            lines.extend(cost_lines(summary, &cost));
+            Ok((lines, None))
+        }
+        (
+            None,
+            Some(Error::Deadline {
                 peer,
                 key: "setup_s",
                 ..
-            } => format!(
+            }),
+        ) => {
+            lines.push(format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
-            ),
-            Error::Interrupted { .. } => return Err(error),
-            _ if summary.foreseen.is_empty() => return Err(error),
-            _ => format!("cost: not predicted, the run ends early: {error}"),
-        }],
-    };
-    let lines = early.map(Warning::line).chain(foreseen);
-    Ok(lines.chain(rest).collect())
+            ));
+            Ok((lines, None))
+        }
+        (None, refused) => Ok((lines, refused)),
+    }
 }
 
 fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
