@@ -108,6 +108,7 @@ pub(super) fn energies(run: &RunFiles) -> Vec<Chart> {
         let lines: Vec<(String, String)> = lines.collect();
         let rest = match terms.len() - lines.len() {
             0 => String::new(),
+            1 => " (a term below 0.01 % of the largest is not drawn)".into(),
             count => format!(" ({count} terms below 0.01 % of the largest are not drawn)"),
         };
         Chart {

@@ -36,9 +36,13 @@ fn entries() -> Vec<Entry> {
     all
 }
 
+/// The heading below which are no results but the columns of signals.csv.
+const SIGNALS: &str = "Signals";
+
 /// The names of all results that the page explains, some with a `<set>` in front.
 pub fn names() -> Vec<&'static str> {
-    entries().iter().map(|entry| entry.name).collect()
+    let results = entries().into_iter().filter(|entry| entry.group != SIGNALS);
+    results.map(|entry| entry.name).collect()
 }
 
 /// The names of those that need a full cycle of a wheel.
@@ -49,10 +53,16 @@ pub fn of_full_cycles() -> Vec<&'static str> {
     entries.map(|entry| entry.name).collect()
 }
 
-/// What the page says about a result.
-pub fn sentence(name: &str) -> Option<&'static str> {
-    let entries = entries();
-    number(&entries, name).map(|number| entries[number].sentence)
+/// What the page says about a result, or a signal, of a participant or without its name.
+pub fn explained(name: &str) -> Option<String> {
+    let (entries, last) = (entries(), name.rsplit('.').next()?);
+    let entry = &entries[number(&entries, name).or_else(|| number(&entries, last))?];
+    let kind = if entry.group == SIGNALS {
+        "signal"
+    } else {
+        "result"
+    };
+    Some(format!("{name} (a {kind}): {}", entry.sentence))
 }
 
 impl Entry {

@@ -61,7 +61,9 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
         ),
         format!("wall      {}", span(number("wall_s"))),
     ]);
-    if !warnings.is_empty() {
+    if warnings.is_empty() {
+        lines.push("warnings  none".into());
+    } else {
         lines.push("Warnings".into());
         lines.extend(
             warnings

@@ -12,8 +12,8 @@ use report::results;
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
 pub struct ExplainArguments {
-    /// Code in front of a message or in summary.json, a key of a scenario or the end of one (law.friction), or a result; all codes are
-    /// listed without it.
+    /// Code in front of a message or in summary.json, a key of a scenario or the end of one (law.friction), a result or a signal; all
+    /// codes are listed without it.
     word: Option<String>,
 }
 
@@ -33,8 +33,15 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
         .trim_start_matches("error[")
         .trim_start_matches("warning[")
         .trim_end_matches([']', ':']);
-    let code = explanation(word).map(|of| format!("{}\n\n{}", of.code, of.text));
-    let result = results::sentence(word).map(|of| format!("{word} (a result): {of}"));
+    // As a path in a message: participant.third-body.config.law.friction; and as a status: peer_lost.
+    let word = match word.split_once(".config.") {
+        Some((_, key)) => key,
+        None => word,
+    };
+    let hyphened = word.replace('_', "-");
+    let code = explanation(word).or_else(|| explanation(&hyphened));
+    let code = code.map(|of| format!("{}\n\n{}", of.code, of.text));
+    let result = results::explained(word);
     let keys = keys(registry);
     let told: Vec<String> = code
         .into_iter()
@@ -52,7 +59,7 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
         meant if meant.starts_with("did you mean") => meant,
         _ => "without a word all codes are listed; RESULTS.md has all results, `check --schema` all keys".into(),
     };
-    let problem = format!("no error, warning, key or result is called so; {problem}");
+    let problem = format!("no error, warning, key, result or signal is called so; {problem}");
     Err(Refusal::argument(format!("explain {word}"), problem).into())
 }
 
