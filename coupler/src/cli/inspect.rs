@@ -22,8 +22,8 @@ pub struct InspectArguments {
     json: bool,
 }
 
-/// Lists streams, windows, checkpoints and provenance, of a log that ends early those of its valid beginning. Unless that is
-/// what was asked for, it has exit code 6.
+/// Lists streams, windows, checkpoints and provenance, of a log that ends early those of its valid beginning. Damage has exit code 6
+/// unless that is what was asked for; the torn end that a killed writer leaves is none.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
     let summary = summarize(&path, true)?;
@@ -35,7 +35,7 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
         || describe(&summary, &checkpoints),
     )?;
     match summary.damage {
-        Some(damage) if !arguments.damaged.recover => Err(damage.into()),
+        Some(damage) if !(damage.is_torn() || arguments.damaged.recover) => Err(damage.into()),
         _ => Ok(0),
     }
 }
