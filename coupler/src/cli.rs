@@ -118,6 +118,10 @@ pub fn main(registry: &Registry) -> ExitCode {
         (true, _) => StderrMode::Quiet,
         _ => StderrMode::Progress,
     });
+    // A key that is broken at the end of a line cannot be copied.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
+    }));
     let registry = &Registry {
         cache,
         ..registry.clone()

@@ -55,7 +55,7 @@ fn changed(change: &str) -> String {
     text.replace(&old, &new)
 }
 
-/// The message of `check`, as a terminal of 80 columns shows it, without spaces at the ends of its lines.
+/// The message of `check`, with its lines whole, without spaces at the ends of its lines.
 fn message(text: &str) -> (Option<i32>, String) {
     let work = Scratch::new("mistake");
     std::fs::write(work.path().join("scenario.toml"), text).expect("the folder is writable");

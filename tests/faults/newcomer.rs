@@ -14,7 +14,7 @@ fn slips_are_named_with_what_was_meant() {
     assert!(copied.is_ok_and(|copied| copied.status.success()));
     let study = format!("{study}/study.toml");
     let tower = "participant.third-body.config.sample.thickness_m=0.4";
-    let slips: [(&[&str], &[&str]); 9] = [
+    let slips: [(&[&str], &[&str]); 12] = [
         (
             &["run", "quick", "--set", "law.friction=0.2"],
             &["did you mean `participant.third-body.config.law.friction`?"],
@@ -41,11 +41,23 @@ fn slips_are_named_with_what_was_meant() {
             &["compare", "scenarios", "scenarios"],
             &["is no run directory"],
         ),
+        (
+            &["run", "scenarios/foreign/winklr"],
+            &["did you mean `foreign/winkler`?"],
+        ),
+        (
+            &["conform", "--scenario", "quick", "--participant", "rial"],
+            &["did you mean `rail`?"],
+        ),
+        (
+            &["study", "run", "dpe"],
+            &["dpe", "no study that `thirdbody scenes` lists"],
+        ),
         (&["explain", "aproach_m"], &["did you mean `approach_m`?"]),
         (&["explain", "friktion"], &["did you mean `friction`?"]),
         (
             &["explain", "xyzzy"],
-            &["no error, warning, key or result", "RESULTS.md"],
+            &["no error, warning, key, result or signal", "RESULTS.md"],
         ),
     ];
     for (command, words) in slips {
@@ -78,6 +90,15 @@ fn codes_keys_and_results_are_explained() {
             "interface.NAME.substeps: Explicit steps in a window",
         ),
         ("seed", "run.seed: Seed of everything random."),
+        (
+            "participant.grains.config.law.friction",
+            "Coefficient of friction",
+        ),
+        (
+            "third-body.wheel_ft_n",
+            "(a signal): Force on the wheel along x",
+        ),
+        ("peer_lost", "A participant is gone."),
     ] {
         let said = thirdbody(work.path())
             .args(["explain", word])

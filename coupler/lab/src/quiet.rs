@@ -3,6 +3,7 @@
 use coordinator::error::{Code, Error, Refusal};
 use coordinator::run::session::Ended;
 use coordinator::scenario::Scenario;
+use kit::keys::proposal;
 
 /// A run that came to its end; one that did not is its error.
 pub fn whole(ended: Result<Ended, Error>) -> Result<Ended, Error> {
@@ -19,8 +20,8 @@ pub fn participant_index(scenario: &Scenario, name: &str) -> Result<usize, Error
     let names: Vec<&str> = names.map(|p| p.name.as_str()).collect();
     let index = names.iter().position(|known| *known == name);
     index.ok_or_else(|| {
-        let known = names.join(", ");
-        let text = format!("no participant `{name}` in this run; participants: {known}");
+        let meant = proposal(name, "participants", &names);
+        let text = format!("no participant `{name}` in this scenario; {meant}");
         Refusal::other(Code::UnknownParticipant, text).into()
     })
 }

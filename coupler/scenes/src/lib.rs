@@ -81,6 +81,7 @@ pub fn names() -> Vec<&'static str> {
 
 /// The scene, or the study, that a mistyped name most likely meant; the folder that it is in may be missing.
 pub fn meant(name: &str, study: bool) -> Option<&'static str> {
+    let name = name.trim_start_matches("scenarios/");
     let names = names().into_iter();
     let names: Vec<&str> = names
         .filter(|name| name.starts_with(STUDIES) == study)

@@ -35,7 +35,8 @@ impl ScenarioArguments {
         let loaded = load(&self.scenario, &self.set)?;
         let shipped = scenes::scene_file(&self.scenario);
         let shipped = shipped.and_then(|file| scenes::text(&file));
-        if shipped.is_some_and(|text| text != loaded.source.text) {
+        let keys = |text: &str| text.parse::<toml::Table>().ok();
+        if shipped.is_some_and(|text| keys(text) != keys(&loaded.source.text)) {
             let (name, file) = (&self.scenario, &loaded.source.name);
             tell(&format!(
                 "`{name}` is {file} here, which differs from the built-in scene of that name"

@@ -22,7 +22,9 @@ pub struct NewArguments {
 /// Copies a scene or a study with its comments and the files beside it, and says what its keys are and what to do next.
 pub fn new(arguments: &NewArguments, registry: &Registry) -> VerbResult {
     let name = known(&arguments.name)?;
-    let files = scenes::files_of(&name);
+    let mut files = scenes::files_of(&name);
+    // What came of a study holds for it as it ships.
+    files.retain(|(file, _)| *file != "study.json");
     if files.iter().any(|(file, _)| *file == "Cargo.toml") {
         let problem = "is a crate that needs the source tree around it: `thirdbody new-node rust NAME` writes one like it that finds what it needs";
         return Err(Refusal::argument(name, problem).into());

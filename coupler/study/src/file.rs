@@ -266,13 +266,15 @@ pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static
 fn no_study(path: &Path, error: io::Error) -> Error {
     let missing = error.kind() == io::ErrorKind::NotFound;
     let meant = path.to_str().filter(|_| missing);
-    match meant.and_then(|name| scenes::meant(name, true)) {
-        Some(near) => {
-            let problem = format!("there is no such study; did you mean `{near}`?");
-            Refusal::file(path, problem).into()
+    let near = meant.and_then(|name| scenes::meant(name, true));
+    let problem = match near {
+        Some(near) => format!("there is no such study; did you mean `{near}`?"),
+        None if missing => {
+            "there is no such file, and no study that `thirdbody scenes` lists".into()
         }
-        None => Error::input(path.display())(error),
-    }
+        None => return Error::input(path.display())(error),
+    };
+    Refusal::file(path, problem).into()
 }
 
 /// Refuses a name that is given twice.

@@ -207,7 +207,7 @@ impl StiffnessBounds {
             .bonds_s
             .map(|h| limit("bonds that break, h < 1/(sqrt(3) omega)", h));
         let springs = self.omega.map(|omega| ELASTIC / omega);
-        let springs = springs.map(|h| limit("contacts that rebound with 0.9 of their speed", h));
+        let springs = springs.map(|h| limit("free rebounds that keep 0.9 of their speed", h));
         bonds.into_iter().chain(springs).collect()
     }
 
