@@ -40,7 +40,10 @@ class Config:
         self._read.add(key)
         value = self._values.get(key, default)
         if value is _MISSING:
-            raise ConfigurationError(f"participant.config{self._place}.{key} is missing")
+            unread = [known for known in self._values if known not in self._read]
+            meant = difflib.get_close_matches(key, unread, 1)
+            hint = f"; is `{meant[0]}` meant to be it?" if meant else ""
+            raise ConfigurationError(f"participant.config{self._place}.{key} is missing{hint}")
         return value
 
     def table(self, key: str) -> Config:
