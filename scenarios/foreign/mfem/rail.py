@@ -1,0 +1,76 @@
+"""A rail in equilibrium by MFEM: quadrilaterals of any order under a curved crown, plane strain, clamped below.
+
+Shape and displacement are of the same order: all nodes of the crown lie on the circle.
+
+The coupler takes the surface for straight lines between the exchanged nodes, those within the edges included. So a force on a node
+stands for a traction that falls to zero at both neighbours, and the rail must take it as such: as forces on nodes an even pressure
+would be 1/2 : 1/2 at corners and middles, where biquadratic elements want 1/3 : 2/3 (a surface that is wavy by 3 %).
+"""
+
+import mfem
+import mfem.ser as mf
+import numpy as np
+import thirdbody
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import splu
+
+
+class Rail(thirdbody.Continuum):
+    kind = "mfem"
+    software = f"MFEM by PyMFEM {mfem.__version__}"
+    outward = {"top": (0.0, 1.0)}
+
+    def __init__(self, config, setting):
+        super().__init__(config, setting)
+        order = config.integer("order", above=0)
+        young, poisson = config.number("young_pa", above=0), config.number("poisson")
+        x, y, _ = thirdbody.crowned_grid(config, order)
+        # Cells of unit length first: their nodes are told apart by columns and rows.
+        cells = [(nodes - 1) // order for nodes in x.shape[::-1]]
+        mesh = mf.Mesh.MakeCartesian2D(*cells, mf.Element.QUADRILATERAL, True, *map(float, cells))
+        mesh.SetCurvature(order)
+        place = mesh.GetNodes().GetDataArray().reshape(-1, 2)
+        column, row = (np.unique(np.round(along, 6), return_inverse=True)[1] for along in place.T)
+        place[:] = np.stack([x[row, column], y[row, column]], axis=1)
+        space = mf.FiniteElementSpace(mesh, mf.H1_FECollection(order, 2), 2, mf.Ordering.byVDIM)
+        shear = young / (2.0 * (1.0 + poisson))
+        lame = mf.ConstantCoefficient(2.0 * shear * poisson / (1.0 - 2.0 * poisson)), mf.ConstantCoefficient(shear)
+        form = mf.BilinearForm(space)
+        form.AddDomainIntegrator(mf.ElasticityIntegrator(*lame))
+        form.Assemble()
+        form.Finalize()
+        matrix = form.SpMat()
+        stiffness = csr_matrix((matrix.GetDataArray(), matrix.GetJArray(), matrix.GetIArray()))
+        free = np.flatnonzero(np.repeat(row > 0, 2))
+        top = np.flatnonzero(row == row.max())
+        top = top[np.argsort(column[top])]
+        self.x, self.y = place[top].T.copy()
+        # The compliance of the upper edge alone: nothing else is loaded or asked for.
+        dofs = np.searchsorted(free, (2 * top[:, None] + [0, 1]).reshape(-1))
+        loads = np.zeros((free.size, dofs.size))
+        loads[dofs, np.arange(dofs.size)] = 1.0
+        nodal = splu(stiffness[free][:, free].tocsc()).solve(loads)[dofs] / setting.thickness_m
+        share = np.kron(thirdbody.traction_matrix(self.x, order), np.eye(2))
+        self.compliance = share @ nodal @ share.T
+
+    def points(self, set_name):
+        return thirdbody.Points(self.x, self.y)
+
+    def rest(self):
+        return {"u": np.zeros((self.x.size, 2)), "stored_j": 0.0}
+
+    def step(self, state, force, n):
+        u = (self.compliance @ force.reshape(-1)).reshape(-1, 2)
+        return {"u": u, "stored_j": 0.5 * float((force * u).sum())}
+
+    def displacement(self, state):
+        return state["u"]
+
+    def energy(self, state):
+        return {"stored": {"strain": state["stored_j"]}}
+
+    def columns(self, window):
+        return self.compliance[np.ix_(self.components, self.components)]
+
+
+thirdbody.participate(Rail)
