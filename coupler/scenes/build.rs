@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const SCENES: &str = "../../scenarios";
 
 /// Endings of the files that a scene or a study is run from; pictures and tables beside them are results.
-const NEEDED: [&str; 7] = ["toml", "msh", "json", "py", "rs", "lock", "md"];
+const NEEDED: [&str; 9] = ["toml", "msh", "json", "py", "rs", "lock", "md", "c", "h"];
 
 /// Folders that running and building leave there.
 const LEFT: [&str; 3] = ["runs", "target", "__pycache__"];
