@@ -156,6 +156,44 @@ class Layers(unittest.TestCase):
             node.set_boundary(2.0, np.eye(4).reshape(-1))
 
 
+class Edges(unittest.TestCase):
+    X = np.array([0.0, 1.0, 2.0, 3.5, 5.0])
+
+    def test_an_even_traction_is_taken_as_quadratic_edges_want_it(self):
+        # On straight lines between its nodes each takes half of its neighbours' lengths, on a quadratic edge 1/6 : 2/3 : 1/6 of it.
+        straight = np.array([0.5, 1.0, 1.25, 1.5, 0.75])
+        force = thirdbody.traction_matrix(self.X, 2).T @ straight
+        np.testing.assert_allclose(force, np.array([2.0, 8.0, 5.0, 12.0, 3.0]) / 6.0, rtol=1e-13)
+
+    def test_edges_of_first_order_are_the_straight_lines(self):
+        np.testing.assert_allclose(thirdbody.traction_matrix(self.X, 1), np.eye(5), atol=1e-14)
+
+    def test_any_order_keeps_force_and_moment(self):
+        for order in (1, 2, 4):
+            force = np.array([3.0, -1.0, 4.0, 1.0, -5.0])
+            given = thirdbody.traction_matrix(self.X, order).T @ force
+            np.testing.assert_allclose([given.sum(), self.X @ given], [force.sum(), self.X @ force], rtol=1e-12)
+
+    def test_nodes_between_corners_lie_on_the_crown_as_corners_do(self):
+        keys = {
+            "size_m": 0.8e-3, "fine_width_m": 3.2e-3, "fine_depth_m": 1.6e-3, "width_m": 12e-3, "height_m": 6e-3,
+            "side_columns": 3, "depth_rows": 2, "crown_radius_m": 0.3,
+        }
+        corner_x, corner_y, quads = thirdbody.crowned_grid(Config(keys))
+        for order in (2, 4):
+            x, y, theirs = thirdbody.crowned_grid(Config(keys), order)
+            np.testing.assert_array_equal(x[::order, ::order], corner_x)
+            np.testing.assert_array_equal(y[::order, ::order], corner_y)
+            np.testing.assert_array_equal(x.reshape(-1)[theirs], corner_x.reshape(-1)[quads])
+            np.testing.assert_array_equal(y.reshape(-1)[theirs], corner_y.reshape(-1)[quads])
+            np.testing.assert_allclose(np.hypot(x[-1], y[-1] + 0.3), 0.3, rtol=1e-14)
+            # Those of the fourth order: (1 -+ sqrt(3/7)) / 2 of a cell, and its middle.
+            within = np.array([0.5 - 0.5 * np.sqrt(3.0 / 7.0), 0.5, 0.5 + 0.5 * np.sqrt(3.0 / 7.0)])[{2: [1], 4: [0, 1, 2]}[order]]
+            for along in (x[0], y[:, x.shape[1] // 2]):
+                corners = along[::order]
+                np.testing.assert_allclose(along[1:order], corners[0] + within * (corners[1] - corners[0]), rtol=1e-12)
+
+
 class Configurations(unittest.TestCase):
     def test_a_key_that_nothing_reads_is_refused(self):
         config = Config({"stiffness_pa": 1.0, "mesh": {"size_m": 1.0, "sizes": 2}})
@@ -163,6 +201,8 @@ class Configurations(unittest.TestCase):
         config.table("mesh").number("size_m")
         with self.assertRaisesRegex(ConfigurationError, r"config.mesh.sizes: no such key; did you mean `size_m`"):
             config.require_all_read()
+        with self.assertRaisesRegex(ConfigurationError, "damping_ratio is missing; is `dampin_ratio` meant to be it"):
+            Config({"dampin_ratio": 0.1}).number("damping_ratio")
 
     def test_values_are_checked_where_they_are_read(self):
         config = Config({"a": "x", "b": -1.0, "c": float("nan"), "d": 1.5, "e": True})

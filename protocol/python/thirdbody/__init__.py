@@ -16,19 +16,20 @@ from typing import Any
 
 from .config import Config, Setting
 from .continuum import Continuum
+from .disks import DiskLayer
 from .errors import ConfigurationError, Diverged, Fault, OutputError, ProtocolError
 from .exchange import Interface, Side
 from .fields import Field, Fields
 from .layer import GrainLayer
-from .mesh import crowned_grid
+from .mesh import crowned_grid, traction_matrix
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
 from .runs import Run, RunError, Study, load, load_study, run
 from .table import Table
 
 __all__ = [
-    "Config", "ConfigurationError", "Continuum", "Description", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface", "Node",
-    "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table", "Term", "Window",
-    "capabilities", "crowned_grid", "load", "load_study", "participate", "run",
+    "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface",
+    "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table", "Term", "Window",
+    "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "traction_matrix",
 ]
 
 
