@@ -27,9 +27,9 @@ from .runs import Run, RunError, Study, load, load_study, run
 from .table import Table
 
 __all__ = [
-    "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface",
-    "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table", "Term", "Window",
-    "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "traction_matrix",
+    "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer",
+    "Interface", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table",
+    "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "traction_matrix",
 ]
 
 

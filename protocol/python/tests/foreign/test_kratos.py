@@ -144,7 +144,8 @@ class Rails(Kratos):
             self.assertLess(np.abs(moved - ours.displacement(state)).max(), 1e-13 * np.abs(moved).max(), step)
 
     def test_conform_breaks_no_rule(self):
-        self.assert_conforms(KRATOS / "both.toml", "rail", {"substeps": "not_offered", "velocity": "not_offered", "alone": "not_tested"}, {})
+        others = {"substeps": "not_offered", "velocity": "not_offered", "alone": "not_tested"}
+        self.assert_conforms(KRATOS / "both.toml", "rail", others, {})
 
     def test_a_damping_that_feeds_the_rail_is_refused(self):
         with self.assertRaises(thirdbody.RunError) as caught:
@@ -160,7 +161,7 @@ class Layers(Kratos):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        # The middle half of the twin's layer and load, which comes faster and is held for less, on a lighter wheel, which is at rest sooner.
+        # The middle half of the twin's layer and load, which comes faster and is held for less, on a lighter wheel, at rest sooner.
         cls.twin, lines = cls.work / "twin.toml", []
         for line in (KRATOS.parent / "yade" / "dem-node.toml").read_text().splitlines():
             disk = re.match(r"  { x_m = (\S+),", line)
@@ -179,8 +180,8 @@ class Layers(Kratos):
             # grain carries what hangs on which contacts slid.
             self.assert_near(theirs, ours, {"approach_m": 0.01, "interface_force_n": 3e-3}, 0.1)
             layer = theirs.summary["participants"]["third-body"]
-            # Measured: 0.4 %, which is what Kratos books too much where a contact slides, and half of it with half the sub-step. A slow load
-            # does more work and has 0.1 %.
+            # Measured: 0.4 %, which is what Kratos books too much where a contact slides, and half of it with half the sub-step. A slow
+            # load does more work and has 0.1 %.
             self.assertLess(layer["energy_balance_rel"], 0.008)
             self.assertLess(layer["interface_work_rel"], 1e-12)
             self.assertGreater(layer["energy"]["friction_j"], 1e-6)
