@@ -61,9 +61,10 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
         ),
         format!("wall      {}", span(number("wall_s"))),
     ]);
-    if warnings.is_empty() {
+    if warnings.is_empty() && run.text("status") == "completed" {
         lines.push("warnings  none".into());
-    } else {
+    }
+    if !warnings.is_empty() {
         lines.push("Warnings".into());
         lines.extend(
             warnings
