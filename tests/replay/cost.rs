@@ -93,9 +93,18 @@ fn check_tells_time_and_memory_and_what_is_uncertain() {
     assert!(coupled.iter().all(|word| quick.contains(word)), "{quick}");
     assert!(!alone.contains("cost: coupler"), "{alone}");
     assert!(!told("quick", &["--no-start"]).contains("cost"));
-    // The run is refused, and check says so.
-    let naive = ["--set", "interface.layer-base.scheme=staggered-serial"];
-    assert!(told("quick", &naive).contains("cost: not predicted, the run ends early"));
+    // A run that is refused has no cost.
+    let scratch = Scratch::new("refused");
+    let naive = [
+        "check",
+        "quick",
+        "--set",
+        "interface.layer-base.scheme=staggered-serial",
+    ];
+    let refused = thirdbody(scratch.path()).args(naive).output();
+    let refused = refused.expect("the command runs");
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert!(!String::from_utf8_lossy(&refused.stdout).contains("cost:"));
 }
 
 #[test]

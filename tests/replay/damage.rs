@@ -158,7 +158,15 @@ fn the_torn_end_of_a_killed_writer_is_not_damage() {
         for verb in verbs {
             run.says(&[verb], 0, &[]);
         }
+        // The run came to its end, so that its log was whole.
+        run.says(&["inspect"], 6, &["cut off"]);
+        run.says(&["inspect", "--recover"], 0, &["cut off"]);
+        // A run that was killed has no summary.
+        let summary = run.work.path().join("out/summary.json");
+        let away = summary.with_extension("away");
+        std::fs::rename(&summary, &away).expect("it is there");
         run.says(&["inspect"], 0, &["the log ends early", "cut off"]);
+        std::fs::rename(&away, &summary).expect("it is there");
     }
     // A writer that was killed at once leaves nothing; the run begins again.
     for length in [0, 5, 100] {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::common::{RecoverArgument, VerbResult, log_of, print_either};
 use coordinator::run::checkpoint::{FOLDER, file};
 use exchange_log::COUPLER;
-use exchange_log::{LogSummary, summarize};
+use exchange_log::{LogError, LogSummary, summarize};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,7 @@ pub struct InspectArguments {
 }
 
 /// Lists streams, windows, checkpoints and provenance, of a log that ends early those of its valid beginning. Damage has exit code 6
-/// unless that is what was asked for; the torn end that a killed writer leaves is none.
+/// unless that is what was asked for; the torn end that a killed writer leaves is none, which has left no summary of its run either.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
     let summary = summarize(&path, true)?;
@@ -34,8 +34,10 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
         || json(&summary, &checkpoints).to_string(),
         || describe(&summary, &checkpoints),
     )?;
+    let torn = summary.damage.as_ref().is_some_and(LogError::is_torn);
+    let killed = torn && !path.with_file_name("summary.json").exists();
     match summary.damage {
-        Some(damage) if !(damage.is_torn() || arguments.damaged.recover) => Err(damage.into()),
+        Some(damage) if !(killed || arguments.damaged.recover) => Err(damage.into()),
         _ => Ok(0),
     }
 }
