@@ -17,6 +17,7 @@ from typing import Any
 from .config import Config, Setting
 from .continuum import Continuum
 from .disks import DiskLayer
+from .equilibrium import LinearEquilibrium
 from .errors import ConfigurationError, Diverged, Fault, OutputError, ProtocolError
 from .exchange import Interface, Side
 from .fields import Field, Fields
@@ -28,8 +29,8 @@ from .table import Table
 
 __all__ = [
     "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer",
-    "Interface", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Study", "Table",
-    "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "traction_matrix",
+    "Interface", "LinearEquilibrium", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side",
+    "Study", "Table", "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "traction_matrix",
 ]
 
 

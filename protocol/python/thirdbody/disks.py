@@ -12,7 +12,7 @@ from .config import Config, Setting
 from .errors import ConfigurationError
 from .layer import GrainLayer
 from .node import Points
-from .runs import _toml
+from .runs import read_toml
 
 
 def turned(vectors: np.ndarray) -> np.ndarray:
@@ -168,7 +168,7 @@ class DiskLayer(GrainLayer):
 def _twin(path: Path, participant: str) -> Config:
     """The configuration of the built-in grains that bear the name of the participant."""
     try:
-        grains = [other["config"] for other in _toml(path)["participant"] if other["name"] == participant]
+        grains = [other["config"] for other in read_toml(path)["participant"] if other["name"] == participant]
     except OSError as error:
         raise ConfigurationError(f"participant.config.twin: {error}") from error
     if not grains:

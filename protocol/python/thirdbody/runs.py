@@ -66,7 +66,7 @@ class Run:
     @cached_property
     def scenario(self) -> Dict[str, Any]:
         """The file scenario.toml: all keys of the run, overrides included."""
-        return _toml(self._file("scenario.toml"))
+        return read_toml(self._file("scenario.toml"))
 
     @property
     def participants(self) -> List[str]:
@@ -155,7 +155,8 @@ def _json(path: Path) -> Dict[str, Any]:
         raise ValueError(f"{path} is no JSON: {error}; it is damaged") from error
 
 
-def _toml(path: Path) -> Dict[str, Any]:
+def read_toml(path: Path) -> Dict[str, Any]:
+    """The keys of a file in TOML."""
     try:
         import tomllib
     except ImportError:

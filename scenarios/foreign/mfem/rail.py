@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 
-class Rail(thirdbody.Continuum):
+class Rail(thirdbody.LinearEquilibrium):
     kind = "mfem"
     software = f"MFEM by PyMFEM {mfem.__version__}"
     outward = {"top": (0.0, 1.0)}
@@ -47,30 +47,9 @@ class Rail(thirdbody.Continuum):
         self.x, self.y = place[top].T.copy()
         # The compliance of the upper edge alone: nothing else is loaded or asked for.
         dofs = np.searchsorted(free, (2 * top[:, None] + [0, 1]).reshape(-1))
-        loads = np.zeros((free.size, dofs.size))
-        loads[dofs, np.arange(dofs.size)] = 1.0
-        nodal = splu(stiffness[free][:, free].tocsc()).solve(loads)[dofs] / setting.thickness_m
+        nodal = self.compliance_of(splu(stiffness[free][:, free].tocsc()).solve, free.size, dofs) / setting.thickness_m
         share = np.kron(thirdbody.traction_matrix(self.x, order), np.eye(2))
         self.compliance = share @ nodal @ share.T
-
-    def points(self, set_name):
-        return thirdbody.Points(self.x, self.y)
-
-    def rest(self):
-        return {"u": np.zeros((self.x.size, 2)), "stored_j": 0.0}
-
-    def step(self, state, force, n):
-        u = (self.compliance @ force.reshape(-1)).reshape(-1, 2)
-        return {"u": u, "stored_j": 0.5 * float((force * u).sum())}
-
-    def displacement(self, state):
-        return state["u"]
-
-    def energy(self, state):
-        return {"stored": {"strain": state["stored_j"]}}
-
-    def columns(self, window):
-        return self.compliance[np.ix_(self.components, self.components)]
 
 
 thirdbody.participate(Rail)

@@ -7,7 +7,7 @@ import thirdbody
 from scipy.sparse.linalg import splu
 
 
-class Rail(thirdbody.Continuum):
+class Rail(thirdbody.LinearEquilibrium):
     kind = "scikit-fem"
     software = f"scikit-fem {skfem.__version__}"
     outward = {"top": (0.0, 1.0)}
@@ -24,29 +24,7 @@ class Rail(thirdbody.Continuum):
         self.x, self.y = x[-1], y[-1]
         # The compliance of the upper edge alone: nothing else is loaded or asked for.
         dofs = np.searchsorted(free, basis.nodal_dofs[:, top].T.reshape(-1))
-        solve = splu(stiffness[free][:, free].tocsc())
-        loads = np.zeros((free.size, dofs.size))
-        loads[dofs, np.arange(dofs.size)] = 1.0
-        self.compliance = solve.solve(loads)[dofs] / setting.thickness_m
-
-    def points(self, set_name):
-        return thirdbody.Points(self.x, self.y)
-
-    def rest(self):
-        return {"u": np.zeros((self.x.size, 2)), "stored_j": 0.0}
-
-    def step(self, state, force, n):
-        u = (self.compliance @ force.reshape(-1)).reshape(-1, 2)
-        return {"u": u, "stored_j": 0.5 * float((force * u).sum())}
-
-    def displacement(self, state):
-        return state["u"]
-
-    def energy(self, state):
-        return {"stored": {"strain": state["stored_j"]}}
-
-    def columns(self, window):
-        return self.compliance[np.ix_(self.components, self.components)]
+        self.compliance = self.compliance_of(splu(stiffness[free][:, free].tocsc()).solve, free.size, dofs) / setting.thickness_m
 
 
 thirdbody.participate(Rail)

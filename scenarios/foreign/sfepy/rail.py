@@ -36,7 +36,7 @@ class Curved(H1NodalVolumeField):
         return mapping.get_mapping(points.vals, points.weights, values, poly_space=self.poly_space), mapping
 
 
-class Rail(thirdbody.Continuum):
+class Rail(thirdbody.LinearEquilibrium):
     kind = "sfepy"
     software = f"SfePy {__version__}"
     outward = {"top": (0.0, 1.0)}
@@ -66,30 +66,9 @@ class Rail(thirdbody.Continuum):
         self.x, self.y = field.coors[top].T
         # The compliance of the upper edge alone: nothing else is loaded or asked for.
         rows = u.eq_map.eq.reshape(-1, 2)[top].reshape(-1)
-        loads = np.zeros((stiffness.shape[0], rows.size))
-        loads[rows, np.arange(rows.size)] = 1.0
-        nodal = splu(stiffness.tocsc()).solve(loads)[rows] / setting.thickness_m
+        nodal = self.compliance_of(splu(stiffness.tocsc()).solve, stiffness.shape[0], rows) / setting.thickness_m
         share = np.kron(thirdbody.traction_matrix(self.x, 2), np.eye(2))
         self.compliance = share @ nodal @ share.T
-
-    def points(self, set_name):
-        return thirdbody.Points(self.x, self.y)
-
-    def rest(self):
-        return {"u": np.zeros((self.x.size, 2)), "stored_j": 0.0}
-
-    def step(self, state, force, n):
-        u = (self.compliance @ force.reshape(-1)).reshape(-1, 2)
-        return {"u": u, "stored_j": 0.5 * float((force * u).sum())}
-
-    def displacement(self, state):
-        return state["u"]
-
-    def energy(self, state):
-        return {"stored": {"strain": state["stored_j"]}}
-
-    def columns(self, window):
-        return self.compliance[np.ix_(self.components, self.components)]
 
 
 thirdbody.participate(Rail)

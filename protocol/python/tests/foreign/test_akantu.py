@@ -1,20 +1,12 @@
 """The rail of akantu beside the built-in one; scenarios/foreign/akantu/scenario.toml tells how akantu is installed."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 import unittest
-from pathlib import Path
 
 import numpy as np
+from adapters import FOREIGN, Adapter
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from program import PROGRAM, ROOT, Program  # noqa: E402
-
-import thirdbody  # noqa: E402
+import thirdbody
 
 LAYER = "participant.third-body.config"
 RAIL = "participant.rail.config"
@@ -27,19 +19,7 @@ EXACT = {f"{LAYER}.solver.tolerance": 1e-9, f"{LAYER}.solver.max_iterations": 20
 FAST = {f"{LAYER}.wheel.ramp_s": 2e-4, f"{LAYER}.wheel.hold_s": 1.5e-4, "run.end_s": 3.6e-4}
 
 
-def children(pid):
-    """Commands of the processes that a process has started, by their numbers."""
-    numbers = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return {int(number): Path(f"/proc/{number}/cmdline").read_text().split("\0") for number in numbers}
-
-
-class Akantu(Program):
-    def run_of(self, scene, keys, name):
-        run = thirdbody.run(ROOT / "scenarios" / scene, keys, out=self.work / name, program=PROGRAM)
-        self.assertEqual(run.status, "completed", run.warnings)
-        self.assertEqual({warning["code"] for warning in run.warnings} - {"unreached"}, set())
-        return run
-
+class Akantu(Adapter):
     def assert_same(self, theirs, ours):
         # Masses are lumped otherwise in elements that are no parallelograms, by up to 1e-6 here. Measured with damping 0.75: 1.6e-6, 7e-5
         # (13 N across, 1 070 N down), 1.1e-7 and 3e-9. A rail whose graded rows start with another size is 3e-4 off.
@@ -55,10 +35,7 @@ class Akantu(Program):
         ours = self.run_of("quick", {**keys, **SAME_ELEMENT}, "built-in")
         theirs = self.run_of("foreign/akantu", {**keys, "run.checkpoint_every_windows": 60}, "akantu")
         self.assert_same(theirs, ours)
-        said = self.verb("replay", "akantu", "--allow-commands").stdout
-        self.assertEqual(said.count("bitwise identical"), 3, said)
-        self.verb("resume", "akantu", "--allow-commands", "--out", "resumed")
-        self.assertEqual(thirdbody.load(self.work / "resumed").summary["hashes"], theirs.summary["hashes"])
+        self.assert_repeats(theirs)
 
     def test_central_differences_alone_are_the_built_in_rail_without_damping(self):
         keys = {**EXACT, "run.end_s": 3e-5}
@@ -77,7 +54,7 @@ class Akantu(Program):
             self.assertLess(compared["profile"]["pressure_pa"]["l2_rel"], bounds[2], name)
 
     def test_conform_breaks_no_rule(self):
-        done = self.start("conform", "--scenario", ROOT / "scenarios" / "foreign" / "akantu", "--participant", "rail", "--json")
+        done = self.start("conform", "--scenario", FOREIGN / "akantu", "--participant", "rail", "--json")
         rows = json.loads(done.stdout)["results"]
         self.assertEqual({row["rule"]: row["why"] for row in rows if row["verdict"] != "holds"}.keys(), {"velocity"}, done.stdout)
         self.assertEqual((done.returncode, len(rows)), (0, 26))
@@ -91,18 +68,7 @@ class Akantu(Program):
             self.assertIn(words, str(caught.exception))
 
     def test_a_rail_that_is_killed_is_named(self):
-        command = [PROGRAM, "run", ROOT / "scenarios" / "foreign" / "akantu", "--out", "killed"]
-        run = subprocess.Popen(command, cwd=self.work, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        signals = self.work / "killed" / "signals.csv"
-        while not (signals.is_file() and signals.stat().st_size > 10000):
-            self.assertIsNone(run.poll(), "it ended by itself")
-            time.sleep(0.05)
-        (rail,) = (pid for pid, words in children(run.pid).items() if "rail.py" in words)
-        os.kill(rail, signal.SIGKILL)
-        said = run.communicate(timeout=60)[1]
-        self.assertEqual(run.returncode, 4, said)
-        for words in ("lost participant", "`rail`", "SIGKILL", "window"):
-            self.assertIn(words, said)
+        self.assert_kill_is_named(FOREIGN / "akantu", "rail.py", "rail")
 
 
 if __name__ == "__main__":

@@ -2,21 +2,17 @@
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 import unittest
-from pathlib import Path
 
 import numpy as np
+from adapters import FOREIGN, Adapter
+from program import PROGRAM
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from program import PROGRAM, ROOT, Program  # noqa: E402
+import thirdbody
 
-import thirdbody  # noqa: E402
-
-SCENE = ROOT / "scenarios" / "foreign" / "fmu"
+SCENE = FOREIGN / "fmu"
 
 #: Two contacts of each of ten columns in a row; the strip below them, held laterally: E (1 - nu) / ((1 + nu) (1 - 2 nu)) A / h (N/m).
 COLUMNS = 10 * 2.255e11 * 1e-3 / 2
@@ -56,7 +52,7 @@ def apart(values, reference):
     return np.linalg.norm(values - reference) / np.linalg.norm(reference)
 
 
-class Fmu(Program):
+class Fmu(Adapter):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -87,10 +83,7 @@ class Fmu(Program):
         self.assertLess(vehicle["interface_work_rel"], 1e-12)
         # Of the method of Runge and Kutta.
         self.assertLess(vehicle["energy_balance_rel"], 1e-9)
-        said = self.verb("replay", "rail", "--allow-commands").stdout
-        self.assertEqual(said.count("bitwise identical"), 4, said)
-        self.verb("resume", "rail", "--allow-commands", "--out", "resumed")
-        self.assertEqual(thirdbody.load(self.work / "resumed").summary["hashes"], run.summary["hashes"])
+        self.assert_repeats(run)
 
     def test_the_error_falls_with_the_window_and_does_not_depend_on_state_or_version(self):
         found = {}
@@ -152,25 +145,7 @@ class Fmu(Program):
                     self.assertEqual(read([variable.valueReference]), [float(variable.start)], variable.name)
 
     def test_a_vehicle_that_is_killed_ends_the_run_by_its_name(self):
-        run = subprocess.Popen(
-            [PROGRAM, "run", str(self.scene), "--out", "killed"], cwd=self.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        signals = self.work / "killed" / "signals.csv"
-        vehicle = None
-        for _ in range(600):
-            self.assertIsNone(run.poll(), "it ended by itself")
-            time.sleep(0.05)
-            children = Path(f"/proc/{run.pid}/task").glob("*/children")
-            children = [int(pid) for listed in children for pid in listed.read_text().split()]
-            found = [pid for pid in children if b"unit.py" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-            if found and signals.is_file() and signals.stat().st_size > 0:
-                vehicle = found[0]
-                break
-        self.assertIsNotNone(vehicle)
-        os.kill(vehicle, signal.SIGKILL)
-        _, said = run.communicate(timeout=30)
-        self.assertNotEqual(run.returncode, 0)
-        self.assertIn("`vehicle`", said)
+        self.assert_kill_is_named(self.scene, "unit.py", "vehicle")
 
 
 if __name__ == "__main__":

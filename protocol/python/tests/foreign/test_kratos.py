@@ -1,28 +1,19 @@
 """Rail and layer of Kratos beside the built-in ones; scenarios/foreign/kratos/scenario.toml tells how Kratos is installed."""
 
-import importlib
 import json
 import os
 import re
-import signal
-import subprocess
-import sys
-import time
 import tomllib
 import unittest
-from pathlib import Path
-from unittest import mock
 
 os.environ["OMP_NUM_THREADS"] = "1"
 import numpy as np  # noqa: E402
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from program import PROGRAM, ROOT, Program  # noqa: E402
+from adapters import FOREIGN, Adapter, adapter  # noqa: E402
 
 import thirdbody  # noqa: E402
 from thirdbody.config import Config, Setting  # noqa: E402
 
-KRATOS = ROOT / "scenarios" / "foreign" / "kratos"
+KRATOS = FOREIGN / "kratos"
 RAIL, LAYER = "participant.rail.config", "participant.third-body.config"
 
 #: The load of `quick` comes faster and is held for less, which the checks of plausibility still pass.
@@ -35,40 +26,12 @@ SMALL = {
 }
 
 
-def adapter(name):
-    """The module of an adapter, which does not take part in a run here."""
-    if str(KRATOS) not in sys.path:
-        sys.path.insert(0, str(KRATOS))
-    with mock.patch.object(thirdbody, "participate"):
-        return importlib.import_module(name)
-
-
-def children(pid):
-    """Commands of the processes that a process has started, by their numbers."""
-    numbers = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return {int(number): Path(f"/proc/{number}/cmdline").read_text().split("\0") for number in numbers}
-
-
-class Kratos(Program):
-    def run_of(self, scene, keys, name, *warnings):
-        run = thirdbody.run(scene, keys, out=self.work / name, program=PROGRAM)
-        self.assertEqual(run.status, "completed", run.warnings)
-        self.assertEqual({warning["code"] for warning in run.warnings} - {"unreached", *warnings}, set())
-        return run
-
+class Kratos(Adapter):
     def assert_near(self, theirs, ours, bounds, pressure_l2):
         for result, bound in bounds.items():
             self.assertAlmostEqual(theirs.results[result] / ours.results[result], 1.0, delta=bound, msg=result)
         compared = json.loads(self.verb("compare", theirs.path, ours.path, "--json").stdout)
         self.assertLess(compared["profile"]["pressure_pa"]["l2_rel"], pressure_l2)
-
-    def assert_repeats(self, scene, keys, *warnings):
-        """A run has the same bits when it is played again, and when it goes on from a checkpoint."""
-        run = self.run_of(scene, {**keys, "run.checkpoint_every_windows": 20}, "first", *warnings)
-        said = self.verb("replay", "first", "--allow-commands").stdout
-        self.assertEqual(said.count("bitwise identical"), 3, said)
-        self.verb("resume", "first", "--allow-commands", "--out", "resumed")
-        self.assertEqual(thirdbody.load(self.work / "resumed").summary["hashes"], run.summary["hashes"])
 
     def assert_conforms(self, scene, participant, others, keys):
         keys = (word for key, value in keys.items() for word in ("--set", f"{key}={value}"))
@@ -76,20 +39,6 @@ class Kratos(Program):
         rows = json.loads(done.stdout)["results"]
         self.assertEqual({row["rule"]: row["verdict"] for row in rows if row["verdict"] != "holds"}, others, done.stdout)
         self.assertEqual(done.returncode, 0)
-
-    def assert_kill_is_named(self, scene, program, participant):
-        command = [PROGRAM, "run", scene, "--out", "killed"]
-        run = subprocess.Popen(command, cwd=self.work, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        signals = self.work / "killed" / "signals.csv"
-        while not (signals.is_file() and signals.stat().st_size > 10000):
-            self.assertIsNone(run.poll(), "it ended by itself")
-            time.sleep(0.05)
-        (pid,) = (pid for pid, words in children(run.pid).items() if program in words)
-        os.kill(pid, signal.SIGKILL)
-        said = run.communicate(timeout=60)[1]
-        self.assertEqual(run.returncode, 4, said)
-        for words in ("lost participant", f"`{participant}`", "SIGKILL", "window"):
-            self.assertIn(words, said)
 
 
 class Rails(Kratos):
@@ -104,7 +53,7 @@ class Rails(Kratos):
         self.assertLess(max(rail["energy_balance_rel"], rail["interface_work_rel"]), 1e-12)
 
     def test_its_steps_are_those_of_the_scheme_of_newmark_of_kratos(self):
-        rail = adapter("rail")
+        rail = adapter(KRATOS / "rail.py")
         import KratosMultiphysics as K
         import KratosMultiphysics.StructuralMechanicsApplication as Structural
 
@@ -188,10 +137,11 @@ class Layers(Kratos):
 
     def test_they_repeat_every_bit_on_a_rail_that_does(self):
         # So early there is little work yet that the defect of the ledger is compared with.
-        self.assert_repeats(KRATOS / "both.toml", {**self.keys, "run.end_s": 2e-5}, "energy_balance")
+        keys = {**self.keys, "run.end_s": 2e-5, "run.checkpoint_every_windows": 20}
+        self.assert_repeats(self.run_of(KRATOS / "both.toml", keys, "first", "energy_balance"))
 
     def test_contacts_remember_the_shear_that_is_put_into_them(self):
-        grains = adapter("grains")
+        grains = adapter(KRATOS / "grains.py")
         import KratosMultiphysics as K
 
         with open(KRATOS / "grains.toml", "rb") as file:
