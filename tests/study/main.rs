@@ -3,5 +3,6 @@
 mod budget;
 mod engine_slurm;
 mod local;
+mod plan;
 mod rows;
 mod shipped;

@@ -31,6 +31,11 @@ pub const SUBSTEPS: &str = "[reference]\nset = [\"interface.layer-base.substeps=
     [[vary]]\nkey = \"interface.layer-base.substeps\"\nvalues = [9, 3, 1]\n\
     [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"l2\"\n";
 
+/// Friction and thickness, for nothing but what comes of them.
+pub const VALUES: &str = "[[vary]]\nkey = \"participant.third-body.config.law.friction\"\nvalues = [0.1, 0.3]\n\
+    [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"max\"\n\
+    [[measure]]\nname = \"grains\"\nof = \"results.disks\"\n";
+
 /// `thirdbody study VERB FILE --out <work>/out` with more arguments.
 pub fn command(work: &Scratch, verb: &str, file: &Path, more: &[&str]) -> Command {
     let mut command = thirdbody(work.path());
