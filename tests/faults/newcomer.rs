@@ -89,6 +89,11 @@ fn codes_keys_and_results_are_explained() {
             "substeps",
             "interface.NAME.substeps: Explicit steps in a window",
         ),
+        (
+            "interface.layer-base.substeps",
+            "interface.NAME.substeps: Explicit steps in a window",
+        ),
+        ("participant.rail.command", "participant.NAME.command: "),
         ("seed", "run.seed: Seed of everything random."),
         (
             "participant.grains.config.law.friction",

@@ -53,7 +53,7 @@ pub fn of_full_cycles() -> Vec<&'static str> {
     entries.map(|entry| entry.name).collect()
 }
 
-/// What the page says about a result, or a signal, of a participant or without its name.
+/// The entry of RESULTS.md for a result or a signal, whether or not the name of its participant stands before it.
 pub fn explained(name: &str) -> Option<String> {
     let (entries, last) = (entries(), name.rsplit('.').next()?);
     let entry = &entries[number(&entries, name).or_else(|| number(&entries, last))?];

@@ -36,7 +36,8 @@ impl ScenarioArguments {
         let shipped = scenes::scene_file(&self.scenario);
         let shipped = shipped.and_then(|file| scenes::text(&file));
         let keys = |text: &str| text.parse::<toml::Table>().ok();
-        if shipped.is_some_and(|text| keys(text) != keys(&loaded.source.text)) {
+        let here = &loaded.source.text;
+        if shipped.is_some_and(|text| text != here && keys(text) != keys(here)) {
             let (name, file) = (&self.scenario, &loaded.source.name);
             tell(&format!(
                 "`{name}` is {file} here, which differs from the built-in scene of that name"

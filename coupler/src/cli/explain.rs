@@ -33,11 +33,8 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
         .trim_start_matches("error[")
         .trim_start_matches("warning[")
         .trim_end_matches([']', ':']);
-    // As a path in a message: participant.third-body.config.law.friction; and as a status: peer_lost.
-    let word = match word.split_once(".config.") {
-        Some((_, key)) => key,
-        None => word,
-    };
+    let word = &general(word);
+    // As a status: peer_lost.
     let hyphened = word.replace('_', "-");
     let code = explanation(word).or_else(|| explanation(&hyphened));
     let code = code.map(|of| format!("{}\n\n{}", of.code, of.text));
@@ -61,6 +58,18 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     };
     let problem = format!("no error, warning, key, result or signal is called so; {problem}");
     Err(Refusal::argument(format!("explain {word}"), problem).into())
+}
+
+/// A path of a key as a message has it (`participant.third-body.config.law.friction`, `interface.layer-base.substeps`) without the name of
+/// the one participant or interface.
+fn general(path: &str) -> String {
+    if let Some((_, key)) = path.split_once(".config.") {
+        return key.into();
+    }
+    match path.splitn(3, '.').collect::<Vec<_>>()[..] {
+        [table @ ("participant" | "interface"), _, key] => format!("{table}.NAME.{key}"),
+        _ => path.into(),
+    }
 }
 
 /// What the keys are whose names end so.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::measure::Measure;
 use super::plan::Task;
 use super::slurm::SlurmRequest;
+use super::stored::positive;
 use coordinator::error::Error;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::rundir::{BUILD, write_whole};
@@ -144,8 +145,7 @@ fn makes_full_cycle(task: &Task) -> bool {
     participants.any(|participant| {
         let number = |key: &str| {
             let key = format!("participant.{}.config.wheel.{key}", participant.name);
-            let value = value_at(&table, &key)?;
-            value.as_float().or(value.as_integer().map(|n| n as f64))
+            value_at(&table, &key).and_then(positive)
         };
         let keys = ["cycles", "ramp_s", "hold_s", "frequency_hz"];
         let [cycles, ramp, hold, frequency] = keys.map(|key| number(key).unwrap_or(0.0));

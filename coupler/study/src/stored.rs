@@ -92,7 +92,7 @@ fn codes(setting: &StudySetting) -> BTreeSet<String> {
         .collect()
 }
 
-/// Whether a budget can be chosen by a study once its runs are done; nothing of one without a reference.
+/// Says whether `--budget` can use the study once its runs are done, or what keeps it from that; nothing where there is no reference.
 pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
     let scenes = 1 + tasks.last()?.scene;
     let varied = |key: &usize| {
@@ -286,8 +286,8 @@ impl StoredStudy {
             if key.any {
                 continue;
             }
-            let numbers: Option<Vec<f64>> = key.values.iter().map(number).collect();
-            match (number(own), numbers) {
+            let numbers: Option<Vec<f64>> = key.values.iter().map(positive).collect();
+            match (positive(own), numbers) {
                 (Some(own), Some(known)) => {
                     let [least, most] = range(known.into_iter()).unwrap_or([f64::NAN; 2]);
                     if !(least..=most).contains(&own) {
@@ -321,7 +321,12 @@ impl StoredStudy {
         }
         let varied = self.scene_keys.iter().filter(|key| !key.any);
         let numbers: Vec<Vec<f64>> = varied
-            .filter_map(|key| key.values.iter().map(number).collect::<Option<Vec<f64>>>())
+            .filter_map(|key| {
+                key.values
+                    .iter()
+                    .map(positive)
+                    .collect::<Option<Vec<f64>>>()
+            })
             .collect();
         let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
         let positions: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
@@ -348,7 +353,7 @@ fn last_of_each(set: Vec<String>) -> Vec<String> {
 }
 
 /// A positive number.
-fn number(value: &toml::Value) -> Option<f64> {
+pub(super) fn positive(value: &toml::Value) -> Option<f64> {
     let number = value.as_float().or(value.as_integer().map(|n| n as f64))?;
     (number > 0.0).then_some(number)
 }

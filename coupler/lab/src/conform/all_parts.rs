@@ -153,7 +153,7 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
     Ok(format!("{said}; {sudden}"))
 }
 
-/// What a ledger leaves without account under some loads, over the work done by then.
+/// Errors of a ledger under some loads, relative to the work that was done or the energy that was stored, whichever is larger.
 struct LedgerDefects {
     /// Largest fall of the dissipated energy again.
     fell: f64,

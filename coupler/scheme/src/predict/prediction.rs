@@ -37,6 +37,9 @@ pub struct StabilityInputs {
     pub point_mass_kg: f64,
 }
 
+/// Name of the bound on the continuum's own step, which the name of the participant's bound follows.
+const OWN_STEP: &str = "CFL";
+
 /// Name of the bound by the continuum's first period.
 const FIRST_PERIOD: &str = "first period / 4";
 
@@ -120,7 +123,11 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
         });
     };
     if let Some((limit, name)) = &inputs.step_limit {
-        add(&format!("CFL ({name})"), limit / inputs.clock.step_s, true);
+        add(
+            &format!("{OWN_STEP} ({name})"),
+            limit / inputs.clock.step_s,
+            true,
+        );
     }
     if let Some(period) = inputs.first_period_s {
         add(FIRST_PERIOD, 0.25 * period / window_s, false);
@@ -186,7 +193,7 @@ impl StabilityPrediction {
     /// True where the continuum is unstable by itself.
     fn step_is_too_long(&self) -> bool {
         let mut bounds = self.bounds.iter();
-        bounds.any(|bound| bound.name.starts_with("CFL") && bound.margin < 1.0)
+        bounds.any(|bound| bound.name.starts_with(OWN_STEP) && bound.margin < 1.0)
     }
 
     /// Refuses a choice that will not work, unless the scenario wants to see it.
