@@ -1,11 +1,11 @@
 //! The first difference between two streams of frames.
 
-use std::fmt;
-
 use protocol::{Frame, Kind};
+use thiserror::Error;
 
 /// The first difference between a message and its logged twin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("`{sender}` departs in window {window}, iteration {iteration}, {kind}: {difference}")]
 pub struct Mismatch {
     /// Its sender.
     pub sender: String,
@@ -20,9 +20,10 @@ pub struct Mismatch {
 }
 
 /// The difference.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum Difference {
     /// Another message, window or length altogether.
+    #[error("the log has {logged}, the replay {ours}")]
     Message {
         /// In the log.
         logged: String,
@@ -30,6 +31,10 @@ pub enum Difference {
         ours: String,
     },
     /// One number.
+    #[error(
+        "entry {entry} (point {}, {}): the log has {logged:e}, the replay {ours:e}, {ulps} ulps apart",
+        .entry / 2, if .entry % 2 == 0 { "x" } else { "y" }
+    )]
     Number {
         /// Entry of the payload.
         entry: usize,
@@ -79,32 +84,6 @@ impl Mismatch {
             ulps: ulps(logged, ours),
         };
         Mismatch { difference, ..self }
-    }
-}
-
-impl fmt::Display for Mismatch {
-    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        write!(
-            out,
-            "`{}` departs in window {}, iteration {}, {}: ",
-            self.sender, self.window, self.iteration, self.kind
-        )?;
-        match &self.difference {
-            Difference::Message { logged, ours } => {
-                write!(out, "the log has {logged}, the replay {ours}")
-            }
-            Difference::Number {
-                entry,
-                logged,
-                ours,
-                ulps,
-            } => write!(
-                out,
-                "entry {entry} (point {}, {}): the log has {logged:e}, the replay {ours:e}, {ulps} ulps apart",
-                entry / 2,
-                if entry % 2 == 0 { "x" } else { "y" }
-            ),
-        }
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! The file holds [`MAGIC`], blake3 of all that follows, then [`About`] and [`Checkpoint`] (postcard).
 
-use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use thiserror::Error;
 
 use super::content::{About, Checkpoint};
 use crate::error::{Refusal, Result};
@@ -16,7 +17,8 @@ const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";
 
 /// A checkpoint that cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("checkpoint {}: {why}", .path.display())]
 pub struct Unusable {
     /// The file.
     pub path: PathBuf,
@@ -24,12 +26,6 @@ pub struct Unusable {
     pub why: String,
     /// True if it is sound, but of another scenario or version: then so are all others of its run.
     pub foreign: bool,
-}
-
-impl fmt::Display for Unusable {
-    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        write!(out, "checkpoint {}: {}", self.path.display(), self.why)
-    }
 }
 
 /// A file by its name.
