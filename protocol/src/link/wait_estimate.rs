@@ -5,6 +5,7 @@
 //! compute, for a little longer than the longest of the last waits of this kind, and only then sleeps until it is woken.
 //! A wake-up costs little beside a long wait: that is slept through from its beginning.
 
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use crate::frame::Header;
@@ -19,7 +20,7 @@ const LATE: f64 = 0.25;
 const LONG: Duration = Duration::from_millis(1);
 
 /// Waits after the same frame are of one kind, and about as long as each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct WaitKind {
     /// Kind of the frame that arrived last.
     after: u32,
@@ -27,18 +28,10 @@ struct WaitKind {
     iteration: u32,
 }
 
-/// Waits of one kind.
-#[derive(Debug)]
-struct Waits {
-    kind: WaitKind,
-    /// The last of them, the oldest first.
-    last: Vec<Duration>,
-}
-
-/// The last waits of one end, by their kind.
+/// The last waits of one end by their kind, the oldest first.
 #[derive(Debug, Default)]
 pub(super) struct WaitEstimate {
-    known: Vec<Waits>,
+    known: BTreeMap<WaitKind, VecDeque<Duration>>,
     next: WaitKind,
     /// Start of the wait that goes on.
     since: Option<Instant>,
@@ -65,25 +58,19 @@ impl WaitEstimate {
 
     /// Time to stay awake in a wait of this kind; zero until enough of them are known.
     fn awake(&self, kind: WaitKind) -> Duration {
-        let known = self.known.iter().find(|waits| waits.kind == kind);
-        let full = known.filter(|waits| waits.last.len() == REMEMBERED);
-        let longest = full.and_then(|waits| waits.last.iter().max());
+        let known = self.known.get(&kind);
+        let full = known.filter(|last| last.len() == REMEMBERED);
+        let longest = full.and_then(|last| last.iter().max());
         let awake = longest.map_or(Duration::ZERO, |longest| longest.mul_f64(1.0 + LATE));
         if awake > LONG { Duration::ZERO } else { awake }
     }
 
     fn add(&mut self, kind: WaitKind, wait: Duration) {
-        let known = self.known.iter().position(|waits| waits.kind == kind);
-        let index = known.unwrap_or_else(|| {
-            let last = Vec::with_capacity(REMEMBERED);
-            self.known.push(Waits { kind, last });
-            self.known.len() - 1
-        });
-        let last = &mut self.known[index].last;
+        let last = self.known.entry(kind).or_default();
         if last.len() == REMEMBERED {
-            last.remove(0);
+            last.pop_front();
         }
-        last.push(wait);
+        last.push_back(wait);
     }
 }
 
