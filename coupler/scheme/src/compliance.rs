@@ -19,18 +19,16 @@ pub struct Compliance {
     source: ComplianceSource,
     /// Factor on what the source gives.
     factor: f64,
+    /// The part of it that windows change.
+    pub state: ComplianceState,
+}
+
+/// The part of it that a checkpoint holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ComplianceState {
     by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
     /// Substeps of the window that the boundaries were made for last; `None` once C has changed since.
     told: Option<u32>,
-}
-
-/// The part of it that a checkpoint holds: by substeps, the columns of each block one after the other.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ComplianceState {
-    by_substeps: BTreeMap<u32, Vec<Vec<f64>>>,
-    told: Option<u32>,
-    /// The same of boundaries that move exactly as they are told.
-    told_rigid: Option<u32>,
 }
 
 impl ComplianceState {
@@ -38,7 +36,12 @@ impl ComplianceState {
     pub fn is_of(&self, group: &Group) -> bool {
         let sizes = || group.force_driven.iter().map(|side| 2 * side.range.len());
         let mut all = self.by_substeps.values();
-        all.all(|blocks| blocks.iter().map(Vec::len).eq(sizes().map(|n| n * n)))
+        all.all(|blocks| {
+            blocks
+                .iter()
+                .map(DMatrix::shape)
+                .eq(sizes().map(|n| (n, n)))
+        })
     }
 }
 
@@ -53,48 +56,15 @@ impl Compliance {
         Compliance {
             source,
             factor,
-            by_substeps: BTreeMap::new(),
-            told: None,
+            state: ComplianceState::default(),
         }
-    }
-
-    /// The part of it that windows have changed.
-    pub fn state(&self) -> ComplianceState {
-        let columns = |blocks: &Vec<DMatrix<f64>>| {
-            let blocks = blocks.iter();
-            blocks.map(|block| block.as_slice().to_vec()).collect()
-        };
-        let rigid = self.source == ComplianceSource::Rigid;
-        ComplianceState {
-            by_substeps: self
-                .by_substeps
-                .iter()
-                .map(|(substeps, blocks)| (*substeps, columns(blocks)))
-                .collect(),
-            told: self.told.filter(|_| !rigid),
-            told_rigid: self.told.filter(|_| rigid),
-        }
-    }
-
-    /// Takes up a state of the same group.
-    pub fn restore(&mut self, state: ComplianceState) {
-        let square = |columns: Vec<f64>| {
-            let order = columns.len().isqrt();
-            DMatrix::from_vec(order, order, columns)
-        };
-        self.by_substeps = state
-            .by_substeps
-            .into_iter()
-            .map(|(substeps, blocks)| (substeps, blocks.into_iter().map(square).collect()))
-            .collect();
-        self.told = state.told_rigid.or(state.told);
     }
 
     /// C lambda (m) for windows of these substeps.
     pub fn times(&self, substeps: u32, lambda: &[f64]) -> Vec<f64> {
         let mut start = 0;
         let mut product = Vec::with_capacity(lambda.len());
-        for block in &self.by_substeps[&substeps] {
+        for block in &self.state.by_substeps[&substeps] {
             let part = &lambda[start..start + block.nrows()];
             product.extend((block * DVector::from_column_slice(part)).iter());
             start += block.nrows();
@@ -104,7 +74,7 @@ impl Compliance {
 
     /// The components that a force moves in windows of these substeps.
     pub fn moves(&self, substeps: u32) -> Vec<bool> {
-        let blocks = self.by_substeps[&substeps].iter();
+        let blocks = self.state.by_substeps[&substeps].iter();
         let blocks = blocks.flat_map(|block| (0..block.nrows()).map(|i| block[(i, i)] != 0.0));
         blocks.collect()
     }
@@ -120,7 +90,7 @@ impl Compliance {
         }
         let window = group.clock.window(0, 0, group.clock.substeps);
         self.prepare(participants, group, &window)?;
-        let blocks = self.by_substeps[&window.substeps].iter();
+        let blocks = self.state.by_substeps[&window.substeps].iter();
         Ok(Some(blocks.map(|block| block / self.factor).collect()))
     }
 
@@ -132,18 +102,18 @@ impl Compliance {
         window: &Window,
     ) -> Result<()> {
         let known = self.source == ComplianceSource::Rigid
-            || self.by_substeps.contains_key(&window.substeps);
+            || self.state.by_substeps.contains_key(&window.substeps);
         if !known {
             let mut blocks = Vec::new();
             for side in &group.force_driven {
                 let matrix = self.source.matrix(participants, group, side, window)?;
                 blocks.push(matrix * self.factor);
             }
-            self.by_substeps.insert(window.substeps, blocks);
+            self.state.by_substeps.insert(window.substeps, blocks);
         }
-        if self.told != Some(window.substeps) {
+        if self.state.told != Some(window.substeps) {
             self.set_boundaries(participants, group, window)?;
-            self.told = Some(window.substeps);
+            self.state.told = Some(window.substeps);
         }
         Ok(())
     }
@@ -154,7 +124,7 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
     ) -> Result<()> {
-        let told = self.told.map(|told| group.clock.window(0, 0, told));
+        let told = self.state.told.map(|told| group.clock.window(0, 0, told));
         told.map_or(Ok(()), |window| {
             self.set_boundaries(participants, group, &window)
         })
@@ -170,7 +140,7 @@ impl Compliance {
     ) -> Result<()> {
         let window_s = group.window_s(window);
         for side in &group.motion_driven {
-            let matrix = match self.by_substeps.get(&window.substeps) {
+            let matrix = match self.state.by_substeps.get(&window.substeps) {
                 Some(blocks) => condensed(group, side, blocks) / (window_s * window_s),
                 None => DMatrix::zeros(2 * side.range.len(), 2 * side.range.len()),
             };
@@ -181,7 +151,7 @@ impl Compliance {
 
     /// Updates each block by its part of the pair s (N), y (m) of one window.
     pub fn update(&mut self, substeps: u32, s: &[f64], y: &[f64]) {
-        let Some(blocks) = self.by_substeps.get_mut(&substeps) else {
+        let Some(blocks) = self.state.by_substeps.get_mut(&substeps) else {
             return;
         };
         let mut start = 0;
@@ -189,7 +159,7 @@ impl Compliance {
             let part = start..start + block.nrows();
             start = part.end;
             if update(block, &s[part.clone()], &y[part]) {
-                self.told = None;
+                self.state.told = None;
             }
         }
     }
@@ -233,6 +203,7 @@ mod tests {
     fn the_update_explains_the_pair_and_stays_symmetric_positive() {
         let mut compliance = Compliance::new(ComplianceSource::Mass, 1.0);
         compliance
+            .state
             .by_substeps
             .insert(5, vec![DMatrix::identity(4, 4) * 0.3]);
         let truth = DMatrix::from_fn(4, 4, |i, j| if i == j { 2.0 } else { 0.5 });
@@ -246,7 +217,7 @@ mod tests {
             let carried = DVector::from_vec(compliance.times(5, &s));
             assert!((carried - &y).amax() < 1e-12);
         }
-        let matrix = &compliance.by_substeps[&5][0];
+        let matrix = &compliance.state.by_substeps[&5][0];
         assert!((matrix - matrix.transpose()).amax() < 1e-14);
         assert!(matrix.clone().symmetric_eigen().eigenvalues.min() > 0.0);
     }
@@ -255,8 +226,8 @@ mod tests {
     fn a_pair_without_positive_curvature_changes_nothing() {
         let mut compliance = Compliance::new(ComplianceSource::Mass, 1.0);
         let identity = vec![DMatrix::identity(2, 2)];
-        compliance.by_substeps.insert(1, identity.clone());
+        compliance.state.by_substeps.insert(1, identity.clone());
         compliance.update(1, &[1.0, 0.0], &[-1.0, 0.0]);
-        assert_eq!(compliance.by_substeps[&1], identity);
+        assert_eq!(compliance.state.by_substeps[&1], identity);
     }
 }

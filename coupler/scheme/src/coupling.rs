@@ -268,7 +268,7 @@ impl Coupling {
     /// The part of it that windows have changed.
     pub fn state(&self) -> CouplingState {
         CouplingState {
-            compliance: self.compliance.state(),
+            compliance: self.compliance.state.clone(),
             state: self.state.clone(),
             ledgers: self.ledgers.clone(),
         }
@@ -287,7 +287,7 @@ impl Coupling {
             );
             return Err(Unfit::interface(&self.name, problem).into());
         }
-        self.compliance.restore(state.compliance.clone());
+        self.compliance.state = state.compliance.clone();
         (self.state, self.ledgers) = (state.state.clone(), state.ledgers.clone());
         Ok(())
     }
