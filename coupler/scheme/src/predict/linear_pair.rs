@@ -215,12 +215,7 @@ impl Participants for LinearPair<'_> {
     }
 
     /// The works are left at zero: no ledger is read here.
-    fn finish_prescribed_velocity(
-        &mut self,
-        _peer: usize,
-        _window: &Window,
-        _n: usize,
-    ) -> Result<Reaction> {
+    fn finish_prescribed_velocity(&mut self, _: usize, _: &Window, _: usize) -> Result<Reaction> {
         let (response, start) = (self.model.response, &self.state.continuum);
         let acceleration = (self.asked - response.speed(start)) / self.model.window_s;
         let (continuum, force) = response.prescribed(start, acceleration);
@@ -232,12 +227,7 @@ impl Participants for LinearPair<'_> {
         })
     }
 
-    fn finish_solve(
-        &mut self,
-        _peer: usize,
-        _window: &Window,
-        _n: usize,
-    ) -> Result<BoundaryAnswer> {
+    fn finish_solve(&mut self, _: usize, _: &Window, _: usize) -> Result<BoundaryAnswer> {
         let motion = Motion {
             free: *self.free_velocities.last().expect("a solve was begun"),
             compliance: self.compliance,
