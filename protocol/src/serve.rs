@@ -409,16 +409,13 @@ fn pack_boundary_answer(answer: BoundaryAnswer) -> Vec<f64> {
     payload
 }
 
-/// The [`BoundaryAnswer`] that a `Force` frame carries for `components` interface components, if its length fits.
-pub fn unpack_boundary_answer(payload: &[f64], components: usize) -> Option<BoundaryAnswer> {
-    if payload.len() != 2 * components + 3 {
-        return None;
-    }
-    Some(BoundaryAnswer {
+/// The [`BoundaryAnswer`] that the 2 n + 3 numbers of a `Force` frame are for n interface components.
+pub fn unpack_boundary_answer(payload: &[f64], components: usize) -> BoundaryAnswer {
+    BoundaryAnswer {
         force: payload[..components].to_vec(),
         velocity: payload[components..2 * components].to_vec(),
         iterations: payload[2 * components] as u64,
         residual: payload[2 * components + 1],
         converged: payload[2 * components + 2] == 1.0,
-    })
+    }
 }

@@ -8,7 +8,6 @@ use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
-use crate::error::Error;
 use scheme::error::Result;
 use scheme::participants::{Participants, Request};
 
@@ -34,15 +33,20 @@ impl<'a> Remote<'a> {
         (kind, answer): (Kind, Kind),
         window: &Window,
         n: usize,
-    ) -> Result<DMatrix<f64>, Error> {
-        let communicator = &mut self.communicator;
-        communicator.send(peer, kind, window, &[])?;
-        let numbers = communicator.receive_numbers(peer, answer, window, n * n)?;
+    ) -> Result<DMatrix<f64>> {
+        self.communicator.send(peer, kind, window, &[])?;
+        let numbers = self.numbers(peer, answer, window, n * n)?;
         let matrix = DMatrix::from_vec(n, n, numbers);
         match fault_of_columns(&matrix) {
             None => Ok(matrix),
-            Some(why) => Err(self.communicator.peers().protocol_error(peer, why)),
+            Some(why) => Err(self.communicator.peers().protocol_error(peer, why).into()),
         }
+    }
+
+    /// The answer of this kind, of so many numbers.
+    fn numbers(&mut self, peer: usize, kind: Kind, window: &Window, n: usize) -> Result<Vec<f64>> {
+        let numbers = self.communicator.receive_numbers(peer, kind, window, n);
+        Ok(numbers?)
     }
 }
 
@@ -81,11 +85,11 @@ impl Participants for Remote<'_> {
     }
 
     fn compliance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
-        Ok(self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)?)
+        self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)
     }
 
     fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
-        Ok(self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)?)
+        self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)
     }
 
     fn set_boundary(
@@ -111,8 +115,7 @@ impl Participants for Remote<'_> {
     }
 
     fn finish_advance(&mut self, peer: usize, window: &Window, n: usize) -> Result<Vec<f64>> {
-        let communicator = &mut self.communicator;
-        Ok(communicator.receive_numbers(peer, Kind::Motion, window, n)?)
+        self.numbers(peer, Kind::Motion, window, n)
     }
 
     fn finish_prescribed_velocity(
@@ -121,8 +124,7 @@ impl Participants for Remote<'_> {
         window: &Window,
         n: usize,
     ) -> Result<Reaction> {
-        let communicator = &mut self.communicator;
-        let numbers = communicator.receive_numbers(peer, Kind::Reaction, window, 3 * n)?;
+        let numbers = self.numbers(peer, Kind::Reaction, window, 3 * n)?;
         Ok(Reaction {
             force: numbers[..n].to_vec(),
             increment: numbers[n..2 * n].to_vec(),
@@ -131,9 +133,8 @@ impl Participants for Remote<'_> {
     }
 
     fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer> {
-        let communicator = &mut self.communicator;
-        let numbers = communicator.receive_numbers(peer, Kind::Force, window, 2 * n + 3)?;
-        Ok(unpack_boundary_answer(&numbers, n).expect("the length was checked"))
+        let numbers = self.numbers(peer, Kind::Force, window, 2 * n + 3)?;
+        Ok(unpack_boundary_answer(&numbers, n))
     }
 
     fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<()> {
