@@ -101,6 +101,15 @@ impl Kind {
         found.expect("a test compares the table with the enum").1
     }
 
+    /// True for requests about a window.
+    pub fn is_about_window(self) -> bool {
+        use Kind::*;
+        matches!(
+            self,
+            Advance | PrescribeVelocity | Solve | Commit | AdvanceAlone
+        )
+    }
+
     /// True for frames of interface data, which are logged, replayed and part of `hashes.exchange`. Greetings, farewells and
     /// faults hold process ids, wall-clock times and texts, so they are not.
     pub fn is_exchange(self) -> bool {
@@ -243,22 +252,12 @@ impl Frame {
         Frame { header, payload }
     }
 
-    /// A frame whose payload is a text, see [`Frame::with_bytes`].
-    pub fn with_text(header: Header, text: &str) -> Frame {
-        Frame::with_bytes(header, text.as_bytes())
-    }
-
-    /// A frame whose payload is bytes, see [`packed`].
-    pub fn with_bytes(header: Header, bytes: &[u8]) -> Frame {
-        Frame::new(header, packed(bytes))
-    }
-
-    /// The text that [`Frame::with_text`] packed.
+    /// The text that was [`packed`].
     pub fn text(&self) -> Result<String, FrameError> {
         String::from_utf8(self.bytes()?).map_err(|error| FrameError::Text(error.to_string()))
     }
 
-    /// The bytes that [`Frame::with_bytes`] packed.
+    /// The bytes that were [`packed`].
     pub fn bytes(&self) -> Result<Vec<u8>, FrameError> {
         let (length, words) = self
             .payload
@@ -354,7 +353,7 @@ mod tests {
     #[test]
     fn texts_survive_packing_whatever_their_length() {
         for text in ["", "a", "12345678", "naïve: σ = 672 MPa"] {
-            let frame = Frame::with_text(Header::of(Kind::Fault), text);
+            let frame = Frame::new(Header::of(Kind::Fault), packed(text));
             assert_eq!(frame.text().as_deref(), Ok(text));
         }
     }
@@ -365,7 +364,7 @@ mod tests {
         let signalling = f64::from_bits(0x7ff4_0000_0000_0001).to_bits();
         let mut bytes = signalling.to_le_bytes().to_vec();
         bytes.extend([255; 13]);
-        let frame = Frame::with_bytes(Header::of(Kind::State), &bytes);
+        let frame = Frame::new(Header::of(Kind::State), packed(&bytes));
         assert_eq!(frame.bytes(), Ok(bytes));
     }
 

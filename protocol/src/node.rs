@@ -130,16 +130,6 @@ pub struct Window {
     pub t1_s: f64,
 }
 
-impl Window {
-    /// A first window of so many own steps, without times: enough for a solver that has a step of its own.
-    pub fn of_steps(substeps: u32) -> Window {
-        Window {
-            substeps,
-            ..Window::default()
-        }
-    }
-}
-
 /// A node's description of itself at the handshake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Description {
@@ -506,11 +496,6 @@ impl NodeError {
             cause: None,
             message: message.into(),
         }
-    }
-
-    /// A file cannot be written.
-    pub fn output(message: impl Into<String>) -> NodeError {
-        NodeError::new(FaultCode::Output, message)
     }
 
     /// An error of this cause; its fault follows.

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
+use protocol::frame::packed;
 use protocol::serve::{Farewell, Hello, Welcome};
 use protocol::{
     Capabilities, Description, Frame, Header, Kind, Link, LinkError, Node, NodeError, Outcome,
@@ -209,7 +210,7 @@ fn requests() -> VecDeque<Frame> {
         t1_s: 2.0 * window as f64 + 0.5 * f64::from(substeps),
         ..Header::of(kind)
     };
-    let text = |kind, text: &str| Frame::with_text(header(kind, 0, 0, 0), text);
+    let text = |kind, text: &str| Frame::new(header(kind, 0, 0, 0), packed(text));
     let numbers = |kind, at: [u32; 3], payload: &[f64]| {
         Frame::new(
             header(kind, u64::from(at[0]), at[1], at[2]),

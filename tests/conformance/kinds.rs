@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::thread;
 use std::time::Duration;
 
+use protocol::frame::packed;
 use protocol::link::channel;
 use protocol::{
     BoundaryAnswer, Description, Frame, Header, Kind, Link, Node, NodeError, Outcome,
@@ -104,9 +105,9 @@ fn request(kind: Kind) -> Frame {
             let hello = json!({
                 "protocol": PROTOCOL_VERSION, "run_id": 0, "scenario_hash": "", "participant": "a", "units": "SI",
             });
-            Frame::with_text(header, &hello.to_string())
+            Frame::new(header, packed(hello.to_string()))
         }
-        Kind::Couple | Kind::Snapshot | Kind::Restore => Frame::with_text(header, "name"),
+        Kind::Couple | Kind::Snapshot | Kind::Restore => Frame::new(header, packed("name")),
         // Loads are of all components of the point that is selected.
         Kind::Advance | Kind::Solve | Kind::PrescribeVelocity => Frame::new(header, vec![1.0, 0.0]),
         _ => Frame::new(header, vec![1.0]),

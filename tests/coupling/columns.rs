@@ -15,6 +15,7 @@ use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, as_programs, program};
 use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
+use protocol::Window;
 use scheme::group::Group;
 use scheme::join::join;
 use scheme::participants::Participants;
@@ -64,8 +65,12 @@ fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
     let side = &group.force_driven[0];
     let n = 2 * side.range.len();
     let matrices = SUBSTEPS.map(|m| {
+        let window = Window {
+            substeps: m,
+            ..Window::default()
+        };
         remote
-            .compliance(side.peer, &protocol::Window::of_steps(m), n)
+            .compliance(side.peer, &window, n)
             .expect("it is stable")
     });
     (group, matrices.to_vec())

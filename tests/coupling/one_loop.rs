@@ -92,11 +92,11 @@ fn in_one_loop() -> Vec<f64> {
     let mapping = Mapping::new(MappingKind::Mortar, &places(&nodes), &places(&points), None);
     let mapping = mapping.expect("the points lie on the line");
     let size = 2 * nodes.len();
-    let c = DMatrix::from_vec(
-        size,
-        size,
-        strip.columns(&Window::of_steps(1)).expect("it is stable"),
-    );
+    let step = Window {
+        substeps: 1,
+        ..Window::default()
+    };
+    let c = DMatrix::from_vec(size, size, strip.columns(&step).expect("it is stable"));
     let wall = mapping.condense(&c) / (STEP_S * STEP_S);
     plate
         .set_boundary(STEP_S, wall.as_slice())

@@ -9,6 +9,7 @@ use coordinator::run::checkpoint::keeper::about;
 use coordinator::scenario::load::{Loaded, load, parse};
 use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, node, thirdbody};
+use protocol::frame::packed;
 use protocol::serve::{Farewell, Hello, Welcome};
 use protocol::{Frame, Header, Kind, Node, NodeError, Setting, Surface};
 
@@ -132,9 +133,9 @@ pub fn frames() -> Vec<Vec<u8>> {
             header(Kind::Surface),
             vec![0.0, 1.0, 0.1, 0.2, 0.3, 1.0, 1.0, 0.1, 0.2, 0.3],
         ),
-        Frame::with_text(header(Kind::Hello), &hello),
-        Frame::with_text(header(Kind::Fault), &fault),
-        Frame::with_bytes(header(Kind::State), &[1, 2, 3, 4, 5, 6, 7, 8, 9]),
+        Frame::new(header(Kind::Hello), packed(&hello)),
+        Frame::new(header(Kind::Fault), packed(&fault)),
+        Frame::new(header(Kind::State), packed([1, 2, 3, 4, 5, 6, 7, 8, 9])),
     ];
     made.iter().map(to_bytes).collect()
 }

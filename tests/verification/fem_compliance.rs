@@ -9,7 +9,7 @@
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps.
 
 use nalgebra::{DMatrix, SymmetricEigen};
-use protocol::{Node, Window};
+use protocol::Node;
 use serde_json::json;
 
 use crate::fem_bodies::{block, confined_modulus, node, strip, window, with};
@@ -20,7 +20,7 @@ fn compliance(damping: f64, mass_damping: f64, substeps: u32) -> DMatrix<f64> {
     let time = json!({"time": {"damping": damping, "mass_damping_per_s": mass_damping}});
     let mut node = node(&with(block(), time));
     assert_eq!(node.couple("top").expect("a set").len(), POINTS);
-    let columns = node.columns(&Window::of_steps(substeps)).expect("stable");
+    let columns = node.columns(&window(0, substeps)).expect("stable");
     DMatrix::from_column_slice(2 * POINTS, 2 * POINTS, &columns)
 }
 
@@ -61,11 +61,7 @@ fn spring(damping: f64, substeps: u32) -> f64 {
         json!({"time": {"damping": damping}}),
     ));
     node.couple("top").expect("a set");
-    let c = DMatrix::from_column_slice(
-        4,
-        4,
-        &node.columns(&Window::of_steps(substeps)).expect("stable"),
-    );
+    let c = DMatrix::from_column_slice(4, 4, &node.columns(&window(0, substeps)).expect("stable"));
     0.5 * (c[(1, 1)] + c[(1, 3)])
 }
 
@@ -100,11 +96,10 @@ fn columns_belong_to_their_selection() {
     let all = DMatrix::from_column_slice(
         2 * POINTS,
         2 * POINTS,
-        &node.columns(&Window::of_steps(5)).expect("stable"),
+        &node.columns(&window(0, 5)).expect("stable"),
     );
     node.select(&[3, 8]).expect("points of the set");
-    let two =
-        DMatrix::from_column_slice(4, 4, &node.columns(&Window::of_steps(5)).expect("stable"));
+    let two = DMatrix::from_column_slice(4, 4, &node.columns(&window(0, 5)).expect("stable"));
     let places = [6, 7, 16, 17];
     assert_eq!(two, all.select_rows(&places).select_columns(&places));
 }
@@ -124,7 +119,7 @@ fn a_window_is_affine_in_the_interface_force_with_the_columns_as_slope() {
     node.commit(&window(0, 7), &[]).expect("advanced");
     let still = node.advance(&window(1, 25), &[0.0; 8]).expect("stable");
     let moved = node.advance(&window(1, 25), &force(9)).expect("stable");
-    let c = DMatrix::from_column_slice(8, 8, &node.columns(&Window::of_steps(25)).expect("stable"));
+    let c = DMatrix::from_column_slice(8, 8, &node.columns(&window(0, 25)).expect("stable"));
     let lambda = nalgebra::DVector::from_vec(force(9));
     let expected = nalgebra::DVector::from_vec(still) + c * lambda;
     let error = (nalgebra::DVector::from_vec(moved) - &expected).amax();

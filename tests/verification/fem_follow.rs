@@ -18,7 +18,7 @@
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps, 1e-10 for energies of 2 000 steps.
 
 use nalgebra::{DMatrix, DVector};
-use protocol::{FaultCode, Node, Role, Window};
+use protocol::{FaultCode, Node, Role};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, confined_modulus, node, node_on, paper, rail, strip, window, with};
@@ -28,7 +28,7 @@ const POINTS: usize = 13;
 fn impedance(config: &Value, substeps: u32) -> DMatrix<f64> {
     let mut node = node(config);
     let components = 2 * node.couple("top").expect("a set").len();
-    let columns = node.impedance(&Window::of_steps(substeps)).expect("stable");
+    let columns = node.impedance(&window(0, substeps)).expect("stable");
     DMatrix::from_column_slice(components, components, &columns)
 }
 
@@ -120,11 +120,7 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
     let led = node
         .prescribe_velocity(&window(2, 25), &numbers(9))
         .expect("stable");
-    let d = DMatrix::from_column_slice(
-        8,
-        8,
-        &node.impedance(&Window::of_steps(25)).expect("stable"),
-    );
+    let d = DMatrix::from_column_slice(8, 8, &node.impedance(&window(0, 25)).expect("stable"));
     let expected = DVector::from_vec(held.force) + d * DVector::from_vec(numbers(9));
     let error = (DVector::from_vec(led.force) - &expected).amax();
     assert!(error <= 1e-12 * expected.amax(), "{error:e}");
@@ -201,7 +197,7 @@ fn repeats_and_threads_do_not_change_a_bit() {
         node.couple("top").expect("a set");
         let points: Vec<usize> = (180..210).collect();
         node.select(&points).expect("points of the set");
-        let mut answers = vec![node.impedance(&Window::of_steps(3)).expect("stable")];
+        let mut answers = vec![node.impedance(&window(0, 3)).expect("stable")];
         for index in 0..4 {
             let velocity: Vec<f64> = (0..60).map(|k| ((index + 7 * k) as f64).sin()).collect();
             if repeats {
@@ -228,7 +224,7 @@ fn what_cannot_be_followed_is_refused_by_name() {
     assert!(!plastic.describe().capabilities.prescribed_velocity);
     plastic.couple("top").expect("a set");
     let refused = [
-        plastic.impedance(&Window::of_steps(3)).err(),
+        plastic.impedance(&window(0, 3)).err(),
         plastic
             .prescribe_velocity(&window(0, 3), &[0.0; 2 * POINTS])
             .err(),

@@ -14,7 +14,7 @@
 
 use fem_node::output::profile::ContactProfile;
 use fem_node::statics::history::{StaticLoads, equilibrium};
-use protocol::{FaultCode, Node, Window};
+use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, confined_modulus, node, node_on, reported, setting, window, with};
@@ -227,7 +227,7 @@ fn each_node_is_exchanged_once() {
     let mass = 7800.0 * 5e-4 * 2.5e-4 * 1e-3;
     assert!(top.mass_kg.iter().all(|m| (m / mass - 1.0).abs() < 1e-9));
     // Any of them answers a force alike, the one on the seam as well.
-    let columns = body.columns(&Window::of_steps(6)).expect("stable");
+    let columns = body.columns(&window(0, 6)).expect("stable");
     let own = |point: usize| columns[(2 * point + 1) * 48 + 2 * point + 1];
     assert!((own(0) / own(11) - 1.0).abs() < 1e-9);
 }

@@ -8,7 +8,7 @@
 //! a share of that order; 1e-10 for the energy balance, as in `fem_energy`.
 
 use fem_node::model::spectrum;
-use protocol::{FaultCode, Node, Window};
+use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, node, reported, setting, window, with};
@@ -197,7 +197,7 @@ fn its_compliance_is_that_of_the_damped_body() {
     );
     let mut body = node(&config);
     let count = 2 * body.couple("top").expect("a set").len();
-    let columns = body.columns(&Window::of_steps(9)).expect("stable");
+    let columns = body.columns(&window(0, 9)).expect("stable");
     for column in [0, 7, count - 1] {
         let mut force = vec![0.0; count];
         force[column] = 1.0;

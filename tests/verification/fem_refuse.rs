@@ -3,7 +3,7 @@
 //! Source: the documented range of each key.
 //! Tolerance: none.
 
-use protocol::{FaultCode, Node, Window};
+use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, node, setting, window, with};
@@ -202,8 +202,5 @@ fn requests_that_do_not_fit_are_faults() {
         code(node.advance(&window(0, 0), &[0.0; 4])),
         FaultCode::Protocol
     );
-    assert_eq!(
-        code(node.columns(&Window::of_steps(0))),
-        FaultCode::Protocol
-    );
+    assert_eq!(code(node.columns(&window(0, 0))), FaultCode::Protocol);
 }

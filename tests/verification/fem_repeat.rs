@@ -5,7 +5,7 @@
 //! Tolerance: none for bits; 1e-12 for the cut.
 
 use fem_node::FemNode;
-use protocol::{Node, Window};
+use protocol::Node;
 use serde_json::json;
 
 use crate::fem_bodies::{block, node, node_on, paper, rail, window, with};
@@ -35,7 +35,7 @@ fn repeats_leave_no_trace() {
         repeated
             .advance(&window(index, 3), &force(points, seed + 100))
             .expect("stable");
-        repeated.columns(&Window::of_steps(4)).expect("stable");
+        repeated.columns(&window(0, 4)).expect("stable");
         let again = repeated
             .advance(&window(index, 9), &force(points, seed))
             .expect("stable");
@@ -63,7 +63,7 @@ fn threads_do_not_change_a_bit() {
                 .expect("stable");
             node.commit(&window(index, 10), &[]).expect("advanced");
         }
-        let columns = node.columns(&Window::of_steps(3)).expect("stable");
+        let columns = node.columns(&window(0, 3)).expect("stable");
         (hash(&mut node), columns)
     };
     let one = run(1);

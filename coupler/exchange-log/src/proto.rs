@@ -48,7 +48,7 @@ pub struct ExchangeMessage {
     /// Receiver of the frame.
     #[prost(string, tag = "11")]
     pub receiver: String,
-    /// The numbers; a text is packed as in [`protocol::Frame::with_text`].
+    /// The numbers; a text is packed as in [`protocol::frame::packed`].
     #[prost(double, repeated, tag = "12")]
     pub payload: Vec<f64>,
     /// XXH3 of the payload, as the frame had it.

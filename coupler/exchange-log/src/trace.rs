@@ -16,6 +16,7 @@ use std::path::Path;
 use protocol::Kind;
 use serde_json::{Value, json};
 
+use super::entry::kind_name;
 use super::timing::{OwnTimes, ParticipantTimes, RequestTimes, Timing};
 use crate::error::ExportError;
 
@@ -90,17 +91,7 @@ fn args(request: &RequestTimes) -> Value {
 }
 
 fn is_about_window(request: &RequestTimes) -> bool {
-    use Kind::*;
-    let kind = Kind::from_number(request.kind);
-    matches!(
-        kind,
-        Some(Advance | PrescribeVelocity | Solve | Commit | AdvanceAlone)
-    )
-}
-
-fn word(request: &RequestTimes) -> String {
-    let kind = Kind::from_number(request.kind);
-    kind.map_or_else(|| request.kind.to_string(), |kind| kind.word().to_string())
+    Kind::from_number(request.kind).is_some_and(Kind::is_about_window)
 }
 
 /// The coordinator: its waits as it noted them, its own work between them.
@@ -178,7 +169,7 @@ fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
     }
     let (setup, begin_ns) = setup(hello, own);
     let told = requests.iter().zip(spans);
-    let work = told.map(|(request, span)| Span::new(word(request), *span, args(request)));
+    let work = told.map(|(request, span)| Span::new(kind_name(request.kind), *span, args(request)));
     Ok(([setup].into_iter().chain(work).collect(), begin_ns))
 }
 
@@ -207,7 +198,7 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
         reached_ns = request.answered_ns.max(from_ns);
         let name = match request.kind == Kind::Hello as u32 {
             true => "set-up".into(),
-            false => word(request),
+            false => kind_name(request.kind),
         };
         Span::new(name, [from_ns, reached_ns], args(request))
     });
@@ -221,23 +212,18 @@ fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportEr
     };
     let requests = timing.participants.iter().flat_map(|one| &one.requests);
     let about = requests.filter(|request| is_about_window(request));
-    let mut drawn = about
+    let drawn = |request: &&RequestTimes| (first..=last).contains(&request.window);
+    let from_ns = about.clone().filter(drawn).map(|request| request.asked_ns);
+    let to_ns = about
         .clone()
-        .filter(|request| (first..=last).contains(&request.window));
-    let Some(one) = drawn.next() else {
-        let has = about.map(|request| request.window).max();
-        let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
-        return Err(ExportError::NoWindow { first, last, has });
-    };
-    Ok(drawn.fold(
-        [one.asked_ns, one.answered_ns],
-        |[from_ns, to_ns], request| {
-            [
-                from_ns.min(request.asked_ns),
-                to_ns.max(request.answered_ns),
-            ]
-        },
-    ))
+        .filter(drawn)
+        .map(|request| request.answered_ns);
+    if let (Some(from_ns), Some(to_ns)) = (from_ns.min(), to_ns.max()) {
+        return Ok([from_ns, to_ns]);
+    }
+    let has = about.map(|request| request.window).max();
+    let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
+    Err(ExportError::NoWindow { first, last, has })
 }
 
 /// Writes all events; returns their number.

@@ -406,13 +406,7 @@ fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
 /// The request and its time, as messages say it.
 fn asked(header: &Header) -> String {
     match Kind::from_number(header.kind) {
-        Some(
-            kind @ (Kind::Advance
-            | Kind::PrescribeVelocity
-            | Kind::Solve
-            | Kind::Commit
-            | Kind::AdvanceAlone),
-        ) => format!(
+        Some(kind) if kind.is_about_window() => format!(
             "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
             header.window, header.iteration, header.t0_s
         ),

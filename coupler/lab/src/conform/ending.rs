@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use protocol::Frame;
+use protocol::frame::packed;
 
 use super::launch::{Launch, LaunchEnd};
 use super::plain::{RuleTrial, WINDOWS};
@@ -92,7 +93,7 @@ pub fn faults(trial: &RuleTrial) -> RuleFinding {
     let damaged = |launch: &mut Launch| {
         let state = launch.checkpoint()?;
         let bytes = state.bytes().map_err(Refusal::from)?;
-        let half = Frame::with_bytes(state.header, &bytes[..bytes.len() / 2]);
+        let half = Frame::new(state.header, packed(&bytes[..bytes.len() / 2]));
         launch.restore(&half, &launch.displacement.clone())
     };
     let mut all: Vec<Nonsense> = vec![("a set that it does not have", &unknown_set)];
