@@ -76,7 +76,8 @@ pub(super) struct Services {
 
 impl Services {
     pub(super) fn new(root: &Path, prefix: &str, participant: &str) -> Result<Services, LinkError> {
-        quiet();
+        // iceoryx2 writes nothing but errors to the terminal.
+        set_log_level(LogLevel::Error);
         let config = config(root, prefix)?;
         let folder = root.display();
         private_folder(root).map_err(transport(format!("the folder {folder} cannot be used")))?;
@@ -275,11 +276,6 @@ fn config(root: &Path, prefix: &str) -> Result<Config, LinkError> {
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     Ok(config)
-}
-
-/// Keeps iceoryx2 from writing anything but errors to the terminal.
-fn quiet() {
-    set_log_level(LogLevel::Error);
 }
 
 /// An error of the transport, in its own words.
