@@ -142,15 +142,13 @@ impl LogFile {
     /// The first two records are the header and the metadata; a file without them is something else.
     fn read_provenance(&mut self) -> Result<(), Failure> {
         let missing = || Failure::Damage("it does not begin with its provenance".into());
-        let header = self
-            .next_record()?
-            .filter(|(opcode, _)| *opcode == op::HEADER);
-        header.ok_or_else(missing)?;
-        let start = self.offset;
-        let metadata = self
-            .next_record()?
-            .filter(|(opcode, _)| *opcode == op::METADATA);
-        let (_, data) = metadata.ok_or_else(missing)?;
+        let mut next = |wanted: u8| {
+            let start = self.offset;
+            let record = self.next_record()?.filter(|(kind, _)| *kind == wanted);
+            record.map(|(_, data)| (start, data)).ok_or_else(missing)
+        };
+        next(op::HEADER)?;
+        let (start, data) = next(op::METADATA)?;
         let read = provenance::read(&data).inspect_err(|_| self.offset = start);
         self.provenance = read.map_err(Failure::Damage)?;
         Ok(())
