@@ -30,19 +30,14 @@ pub type Result<T, E = SchemeError> = std::result::Result<T, E>;
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum Unfit {
-    #[error("participant `{participant}`: {problem}")]
-    SingularImpedance {
-        participant: String,
-        problem: String,
-    },
+    #[error("{0}")]
+    NoInverse(String),
     #[error("interface `{interface}` between {} and {}: {why}", between[0], between[1])]
     Geometry {
         interface: String,
         between: [String; 2],
         why: String,
     },
-    #[error("the masses of the glued points on the surface nodes have no inverse")]
-    SingularMasses,
     #[error("participant `{participant}` {problem}")]
     Participant {
         participant: String,

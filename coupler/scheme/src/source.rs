@@ -6,7 +6,7 @@ use protocol::Window;
 use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
-use crate::error::{Result, SchemeError, Unfit};
+use crate::error::{Result, Unfit};
 use crate::keys::{CompliancePrior, CouplingScheme, Dirichlet};
 
 /// Source of a matrix that is not known yet.
@@ -56,10 +56,8 @@ impl ComplianceSource {
             ComplianceSource::Impedance => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
-                    SchemeError::from(Unfit::SingularImpedance {
-                        participant: participants.name(side.peer).to_string(),
-                        problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
-                    })
+                    let name = participants.name(side.peer);
+                    Unfit::NoInverse(format!("participant `{name}`: its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""))
                 })?;
                 Ok(yields * group.window_s(window))
             }
@@ -112,8 +110,9 @@ fn points_only(
         resists.row_mut(i).fill(0.0);
         resists.column_mut(i).fill(0.0);
     }
-    let yields =
-        inverse_of_what_moves(&resists).ok_or_else(|| SchemeError::from(Unfit::SingularMasses))?;
+    let problem = "the masses of the glued points on the surface nodes have no inverse";
+    let yields = inverse_of_what_moves(&resists);
+    let yields = yields.ok_or_else(|| Unfit::NoInverse(problem.into()))?;
     Ok(yields * group.window_s(window).powi(2))
 }
 

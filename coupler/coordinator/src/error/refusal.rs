@@ -69,7 +69,7 @@ impl Refusal {
 
 fn code_of_unfit(unfit: &Unfit) -> Code {
     match unfit {
-        Unfit::SingularImpedance { .. } | Unfit::SingularMasses => Code::NoInverse,
+        Unfit::NoInverse(_) => Code::NoInverse,
         Unfit::Geometry { .. } => Code::SurfacesApart,
         Unfit::Participant { .. } => Code::ParticipantUnfit,
         Unfit::Key { .. } => Code::SchemeUnsuited,

@@ -58,13 +58,19 @@ pub struct Bound {
 }
 
 impl Bound {
+    fn new(name: &str, margin: f64, stability: bool) -> Bound {
+        let name = name.into();
+        Bound {
+            name,
+            margin,
+            stability,
+        }
+    }
+
     /// The bounds of a step or window (s) above which results lose accuracy.
     pub fn of_accuracy(limits: &[AccuracyLimit], step_s: f64) -> impl Iterator<Item = Bound> {
-        limits.iter().map(move |limit| Bound {
-            name: limit.name.clone(),
-            margin: limit.limit_s / step_s,
-            stability: false,
-        })
+        let limits = limits.iter();
+        limits.map(move |limit| Bound::new(&limit.name, limit.limit_s / step_s, false))
     }
 
     /// True for a window that is so long beside the continuum's first period that results depend on it. Windows up to a third longer than a
@@ -102,11 +108,8 @@ pub fn explain(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
         let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
-        prediction.bounds.extend(margin.map(|margin| Bound {
-            name: "added mass".into(),
-            margin,
-            stability: true,
-        }));
+        let bound = margin.map(|margin| Bound::new("added mass", margin, true));
+        prediction.bounds.extend(bound);
     }
     Ok(prediction)
 }
@@ -116,11 +119,7 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
     let window_s = inputs.clock.window_s();
     let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
-        prediction.bounds.push(Bound {
-            name: name.into(),
-            margin,
-            stability,
-        });
+        prediction.bounds.push(Bound::new(name, margin, stability));
     };
     if let Some((limit, name)) = &inputs.step_limit {
         add(
