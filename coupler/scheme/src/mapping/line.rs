@@ -106,10 +106,8 @@ impl Line {
     pub(super) fn check(&self, points: &[[f64; 2]], positions: &[f64]) -> Result<(), MappingError> {
         let (low, high) = self.ends();
         let margin = 1e-9 * (high - low);
-        match positions
-            .iter()
-            .position(|s| !(*s >= low - margin && *s <= high + margin))
-        {
+        let on_it = low - margin..=high + margin;
+        match positions.iter().position(|s| !on_it.contains(s)) {
             None => Ok(()),
             Some(point) => Err(MappingError::Beyond {
                 point,
@@ -193,11 +191,7 @@ impl Line {
         let result = (0..order.len()).map(|k| {
             let s = position(k);
             let previous = k.checked_sub(1).map(position).or(before);
-            let next = if k < last {
-                Some(position(k + 1))
-            } else {
-                after
-            };
+            let next = (k < last).then(|| position(k + 1)).or(after);
             let inner_left = previous.map(|previous| 0.5 * (s - previous));
             let inner_right = next.map(|next| 0.5 * (next - s));
             let left = inner_left.or(inner_right).unwrap_or(0.0);
