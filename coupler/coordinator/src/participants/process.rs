@@ -96,31 +96,58 @@ impl Process {
 
     /// Asks it to end, with all that it started.
     pub fn ask_to_end(&self) {
-        let _ = killpg(group(&self.child), Signal::SIGTERM);
+        self.signal(Signal::SIGTERM);
     }
 
     /// Tells if it ends by itself in this time.
     pub fn ends_within(&mut self, patience: Duration) -> bool {
-        ends_within(&mut self.child, patience)
+        let start = Instant::now();
+        while start.elapsed() < patience {
+            match self.child.try_wait() {
+                Ok(None) => std::thread::sleep(Duration::from_millis(2)),
+                Ok(Some(_)) | Err(_) => return true,
+            }
+        }
+        false
     }
 
     /// Its end, if it has come.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
     }
+
+    /// Sends a signal to all of the process group that it leads.
+    fn signal(&self, signal: Signal) {
+        let _ = killpg(Pid::from_raw(self.id() as i32), signal);
+    }
+
+    /// Waits until it has ended by itself, as long as it may take, then asks it to, then ends it.
+    fn end(&mut self) {
+        let stages = [
+            (None, self.grace),
+            (Some(Signal::SIGTERM), GRACE),
+            (Some(Signal::SIGKILL), GRACE),
+        ];
+        for (signal, grace) in stages {
+            // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
+            if is_stopped(self.id()) {
+                self.signal(Signal::SIGKILL);
+            } else if let Some(signal) = signal {
+                self.signal(signal);
+            }
+            if self.ends_within(grace) {
+                return;
+            }
+        }
+    }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        end(&mut self.child, self.grace);
+        self.end();
         // What a shell has started outlives the shell.
-        let _ = killpg(group(&self.child), Signal::SIGKILL);
+        self.signal(Signal::SIGKILL);
     }
-}
-
-/// The process group that a child leads.
-fn group(child: &Child) -> Pid {
-    Pid::from_raw(child.id() as i32)
 }
 
 /// Files that the coordinator needs open, and those of each connection over shared memory: `two-rails` has 8 + 3 x 24 open, and
@@ -202,39 +229,6 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
     };
     let text = format!("participant `{participant}`: {problem}");
     Err(Refusal::other(Code::CommandNotFound, text).into())
-}
-
-/// Waits for a child that should end by itself, for this long, then asks it to, then ends it.
-fn end(child: &mut Child, by_itself: Duration) {
-    let asked = group(child);
-    let stages = [
-        (None, by_itself),
-        (Some(Signal::SIGTERM), GRACE),
-        (Some(Signal::SIGKILL), GRACE),
-    ];
-    for (signal, grace) in stages {
-        // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
-        if is_stopped(child.id()) {
-            let _ = killpg(asked, Signal::SIGKILL);
-        } else if let Some(signal) = signal {
-            let _ = killpg(asked, signal);
-        }
-        if ends_within(child, grace) {
-            return;
-        }
-    }
-}
-
-/// Tells if a child ends in this time.
-fn ends_within(child: &mut Child, patience: Duration) -> bool {
-    let start = Instant::now();
-    while start.elapsed() < patience {
-        match child.try_wait() {
-            Ok(None) => std::thread::sleep(Duration::from_millis(2)),
-            Ok(Some(_)) | Err(_) => return true,
-        }
-    }
-    false
 }
 
 /// Tells if a process is stopped (SIGSTOP, a debugger), read off the process table.

@@ -33,12 +33,8 @@ impl Watch {
 
     /// The error of a run that got a signal.
     pub fn interrupted(&self) -> Option<Error> {
-        match self.signal.load(Ordering::Relaxed) {
-            0 => None,
-            signal => Some(Error::Interrupted {
-                signal: signal as i32,
-            }),
-        }
+        let signal = self.signal.load(Ordering::Relaxed) as i32;
+        (signal != 0).then_some(Error::Interrupted { signal })
     }
 
     /// Passes on the error of [`Watch::interrupted`] once the grace of a window has passed: for waits inside of one.
