@@ -162,7 +162,7 @@ fn print_error(error: Error) {
     let ending = (error.exit_code(), error.status());
     let object = error_object(ending, error.code(), &error.to_string());
     tell_of("error", object, || match error {
-        Error::Scenario(scenario) => format!("{:?}", miette::Report::new(*scenario)),
+        Error::Scenario(scenario) => format!("{:?}", scenario.report()),
         other => other.line(),
     });
 }

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::io;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report, SourceSpan};
 use protocol::{Cause, NodeError, WithCure};
 use scenes::kept::KeptError;
 use scheme::error::SchemeError;
@@ -37,26 +37,18 @@ pub struct ScenarioError {
     pub span: Option<SourceSpan>,
 }
 
-/// By hand: miette derives only codes that are always the same.
-impl Diagnostic for ScenarioError {
-    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
-        Some(Box::new(format!("error[{}]", self.code.word())))
-    }
-
-    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
-        let help = self.help.as_ref()?;
-        Some(Box::new(help))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        let file = self.source_file.as_ref()?;
-        Some(file)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.span?;
-        let label = LabeledSpan::new_with_span(Some("here".into()), span);
-        Some(Box::new([label].into_iter()))
+impl ScenarioError {
+    /// The report that points into the file.
+    pub fn report(self) -> Report {
+        let code = format!("error[{}]", self.code.word());
+        let label = |span| LabeledSpan::new_with_span(Some("here".into()), span);
+        let mut report = MietteDiagnostic::new(self.to_string()).with_code(code);
+        report.help = self.help;
+        report.labels = self.span.map(|span| vec![label(span)]);
+        match self.source_file {
+            None => report.into(),
+            Some(file) => Report::from(report).with_source_code(file),
+        }
     }
 }
 

@@ -36,12 +36,4 @@ impl Explanation {
         let end = ending.iter().filter_map(|words| first.find(words)).min();
         &first[..end.unwrap_or(first.len())]
     }
-
-    /// The exit code that it tells; none for a warning.
-    pub fn exit_code(&self) -> Option<i32> {
-        let first = self.text.lines().next()?;
-        let (_, told) = first.split_once(" Exit code ")?;
-        let digits: String = told.chars().take_while(char::is_ascii_digit).collect();
-        digits.parse().ok()
-    }
 }
