@@ -15,10 +15,7 @@ pub mod schema;
 pub mod source;
 
 pub use plausible::Plausible;
-pub use scheme::keys::{
-    Acceleration, CompliancePrior, CouplingScheme, Dirichlet, Interface, MappingKind, Order,
-    Policy, SchemeKeys, SchemeWord, Update,
-};
+use scheme::keys::Interface;
 
 /// Longest deadline (s): a year.
 const LONGEST_WAIT: f64 = 3.2e7;

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use coordinator::error::Error;
 use coordinator::run::checkpoint::RestartPoint;
-use coordinator::scenario::load::{Loaded, folder_of_manifest, parse};
+use coordinator::scenario::load::{FOLDER_KEY, Loaded, of_manifest, parse};
 use coordinator::scenario::source::ScenarioSource;
 use exchange_log::{Entry, Exchange, LogError, recover};
 use tape::turns;
@@ -72,7 +72,7 @@ pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> 
         overrides: overrides.to_vec(),
     };
     let mut loaded = parse(source)?;
-    if let Some(folder) = folder_of_manifest(&log.provenance.manifest_json) {
+    if let Some(folder) = of_manifest(&log.provenance.manifest_json, FOLDER_KEY) {
         loaded.folder = folder;
     }
     let (mut messages, mut ends) = (Vec::new(), Vec::new());

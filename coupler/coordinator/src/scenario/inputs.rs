@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::load::Loaded;
+use super::load::{Loaded, of_manifest};
 use crate::error::{Refusal, Result};
 use crate::output::table::{changed, content_hash};
 
@@ -27,10 +27,9 @@ impl Loaded {
 /// Refuses to go on with a run whose files hold something else than when it read them.
 pub fn refuse_changed_inputs(run: &Path) -> Result<()> {
     let manifest = run.join("manifest.json");
-    let told = fs::read(&manifest).unwrap_or_default();
-    let mut told: serde_json::Value = serde_json::from_slice(&told).unwrap_or_default();
-    let told = serde_json::from_value(told[INPUTS_KEY].take());
-    let told: BTreeMap<String, String> = told.map_err(|_| {
+    let told = fs::read_to_string(&manifest).unwrap_or_default();
+    let told: Option<BTreeMap<String, String>> = of_manifest(&told, INPUTS_KEY);
+    let told = told.ok_or_else(|| {
         let path = manifest.display();
         Refusal::checkpoint(format!("{path} does not tell what the files that the run read held (`{INPUTS_KEY}`): put it back, or run the scenario from its start"))
     })?;

@@ -40,10 +40,10 @@ pub const CHANGED_KEY: &str = "changed";
 /// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
 
-/// The folder that a manifest keeps.
-pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
-    let manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
-    manifest[FOLDER_KEY].as_str().map(PathBuf::from)
+/// What a manifest keeps under this key.
+pub fn of_manifest<T: DeserializeOwned>(manifest: &str, key: &str) -> Option<T> {
+    let mut manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
+    serde_json::from_value(manifest.get_mut(key)?.take()).ok()
 }
 
 /// Longest scenario (bytes); layers of listed disks take some 100 a disk.
@@ -72,7 +72,8 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let manifest = std::fs::read_to_string(beside.join("manifest.json")).unwrap_or_default();
-    let kept = folder_of_manifest(&manifest);
+    let kept = of_manifest(&manifest, FOLDER_KEY);
+    let changed = of_manifest(&manifest, CHANGED_KEY).unwrap_or_default();
     let source = ScenarioSource {
         name: path.display().to_string(),
         text,
@@ -81,15 +82,9 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let loaded = parse(source)?;
     Ok(Loaded {
         folder: kept.unwrap_or_else(|| absolute(beside)),
-        changed: since(changes_of_manifest(&manifest), loaded.changed),
+        changed: since(changed, loaded.changed),
         ..loaded
     })
-}
-
-/// The changes that a manifest keeps.
-fn changes_of_manifest(manifest: &str) -> Changes {
-    let manifest: serde_json::Value = serde_json::from_str(manifest).unwrap_or_default();
-    serde_json::from_value(manifest[CHANGED_KEY].clone()).unwrap_or_default()
 }
 
 /// All changes of a scenario that was changed once already, and now again.
