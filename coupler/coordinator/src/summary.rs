@@ -465,14 +465,11 @@ impl Join {
     /// The mean force that leaves a participant downwards here (N): a layer pushes its continuum, which pushes back.
     fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
         let force = through_n.get(self.index).copied().flatten()?;
-        let sign = if peer == self.motion_driven {
-            1.0
-        } else {
-            -1.0
-        };
-        [self.motion_driven, self.continuum]
-            .contains(&peer)
-            .then_some(sign * force)
+        match peer {
+            _ if peer == self.motion_driven => Some(force),
+            _ if peer == self.continuum => Some(-force),
+            _ => None,
+        }
     }
 }
 

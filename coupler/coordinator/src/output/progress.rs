@@ -32,6 +32,7 @@ pub struct ProgressSpan {
 }
 
 /// Progress of a run. It reads no clock: instants are those at which the coordinator last looked at its own.
+#[derive(Default)]
 pub struct Progress {
     shown: bool,
     course: ProgressSpan,
@@ -46,11 +47,7 @@ impl Progress {
     pub fn new(shown: bool) -> Progress {
         Progress {
             shown: shown && stderr_mode() != StderrMode::Quiet,
-            course: ProgressSpan::default(),
-            remaining: Remaining::default(),
-            looked_ns: 0,
-            told_ns: 0,
-            told_parts: 0,
+            ..Progress::default()
         }
     }
 
