@@ -2,8 +2,8 @@
 //!
 //! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
 //! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
-//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`resume_check`]: the
-//!   same compared with a log;
+//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down, or compared with
+//!   a log;
 //! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
 //!   words, read leniently;
 //! - [`remote`]: participants behind frames, as schemes see them; in memory they are
@@ -21,7 +21,6 @@ pub mod process;
 pub mod recorded;
 pub mod registry;
 pub mod remote;
-pub mod resume_check;
 pub mod watch;
 
 pub use communicator::{Communicator, Peers};

@@ -8,16 +8,19 @@ use protocol::{Frame, Kind};
 
 use super::communicator::{Communicator, Peers, SentBy};
 use super::journal::Journal;
-use crate::error::Result;
+use crate::error::{Refusal, Result};
 use exchange_log::timing::{OwnTimes, TimingLog};
-use exchange_log::{COUPLER, Exchange};
+use exchange_log::{COUPLER, Exchange, Mismatch};
 
-/// Participants whose exchange is recorded and hashed. A request that is sent early is recorded when its turn has come.
+/// Participants whose exchange is recorded and hashed. A request that is sent early is recorded when its turn has come. The
+/// handshake of a resumed run is in the log already: it is compared with that, message by message.
 pub struct Recorded {
     /// The participants: requests that go to them directly are not recorded.
     pub peers: Peers,
     /// Log and hash.
     pub journal: Journal,
+    /// Messages of the log that the handshake of a resumed run has yet to repeat.
+    logged: Option<std::vec::IntoIter<Exchange>>,
     /// Times of the requests, if they are written down.
     timing: Option<TimingLog>,
     /// Reason for which times are not written down any more.
@@ -31,8 +34,28 @@ impl Recorded {
         Recorded {
             peers,
             journal,
+            logged: None,
             timing,
             untimed: None,
+        }
+    }
+
+    /// From now on all must be said as it was logged, until the handshake ends.
+    pub fn repeat_handshake(&mut self, logged: Vec<Exchange>) {
+        self.logged = Some(logged.into_iter());
+    }
+
+    /// Closes the handshake; refuses one that ended before the logged one.
+    pub fn end_handshake(&mut self) -> Result<()> {
+        let Some(mut logged) = self.logged.take() else {
+            return self.end_window(0);
+        };
+        match logged.next() {
+            None => Ok(()),
+            Some(Exchange { sender, .. }) => Err(Refusal::checkpoint(format!(
+                "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
+            ))
+            .into()),
         }
     }
 
@@ -76,8 +99,25 @@ impl Recorded {
     }
 }
 
+/// Refuses what is said in the handshake of a resumed run if the log has something else there.
+fn compare(logged: Option<Exchange>, Exchange { sender, frame, .. }: Exchange) -> Result<()> {
+    let differs = match logged {
+        Some(logged) if logged.sender == sender => {
+            Mismatch::between(&sender, &logged.frame, &frame).map(|found| found.to_string())
+        }
+        Some(logged) => Some(format!("`{sender}` spoke where `{}` did", logged.sender)),
+        None => Some(format!("`{sender}` said more")),
+    };
+    differs.map_or(Ok(()), |why| {
+        Err(Refusal::checkpoint(format!(
+            "the handshake is not that of the log: {why}; resume with the build that wrote it"
+        ))
+        .into())
+    })
+}
+
 /// A message between the coupler and a participant, as the log has it; `None` for a frame that carries no interface data.
-pub fn exchange(peers: &Peers, peer: usize, by: SentBy, frame: Cow<Frame>) -> Option<Exchange> {
+fn exchange(peers: &Peers, peer: usize, by: SentBy, frame: Cow<Frame>) -> Option<Exchange> {
     if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
         return None;
     }
@@ -104,8 +144,13 @@ impl Communicator for Recorded {
     }
 
     fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
-        let exchange = exchange(&self.peers, peer, by, frame);
-        exchange.map_or(Ok(()), |exchange| self.journal.add(exchange))
+        let Some(exchange) = exchange(&self.peers, peer, by, frame) else {
+            return Ok(());
+        };
+        match &mut self.logged {
+            None => self.journal.add(exchange),
+            Some(logged) => compare(logged.next(), exchange),
+        }
     }
 
     fn end_window(&mut self, window: u64) -> Result<()> {

@@ -28,7 +28,6 @@ use crate::participants::journal::Journal;
 use crate::participants::launch::Launcher;
 use crate::participants::recorded::Recorded;
 use crate::participants::remote::Remote;
-use crate::participants::resume_check::ResumeCheck;
 use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::plausible::{self, Warning};
 use crate::rundir::{RunDir, free_bytes, manifest};
@@ -37,7 +36,6 @@ use crate::summary::Summary;
 use exchange_log::timing::{TIMING, TimingLog};
 use exchange_log::{Exchange, Provenance, Recorder, Volume};
 use scheme::clock::Clock;
-use scheme::group::Group;
 use scheme::join::join;
 use scheme::predict::inputs::foresee;
 use scheme::predict::prediction::{Bound, LEAST_MARGIN};
@@ -289,15 +287,17 @@ impl RunSession<'_> {
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
         }
-        let mut logged = Vec::new();
         if let Some(restart) = self.restart {
             restart.check(self.loaded, &greeted)?;
-            logged = self.carry_over(recorded, &mut outputs, restart)?;
+            let handshake = self.carry_over(recorded, &mut outputs, restart)?;
+            if !scenario.interface.is_empty() {
+                recorded.repeat_handshake(handshake);
+            }
         }
         let result = if scenario.interface.is_empty() {
             self.alone(recorded, &greeted, &mut outputs)
         } else {
-            self.coupled(recorded, &greeted, logged, &mut outputs)
+            self.coupled(recorded, &greeted, &mut outputs)
         };
         self.summary.energies(&outputs.energies());
         self.summary.interface_works();
@@ -362,11 +362,11 @@ impl RunSession<'_> {
         &mut self,
         recorded: &mut Recorded,
         greeted: &[Greeted],
-        logged: Vec<Exchange>,
         outputs: &mut Outputs,
     ) -> Result<()> {
         let scenario = &self.loaded.scenario;
-        let joined = self.join(recorded, greeted, logged)?;
+        let joined = join(&mut Remote::new(recorded, greeted), &scenario.interface)?;
+        recorded.end_handshake()?;
         let mut groups = groups_at_start(scenario, greeted, joined)?;
         for group in &groups {
             self.rundir.note(&describe(group));
@@ -403,25 +403,6 @@ impl RunSession<'_> {
         self.summary.interfaces(couplings);
         result?;
         outputs.finish(recorded, &groups, &mut self.summary)
-    }
-
-    /// Joins the interfaces. A resumed run must say just what the log already holds.
-    fn join(
-        &self,
-        recorded: &mut Recorded,
-        greeted: &[Greeted],
-        logged: Vec<Exchange>,
-    ) -> Result<Vec<Group>> {
-        let scenario = &self.loaded.scenario;
-        if self.restart.is_none() {
-            let groups = join(&mut Remote::new(recorded, greeted), &scenario.interface)?;
-            recorded.end_window(0)?;
-            return Ok(groups);
-        }
-        let mut check = ResumeCheck::new(&mut recorded.peers, logged);
-        let groups = join(&mut Remote::new(&mut check, greeted), &scenario.interface)?;
-        check.finish()?;
-        Ok(groups)
     }
 
     /// Notes the stability that the handshake predicts, and refuses a scheme that is predicted to fail.
