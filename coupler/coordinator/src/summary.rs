@@ -6,13 +6,14 @@ use protocol::busy::BusyTimes;
 use protocol::serve::Farewell;
 use protocol::{Finding, HeldLoad, Phase, Role};
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::cost::account::TimeAccount;
 use crate::cost::memory::{own_cpu_s, peak_bytes};
 use crate::cost::prediction::Pace;
 use crate::error::{CHECK_FAILED, Error};
 use crate::output::collection::FieldsSummary;
+use crate::output::run_progress::known;
 use crate::output::sample::load_history;
 use crate::output::table::Written;
 use crate::participants::handshake::Greeted;
@@ -56,9 +57,9 @@ pub struct Summary {
     pub warnings: Vec<Warning>,
     #[serde(serialize_with = "by_name")]
     participants: Vec<(String, ParticipantSummary)>,
-    /// This process.
+    /// This process, with the coupler in it. Where participants are threads of it, their processor times and memories are its own.
     #[serde(skip_serializing_if = "Option::is_none")]
-    coordinator: Option<CoordinatorSummary>,
+    coordinator: Option<Value>,
     /// Results by name, unit in the name.
     pub results: BTreeMap<String, f64>,
     hashes: Hashes,
@@ -116,14 +117,6 @@ struct Hashes {
     state: Option<String>,
 }
 
-/// The coordinator, with the coupler in it. Where participants are threads of it, their processor times and memories are its own.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct CoordinatorSummary {
-    pid: u32,
-    cpu_s: f64,
-    peak_rss_bytes: u64,
-}
-
 #[derive(Clone, Debug, Default, Serialize)]
 struct ParticipantSummary {
     kind: String,
@@ -146,24 +139,9 @@ struct ParticipantSummary {
     /// Work that its ledger says was done on it through its interfaces (J).
     #[serde(skip)]
     through_j: Option<f64>,
+    /// Its work, as it said at the end.
     #[serde(flatten)]
-    work: Option<WorkSummary>,
-}
-
-/// Work of a participant, as it said at the end.
-#[derive(Clone, Debug, Serialize)]
-struct WorkSummary {
-    steps: u64,
-    cpu_s: f64,
-    solve_wall_s: f64,
-    setup_wall_s: f64,
-    wait_s: f64,
-    work: BTreeMap<String, f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ns_per_work: Option<f64>,
-    peak_rss_bytes: u64,
-    state_hash: String,
-    warnings: Vec<String>,
+    work: Map<String, Value>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -293,11 +271,11 @@ impl Summary {
 
     /// Enters what this process cost since it had used so much processor time (s).
     pub fn coordinator(&mut self, since_cpu_s: f64) {
-        self.coordinator = Some(CoordinatorSummary {
-            pid: std::process::id(),
-            cpu_s: own_cpu_s() - since_cpu_s,
-            peak_rss_bytes: peak_bytes(&[]),
-        });
+        self.coordinator = Some(json!({
+            "pid": std::process::id(),
+            "cpu_s": own_cpu_s() - since_cpu_s,
+            "peak_rss_bytes": peak_bytes(&[]),
+        }));
     }
 
     /// Enters what the participants said at the end.
@@ -310,18 +288,18 @@ impl Summary {
             state.update(outcome.state_hash.as_bytes());
             self.results.extend(outcome.results);
             let work: f64 = outcome.work.values().sum();
-            participant.work = Some(WorkSummary {
-                steps: outcome.steps,
-                cpu_s: farewell.cpu_s,
-                solve_wall_s: farewell.solve_wall_s,
-                setup_wall_s: farewell.setup_wall_s,
-                wait_s: farewell.wait_s,
-                work: outcome.work,
-                ns_per_work: (work > 0.0).then(|| 1e9 * farewell.solve_wall_s / work),
-                peak_rss_bytes: farewell.peak_rss_bytes,
-                state_hash: outcome.state_hash,
-                warnings: outcome.warnings,
-            });
+            participant.work = known(json!({
+                "steps": outcome.steps,
+                "cpu_s": farewell.cpu_s,
+                "solve_wall_s": farewell.solve_wall_s,
+                "setup_wall_s": farewell.setup_wall_s,
+                "wait_s": farewell.wait_s,
+                "work": outcome.work,
+                "ns_per_work": (work > 0.0).then(|| 1e9 * farewell.solve_wall_s / work),
+                "peak_rss_bytes": farewell.peak_rss_bytes,
+                "state_hash": outcome.state_hash,
+                "warnings": outcome.warnings,
+            }));
         }
         self.hashes.state = Some(state.finalize().to_hex().to_string());
     }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::pace::Remaining;
 use super::progress::{LINE_EVERY_S, OBJECT_EVERY_S};
-use super::run_progress::{bar, lasting};
+use super::run_progress::{bar, known, lasting};
 use super::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
 
 /// Time between two updates of the bar (s).
@@ -76,17 +76,15 @@ impl Count {
     }
 
     fn object(&self, done: usize, left_s: Option<f64>) -> Value {
-        let mut object = json!({
+        let object = json!({
             "what": self.what,
             "things": self.things,
             "done": done,
             "total": self.total,
             "spent_wall_s": self.shown_s,
+            "left_wall_s": left_s,
         });
-        if let Some(left_s) = left_s {
-            object["left_wall_s"] = json!(left_s);
-        }
-        object
+        known(object).into()
     }
 }
 

@@ -117,7 +117,9 @@ impl RunProgress {
     pub fn object(&self) -> Value {
         let waited = self.waited.iter();
         let waited = waited.map(|(name, share)| (name.clone(), json!(share)));
-        let mut object = json!({
+        let (phase, part) = self.phase.clone().unzip();
+        let (last, mean) = self.repeats.unzip();
+        let object = json!({
             "run": self.run,
             "done_rel": self.done(),
             "t_s": self.t_s,
@@ -127,26 +129,26 @@ impl RunProgress {
             "waited_rel": waited.collect::<Map<String, Value>>(),
             "own_rel": self.own(),
             "spent_wall_s": self.spent_s,
+            "phase": phase,
+            "phase_done_rel": part,
+            "repeats": last,
+            "repeats_mean": mean,
+            "sn_pct": self.sn_pct,
+            "friction_coefficient": self.friction_coefficient,
+            "energy_defect_rel": self.energy_defect_rel,
+            "left_wall_s": self.left_s,
         });
-        let (phase, part) = self.phase.clone().unzip();
-        let (last, mean) = self.repeats.unzip();
-        let optional = [
-            ("phase", json!(phase)),
-            ("phase_done_rel", json!(part)),
-            ("repeats", json!(last)),
-            ("repeats_mean", json!(mean)),
-            ("sn_pct", json!(self.sn_pct)),
-            ("friction_coefficient", json!(self.friction_coefficient)),
-            ("energy_defect_rel", json!(self.energy_defect_rel)),
-            ("left_wall_s", json!(self.left_s)),
-        ];
-        for (key, value) in optional {
-            if !value.is_null() {
-                object[key] = value;
-            }
-        }
-        object
+        known(object).into()
     }
+}
+
+/// The keys of an object that have a value.
+pub fn known(object: Value) -> Map<String, Value> {
+    let Value::Object(keys) = object else {
+        return Map::new();
+    };
+    let known = keys.into_iter().filter(|(_, value)| !value.is_null());
+    known.collect()
 }
 
 /// A bar of which this share is full.

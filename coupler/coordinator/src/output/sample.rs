@@ -25,7 +25,7 @@ pub struct SampledMeans {
 }
 
 /// Means and traction of one interface.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct InterfaceMean {
     /// Prefix of its results: none for the only interface.
     prefix: String,
@@ -42,9 +42,7 @@ impl SampledMeans {
         let sampled = phases.iter().find(|phase| phase.sampled);
         let mean = |interface: &Interface| InterfaceMean {
             prefix: interface.prefix_among(interfaces.len()),
-            force_n: Mean::default(),
-            down_n: Mean::default(),
-            traction: None,
+            ..InterfaceMean::default()
         };
         SampledMeans {
             span: sampled.map(|phase| (0.5 * (phase.t0_s + phase.t1_s), phase.t1_s)),
