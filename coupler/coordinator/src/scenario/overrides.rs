@@ -5,16 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use kit::keys::proposal;
 
 use super::source::segments;
-use crate::error::{Refusal, Result};
+use crate::error::{Error, Refusal, Result};
 
 /// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.
 pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
-    let refuse = |why: &str| Refusal::argument(format!("--set {}", set.escape_debug()), why);
+    let argument = format!("--set {}", set.escape_debug());
+    let refuse = |why: &str| Error::from(Refusal::argument(&argument, why));
     if set.chars().any(|c| c.is_control() && c != '\t') {
-        return Err(
-            refuse("holds a line break or another control character: one key a --set").into(),
-        );
+        let why = "holds a line break or another control character: one key a --set";
+        return Err(refuse(why));
     }
     let (key, value) = set
         .split_once('=')
@@ -22,10 +22,8 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     let value = parse_value(value.trim());
     let parts = segments(key.trim());
     if let Some(meant) = longer(table, key.trim(), &parts) {
-        return Err(refuse(&format!(
-            "keys begin with run, participant or interface; did you mean `{meant}`?"
-        ))
-        .into());
+        let why = format!("keys begin with run, participant or interface; did you mean `{meant}`?");
+        return Err(refuse(&why));
     }
     let split = parts.split_last();
     let (last, parents) = split.ok_or_else(|| refuse("the key is empty"))?;
@@ -41,13 +39,14 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
                     let known = entries.iter().filter_map(|entry| entry.get("name"));
                     let known: Vec<&str> = known.filter_map(toml::Value::as_str).collect();
                     let meant = proposal(name, "names", &known);
-                    Err(refuse(&format!("no `{part}` is named `{name}`; {meant}")))?;
+                    return Err(refuse(&format!("no `{part}` is named `{name}`; {meant}")));
                 }
                 entry_by_name(entries, name).ok_or_else(unnamed)?
             }
-            _ => Err(refuse(&format!(
-                "`{part}` is a value and has no keys of its own"
-            )))?,
+            _ => {
+                let why = format!("`{part}` is a value and has no keys of its own");
+                return Err(refuse(&why));
+            }
         };
     }
     current.insert(last.clone(), value);
@@ -119,13 +118,9 @@ pub fn changes(tables: [&toml::Table; 2]) -> Changes {
     let values = |key| sides.each_ref().map(|side| side.get(key));
     let pairs = keys.into_iter().map(|key| (key, values(key)));
     let changed = pairs.filter(|(_, [one, other])| one != other);
-    let shown = |(key, values): (&String, [Option<&&toml::Value>; 2])| {
-        (
-            key.clone(),
-            values.map(|value| value.map(ToString::to_string)),
-        )
-    };
-    changed.map(shown).collect()
+    let text = |value: Option<&&toml::Value>| value.map(ToString::to_string);
+    let shown = changed.map(|(key, values)| (key.clone(), values.map(text)));
+    shown.collect()
 }
 
 /// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
