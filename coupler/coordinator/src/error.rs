@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report, SourceSpan};
-use protocol::{Cause, NodeError, WithCure};
+use protocol::{Cause, WithCure};
 use scenes::kept::KeptError;
 use scheme::error::SchemeError;
 use thiserror::Error;
@@ -185,16 +185,6 @@ impl Error {
         move |source| Error::Output {
             what: what.to_string(),
             source,
-        }
-    }
-
-    /// A fault that a participant reported, at this point of the exchange.
-    pub fn of_participant(peer: &str, phase: &str, error: NodeError) -> Error {
-        Error::Fault {
-            peer: peer.into(),
-            phase: phase.into(),
-            cause: error.cause(),
-            message: error.message,
         }
     }
 

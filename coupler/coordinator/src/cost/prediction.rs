@@ -69,7 +69,6 @@ pub struct Pace {
 
 /// The beginning of the first window.
 struct Begun {
-    at: Instant,
     at_ns: u64,
     setup_wall_s: f64,
     end_s: f64,
@@ -87,7 +86,6 @@ impl Pace {
     /// The windows begin now, at the simulated time `t_s`, in a run that started at `start` and goes to `end_s`.
     pub fn begin(&mut self, start: Instant, t_s: f64, end_s: f64) {
         self.begun = Some(Begun {
-            at: Instant::now(),
             at_ns: monotonic_ns(),
             setup_wall_s: start.elapsed().as_secs_f64(),
             end_s,
@@ -100,7 +98,7 @@ impl Pace {
         let Some(begun) = self.begun.as_ref().filter(|_| self.prediction.is_none()) else {
             return;
         };
-        let passed = begun.at.elapsed();
+        let passed = Duration::from_nanos(monotonic_ns() - begun.at_ns);
         let wall_s = passed.as_secs_f64();
         self.marks.push(Mark { t_s, wall_s });
         let windows = self.marks.len() - 1;

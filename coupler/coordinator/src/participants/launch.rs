@@ -15,7 +15,7 @@ use super::registry::Registry;
 use super::watch::Watch;
 use crate::error::{Error, Refusal, Result};
 use crate::rundir::{BUILD, RunDir};
-use crate::scenario::load::Loaded;
+use crate::scenario::load::{Loaded, absolute};
 use crate::scenario::{Participant, TransportKind};
 
 /// The run, as every launch needs it.
@@ -72,7 +72,7 @@ impl Launcher<'_> {
         };
         let (name, kind) = (&participant.name, &participant.kind);
         let session = self.session(participant, transport);
-        let logs = absolute(self.rundir.logs());
+        let logs = absolute(&self.rundir.logs());
         let child = spawn(self.command(participant)?, &session, &logs)?;
         let pid = child.id();
         self.rundir
@@ -134,7 +134,7 @@ impl Launcher<'_> {
             scenario_hash: self.loaded.hash.clone(),
             coordinator_pid: std::process::id(),
             setting: Setting {
-                fields: fields.then(|| absolute(self.rundir.fields())),
+                fields: fields.then(|| absolute(&self.rundir.fields())),
                 cache: cache.map(|folder| folder.join(format!("samples-{BUILD}"))),
                 ..setting(self.loaded, participant, self.threads)
             },
@@ -146,10 +146,6 @@ impl Launcher<'_> {
 }
 
 /// A place that a program in another folder finds.
-fn absolute(path: PathBuf) -> PathBuf {
-    std::path::absolute(&path).unwrap_or(path)
-}
-
 /// The setting that is common to all participants of a scenario, without a run directory.
 pub fn setting(loaded: &Loaded, participant: &Participant, threads: usize) -> Setting {
     let run = &loaded.scenario.run;

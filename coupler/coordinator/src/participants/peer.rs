@@ -259,7 +259,12 @@ impl Peer {
             return self.protocol_error("reported a fault that cannot be read".into());
         };
         self.fault = Some(error.clone());
-        Error::of_participant(&self.name, &self.asked, error)
+        Error::Fault {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            cause: error.cause(),
+            message: error.message,
+        }
     }
 
     fn lost(&self, why: String) -> Error {

@@ -97,7 +97,8 @@ fn since(mut first: Changes, again: Changes) -> Changes {
     first
 }
 
-fn absolute(folder: &Path) -> PathBuf {
+/// A folder from the root, the current one for none.
+pub(crate) fn absolute(folder: &Path) -> PathBuf {
     let here = if folder.as_os_str().is_empty() {
         Path::new(".")
     } else {

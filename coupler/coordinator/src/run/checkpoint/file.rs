@@ -110,17 +110,18 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
 
 /// The first thing that two checkpoints are not alike about.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let told = |of: &About| {
-        let hash = of.scenario_hash.clone();
-        [of.software.clone(), hash, of.protocol.to_string()]
-    };
-    let verbs = [
-        "was written by",
-        "belongs to scenario",
-        "speaks protocol version",
+    let [their_protocol, our_protocol] = [theirs, ours].map(|of| of.protocol.to_string());
+    let pairs = [
+        ("was written by", &theirs.software, &ours.software),
+        (
+            "belongs to scenario",
+            &theirs.scenario_hash,
+            &ours.scenario_hash,
+        ),
+        ("speaks protocol version", &their_protocol, &our_protocol),
     ];
-    let mut pairs = verbs.into_iter().zip(told(theirs)).zip(told(ours));
-    let ((verb, theirs), ours) = pairs.find(|((_, theirs), ours)| theirs != ours)?;
+    let mut pairs = pairs.into_iter();
+    let (verb, theirs, ours) = pairs.find(|(_, theirs, ours)| theirs != ours)?;
     Some(format!("it {verb} {theirs}, this is {ours}"))
 }
 

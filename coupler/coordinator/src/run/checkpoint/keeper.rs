@@ -44,16 +44,12 @@ impl Cadence {
 /// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
 pub fn about(loaded: &Loaded) -> About {
     About {
-        software: software(),
+        // Another build may keep its state otherwise.
+        software: format!("thirdbody {} build {BUILD}", env!("CARGO_PKG_VERSION")),
         protocol: PROTOCOL_VERSION,
         scenario_hash: loaded.hash.clone(),
         participants: Vec::new(),
     }
-}
-
-/// Name, version and build of the coordinator: another build may keep its state otherwise.
-fn software() -> String {
-    format!("thirdbody {} build {BUILD}", env!("CARGO_PKG_VERSION"))
 }
 
 /// The name and the software of each participant.
