@@ -83,9 +83,9 @@ impl<'a> CornerRows<'a> {
 
 impl<V: Lanes> Corners<V> {
     #[inline(always)]
-    pub(super) fn gradient(&self, bx: [V; 2], by: [V; 2]) -> (V, V) {
+    pub(super) fn gradient(&self, bx: [V; 2], by: [V; 2]) -> [V; 2] {
         let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
-        (bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24)
+        [bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24]
     }
 
     /// Four times the means of u,xi and u,eta over the element.

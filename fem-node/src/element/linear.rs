@@ -15,16 +15,9 @@ pub(super) trait LinearElements {
     /// The packs of a row of elements.
     fn constants(&self, row: usize) -> &[Self::Constants];
 
-    /// Forces (x, y) of the packs from a number on, which have these constants, under the displacements (x, y) of their corners.
-    fn forces<R: Registers>(
-        &self,
-        registers: R,
-        packs: (&[Self::Constants], usize),
-        u: [Corners<R::Vector>; 2],
-    ) -> [CornerForces<R::Vector>; 2];
-
-    /// The same, and by how much a bound of the deviatoric strain is above the [`limit`](LinearElements::limit). An element that has
-    /// never flowed, and whose excess is not above 0, does not flow.
+    /// Forces (x, y) of the packs from a number on, which have these constants, under the displacements (x, y) of their corners; and by
+    /// how much a bound of the deviatoric strain is above the [`limit`](LinearElements::limit). An element that has never flowed, and
+    /// whose excess is not above 0, does not flow. Where nobody looks at the excess the compiler leaves it out.
     fn forces_and_excess<R: Registers>(
         &self,
         registers: R,
@@ -57,11 +50,16 @@ pub(super) struct LinearRow<'a> {
     pub(super) out: &'a mut RowForces,
 }
 
-impl OverElements for LinearRow<'_> {
+impl<'a> LinearRow<'a> {
+    /// The numbers of its packs, and what their forces are computed from and left to.
     #[inline(always)]
-    fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize) {
+    fn packs<E: LinearElements>(
+        self,
+        elements: &'a E,
+        row: usize,
+    ) -> (Range<usize>, ElementPass<'a, E>) {
         let packs = self.columns.start / LANES..self.columns.end / LANES;
-        let mut pass = ElementPass {
+        let pass = ElementPass {
             elements,
             constants: &elements.constants(row)[packs.clone()],
             // One after the other: the `map` of an array is a call, after which the loop no longer knows that all have one length.
@@ -69,6 +67,14 @@ impl OverElements for LinearRow<'_> {
             y: self.u.packs(self.stride, &packs),
             forces: self.out.packs(self.stride, &packs),
         };
+        (packs, pass)
+    }
+}
+
+impl OverElements for LinearRow<'_> {
+    #[inline(always)]
+    fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize) {
+        let (packs, mut pass) = self.packs(elements, row);
         pass.over(registers, packs.len());
     }
 }
@@ -84,17 +90,10 @@ pub(super) struct BoundedRow<'a> {
 impl OverElements for BoundedRow<'_> {
     #[inline(always)]
     fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize) {
-        let (limit, linear) = (elements.limit(self.plastic), self.row);
-        let packs = linear.columns.start / LANES..linear.columns.end / LANES;
+        let (packs, pass) = self.row.packs(elements, row);
         let mut pass = BoundedPass {
-            pass: ElementPass {
-                elements,
-                constants: &elements.constants(row)[packs.clone()],
-                x: linear.u.packs(0, &packs),
-                y: linear.u.packs(linear.stride, &packs),
-                forces: linear.out.packs(linear.stride, &packs),
-            },
-            limit,
+            pass,
+            limit: elements.limit(self.plastic),
             excess: &mut self.excess[packs.clone()],
         };
         pass.over(registers, packs.len());
@@ -110,14 +109,24 @@ struct ElementPass<'a, E: LinearElements> {
     forces: [PackForces<'a>; 2],
 }
 
-impl<E: LinearElements> ByPacks for ElementPass<'_, E> {
+impl<E: LinearElements> ElementPass<'_, E> {
+    /// Leaves the forces of the packs from `p` on, and returns their excess.
     #[inline(always)]
-    fn at<R: Registers>(&mut self, registers: R, p: usize) {
+    fn leave_forces<R: Registers>(&mut self, registers: R, p: usize, limit: f64) -> R::Vector {
         let u = [self.x.at(registers, p), self.y.at(registers, p)];
-        let [fx, fy] = self.elements.forces(registers, (self.constants, p), u);
+        let packs = (self.constants, p);
+        let ([fx, fy], excess) = self.elements.forces_and_excess(registers, packs, u, limit);
         let [x, y] = &mut self.forces;
         x.store(p, fx);
         y.store(p, fy);
+        excess
+    }
+}
+
+impl<E: LinearElements> ByPacks for ElementPass<'_, E> {
+    #[inline(always)]
+    fn at<R: Registers>(&mut self, registers: R, p: usize) {
+        self.leave_forces(registers, p, 0.0);
     }
 }
 
@@ -131,15 +140,7 @@ struct BoundedPass<'a, E: LinearElements> {
 impl<E: LinearElements> ByPacks for BoundedPass<'_, E> {
     #[inline(always)]
     fn at<R: Registers>(&mut self, registers: R, p: usize) {
-        let pass = &mut self.pass;
-        let u = [pass.x.at(registers, p), pass.y.at(registers, p)];
-        let packs = (pass.constants, p);
-        let ([fx, fy], excess) = pass
-            .elements
-            .forces_and_excess(registers, packs, u, self.limit);
-        let [x, y] = &mut pass.forces;
-        x.store(p, fx);
-        y.store(p, fy);
+        let excess = self.pass.leave_forces(registers, p, self.limit);
         excess.put(self.excess, p);
     }
 }

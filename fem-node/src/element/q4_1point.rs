@@ -121,7 +121,7 @@ impl Q4OnePoint {
                 &mut path.point(0, padded),
                 i,
             );
-            let mut modes = hourglass_modes([constants[4], constants[5]], &corners, gradient);
+            let mut modes = hourglass_modes(constants, &corners, gradient);
             let mut flow = HourglassFlow {
                 plastic,
                 stiffness: constants[7],
@@ -130,8 +130,7 @@ impl Q4OnePoint {
             };
             if dissipation.any_above(Pack::splat(0.0)) {
                 let du = du.load(stride, i);
-                let moment = [constants[4], constants[5]];
-                let steps = hourglass_modes(moment, &du, mean_gradient(constants, &du));
+                let steps = hourglass_modes(constants, &du, mean_gradient(constants, &du));
                 flow.follow(modes, steps, dissipation);
                 path.point(1, padded).store(i, flow.history);
             }
@@ -143,7 +142,7 @@ impl Q4OnePoint {
             for (stress, relaxed) in stress.iter_mut().zip(relaxed) {
                 *stress = *stress - volume * relaxed;
             }
-            let [x, y] = corner_forces(constants, stress, modes);
+            let [x, y] = corner_forces(constants, full(stress), modes);
             out.store(i, x);
             out.store(stride + i, y);
         }
@@ -161,22 +160,14 @@ impl Q4OnePoint {
         let moduli = self.elastic.moduli();
         let (stride, constants) = (self.layout.element_stride(), self.constants.row(row));
         for i in columns.step_by(LANES) {
-            let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = constants[i / LANES];
-            let corners = path.u.load(stride, i);
-            let gradient = gradient([bx1, bx2], [by1, by2], &corners);
+            let (constants, corners) = (&constants[i / LANES], path.u.load(stride, i));
+            let gradient = mean_gradient(constants, &corners);
             let stress = corotational_stress(moduli, gradient);
-            let modes = hourglass_modes([hx, hy], &corners, gradient);
-            for k in 0..2 {
-                let q = hourglass * modes[k];
-                let sx = volume * stress[k][0] - hx * q;
-                let sy = volume * stress[k][1] - hy * q;
-                let forces = CornerForces {
-                    first: bx1 * sx + by1 * sy,
-                    second: bx2 * sx + by2 * sy,
-                    hourglass: q,
-                };
-                out.store(k * stride + i, forces);
-            }
+            let stress = stress.map(|row| row.map(|stress| constants[6] * stress));
+            let modes = hourglass_modes(constants, &corners, gradient);
+            let [x, y] = corner_forces(constants, stress, modes);
+            out.store(i, x);
+            out.store(stride + i, y);
         }
     }
 
@@ -213,7 +204,7 @@ impl Q4OnePoint {
             sum = sum + constants[6] * energy;
             if law.plastic().is_some() {
                 // Q (g - g_p) / 2 less Q g / 2.
-                let modes = hourglass_modes([constants[4], constants[5]], &corners, gradient);
+                let modes = hourglass_modes(constants, &corners, gradient);
                 let plastic = now.history(1, padded, i);
                 for k in 0..2 {
                     let q = constants[7] * (modes[k] - plastic[k]);
@@ -232,25 +223,7 @@ impl LinearElements for Q4OnePoint {
         self.constants.row(row)
     }
 
-    /// f_ia = t A B_ja s_ij + G_a Q_i
-    #[inline(always)]
-    fn forces<R: Registers>(
-        &self,
-        registers: R,
-        (constants, p): (&[Self::Constants], usize),
-        u: [Corners<R::Vector>; 2],
-    ) -> [CornerForces<R::Vector>; 2] {
-        let constants = registers.load_all(constants, p);
-        let gradient = mean_gradient(&constants, &u);
-        let modes = hourglass_modes([constants[4], constants[5]], &u, gradient);
-        corner_forces(
-            &constants,
-            self.elastic_stress(constants[6], gradient),
-            modes,
-        )
-    }
-
-    /// The excess of 2 dev e : dev e = (exx - eyy)^2 + (2 exy)^2 + (exx + eyy)^2 / 3, which is exact.
+    /// f_ia = t A B_ja s_ij + G_a Q_i, and the excess of 2 dev e : dev e = (exx - eyy)^2 + (2 exy)^2 + (exx + eyy)^2 / 3, which is exact.
     #[inline(always)]
     fn forces_and_excess<R: Registers>(
         &self,
@@ -261,14 +234,14 @@ impl LinearElements for Q4OnePoint {
     ) -> ([CornerForces<R::Vector>; 2], R::Vector) {
         let constants = registers.load_all(constants, p);
         let gradient = mean_gradient(&constants, &u);
-        let modes = hourglass_modes([constants[4], constants[5]], &u, gradient);
+        let modes = hourglass_modes(&constants, &u, gradient);
         let stress = self.elastic_stress(constants[6], gradient);
         let [[xx, xy], [yx, yy]] = gradient;
         let (difference, shear, sum) = (xx - yy, xy + yx, xx + yy);
         let third = registers.splat(1.0 / 3.0);
         let square = (difference * difference + shear * shear) + third * (sum * sum);
         (
-            corner_forces(&constants, stress, modes),
+            corner_forces(&constants, full(stress), modes),
             square - registers.splat(limit),
         )
     }
@@ -282,28 +255,36 @@ impl LinearElements for Q4OnePoint {
 #[inline(always)]
 fn corner_forces<V: Lanes>(
     [bx1, bx2, by1, by2, hx, hy, _, hourglass]: &[V; CONSTANTS],
-    [xx, yy, xy]: [V; 3],
+    [along_x, along_y]: [[V; 2]; 2],
     [x, y]: [V; 2],
 ) -> [CornerForces<V>; 2] {
-    let (qx, qy) = (*hourglass * x, *hourglass * y);
-    // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
-    let (sxx, sxy) = (xx - *hx * qx, xy - *hy * qx);
-    let (syx, syy) = (xy - *hx * qy, yy - *hy * qy);
-    let forces = |sx: V, sy: V, q: V| CornerForces {
-        first: *bx1 * sx + *by1 * sy,
-        second: *bx2 * sx + *by2 * sy,
-        hourglass: q,
+    let forces = |[sx, sy]: [V; 2], mode: V| {
+        // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
+        let q = *hourglass * mode;
+        let (sx, sy) = (sx - *hx * q, sy - *hy * q);
+        CornerForces {
+            first: *bx1 * sx + *by1 * sy,
+            second: *bx2 * sx + *by2 * sy,
+            hourglass: q,
+        }
     };
-    [forces(sxx, sxy, qx), forces(syx, syy, qy)]
+    [forces(along_x, x), forces(along_y, y)]
+}
+
+/// The stress (sxx, syy, sxy) as a tensor.
+#[inline(always)]
+fn full<V: Lanes>([xx, yy, xy]: [V; 3]) -> [[V; 2]; 2] {
+    [[xx, xy], [xy, yy]]
 }
 
 /// Mean gradient of the displacement of elements with these constants.
 #[inline(always)]
 fn mean_gradient<V: Lanes>(
     [bx1, bx2, by1, by2, ..]: &[V; CONSTANTS],
-    corners: &[Corners<V>; 2],
+    [x, y]: &[Corners<V>; 2],
 ) -> [[V; 2]; 2] {
-    gradient([*bx1, *bx2], [*by1, *by2], corners)
+    let along = |corners: &Corners<V>| corners.gradient([*bx1, *bx2], [*by1, *by2]);
+    [along(x), along(y)]
 }
 
 /// Hourglass modes of a pack of elements in plastic flow.
@@ -334,23 +315,16 @@ impl HourglassFlow<'_> {
     }
 }
 
-/// Mean gradient of the displacement.
-#[inline(always)]
-fn gradient<V: Lanes>(bx: [V; 2], by: [V; 2], [x, y]: &[Corners<V>; 2]) -> [[V; 2]; 2] {
-    let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));
-    [[xx, xy], [yx, yy]]
-}
-
 /// Twice G.u in x and in y: h.u less its linear part.
 #[inline(always)]
 fn hourglass_modes<V: Lanes>(
-    moment: [V; 2],
+    [.., hx, hy, _, _]: &[V; CONSTANTS],
     corners: &[Corners<V>; 2],
     gradient: [[V; 2]; 2],
 ) -> [V; 2] {
     let of = |k: usize| {
         let [along_x, along_y] = gradient[k];
-        corners[k].hourglass() - moment[0] * along_x - moment[1] * along_y
+        corners[k].hourglass() - *hx * along_x - *hy * along_y
     };
     [of(0), of(1)]
 }

@@ -113,19 +113,12 @@ impl Q4FourPoint {
         out: &mut RowForces,
     ) {
         let points = self.points(row);
-        let stride = self.layout.element_stride();
         points.plastic_forces(
             plastic,
             path,
             candidates,
             #[inline(always)]
-            |i, mut forces, u| {
-                if self.mean_dilatation {
-                    add_mean_pressure(&points.constants[i / LANES], u, &mut forces);
-                }
-                out.store(i, forces[0].on_corners());
-                out.store(stride + i, forces[1].on_corners());
-            },
+            |i, forces, u| self.store(&points, i, (forces, u), out),
         );
     }
 
@@ -139,19 +132,28 @@ impl Q4FourPoint {
         out: &mut RowForces,
     ) {
         let points = self.points(row);
-        let stride = self.layout.element_stride();
         points.corotational_forces(
             path,
             columns,
             #[inline(always)]
-            |i, mut forces, u| {
-                if self.mean_dilatation {
-                    add_mean_pressure(&points.constants[i / LANES], u, &mut forces);
-                }
-                out.store(i, forces[0].on_corners());
-                out.store(stride + i, forces[1].on_corners());
-            },
+            |i, forces, u| self.store(&points, i, (forces, u), out),
         );
+    }
+
+    /// Leaves the forces of the pack of elements from `i` on, those of the mean pressure with them.
+    #[inline(always)]
+    fn store(
+        &self,
+        points: &RowPoints,
+        i: usize,
+        (mut forces, u): ([Modes; 2], [Modes; 2]),
+        out: &mut RowForces,
+    ) {
+        if self.mean_dilatation {
+            add_mean_pressure(&points.constants[i / LANES], u, &mut forces);
+        }
+        out.store(i, forces[0].on_corners());
+        out.store(self.layout.element_stride() + i, forces[1].on_corners());
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`NonlinearLaw::energy_correction`].
@@ -183,21 +185,6 @@ impl<const MEAN: bool> LinearElements for Linear<'_, MEAN> {
 
     fn constants(&self, row: usize) -> &[Self::Constants] {
         self.0.constants.row(row)
-    }
-
-    #[inline(always)]
-    fn forces<R: Registers>(
-        &self,
-        registers: R,
-        (constants, p): (&[Self::Constants], usize),
-        u: [Corners<R::Vector>; 2],
-    ) -> [CornerForces<R::Vector>; 2] {
-        let (u, constants) = (Modes::both(&u), registers.load_all(constants, p));
-        let mut forces = integrate(&constants, u, self.0.moduli, elastic);
-        if MEAN {
-            add_mean_pressure(&constants, u, &mut forces);
-        }
-        [forces[0].on_corners(), forces[1].on_corners()]
     }
 
     /// The excess of u f max w, w = t / 16 J being the weight of a point, without the work of the mean pressure.

@@ -111,10 +111,11 @@ fn plain_row(elements: &Q4OnePoint, plastic: &J2, mut path: StrainPath, out: &mu
     let (padded, stride) = (layout.padded_columns(), layout.element_stride());
     let (u, du, constants) = (path.u, path.du, elements.constants.row(0));
     for i in (0..padded).step_by(LANES) {
-        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = constants[i / LANES];
+        let constants = &constants[i / LANES];
+        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = *constants;
         let fields = [u.load(stride, i), du.load(stride, i)];
-        let gradients = fields.map(|field| super::gradient([bx1, bx2], [by1, by2], &field));
-        let [modes, steps] = [0, 1].map(|k| hourglass_modes([hx, hy], &fields[k], gradients[k]));
+        let gradients = fields.map(|field| mean_gradient(constants, &field));
+        let [modes, steps] = [0, 1].map(|k| hourglass_modes(constants, &fields[k], gradients[k]));
         let moduli = elements.elastic.moduli();
         let (stress, lost) = respond(plastic, moduli, gradients, &mut path.point(0, padded), i);
         let mut dissipated = volume * lost;
