@@ -4,9 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::corners::{CornerRows, StrainPath, StrainState};
-use super::gather::{
-    CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, elements_of, gather, sum_corners,
-};
+use super::gather::{CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, gather, sum_corners};
 use super::layout::Layout;
 use super::linear::{LinearRow, OverElements};
 use super::q4_1point::{self, Q4OnePoint};
@@ -253,11 +251,10 @@ impl Body {
     }
 
     fn gather_displacements(&self, row: usize, u: &[f64], into: &mut [Vec<f64>; 4]) -> &[[u32; 4]] {
-        let connectivity = self
-            .connectivity
-            .as_ref()
-            .expect("only unstructured meshes gather");
-        let elements = elements_of(connectivity, self.layout, row);
+        let connectivity = self.connectivity.as_ref();
+        let elements = connectivity
+            .expect("only unstructured meshes gather")
+            .row(row);
         gather(elements, self.layout, u, into);
         elements
     }

@@ -38,13 +38,6 @@ pub(crate) struct NodalFields<'a> {
     pub(crate) du: &'a [f64],
 }
 
-/// Elements of a row, by their corners.
-pub(super) fn elements_of(connectivity: &Connectivity, layout: Layout, row: usize) -> &[[u32; 4]] {
-    let first = row * layout.columns;
-    let end = (first + layout.columns).min(connectivity.corners.len());
-    &connectivity.corners[first..end]
-}
-
 /// Copies a field to the corners of a row of elements. Beyond the last element of a row older numbers stay: their forces
 /// are not used, and their share of the energies has the volume zero.
 pub(super) fn gather(

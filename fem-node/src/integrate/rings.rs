@@ -7,97 +7,88 @@ use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::mesh::connectivity::Connectivity;
 
-/// The ways in which nodes are added ring by ring.
-pub(super) enum Rings<'a> {
-    /// Of a structured mesh: in each row the columns from the first to the last that are reached, or all of them.
-    Rows { layout: Layout, whole: bool },
-    /// Of an unstructured mesh: the nodes that are reached, or all nodes of the rows of elements that are.
-    Graph {
-        layout: Layout,
-        connectivity: &'a Connectivity,
-        whole: bool,
-    },
+/// The way in which nodes are added ring by ring.
+pub(super) struct Rings<'a> {
+    layout: Layout,
+    /// That of an unstructured mesh.
+    connectivity: Option<&'a Connectivity>,
+    /// True where a row is reached as a whole: of a structured mesh with all of its nodes, else with the columns from the first to the last
+    /// that are reached; of an unstructured one with the nodes of all of its elements.
+    whole: bool,
 }
 
 impl Rings<'_> {
     /// For a body whose law has a history or not. A row of elements with a history is stepped as a whole, and so is a periodic
     /// one, whose ends are the same nodes.
     pub(super) fn new(body: &Body, history: bool) -> Rings<'_> {
-        let layout = body.layout;
-        match &body.connectivity {
-            None => Rings::Rows {
-                layout,
-                whole: history || layout.is_periodic(),
-            },
-            Some(connectivity) => Rings::Graph {
-                layout,
-                connectivity,
-                whole: history,
-            },
+        Rings {
+            layout: body.layout,
+            connectivity: body.connectivity.as_deref(),
+            whole: history || body.layout.is_periodic(),
         }
     }
 
     /// Nodes of these components.
     pub(super) fn around(&self, components: &[usize]) -> Front {
-        match self {
-            Rings::Rows { layout, whole } => {
-                let mut rows = vec![[0, 0]; layout.node_rows];
-                for index in components {
-                    let column = index % layout.row_len() % layout.stride;
-                    let row = &mut rows[layout.row_of(*index)];
-                    *row = joined(*row, [column, column + 1]);
-                }
-                Front::Columns(widened(rows, *layout, *whole))
+        let layout = self.layout;
+        if let Some(connectivity) = self.connectivity {
+            let mut nodes = vec![false; layout.stride];
+            for index in components {
+                nodes[index % layout.stride] = true;
             }
-            Rings::Graph { layout, .. } => {
-                let mut nodes = vec![false; layout.stride];
-                for index in components {
-                    nodes[index % layout.stride] = true;
-                }
-                self.part(&nodes)
-            }
+            return part(connectivity, &nodes);
         }
+        let mut rows = vec![[0, 0]; layout.node_rows];
+        for index in components {
+            let column = index % layout.row_len() % layout.stride;
+            let row = &mut rows[layout.row_of(*index)];
+            *row = joined(*row, [column, column + 1]);
+        }
+        self.widened(rows)
     }
 
     /// The front and one ring more.
     pub(super) fn grown(&self, front: &Front) -> Front {
-        match (self, front) {
-            (Rings::Rows { layout, whole }, Front::Columns(rows)) => {
+        match (front, self.connectivity) {
+            (Front::Nodes(reached), Some(connectivity)) => {
+                let mut nodes = self.flags(reached);
+                let before = nodes.clone();
+                for row in &reached.rows {
+                    let touches = |element: &&[u32; 4]| {
+                        self.whole || element.iter().any(|node| before[*node as usize])
+                    };
+                    let elements = connectivity.row(*row).iter();
+                    for node in elements.filter(touches).flatten() {
+                        nodes[*node as usize] = true;
+                    }
+                }
+                part(connectivity, &nodes)
+            }
+            (Front::Columns(rows), _) => {
                 let beside = |row: usize| &rows[row.saturating_sub(1)..(row + 2).min(rows.len())];
                 let grown = (0..rows.len()).map(|row| {
                     let [first, end] = beside(row).iter().copied().fold([0, 0], joined);
                     if first == end {
                         [0, 0]
                     } else {
-                        [first.saturating_sub(1), (end + 1).min(layout.nodes_in_row)]
+                        [
+                            first.saturating_sub(1),
+                            (end + 1).min(self.layout.nodes_in_row),
+                        ]
                     }
                 });
-                Front::Columns(widened(grown.collect(), *layout, *whole))
+                self.widened(grown.collect())
             }
-            (Rings::Graph { connectivity, .. }, Front::Nodes(part)) => {
-                let mut nodes = self.flags(part);
-                let before = nodes.clone();
-                let (rows, whole) = (&part.rows, self.is_whole());
-                for row in rows {
-                    let elements = &connectivity.corners[self.elements_of(*row)];
-                    let touches = |element: &&[u32; 4]| {
-                        whole || element.iter().any(|node| before[*node as usize])
-                    };
-                    for node in elements.iter().filter(touches).flatten() {
-                        nodes[*node as usize] = true;
-                    }
-                }
-                self.part(&nodes)
-            }
-            _ => unreachable!("a front is made by the rings of its mesh"),
+            _ => unreachable!("only an unstructured mesh has lists of nodes"),
         }
     }
 
     /// Indices of the components of a front, those of another one left out.
     pub(super) fn components(&self, front: &Front, without: Option<&Front>) -> Vec<Range<usize>> {
+        let layout = self.layout;
         let mut ranges = Vec::new();
-        match (self, front) {
-            (Rings::Rows { layout, .. }, Front::Columns(rows)) => {
+        match front {
+            Front::Columns(rows) => {
                 for (row, [first, end]) in rows.iter().enumerate() {
                     let inner = match without {
                         Some(Front::Columns(rows)) if rows[row][0] < rows[row][1] => rows[row],
@@ -110,7 +101,7 @@ impl Rings<'_> {
                     }
                 }
             }
-            (Rings::Graph { layout, .. }, Front::Nodes(part)) => {
+            Front::Nodes(part) => {
                 let mut nodes = self.flags(part);
                 if let Some(Front::Nodes(inner)) = without {
                     for node in inner.nodes.iter().cloned().flatten() {
@@ -123,7 +114,6 @@ impl Rings<'_> {
                 };
                 ranges.extend(ring.spans(layout.stride));
             }
-            _ => unreachable!("a front is made by the rings of its mesh"),
         }
         ranges.retain(|range| !range.is_empty());
         ranges
@@ -146,96 +136,57 @@ impl Rings<'_> {
 
     /// Elements that a step of the front computes.
     pub(super) fn work(&self, front: &Front) -> u64 {
-        let elements: usize = match (self, front) {
-            (Rings::Rows { layout, .. }, Front::Columns(rows)) => {
-                let of_row = |pair: &[[usize; 2]]| {
-                    let columns = joined(pair[0], pair[1]);
-                    if columns[0] == columns[1] {
-                        0
-                    } else {
-                        layout.elements_at(columns).len()
-                    }
-                };
-                rows.windows(2).map(of_row).sum()
+        let elements: usize = match front {
+            Front::Columns(rows) => {
+                let columns = rows.windows(2).map(|pair| joined(pair[0], pair[1]));
+                let reached = columns.filter(|[first, end]| first < end);
+                reached
+                    .map(|columns| self.layout.elements_at(columns).len())
+                    .sum()
             }
-            (_, Front::Nodes(part)) => part
-                .rows
-                .iter()
-                .map(|row| self.elements_of(*row).len())
-                .sum(),
-            _ => unreachable!("a front is made by the rings of its mesh"),
+            Front::Nodes(part) => {
+                let connectivity = self.connectivity.into_iter();
+                let rows = connectivity.flat_map(|all| part.rows.iter().map(|row| all.row(*row)));
+                rows.map(<[_]>::len).sum()
+            }
         };
         elements as u64
     }
 
     /// Elements of the body.
     pub(super) fn elements(&self) -> usize {
-        match self {
-            Rings::Rows { layout, .. } => layout.rows * layout.columns,
-            Rings::Graph { connectivity, .. } => connectivity.corners.len(),
-        }
+        let structured = self.layout.rows * self.layout.columns;
+        self.connectivity
+            .map_or(structured, |all| all.corners.len())
     }
 
-    fn is_whole(&self) -> bool {
-        match self {
-            Rings::Rows { whole, .. } | Rings::Graph { whole, .. } => *whole,
+    /// The front of these columns; whole rows, with their padding, where they are stepped as a whole.
+    fn widened(&self, mut rows: Vec<[usize; 2]>) -> Front {
+        for row in rows.iter_mut().filter(|row| self.whole && row[0] < row[1]) {
+            *row = [0, self.layout.stride];
         }
+        Front::Columns(rows)
     }
 
-    /// Elements of a row of an unstructured mesh.
-    fn elements_of(&self, row: usize) -> Range<usize> {
-        match self {
-            Rings::Rows { layout, .. } => 0..layout.columns,
-            Rings::Graph {
-                layout,
-                connectivity,
-                ..
-            } => {
-                let first = row * layout.columns;
-                first..(first + layout.columns).min(connectivity.corners.len())
-            }
-        }
-    }
-
+    /// True for each node of a part.
     fn flags(&self, part: &PartOfNodes) -> Vec<bool> {
-        let (Rings::Rows { layout, .. } | Rings::Graph { layout, .. }) = self;
-        let mut nodes = vec![false; layout.stride];
+        let mut nodes = vec![false; self.layout.stride];
         for node in part.nodes.iter().cloned().flatten() {
             nodes[node] = true;
         }
         nodes
     }
-
-    fn part(&self, nodes: &[bool]) -> Front {
-        let rows = match self {
-            Rings::Rows { .. } => Vec::new(),
-            Rings::Graph {
-                layout,
-                connectivity,
-                ..
-            } => {
-                let touched = |elements: &[[u32; 4]]| {
-                    elements.iter().flatten().any(|node| nodes[*node as usize])
-                };
-                let rows = connectivity.corners.chunks(layout.columns).enumerate();
-                rows.filter(|(_, elements)| touched(elements))
-                    .map(|(row, _)| row)
-                    .collect()
-            }
-        };
-        Front::Nodes(PartOfNodes {
-            nodes: runs(nodes),
-            rows,
-        })
-    }
 }
 
-/// Whole rows, with their padding, where they are stepped as a whole.
-fn widened(mut rows: Vec<[usize; 2]>, layout: Layout, whole: bool) -> Vec<[usize; 2]> {
-    for row in rows.iter_mut().filter(|row| whole && row[0] < row[1]) {
-        *row = [0, layout.stride];
-    }
-    rows
+/// These nodes of an unstructured mesh, and the rows of elements that touch them.
+fn part(connectivity: &Connectivity, nodes: &[bool]) -> Front {
+    let touched = |elements: &[[u32; 4]]| elements.iter().flatten().any(|n| nodes[*n as usize]);
+    let rows = connectivity.rows().enumerate();
+    let touched = rows.filter(|(_, elements)| touched(elements));
+    Front::Nodes(PartOfNodes {
+        nodes: runs(nodes),
+        rows: touched.map(|(row, _)| row).collect(),
+    })
 }
 
 /// Runs of true values.

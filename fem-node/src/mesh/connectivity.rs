@@ -80,6 +80,17 @@ impl Connectivity {
         loops
     }
 
+    /// Elements by rows.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[[u32; 4]]> {
+        self.corners.chunks(ROW)
+    }
+
+    /// Elements of a row.
+    pub(crate) fn row(&self, row: usize) -> &[[u32; 4]] {
+        let first = row * ROW;
+        &self.corners[first..(first + ROW).min(self.corners.len())]
+    }
+
     /// Number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.first.len() - 1
