@@ -17,10 +17,8 @@ use serde_json::json;
 
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
-use crate::integrate::dissipation::Dissipated;
+use crate::integrate::fields::StepFields;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::load::Load;
-use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::pack::lanes::{LANES, Pack};
 use crate::pack::vectorised;
@@ -126,17 +124,16 @@ fn measure(case: &Case, model: &Model, threads: usize) -> Result<ElementBenchRow
 fn step_time(model: &Model, threads: usize) -> f64 {
     let (body, elements) = (&model.body, model.mesh.elements());
     let mut integrator = Integrator::new(body, model.scheme, model.law, elements, threads);
-    let mut state = NodalState::at_rest_under(body, model.law.as_ref());
+    let mut fields = StepFields::at_rest(body, model.law.as_ref(), model.dissipates());
+    let v = &mut fields.state.v;
     for (node, point) in model.mesh.nodes().zip(&model.mesh.points) {
-        state.v[body.layout.index(node, 0)] = 100.0 * point[0];
-        state.v[body.layout.index(node, 1)] = -50.0 * point[1];
+        v[body.layout.index(node, 0)] = 100.0 * point[0];
+        v[body.layout.index(node, 1)] = -50.0 * point[1];
     }
-    let load = Load::none(body);
     let rows = [0, body.layout.node_rows];
-    let mut dissipated = Dissipated::new(body.layout, model.dissipates());
     quietest(|| {
         for _ in 0..STEPS {
-            integrator.step(body, &mut state, &load, &mut dissipated, rows, None);
+            integrator.step(body, &mut fields, rows, None);
         }
         STEPS as f64
     })

@@ -54,7 +54,7 @@
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
 //!
 //! # Modules
-//! - `dissipation`, `load`, [`state`]: energies lost, forces applied, fields of the nodes;
+//! - `dissipation`, `load`, [`state`], `fields`: energies lost, forces applied, fields of the nodes, and all of them together;
 //! - `front`, `rings`, `region`, `cut`: the part of a body that a changed force can have reached;
 //! - `node_row`, `node_pass`: one row of nodes through a step;
 //! - `scratch`, `strip`: a structured body by rows; `unstructured`: any other;
@@ -63,6 +63,7 @@
 
 pub(crate) mod cut;
 pub(crate) mod dissipation;
+pub(crate) mod fields;
 pub(crate) mod front;
 pub(crate) mod integrator;
 pub(crate) mod load;

@@ -3,12 +3,10 @@
 use rayon::prelude::*;
 
 use super::cut::CutStep;
-use super::dissipation::Dissipated;
+use super::fields::StepFields;
 use super::front::Front;
-use super::load::Load;
 use super::scratch::Scratch;
-use super::state::NodalState;
-use super::strip::{Columns, Part, split};
+use super::strip::{Columns, Part, Strip, split};
 use super::unstructured::Unstructured;
 use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
@@ -70,42 +68,27 @@ impl Integrator {
         self.scratch.len()
     }
 
-    /// One step of the rows `first .. end` under `load`, the applied forces at its end, and under the forces of the wheel. All
-    /// other rows are at rest and stay there; of an unstructured mesh it is always the whole.
+    /// One step of the rows `first .. end` under the applied forces at its end and the forces of the wheel. All other rows are at rest
+    /// and stay there; of an unstructured mesh it is always the whole.
     pub(crate) fn step(
         &mut self,
         body: &Body,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
+        fields: &mut StepFields,
         rows: [usize; 2],
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
-        if self.rule.scheme.stiffness_damping > 0.0 {
-            state.damping_force.resize(body.layout.len());
-        }
-        let rule = self.rule;
+        self.begin_damping(body, fields);
+        let rule = &self.rule;
         if let Some(unstructured) = &mut self.unstructured {
-            return unstructured.step(body, &rule, state, load, dissipated, wheel);
+            return unstructured.step(body, rule, fields, wheel);
         }
-        let dissipated = dissipated.whole();
-        let mut strips = split(
-            body,
-            &rule.scheme,
-            state,
-            dissipated,
-            &mut self.scratch,
-            rows,
-        );
-        strips.iter_mut().for_each(|strip| strip.law = self.law);
+        let mut strips = split(body, (rule, self.law), fields, &mut self.scratch, rows);
         if let Some(strip) = strips.first_mut() {
             strip.wheel = wheel;
         }
         match strips.as_mut_slice() {
-            [one] => one.step(body, &rule, load),
-            many => many
-                .par_iter_mut()
-                .for_each(|strip| strip.step(body, &rule, load)),
+            [one] => one.step(),
+            many => many.par_iter_mut().for_each(Strip::step),
         }
     }
 
@@ -113,51 +96,33 @@ impl Integrator {
     pub(crate) fn step_part(
         &mut self,
         body: &Body,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
+        fields: &mut StepFields,
         (front, increments): (&Front, &[f64]),
     ) {
-        let rule = self.rule;
-        let columns = match front {
-            Front::Columns(columns) => columns,
-            Front::Nodes(part) => {
-                let unstructured = self.unstructured.as_mut();
-                let unstructured =
-                    unstructured.expect("only an unstructured mesh has lists of nodes");
-                return unstructured.step_part(
-                    body,
-                    &rule,
-                    state,
-                    load,
-                    dissipated,
-                    (part, increments),
-                );
+        match (front, &mut self.unstructured) {
+            (Front::Columns(columns), _) => {
+                let part = Part {
+                    columns: Columns::OfRows(columns),
+                    predicted: Columns::OfRows(columns),
+                    increments,
+                };
+                self.sweep(body, fields, part);
             }
-        };
-        let part = Part {
-            columns: Columns::OfRows(columns),
-            predicted: Columns::OfRows(columns),
-            increments,
-        };
-        self.sweep(body, state, load, dissipated, part);
+            (Front::Nodes(part), Some(unstructured)) => {
+                unstructured.step_part(body, &self.rule, fields, (part, increments));
+            }
+            _ => unreachable!("only an unstructured mesh has lists of nodes"),
+        }
     }
 
     /// One step of the part of a region that lies in a piece of a body.
-    pub(crate) fn step_cut(
-        &mut self,
-        body: &Body,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
-        step: &CutStep,
-    ) {
+    pub(crate) fn step_cut(&mut self, body: &Body, fields: &mut StepFields, step: &CutStep) {
         let part = Part {
             columns: Columns::OfRows(&step.stepped),
             predicted: Columns::OfRows(&step.predicted),
             increments: &[],
         };
-        self.sweep(body, state, load, dissipated, part);
+        self.sweep(body, fields, part);
     }
 
     /// One step of the same columns in all rows, of which those beside them are where the step before has left them. The rest of
@@ -165,15 +130,10 @@ impl Integrator {
     pub(crate) fn step_columns(
         &mut self,
         body: &Body,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
-        columns: [usize; 2],
+        fields: &mut StepFields,
+        [first, end]: [usize; 2],
     ) {
-        if self.rule.scheme.stiffness_damping > 0.0 {
-            state.damping_force.resize(body.layout.len());
-        }
-        let [first, end] = columns;
+        self.begin_damping(body, fields);
         let packs = [body.layout.unit_of(first), end.next_multiple_of(LANES)];
         let beside = [
             packs[0].saturating_sub(1),
@@ -184,25 +144,21 @@ impl Integrator {
             predicted: Columns::Alike(beside),
             increments: &[],
         };
-        self.sweep(body, state, load, dissipated, part);
+        self.sweep(body, fields, part);
     }
 
-    fn sweep(
-        &mut self,
-        body: &Body,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
-        part: Part,
-    ) {
-        let rule = self.rule;
+    fn sweep(&mut self, body: &Body, fields: &mut StepFields, part: Part) {
         let (scratch, all) = (&mut self.scratch[..1], [0, body.layout.node_rows]);
-        let dissipated = dissipated.whole();
-        let mut strips = split(body, &rule.scheme, state, dissipated, scratch, all);
-        for strip in &mut strips {
-            strip.law = self.law;
+        for mut strip in split(body, (&self.rule, self.law), fields, scratch, all) {
             strip.part = Some(part);
-            strip.step(body, &rule, load);
+            strip.step();
+        }
+    }
+
+    /// Makes room for the force of the stiffness damping before the first step that has any.
+    fn begin_damping(&self, body: &Body, fields: &mut StepFields) {
+        if self.rule.scheme.stiffness_damping > 0.0 {
+            fields.state.damping_force.resize(body.layout.len());
         }
     }
 }
@@ -213,7 +169,8 @@ mod tests {
     use crate::config::choice::{ElementKind, Plane};
     use crate::config::material::MaterialConfig;
     use crate::element::supports::Supports;
-    use crate::integrate::dissipation::Mechanisms;
+    use crate::integrate::dissipation::{Dissipated, Mechanisms};
+    use crate::integrate::state::NodalState;
     use crate::material::Elastic;
     use crate::material::j2::J2;
     use crate::mesh::Mesh;
@@ -257,22 +214,20 @@ mod tests {
             stiffness_damping: 0.05,
         };
         let mut integrator = Integrator::with_strips(&body, scheme, law, strips);
-        let mut load = Load::none(&body);
-        load.add(body.layout.index([3, 0], 1), -1.0);
-        load.add(body.layout.index([7, 0], 0), 0.5);
-        let mut state = NodalState::at_rest_under(&body, law.as_ref());
-        state.accelerate(&body, scheme.mass_damping, &load);
         let mechanisms = Mechanisms {
             numerical: true,
             mass_damping: true,
             stiffness_damping: true,
             plastic: law.is_some(),
         };
-        let mut dissipated = Dissipated::new(body.layout, mechanisms);
+        let mut fields = StepFields::at_rest(&body, law.as_ref(), mechanisms);
+        fields.load.add(body.layout.index([3, 0], 1), -1.0);
+        fields.load.add(body.layout.index([7, 0], 0), 0.5);
+        fields.accelerate(&body, scheme.mass_damping);
         for _ in 0..steps {
-            integrator.step(&body, &mut state, &load, &mut dissipated, rows, None);
+            integrator.step(&body, &mut fields, rows, None);
         }
-        (state, dissipated)
+        (fields.state, fields.dissipated)
     }
 
     #[test]

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::dissipation::Dissipated;
+use super::fields::StepFields;
 use super::front::Front;
 use super::rings::Rings;
 use super::state::NodalState;
@@ -121,42 +121,30 @@ impl Region {
         entered.map(|ring| ring as u32 + 2)
     }
 
-    /// Takes the nodes that are stepped first back to the start of the window; the accelerations follow from it.
+    /// Takes the nodes that are stepped first back to the start of the window, and accelerates them under the present load.
     pub(crate) fn begin(
         &self,
-        state: &mut NodalState,
-        dissipated: &mut Dissipated<Vec<f64>>,
+        fields: &mut StepFields,
+        (body, damping): (&Body, f64),
         start: &NodalState,
     ) {
         for range in &self.begin {
-            let fields = [
-                (&mut state.u, &start.u),
-                (&mut state.v, &start.v),
-                (&mut state.force, &start.force),
-                (&mut state.damping_force, &start.damping_force),
-            ];
-            for (field, start) in fields {
-                // Empty until something has been damped.
-                match start.get(range.clone()) {
-                    Some(start) => field[range.clone()].copy_from_slice(start),
-                    None => part(field, range).fill(0.0),
-                }
-            }
-            for field in dissipated.nodal_mut() {
+            fields
+                .state
+                .restore_part(range.clone(), start, range.clone());
+            fields.accelerate_part(body, damping, range.clone());
+            for field in fields.dissipated.nodal_mut() {
                 part(field, range).fill(0.0);
             }
         }
+        let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
+        body.layout.repeat_period(&mut state.a);
         for own in &self.rings[0].histories {
             state.history[own.clone()].copy_from_slice(&start.history[own.clone()]);
         }
         for own in &self.rings[0].plastic {
             part(&mut dissipated.plastic, own).fill(0.0);
         }
-    }
-
-    /// Components of A_1.
-    pub(crate) fn first(&self) -> impl Iterator<Item = usize> + '_ {
-        self.begin.iter().cloned().flatten()
     }
 }
 
@@ -194,9 +182,9 @@ impl RingRecord {
         &mut self,
         ring: &Ring,
         scheme: &NewmarkScheme,
-        state: &NodalState,
-        dissipated: &Dissipated<Vec<f64>>,
+        fields: &StepFields,
     ) {
+        let state = &fields.state;
         if state.history.is_empty() {
             return;
         }
@@ -207,20 +195,15 @@ impl RingRecord {
             self.numbers.extend_from_slice(&state.history[own.clone()]);
         }
         for own in &ring.plastic {
-            self.numbers
-                .extend_from_slice(&dissipated.plastic[own.clone()]);
+            let plastic = &fields.dissipated.plastic[own.clone()];
+            self.numbers.extend_from_slice(plastic);
         }
     }
 
     /// Records, after a step, the ring that a change reaches with the next one.
-    pub(crate) fn record_end(
-        &mut self,
-        ring: &Ring,
-        state: &NodalState,
-        dissipated: &Dissipated<Vec<f64>>,
-    ) {
-        let [numerical, mass, stiffness] = dissipated.nodal();
-        let [u, v, a, force, damping_force] = state.nodal();
+    pub(crate) fn record_end(&mut self, ring: &Ring, fields: &StepFields) {
+        let [numerical, mass, stiffness] = fields.dissipated.nodal();
+        let [u, v, a, force, damping_force] = fields.state.nodal();
         let fields = [u, v, a, force, damping_force, numerical, mass, stiffness];
         for range in &ring.enters {
             for field in fields {
@@ -231,13 +214,8 @@ impl RingRecord {
     }
 
     /// Reads what was recorded for the next step; `increments` take those of the ring, under a law with history.
-    pub(crate) fn read(
-        &mut self,
-        ring: &Ring,
-        state: &mut NodalState,
-        dissipated: &mut Dissipated<Vec<f64>>,
-        increments: &mut Vec<f64>,
-    ) {
+    pub(crate) fn read(&mut self, ring: &Ring, fields: &mut StepFields, increments: &mut Vec<f64>) {
+        let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
         if !state.history.is_empty() {
             increments.resize(state.u.len(), 0.0);
             ring.enters

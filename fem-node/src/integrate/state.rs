@@ -8,7 +8,6 @@ use super::load::Load;
 use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::line::Lines;
-use crate::pack::vectorised;
 
 /// The state of the body, every field in the order of [`crate::element::layout::Layout`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -79,45 +78,29 @@ impl NodalState {
         self.a.copy_from_slice(&start.a);
     }
 
-    /// a = M^-1 (f - F(u) - d) - c v
-    pub(crate) fn accelerate(&mut self, body: &Body, damping: f64, load: &Load) {
-        let forces = load.values.iter().zip(&self.force).zip(&body.inverse_mass);
-        for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
-            *a = w * (f - internal) - damping * v;
-        }
-        let damped = self.damping_force.iter().zip(&body.inverse_mass);
-        for (a, (d, w)) in self.a.iter_mut().zip(damped) {
-            *a -= w * d;
-        }
-        body.layout.repeat_period(&mut self.a);
-    }
-
-    /// The same of some components of one row.
-    pub(crate) fn accelerate_part(
+    /// Takes over these components of the start of a window, which stand in others there; the accelerations follow from it.
+    pub(crate) fn restore_part(
         &mut self,
-        body: &Body,
-        damping: f64,
-        load: &Load,
         part: Range<usize>,
+        start: &NodalState,
+        theirs: Range<usize>,
     ) {
-        let row = body.layout.row_of(part.start);
-        let first = body.layout.row(row).start;
-        let loads = &load.row(row)[part.start - first..part.end - first];
-        let (v, internal) = (&self.v[part.clone()], &self.force[part.clone()]);
-        let (a, w) = (&mut self.a[part.clone()], &body.inverse_mass[part.clone()]);
-        let damped = self.damping_force.get(part);
-        vectorised!({
-            let forces = loads.iter().zip(internal).zip(w);
-            for ((a, v), ((f, internal), w)) in a.iter_mut().zip(v).zip(forces) {
-                *a = w * (f - internal) - damping * v;
+        let fields = [
+            (&mut self.u, &start.u),
+            (&mut self.v, &start.v),
+            (&mut self.force, &start.force),
+            (&mut self.damping_force, &start.damping_force),
+        ];
+        for (field, start) in fields {
+            // Empty until something has been damped.
+            match start.get(theirs.clone()) {
+                Some(start) => field[part.clone()].copy_from_slice(start),
+                None => field.get_mut(part.clone()).unwrap_or_default().fill(0.0),
             }
-            for (a, (d, w)) in a.iter_mut().zip(damped.unwrap_or_default().iter().zip(w)) {
-                *a -= w * d;
-            }
-        });
+        }
     }
 
-    /// The same of one component.
+    /// a = M^-1 (f - F(u) - d) - c v of one component.
     pub(crate) fn acceleration(&self, body: &Body, damping: f64, load: &Load, k: usize) -> f64 {
         let w = body.inverse_mass[k];
         let a = w * (load.values[k] - self.force[k]) - damping * self.v[k];

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::dissipation::{Dissipated, cut};
+use super::fields::StepFields;
 use super::front::joined;
 use super::load::Load;
 use super::node_pass::NodePass;
@@ -11,7 +12,6 @@ use super::scratch::{Scratch, copy_neighbours};
 use super::state::NodalState;
 use crate::element::body::Body;
 use crate::element::corners::{CornerRows, StrainPath};
-use crate::element::layout::Layout;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::{in_registers, vectorised};
 use crate::scheme::{NewmarkScheme, Rule};
@@ -21,6 +21,10 @@ use crate::wheel::upper_row::UpperRow;
 
 /// Neighbouring rows of nodes and everything that stepping them writes.
 pub(super) struct Strip<'a> {
+    body: &'a Body,
+    rule: &'a Rule,
+    law: Option<NonlinearLaw>,
+    load: &'a Load,
     first: usize,
     u: &'a mut [f64],
     v: &'a mut [f64],
@@ -36,7 +40,6 @@ pub(super) struct Strip<'a> {
     pub(super) part: Option<Part<'a>>,
     /// The wheel, for the strip with the upper row.
     pub(super) wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
-    pub(super) law: Option<NonlinearLaw>,
 }
 
 /// Part of a body that a step goes over; everything else is as it would be after the step where the part needs it.
@@ -71,31 +74,32 @@ impl Columns<'_> {
 /// Cuts the rows `first .. end` into as many strips as there are buffers for. Each strip gets copies of the
 /// rows next to it as they will be after the prediction, since their owner changes them at the same time.
 pub(super) fn split<'a>(
-    body: &Body,
-    scheme: &NewmarkScheme,
-    state: &'a mut NodalState,
-    mut dissipated: Dissipated<&'a mut [f64]>,
+    body: &'a Body,
+    (rule, law): (&'a Rule, Option<NonlinearLaw>),
+    fields: &'a mut StepFields,
     scratch: &'a mut [Scratch],
     [first, end]: [usize; 2],
 ) -> Vec<Strip<'a>> {
+    let (load, mut dissipated) = (&fields.load, fields.dissipated.whole());
     let layout = body.layout;
     let rows = (end - first).div_ceil(scratch.len());
     let starts = (first..end).step_by(rows);
     for (start, buffers) in starts.clone().zip(scratch.iter_mut()) {
         let own = [start, (start + rows).min(end)];
-        copy_neighbours(body, scheme, state, own, buffers);
+        copy_neighbours(body, &rule.scheme, &fields.state, own, buffers);
     }
     let (row_len, padded) = (layout.row_len(), layout.padded_columns());
-    let row_history = state.history.len() / (layout.node_rows - 1);
-    let mut fields = [
-        &mut state.u,
-        &mut state.v,
-        &mut state.a,
-        &mut state.force,
-        &mut state.damping_force,
-    ]
-    .map(|field| &mut field[..]);
-    let mut history = state.history.as_mut_slice();
+    let NodalState {
+        u,
+        v,
+        force,
+        a,
+        damping_force,
+        history,
+    } = &mut fields.state;
+    let row_history = history.len() / (layout.node_rows - 1);
+    let mut fields = [u, v, a, force, damping_force].map(|field| &mut field[..]);
+    let mut history = history.as_mut_slice();
     let before = first * row_len;
     for field in &mut fields {
         cut(field, before);
@@ -107,6 +111,10 @@ pub(super) fn split<'a>(
         let [u, v, a, force, damping_force] =
             fields.each_mut().map(|field| cut(field, rows * row_len));
         Strip {
+            body,
+            rule,
+            law,
+            load,
             first: start,
             u,
             v,
@@ -118,7 +126,6 @@ pub(super) fn split<'a>(
             scratch,
             part: None,
             wheel: None,
-            law: None,
         }
     });
     strips.collect()
@@ -127,26 +134,28 @@ pub(super) fn split<'a>(
 impl Strip<'_> {
     /// One sweep from the upper to the lower row: predict the next row, compute the elements above it, then
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
-    pub(super) fn step(&mut self, body: &Body, rule: &Rule, load: &Load) {
-        let rows = self.u.len() / body.layout.row_len();
-        self.predict(body.layout, &rule.scheme, 0);
-        self.elements_above(body);
+    pub(super) fn step(&mut self) {
+        let layout = self.body.layout;
+        let rows = self.u.len() / layout.row_len();
+        self.predict(0);
+        self.elements_above();
         for local in 0..rows {
             self.scratch.increments.advance();
             if local + 1 < rows {
-                self.predict(body.layout, &rule.scheme, local + 1);
+                self.predict(local + 1);
             }
-            if self.first + local + 1 < body.layout.node_rows {
-                self.elements_below(body, local);
+            if self.first + local + 1 < layout.node_rows {
+                self.elements_below(local);
             } else {
                 self.scratch.elements.clear_upper();
             }
-            self.finish(body, rule, load, local);
+            self.finish(local);
         }
     }
 
     /// Elements above the strip, which the strip above computes for itself as well.
-    fn elements_above(&mut self, body: &Body) {
+    fn elements_above(&mut self) {
+        let body = self.body;
         let scratch = &mut *self.scratch;
         let (elements, above) = (&mut scratch.elements, &scratch.above);
         elements.clear_carried();
@@ -174,9 +183,9 @@ impl Strip<'_> {
     }
 
     /// Elements between this row and the next, which may belong to the strip below.
-    fn elements_below(&mut self, body: &Body, local: usize) {
-        let columns = |local: usize| self.columns(body.layout, local);
-        let columns = joined(columns(local), columns(local + 1));
+    fn elements_below(&mut self, local: usize) {
+        let body = self.body;
+        let columns = joined(self.columns(local), self.columns(local + 1));
         if columns[0] == columns[1] {
             return;
         }
@@ -218,15 +227,16 @@ impl Strip<'_> {
     }
 
     /// Columns of a row that are stepped.
-    fn columns(&self, layout: Layout, local: usize) -> [usize; 2] {
+    fn columns(&self, local: usize) -> [usize; 2] {
         match self.part {
-            None => [0, layout.stride],
+            None => [0, self.body.layout.stride],
             Some(part) => part.columns.of(self.first + local),
         }
     }
 
-    fn predict(&mut self, layout: Layout, scheme: &NewmarkScheme, local: usize) {
-        let columns = self.columns(layout, local);
+    fn predict(&mut self, local: usize) {
+        let (layout, scheme) = (self.body.layout, &self.rule.scheme);
+        let columns = self.columns(local);
         let row = local * layout.row_len()..(local + 1) * layout.row_len();
         if self.part.is_none() && !self.scratch.increments.next.is_empty() {
             return self.predict_and_keep(scheme, row);
@@ -277,9 +287,9 @@ impl Strip<'_> {
         }
     }
 
-    fn finish(&mut self, body: &Body, rule: &Rule, load: &Load, local: usize) {
-        let layout = body.layout;
-        let columns = self.columns(layout, local);
+    fn finish(&mut self, local: usize) {
+        let (body, rule, layout) = (self.body, self.rule, self.body.layout);
+        let columns = self.columns(local);
         let scratch = &mut *self.scratch;
         if columns[0] == columns[1] {
             return scratch.elements.advance();
@@ -297,7 +307,7 @@ impl Strip<'_> {
                 v: &mut self.v[own.clone()],
                 a: &mut self.a[own.clone()],
                 force: &mut self.force[own.clone()],
-                load: load.row(self.first + local),
+                load: self.load.row(self.first + local),
                 mass: &body.mass[all.clone()],
                 inverse_mass: &body.inverse_mass[all],
                 dissipated: self.dissipated.row(own),
@@ -315,7 +325,7 @@ impl Strip<'_> {
             force: &mut self.force[own.clone()],
             new_force: force,
             new_a: &mut scratch.acceleration,
-            load: load.row(self.first + local),
+            load: self.load.row(self.first + local),
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
             damping_force: self.damping_force.get_mut(own.clone()).unwrap_or_default(),

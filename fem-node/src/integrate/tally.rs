@@ -5,8 +5,7 @@
 
 use std::ops::Range;
 
-use super::dissipation::Dissipated;
-use super::state::NodalState;
+use super::fields::StepFields;
 use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::pack::lanes::{LANES, Pack};
@@ -25,7 +24,7 @@ pub(crate) struct Sums {
     pub(crate) strain: f64,
     /// a M a
     pub(crate) inertia: f64,
-    /// Sums of [`Dissipated`].
+    /// Sums of [`Dissipated`](super::dissipation::Dissipated).
     pub(crate) numerical: f64,
     pub(crate) mass_damping: f64,
     pub(crate) stiffness_damping: f64,
@@ -43,17 +42,12 @@ pub(crate) struct Tally {
 
 impl Tally {
     /// Adds up all blocks.
-    pub(crate) fn all(
-        &mut self,
-        body: &Body,
-        state: &NodalState,
-        dissipated: &Dissipated<Vec<f64>>,
-    ) {
+    pub(crate) fn all(&mut self, body: &Body, fields: &StepFields) {
         let layout = body.layout;
         self.blocks.resize(count(layout), Sums::default());
         for (block, sums) in self.blocks.iter_mut().enumerate() {
             let own = components(layout, block);
-            *sums = vectorised!(add_up(body, state, dissipated, own));
+            *sums = vectorised!(add_up(body, fields, own));
         }
     }
 
@@ -66,16 +60,10 @@ impl Tally {
     }
 
     /// Adds up these blocks again.
-    pub(crate) fn again(
-        &mut self,
-        body: &Body,
-        state: &NodalState,
-        dissipated: &Dissipated<Vec<f64>>,
-        blocks: &[usize],
-    ) {
+    pub(crate) fn again(&mut self, body: &Body, fields: &StepFields, blocks: &[usize]) {
         for block in blocks {
             let own = components(body.layout, *block);
-            self.blocks[*block] = vectorised!(add_up(body, state, dissipated, own));
+            self.blocks[*block] = vectorised!(add_up(body, fields, own));
         }
     }
 
@@ -178,12 +166,8 @@ fn components(layout: Layout, block: usize) -> Range<usize> {
 }
 
 #[inline(always)]
-fn add_up(
-    body: &Body,
-    state: &NodalState,
-    dissipated: &Dissipated<Vec<f64>>,
-    own: Range<usize>,
-) -> Sums {
+fn add_up(body: &Body, fields: &StepFields, own: Range<usize>) -> Sums {
+    let (state, dissipated) = (&fields.state, &fields.dissipated);
     let of = |field: &Vec<f64>| sum(field.get(own.clone()).unwrap_or_default());
     let [mass, v, a] = [&body.mass, &state.v, &state.a].map(|field| &field[own.clone()]);
     let (u, force) = (&state.u[own.clone()], &state.force[own.clone()]);

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::dissipation::{Dissipated, cut};
+use super::fields::StepFields;
 use super::front::PartOfNodes;
-use super::load::Load;
 use super::node_row::NodeRow;
 use super::state::NodalState;
 use crate::element::body::{Body, ElementRow};
@@ -78,15 +78,14 @@ impl Unstructured {
         &mut self,
         body: &Body,
         rule: &Rule,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
+        fields: &mut StepFields,
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
+        let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
         self.predict(&rule.scheme, state);
         self.elements(body, state, &mut dissipated.plastic);
         self.sum(body);
-        let mut load = load.row(0);
+        let mut load = fields.load.row(0);
         if !state.damping_force.is_empty() {
             self.net.resize(load.len(), 0.0);
             let net = &mut self.net;
@@ -123,11 +122,11 @@ impl Unstructured {
         &mut self,
         body: &Body,
         rule: &Rule,
-        state: &mut NodalState,
-        load: &Load,
-        dissipated: &mut Dissipated<Vec<f64>>,
+        fields: &mut StepFields,
         (part, increments): (&PartOfNodes, &[f64]),
     ) {
+        let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
+        let load = fields.load.row(0);
         let layout = body.layout;
         self.increment.copy_from_slice(increments);
         for k in part.components(layout.stride) {
@@ -161,14 +160,14 @@ impl Unstructured {
             sum_corners(&self.connectivity, &self.corners, nodes.start, own);
         }
         let spans: Vec<Range<usize>> = part.spans(layout.stride).collect();
-        self.net.resize(load.row(0).len(), 0.0);
+        self.net.resize(load.len(), 0.0);
         let mut row = NodeRow {
             v: &mut state.v,
             a: &mut state.a,
             force: &mut state.force,
             new_force: &self.new_force,
             new_a: &mut self.new_a,
-            load: load.row(0),
+            load,
             mass: &body.mass,
             inverse_mass: &body.inverse_mass,
             damping_force: &mut state.damping_force,

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::integrate::dissipation::Dissipated;
+use crate::integrate::dissipation::Mechanisms;
+use crate::integrate::fields::StepFields;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::load::Load;
 use crate::integrate::state::NodalState;
 use crate::interface::prescribed_velocity::PrescribedVelocity;
 use crate::model::Model;
@@ -20,11 +20,12 @@ use crate::model::Model;
 /// The columns are independent, so the threads share them; each is computed by one thread.
 pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
     each_column(model, components, |run, component| {
-        run.load.add(component, 1.0);
-        run.state
-            .accelerate(&model.body, model.scheme.mass_damping, &run.load);
+        run.fields.load.add(component, 1.0);
+        run.fields
+            .accelerate(&model.body, model.scheme.mass_damping);
         run.steps(model, component, substeps, None);
-        components.iter().map(|index| run.state.u[*index]).collect()
+        let u = &run.fields.state.u;
+        components.iter().map(|index| u[*index]).collect()
     })
 }
 
@@ -45,11 +46,12 @@ pub(crate) fn impedance(model: &Model, components: &[usize], substeps: u32) -> V
         if model.body.inverse_mass[component] == 0.0 {
             return vec![0.0; components.len()];
         }
-        run.state.a.fill(0.0);
+        let state = &mut run.fields.state;
+        state.a.fill(0.0);
         let speed = |index: &usize| if *index == component { 1.0 } else { 0.0 };
         let ends = components.iter().map(|index| (*index, speed(index)));
         let ends: Vec<(usize, f64)> = ends.collect();
-        let mut velocity = PrescribedVelocity::start(&model.body, &mut run.state, &ends, window_s);
+        let mut velocity = PrescribedVelocity::start(&model.body, state, &ends, window_s);
         run.steps(model, component, substeps, Some(&mut velocity));
         velocity.force
     })
@@ -61,8 +63,8 @@ fn each_column(
     column: impl Fn(&mut ColumnRun, usize) -> Vec<f64> + Sync,
 ) -> Vec<f64> {
     let from_rest = |run: &mut ColumnRun, component: &usize| {
-        run.load.clear();
-        run.state.restore(&run.rest);
+        run.fields.load.clear();
+        run.fields.state.restore(&run.rest);
         column(run, *component)
     };
     let columns: Vec<Vec<f64>> = components
@@ -75,22 +77,17 @@ fn each_column(
 /// Buffers for one column at a time.
 struct ColumnRun {
     rest: NodalState,
-    state: NodalState,
-    load: Load,
-    /// Nobody asks for the energies of a column.
-    dissipated: Dissipated<Vec<f64>>,
+    fields: StepFields,
     integrator: Integrator,
 }
 
 impl ColumnRun {
     fn new(model: &Model) -> ColumnRun {
         let (body, elements) = (&model.body, model.mesh.elements());
-        let rest = NodalState::at_rest(body);
         ColumnRun {
-            state: rest.clone(),
-            rest,
-            load: Load::none(body),
-            dissipated: Dissipated::default(),
+            rest: NodalState::at_rest(body),
+            // Nobody asks for the energies of a column.
+            fields: StepFields::at_rest(body, None, Mechanisms::default()),
             integrator: Integrator::new(body, model.scheme, None, elements, 1),
         }
     }
@@ -105,15 +102,13 @@ impl ColumnRun {
     ) {
         let (body, layout) = (&model.body, model.body.layout);
         let (row, rows) = (layout.row_of(source), layout.node_rows);
-        let (state, dissipated) = (&mut self.state, &mut self.dissipated);
         for step in 1..=substeps as usize {
             let reached = [row.saturating_sub(step), (row + step + 1).min(rows)];
-            self.integrator
-                .step(body, state, &self.load, dissipated, reached, None);
+            self.integrator.step(body, &mut self.fields, reached, None);
             if let Some(velocity) = &mut velocity {
                 let share = step as f64 / f64::from(substeps);
                 let rule = self.integrator.rule;
-                velocity.step(body, &rule, state, dissipated, share);
+                velocity.step(body, &rule, &mut self.fields, share);
             }
         }
     }

@@ -12,7 +12,7 @@
 //! are corrected: -b h^2/2 da M da and b c' v' M du of [`crate::integrate`]. The reaction does the work [(1-b) f + b f'] du.
 
 use crate::element::body::Body;
-use crate::integrate::dissipation::Dissipated;
+use crate::integrate::fields::StepFields;
 use crate::integrate::state::NodalState;
 use crate::scheme::Rule;
 
@@ -75,14 +75,8 @@ impl PrescribedVelocity {
     }
 
     /// Corrects the components after a step, f' = M (1 + b h c) (a_s - a_0'); `share` of the window has passed.
-    pub(crate) fn step(
-        &mut self,
-        body: &Body,
-        rule: &Rule,
-        state: &mut NodalState,
-        dissipated: &mut Dissipated<Vec<f64>>,
-        share: f64,
-    ) {
+    pub(crate) fn step(&mut self, body: &Body, rule: &Rule, fields: &mut StepFields, share: f64) {
+        let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
         let (h, b) = (rule.scheme.step, rule.scheme.damping);
         let c = rule.damping.end;
         let reactions = self.force.iter_mut().zip(&mut self.work);

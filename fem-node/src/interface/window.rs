@@ -21,9 +21,8 @@ pub(crate) mod works;
 use protocol::larger;
 
 use crate::element::layout::Layout;
-use crate::integrate::dissipation::Dissipated;
+use crate::integrate::fields::StepFields;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::load::Load;
 use crate::integrate::region::{Region, RingRecord};
 use crate::integrate::state::NodalState;
 use crate::integrate::tally::{Tally, kinetic_energy};
@@ -66,8 +65,8 @@ pub(crate) struct EnergyExcess {
 /// The state that a window leads to, kept apart from the committed one until it is accepted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WindowRun {
-    /// The state at the end of the window.
-    pub(crate) state: NodalState,
+    /// The state at the end of the window, and what led to it.
+    pub(crate) fields: StepFields,
     /// The wheel at the end of the window.
     pub(crate) wheel: Option<WheelRun>,
     /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
@@ -82,8 +81,6 @@ pub(crate) struct WindowRun {
     start_kinetic: f64,
     /// The most that was supplied so far: energy that comes back still counts (J).
     supplied: f64,
-    load: Load,
-    dissipated: Dissipated<Vec<f64>>,
     tally: Tally,
     works: Works,
     regions: Regions,
@@ -99,17 +96,19 @@ impl WindowRun {
     /// For a run that begins in this state.
     pub(crate) fn new(model: &Model, start: &NodalState) -> WindowRun {
         let body = &model.body;
-        let dissipated = Dissipated::new(body.layout, model.dissipates());
+        let at_rest = StepFields::at_rest(body, None, model.dissipates());
+        let fields = StepFields {
+            state: start.clone(),
+            ..at_rest
+        };
         let mut tally = Tally::default();
-        tally.all(body, start, &dissipated);
+        tally.all(body, &fields);
         let at_start = tally.total();
         WindowRun {
             start_strain: 0.5 * at_start.strain,
             start_kinetic: 0.5 * at_start.kinetic,
             wheel: model.wheel.as_ref().map(WheelRun::new),
-            state: NodalState::at_rest_under(body, model.law.as_ref()),
-            load: Load::none(body),
-            dissipated,
+            fields,
             tally,
             works: Works::new(model),
             ..WindowRun::default()
@@ -170,7 +169,7 @@ impl WindowRun {
     pub(crate) fn moved(&self, model: &Model, start: &NodalState, index: usize) -> f64 {
         match self.partition.held() {
             Some(pieces) => pieces.moved(model.body.layout, index),
-            None => self.state.u[index] - start.u[index],
+            None => self.fields.state.u[index] - start.u[index],
         }
     }
 
@@ -179,7 +178,7 @@ impl WindowRun {
     pub(crate) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) {
         if !self.partition.accept(state, rows) {
             // The next window begins by taking the committed state over.
-            std::mem::swap(state, &mut self.state);
+            std::mem::swap(state, &mut self.fields.state);
         }
         self.forget();
     }
@@ -214,14 +213,14 @@ impl WindowRun {
         } else {
             self.begin(model, committed, input);
         }
-        self.works.begin(&self.load, &self.state, extent);
+        self.works.begin(&self.fields, extent);
         for k in 1..=input.substeps {
             let step = committed.steps + u64::from(k) - 1;
             self.step(model, integrator, input, extent, (k, step));
             self.record_hold(model, step + 1);
             let checks = !extent.is_part() && k < input.substeps;
             if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
-                let kinetic = kinetic_energy(&model.body, &self.state.v);
+                let kinetic = kinetic_energy(&model.body, &self.fields.state.v);
                 self.check_energy(model, committed, input, (step + 1, kinetic));
             }
             if self.excess.is_some() {
@@ -229,12 +228,10 @@ impl WindowRun {
                 return k;
             }
         }
-        let (body, dissipated) = (&model.body, &self.dissipated);
+        let (body, tally) = (&model.body, &mut self.tally);
         match extent {
-            Extent::Part(region) => self
-                .tally
-                .again(body, &self.state, dissipated, &region.blocks),
-            _ => self.tally.all(body, &self.state, dissipated),
+            Extent::Part(region) => tally.again(body, &self.fields, &region.blocks),
+            _ => tally.all(body, &self.fields),
         }
         input.substeps
     }
@@ -248,39 +245,38 @@ impl WindowRun {
         extent: &Extent,
         (k, step): (u32, u64),
     ) {
-        let (body, scheme) = (&model.body, &model.scheme);
-        self.works.move_to(model, &mut self.state, step, k);
+        let body = &model.body;
+        self.works.move_to(model, &mut self.fields.state, step, k);
         self.set_load(model, input, step + 1, false);
         integrator.rule.damping = model.damping_over(step);
         let rows = [0, body.layout.node_rows];
         let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
-        let (state, dissipated, record) = (&mut self.state, &mut self.dissipated, &mut self.record);
+        let (fields, record) = (&mut self.fields, &mut self.record);
         match extent {
-            Extent::Whole => integrator.step(body, state, &self.load, dissipated, rows, wheel),
+            Extent::Whole => integrator.step(body, fields, rows, wheel),
             Extent::Recorded(region) => {
                 let ring = &region.rings[k as usize - 1];
-                record.record_start(ring, scheme, state, dissipated);
-                integrator.step(body, state, &self.load, dissipated, rows, wheel);
+                record.record_start(ring, &model.scheme, fields);
+                integrator.step(body, fields, rows, wheel);
             }
             Extent::Part(region) => {
                 let ring = &region.rings[k as usize - 1];
-                record.read(ring, state, dissipated, &mut self.increments);
+                record.read(ring, fields, &mut self.increments);
                 let part = (region.front(k), self.increments.as_slice());
-                integrator.step_part(body, state, &self.load, dissipated, part);
+                integrator.step_part(body, fields, part);
             }
         }
         if let Some(velocity) = &mut self.velocity {
             let share = f64::from(k) / f64::from(input.substeps);
-            velocity.step(body, &integrator.rule, state, dissipated, share);
+            velocity.step(body, &integrator.rule, fields, share);
         }
-        self.works.settle(model, state, step, k);
+        self.works.settle(model, &mut fields.state, step, k);
         if let Extent::Recorded(region) = extent {
-            record.record_end(&region.rings[k as usize - 1], state, dissipated);
+            record.record_end(&region.rings[k as usize - 1], fields);
         }
-        self.works.add(model, &self.load, state, step, k);
+        self.works.add(model, fields, step, k);
     }
 
-    /// True if the last run was recorded, so that a repeat of its window runs a part of the body only.
     #[cfg(test)]
     fn repeats_a_part(&self) -> bool {
         self.regions.is_recorded()
@@ -345,26 +341,26 @@ impl WindowRun {
     fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
         self.partition.stand_aside();
         self.excess = None;
-        self.dissipated.clear();
+        self.fields.dissipated.clear();
         self.record.clear();
         self.hold_record = None;
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
         if let (Some(run), Some(wheel)) = (&mut self.wheel, &committed.wheel) {
             run.restore(wheel);
-            self.state.resume(&committed.state);
+            self.fields.state.resume(&committed.state);
             if committed.steps == 0 && !wheel.is_touching() {
                 self.open_contact(model, damping);
             }
         } else {
-            self.state.restore(&committed.state);
-            self.state.accelerate(&model.body, damping, &self.load);
+            self.fields.state.restore(&committed.state);
+            self.fields.accelerate(&model.body, damping);
         }
         let window_s = model.scheme.step * f64::from(input.substeps);
-        self.velocity = (!input.velocity.is_empty()).then(|| {
-            PrescribedVelocity::start(&model.body, &mut self.state, &input.velocity, window_s)
-        });
-        self.tally.begin(&model.body, &self.state.a);
+        let (body, state, ends) = (&model.body, &mut self.fields.state, &input.velocity);
+        self.velocity =
+            (!ends.is_empty()).then(|| PrescribedVelocity::start(body, state, ends, window_s));
+        self.tally.begin(body, &state.a);
         self.record_hold(model, committed.steps);
     }
 
@@ -379,13 +375,9 @@ impl WindowRun {
         let (body, damping) = (&model.body, model.damping_at(committed.steps));
         self.record.rewind();
         self.set_load(model, input, committed.steps, true);
-        region.begin(&mut self.state, &mut self.dissipated, &committed.state);
-        let (state, load) = (&committed.state, &self.load);
-        let acceleration = |k: usize| state.acceleration(body, damping, load, k);
-        for k in region.first() {
-            self.state.a[k] = acceleration(k);
-        }
-        body.layout.repeat_period(&mut self.state.a);
+        region.begin(&mut self.fields, (body, damping), &committed.state);
+        let (start, load) = (&committed.state, &self.fields.load);
+        let acceleration = |k: usize| start.acceleration(body, damping, load, k);
         let tally = &mut self.tally;
         tally.begin_again(body, &region.sources, acceleration);
     }
@@ -395,20 +387,21 @@ impl WindowRun {
         let (Some(wheel), Some(run)) = (&model.wheel, &mut self.wheel) else {
             return;
         };
-        let (body, state) = (&model.body, &mut self.state);
-        state.accelerate(body, damping, &self.load);
+        let body = &model.body;
+        self.fields.accelerate(body, damping);
+        let (state, load) = (&mut self.fields.state, self.fields.load.row(0));
         let upper = body.layout.row(0);
         let row = UpperRow {
             u: &state.u[upper.clone()],
             v: &state.v[upper.clone()],
             a: &state.a[upper.clone()],
             force: &state.force[upper.clone()],
-            load: self.load.row(0),
+            load,
             inverse_mass: &body.inverse_mass[upper.clone()],
         };
         run.open(wheel, &row);
         let accelerations = &mut state.a[upper];
-        let forces = run.load().iter().zip(self.load.row(0));
+        let forces = run.load().iter().zip(load);
         let nodes = accelerations.iter_mut().zip(&body.inverse_mass);
         for ((a, w), (all, applied)) in nodes.zip(forces) {
             *a += w * (all - applied);
@@ -422,7 +415,7 @@ impl WindowRun {
             return;
         };
         if step == wheel.motion_step {
-            self.hold_record = Some(hold_record(model, &self.state, wheel, &run.state));
+            self.hold_record = Some(hold_record(model, &self.fields.state, wheel, &run.state));
         }
     }
 
@@ -459,19 +452,17 @@ impl WindowRun {
             wheel_kinetic: (model.wheel.as_ref().zip(wheel))
                 .map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
             drive_work: before.drive_work + self.works.drive,
-            plastic: before.plastic + self.dissipated.plastic.iter().sum::<f64>(),
+            plastic: before.plastic + self.fields.dissipated.plastic.iter().sum::<f64>(),
         }
     }
 
     /// Stored energy at the end of the window less u F(u) / 2 (J).
     fn energy_correction(&self, model: &Model, law: &NonlinearLaw) -> f64 {
-        let (body, history) = (&model.body, &self.state.history);
+        let (body, state) = (&model.body, &self.fields.state);
         match self.partition.held() {
             // No piece is of a law with history.
-            Some(pieces) => {
-                body.energy_correction(law, &pieces.displacements(body.layout), history)
-            }
-            None => body.energy_correction(law, &self.state.u, history),
+            Some(pieces) => body.energy_correction(law, &pieces.displacements(body.layout), &[]),
+            None => body.energy_correction(law, &state.u, &state.history),
         }
     }
 
@@ -479,8 +470,8 @@ impl WindowRun {
     pub(crate) fn displacements(&self, layout: Layout) -> Vec<f64> {
         let held = self.partition.held();
         held.map_or_else(
-            || self.state.u.to_vec(),
-            |held| held.displacements(layout).to_vec(),
+            || self.fields.state.u.to_vec(),
+            |held| held.displacements(layout),
         )
     }
 
@@ -496,14 +487,15 @@ impl WindowRun {
         if !from_scratch && model.tractions.iter().all(same) {
             return;
         }
-        self.load.clear();
+        let load = &mut self.fields.load;
+        load.clear();
         for (index, force) in &input.interface {
-            self.load.add(*index, *force);
+            load.add(*index, *force);
         }
         for traction in &model.tractions {
             let factor = factor(traction, step);
             for (index, force) in &traction.forces {
-                self.load.add(*index, factor * force);
+                load.add(*index, factor * force);
             }
         }
     }

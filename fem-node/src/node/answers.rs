@@ -134,7 +134,7 @@ impl Node for FemNode {
         committed.ledger = self.run.close(&self.model, committed, &input);
         committed.reactions = self.run.reactions(&self.model);
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
-            committed.state.resume(&self.run.state);
+            committed.state.resume(&self.run.fields.state);
             wheel.clone_from(&run.state);
             let record = self.run.hold_record.take();
             committed.hold_record = record.or(committed.hold_record.take());

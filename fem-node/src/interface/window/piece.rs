@@ -7,9 +7,8 @@ use super::extent::WindowInput;
 use super::start::PieceStart;
 use crate::element::body::Body;
 use crate::integrate::cut::{Cut, CutRegion};
-use crate::integrate::dissipation::Dissipated;
+use crate::integrate::fields::StepFields;
 use crate::integrate::integrator::Integrator;
-use crate::integrate::load::Load;
 use crate::integrate::region::{Region, RingRecord};
 use crate::integrate::state::NodalState;
 use crate::integrate::tally::{Tally, blocks_of};
@@ -23,10 +22,8 @@ pub(super) struct Piece {
     pub(super) cut: Cut,
     body: Body,
     integrator: Integrator,
-    /// NodalState at the end of the window in its own columns.
-    pub(super) state: NodalState,
-    load: Load,
-    dissipated: Dissipated<Vec<f64>>,
+    /// Those at the end of the window, its own columns.
+    pub(super) fields: StepFields,
     /// Sums over the blocks of its own columns.
     pub(super) tally: Tally,
     own_blocks: Vec<usize>,
@@ -65,9 +62,7 @@ impl Piece {
         Piece {
             index,
             integrator: Integrator::new(&body, model.scheme, model.law, elements, 1),
-            state: NodalState::at_rest(&body),
-            load: Load::none(&body),
-            dissipated: Dissipated::new(body.layout, model.dissipates()),
+            fields: StepFields::at_rest(&body, None, model.dissipates()),
             tally: Tally::sized(body.layout),
             own_blocks,
             region: CutRegion::default(),
@@ -98,17 +93,14 @@ impl Piece {
         for k in 1..=substeps {
             self.damp(window, k);
             let good = self.cut.good_in_piece((substeps - k) as usize);
-            let (state, dissipated) = (&mut self.state, &mut self.dissipated);
-            let integrator = &mut self.integrator;
-            integrator.step_columns(&self.body, state, &self.load, dissipated, good);
+            let fields = &mut self.fields;
+            self.integrator.step_columns(&self.body, fields, good);
             if let Some(step) = self.region.steps.get(k as usize - 1) {
-                let ring = &step.ring;
-                self.record.record_end(ring, &self.state, &self.dissipated);
+                self.record.record_end(&step.ring, fields);
             }
         }
-        let (body, blocks) = (&self.body, &self.own_blocks);
-        self.tally
-            .again(body, &self.state, &self.dissipated, blocks);
+        let blocks = &self.own_blocks;
+        self.tally.again(&self.body, &self.fields, blocks);
     }
 
     /// Repeats the window that was run last under another force, within its part of the region.
@@ -117,16 +109,13 @@ impl Piece {
         for k in 1..=window.input.substeps {
             self.damp(window, k);
             let step = &self.region.steps[k as usize - 1];
-            let (state, dissipated) = (&mut self.state, &mut self.dissipated);
+            let fields = &mut self.fields;
             // No piece is of a law with history.
-            self.record
-                .read(&step.ring, state, dissipated, &mut Vec::new());
-            self.integrator
-                .step_cut(&self.body, state, &self.load, dissipated, step);
+            self.record.read(&step.ring, fields, &mut Vec::new());
+            self.integrator.step_cut(&self.body, fields, step);
         }
-        let (body, blocks) = (&self.body, &self.region.blocks);
-        self.tally
-            .again(body, &self.state, &self.dissipated, blocks);
+        let blocks = &self.region.blocks;
+        self.tally.again(&self.body, &self.fields, blocks);
     }
 
     /// Sets the damping of step `k`.
@@ -139,22 +128,21 @@ impl Piece {
     fn begin(&mut self, window: PieceWindow) {
         let own = &window.starts[self.index];
         let damped = own.state.damping_force.len();
-        self.state.damping_force.resize(damped);
+        self.fields.state.damping_force.resize(damped);
         self.set_load(window.input);
-        self.dissipated.clear();
+        self.fields.dissipated.clear();
         self.record.clear();
         let damping = window.model.damping_at(window.steps);
         // A column beside those that are spoilt is read at the first step.
         let columns = self.cut.good(window.input.substeps as usize + 1);
         for line in 0..2 * self.body.layout.node_rows {
             for start in window.starts {
-                start.give(line, &columns, &self.cut, &mut self.state);
+                start.give(line, &columns, &self.cut, &mut self.fields.state);
             }
             let part = self.cut.in_line(line, &columns);
-            self.state
-                .accelerate_part(&self.body, damping, &self.load, part);
+            self.fields.accelerate_part(&self.body, damping, part);
         }
-        let a = |k: usize| self.state.a[k];
+        let a = |k: usize| self.fields.state.a[k];
         self.tally.begin_again(&self.body, &self.own_blocks, a);
     }
 
@@ -166,28 +154,28 @@ impl Piece {
         for range in &self.region.begin {
             let (line, columns) = self.cut.in_body(range);
             for start in window.starts {
-                start.give(line, &columns, &self.cut, &mut self.state);
+                start.give(line, &columns, &self.cut, &mut self.fields.state);
             }
-            self.state
-                .accelerate_part(&self.body, damping, &self.load, range.clone());
-            for field in self.dissipated.nodal_mut() {
+            let fields = &mut self.fields;
+            fields.accelerate_part(&self.body, damping, range.clone());
+            for field in fields.dissipated.nodal_mut() {
                 field.get_mut(range.clone()).unwrap_or_default().fill(0.0);
             }
         }
         let start = &window.starts[self.index].state;
-        let (body, load, sources) = (&self.body, &self.load, &self.region.sources);
+        let (body, load, sources) = (&self.body, &self.fields.load, &self.region.sources);
         let acceleration = |k: usize| start.acceleration(body, damping, load, k);
         self.tally.begin_again(body, sources, acceleration);
     }
 
     fn set_load(&mut self, input: &WindowInput) {
-        self.load.clear();
+        self.fields.load.clear();
         let body = self.cut.body;
         for (index, force) in &input.interface {
             let (line, column) = (index / body.stride, index % body.stride);
             if self.cut.columns.contains(&column) {
                 let at = self.cut.in_line(line, &(column..column + 1)).start;
-                self.load.add(at, *force);
+                self.fields.load.add(at, *force);
             }
         }
     }

@@ -136,23 +136,23 @@ impl Pieces {
     pub(super) fn moved(&self, layout: Layout, index: usize) -> f64 {
         let (line, column) = (index / layout.stride, index % layout.stride);
         let piece = column / self.size;
-        let (Piece { cut, state, .. }, start) = (&self.pieces[piece], &self.starts[piece]);
+        let (Piece { cut, fields, .. }, start) = (&self.pieces[piece], &self.starts[piece]);
         let at = cut.in_line(line, &(column..column + 1)).start;
-        state.u[at] - start.state.u[at]
+        fields.state.u[at] - start.state.u[at]
     }
 
     /// Displacements of the body at the end of the last window (m).
     pub(super) fn displacements(&self, layout: Layout) -> Vec<f64> {
         let mut whole = vec![0.0; layout.len()];
         let pieces = self.pieces.iter();
-        pieces.for_each(|Piece { cut, state, .. }| cut.put(&state.u, &mut whole));
+        pieces.for_each(|piece| piece.cut.put(&piece.fields.state.u, &mut whole));
         whole
     }
 
     /// Makes the end of the last window the committed state.
     pub(super) fn accept(&mut self) {
         for (piece, start) in self.pieces.iter_mut().zip(&mut self.starts) {
-            std::mem::swap(&mut piece.state, &mut start.state);
+            std::mem::swap(&mut piece.fields.state, &mut start.state);
         }
         (self.is_current, self.is_ahead) = (true, true);
     }

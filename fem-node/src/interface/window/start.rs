@@ -62,19 +62,6 @@ impl PieceStart {
             return;
         }
         let (from, to) = (self.cut.in_line(line, &columns), to.in_line(line, &columns));
-        let own = &self.state;
-        let fields = [
-            (&mut state.u, &own.u),
-            (&mut state.v, &own.v),
-            (&mut state.force, &own.force),
-            (&mut state.damping_force, &own.damping_force),
-        ];
-        for (field, own) in fields {
-            // Empty until something has been damped.
-            match own.get(from.clone()) {
-                Some(own) => field[to.clone()].copy_from_slice(own),
-                None => field.get_mut(to.clone()).unwrap_or_default().fill(0.0),
-            }
-        }
+        state.restore_part(to, &self.state, from);
     }
 }

@@ -4,7 +4,7 @@
 //! replaces only those that it reaches.
 
 use super::extent::Extent;
-use crate::integrate::load::Load;
+use crate::integrate::fields::StepFields;
 use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::model::boundary::Traction;
@@ -59,7 +59,7 @@ impl Works {
     }
 
     /// Begins a window, of which a repeat reaches only a part.
-    pub(super) fn begin(&mut self, load: &Load, state: &NodalState, extent: &Extent) {
+    pub(super) fn begin(&mut self, fields: &StepFields, extent: &Extent) {
         (self.applied, self.drive) = (0.0, 0.0);
         for tracked in self.loaded.iter_mut().chain(&mut self.driven) {
             tracked.from = match extent {
@@ -72,43 +72,49 @@ impl Works {
             self.reactions.clear();
         }
         // Nodes that the first step reaches begin under the changed force.
-        self.follow(load, state, 0, 1);
+        self.follow(fields, 0, 1);
     }
 
     /// Enters displacements and reactions after step `k` of the components that step `reached` steps.
-    fn follow(&mut self, load: &Load, state: &NodalState, k: u32, reached: u32) {
-        let u = |at: &TrackedComponent| state.u[at.index];
+    fn follow(&mut self, fields: &StepFields, k: u32, reached: u32) {
+        let u = |at: &TrackedComponent| fields.state.u[at.index];
         enter(&mut self.displacements, &self.loaded, k, reached, u);
-        let reaction = |at: &TrackedComponent| reaction(load, state, at.index);
+        let reaction = |at: &TrackedComponent| reaction(fields, at.index);
         enter(&mut self.reactions, &self.driven, k, reached, reaction);
     }
 
     /// Sets the rates that take the prescribed components to their displacements at the end of the step that begins at `step`,
     /// the `k`th of the window.
     pub(super) fn move_to(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
-        let (h, layout) = (model.scheme.step, model.body.layout);
-        let mut driven = self.driven.iter();
-        for motion in &model.motions {
-            let displacement = motion.history.displacement((step + 1) as f64 * h);
-            for (index, value) in &motion.components {
-                if driven.next().is_some_and(|driven| driven.is_stepped(k)) {
-                    let end = displacement[layout.direction(*index)] * value;
-                    state.v[*index] = (end - state.u[*index]) / h;
-                    state.a[*index] = 0.0;
-                }
-            }
-        }
+        let h = model.scheme.step;
+        let ends = |motion: &PrescribedMotion| motion.history.displacement((step + 1) as f64 * h);
+        self.set_rates(model, state, k, ends, |u, end| (end - u) / h);
     }
 
     /// Gives the prescribed components their velocities after the step.
     pub(super) fn settle(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
-        let (h, layout) = (model.scheme.step, model.body.layout);
+        let t = (step + 1) as f64 * model.scheme.step;
+        let velocities = |motion: &PrescribedMotion| motion.history.velocity(t);
+        self.set_rates(model, state, k, velocities, |_, velocity| velocity);
+    }
+
+    /// Sets the velocities of the prescribed components that step `k` steps, given what is prescribed and the displacement of each, and
+    /// leaves them no acceleration.
+    fn set_rates(
+        &self,
+        model: &Model,
+        state: &mut NodalState,
+        k: u32,
+        prescribed: impl Fn(&PrescribedMotion) -> [f64; 2],
+        velocity: impl Fn(f64, f64) -> f64,
+    ) {
         let mut driven = self.driven.iter();
         for motion in &model.motions {
-            let velocity = motion.history.velocity((step + 1) as f64 * h);
+            let along = prescribed(motion);
             for (index, value) in &motion.components {
                 if driven.next().is_some_and(|driven| driven.is_stepped(k)) {
-                    state.v[*index] = velocity[layout.direction(*index)] * value;
+                    let given = along[model.body.layout.direction(*index)] * value;
+                    state.v[*index] = velocity(state.u[*index], given);
                     state.a[*index] = 0.0;
                 }
             }
@@ -131,15 +137,8 @@ impl Works {
     }
 
     /// Adds the works of the step that began at `step`, the `k`th of the window.
-    pub(super) fn add(
-        &mut self,
-        model: &Model,
-        load: &Load,
-        state: &NodalState,
-        step: u64,
-        k: u32,
-    ) {
-        self.follow(load, state, k, k);
+    pub(super) fn add(&mut self, model: &Model, fields: &StepFields, step: u64, k: u32) {
+        self.follow(fields, k, k);
         let [before, after] = two_steps(&self.displacements, self.loaded.len(), k);
         self.applied += applied_work(model, step, before, after);
         let [before, after] = two_steps(&self.reactions, self.driven.len(), k);
@@ -155,7 +154,7 @@ fn two_steps(values: &[f64], count: usize, k: u32) -> [&[f64]; 2] {
 }
 
 /// r = F(u) + d - f in a prescribed component (N).
-pub(crate) fn reaction(load: &Load, state: &NodalState, index: usize) -> f64 {
+pub(crate) fn reaction(StepFields { state, load, .. }: &StepFields, index: usize) -> f64 {
     let damping = state.damping_force.get(index).unwrap_or(&0.0);
     state.force[index] + damping - load.at(index)
 }

@@ -79,7 +79,7 @@ impl Flight {
             &Extent::Whole,
         );
         let run = self.run.wheel.as_ref().expect("it has one");
-        committed.state.resume(&self.run.state);
+        committed.state.resume(&self.run.fields.state);
         committed.wheel = Some(run.state.clone());
         committed.steps += 1;
     }
