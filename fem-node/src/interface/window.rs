@@ -6,13 +6,12 @@
 //! - `start`: the fields at the start of a piece;
 //! - `team`: the threads;
 //! - `works`: work of the applied forces, reactions;
-//! - `piece`, `pieces`, `partition`: a window in pieces, each by a thread of its own.
+//! - `piece`, `partition`: a window in pieces, each by a thread of its own.
 
 pub(crate) mod committed;
 pub(crate) mod extent;
 mod partition;
 mod piece;
-mod pieces;
 mod region;
 mod start;
 pub(crate) mod team;
@@ -88,7 +87,7 @@ pub(crate) struct WindowRun {
     /// Increments in the ring of a region, under a law with history.
     increments: Vec<f64>,
     /// Pieces for the threads.
-    partition: Partition,
+    pub(crate) partition: Partition,
     pub(crate) velocity: Option<PrescribedVelocity>,
 }
 
@@ -115,27 +114,22 @@ impl WindowRun {
         }
     }
 
-    /// Extent of the next run, of a window after `steps`: all, or what has changed since the last run of the same window.
-    pub(crate) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
-        self.regions.extent(model, steps, input)
-    }
-
-    /// Runs the window from the committed state, on the threads of the team where that pays. Returns the steps of elements that
-    /// were computed.
+    /// Runs the window from the committed state, all of it, or what has changed since the last run of the same window; on the threads of
+    /// the team where that pays. Returns the steps of elements that were computed.
     pub(crate) fn run(
         &mut self,
         model: &Model,
         (integrator, team): (&mut Integrator, &Team),
         committed: &mut Committed,
         input: &WindowInput,
-        extent: &Extent,
     ) -> u64 {
+        let extent = &self.regions.extent(model, committed.steps, input);
         let threads = team.threads();
         let is_cut = self
             .partition
             .takes(model, committed, (input, extent), threads);
         if !is_cut {
-            self.catch_up(&mut committed.state);
+            self.partition.catch_up(&mut committed.state);
         }
         let committed = &*committed;
         if is_cut {
@@ -174,23 +168,13 @@ impl WindowRun {
     }
 
     /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
-    /// motion of some rows of nodes alone until [`catch_up`](WindowRun::catch_up).
+    /// motion of some rows of nodes alone until [`catch_up`](Partition::catch_up).
     pub(crate) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) {
         if !self.partition.accept(state, rows) {
             // The next window begins by taking the committed state over.
             std::mem::swap(state, &mut self.fields.state);
         }
         self.forget();
-    }
-
-    /// Brings the committed state of the body up to that of the pieces.
-    pub(crate) fn catch_up(&mut self, state: &mut NodalState) {
-        self.partition.catch_up(state);
-    }
-
-    /// The committed state where that of the body, which is given, is older than that of the pieces.
-    pub(crate) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
-        self.partition.ahead_of(state)
     }
 
     /// Forgets all that was run: the committed state is one from elsewhere.

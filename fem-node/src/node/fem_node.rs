@@ -59,6 +59,7 @@ impl FemNode {
             committed: Committed {
                 state,
                 wheel,
+                reactions: vec![[0.0; 2]; model.motions.len()],
                 ..Committed::default()
             },
             pending: None,
@@ -73,7 +74,7 @@ impl FemNode {
         let state = &self.committed.state;
         match self.gathered.get() {
             Some(gathered) => gathered,
-            None => match self.run.ahead_of(state) {
+            None => match self.run.partition.ahead_of(state) {
                 Some(ahead) => self.gathered.get_or_init(|| ahead),
                 None => state,
             },
@@ -82,7 +83,7 @@ impl FemNode {
 
     /// Brings the committed state together where it is in pieces.
     pub(super) fn catch_up(&mut self) {
-        self.run.catch_up(&mut self.committed.state);
+        self.run.partition.catch_up(&mut self.committed.state);
     }
 
     /// Starts from these displacements (m) and velocities (m/s), given for each position; fixed components stay at rest.

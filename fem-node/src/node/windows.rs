@@ -66,8 +66,7 @@ impl FemNode {
         input.substeps = window.substeps;
         let (model, integrator) = (&self.model, &mut self.integrator);
         let (run, committed) = (&mut self.run, &mut self.committed);
-        let extent = run.extent(model, committed.steps, &input);
-        let done = run.run(model, (integrator, &self.team), committed, &input, &extent);
+        let done = run.run(model, (integrator, &self.team), committed, &input);
         self.committed.element_steps += done;
         self.committed.steps_done += u64::from(window.substeps);
         self.check_divergence(window)?;

@@ -1,22 +1,50 @@
-//! The pieces of a body, and what they hold of it.
+//! Pieces of columns that threads step side by side for a whole window.
+//!
+//! Each piece has copies of as many columns beside its own as the window has steps. What it computes there is spoilt from the
+//! cut on, one column with each step, and its own columns never are: no thread waits for another before the end of the window.
+//! The numbers are those of the whole body, to the bit.
+//!
+//! The committed state stays in the pieces from one window to the next, where the threads have it at hand, and goes into that of
+//! the body only when somebody asks for it.
+
+use std::sync::Arc;
 
 use super::extent::{Extent, WindowInput};
-use super::pieces::Pieces;
+use super::piece::{Piece, PieceWindow};
+use super::start::PieceStart;
 use super::team::Team;
+use crate::element::layout::Layout;
+use crate::integrate::region::Region;
 use crate::integrate::state::NodalState;
-use crate::integrate::tally::Tally;
+use crate::integrate::tally::{BLOCK, Tally};
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
 
-/// Pieces that are cut when the first window is run in them.
+/// Steps of elements in a window for each thread, below which waking it costs more than it saves.
+const WORTH_WAKING: u64 = 25_000;
+
+/// Largest share of its own columns that a piece may have besides, on average over the window.
+const OVERLAP_MAX: f64 = 0.4;
+
+/// The pieces of a body, which are cut when the first window is run in them, and what they hold of it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Partition {
+pub(crate) struct Partition {
     /// None where the body is stepped as a whole.
-    pieces: Option<Pieces>,
+    pieces: Vec<Piece>,
+    /// States from which they begin a window.
+    starts: Vec<PieceStart>,
+    /// Own columns of each but the last one.
+    size: usize,
     /// Steps and threads that they were cut for.
     cut_for: Option<(u32, usize)>,
     /// The last whole run was one of pieces.
     is_run: bool,
+    /// The starts are the committed state.
+    is_current: bool,
+    /// The state of the body is older than they are.
+    is_ahead: bool,
+    /// Region whose rings the pieces record.
+    region: Option<Arc<Region>>,
 }
 
 impl Partition {
@@ -37,13 +65,35 @@ impl Partition {
         let known = |(most, of): (u32, usize)| input.substeps <= most && of == threads;
         if !self.cut_for.is_some_and(known) {
             self.catch_up(&mut committed.state);
-            self.pieces = Pieces::new(model, input.substeps, threads);
+            let count = worthwhile(model, input.substeps, threads);
+            *self = Partition::in_parts(model, input.substeps, count);
             self.cut_for = Some((input.substeps, threads));
         }
-        self.pieces.is_some()
+        !self.pieces.is_empty()
     }
 
-    /// Runs a window that they take, and enters their sums into those of the body.
+    /// So many pieces for windows of up to so many steps; none if they would overlap too much.
+    fn in_parts(model: &Model, substeps: u32, count: usize) -> Partition {
+        let nodes = model.body.layout.nodes_in_row;
+        let size = nodes.div_ceil(count.max(1)).next_multiple_of(BLOCK);
+        if count < 2 || f64::from(substeps) > OVERLAP_MAX * size as f64 {
+            return Partition::default();
+        }
+        // A column beside those that are spoilt is read at the first step.
+        let overlap = (substeps as usize + 1).next_multiple_of(BLOCK);
+        let cut = |(index, first): (usize, usize)| {
+            Piece::new(model, index, first..(first + size).min(nodes), overlap)
+        };
+        let pieces: Vec<Piece> = (0..nodes).step_by(size).enumerate().map(cut).collect();
+        Partition {
+            starts: pieces.iter().map(Piece::start).collect(),
+            pieces,
+            size,
+            ..Partition::default()
+        }
+    }
+
+    /// Runs a window that they take or repeats it, recording the rings of a region, and enters their sums into those of the body.
     pub(super) fn run(
         &mut self,
         team: &Team,
@@ -52,9 +102,44 @@ impl Partition {
         tally: &mut Tally,
     ) {
         self.is_run = true;
-        if let Some(pieces) = &mut self.pieces {
-            pieces.run(team, model, committed, input, extent);
-            pieces.enter(model.body.layout, tally);
+        self.follow(extent.region());
+        if !self.is_current {
+            let starts = self.starts.iter_mut();
+            starts.for_each(|start| start.take(&committed.state));
+            self.is_current = true;
+        }
+        let window = PieceWindow {
+            model,
+            steps: committed.steps,
+            input,
+            starts: &self.starts,
+        };
+        let repeats = extent.is_part();
+        team.side_by_side(&mut self.pieces, |piece| {
+            if repeats {
+                piece.repeat(window);
+            } else {
+                piece.run(window);
+            }
+        });
+        for Piece {
+            tally: its, cut, ..
+        } in &self.pieces
+        {
+            let layout = model.body.layout;
+            tally.take(layout, (its, cut.piece), &cut.own, cut.columns.start);
+        }
+    }
+
+    fn follow(&mut self, region: Option<&Arc<Region>>) {
+        let same = match (&self.region, region) {
+            (Some(known), Some(region)) => Arc::ptr_eq(known, region),
+            (known, region) => known.is_none() && region.is_none(),
+        };
+        if !same {
+            self.region = region.cloned();
+            let pieces = self.pieces.iter_mut();
+            pieces.for_each(|piece| piece.follow(region));
         }
     }
 
@@ -63,48 +148,81 @@ impl Partition {
         self.is_run = false;
     }
 
-    /// Pieces that hold the end of the last window.
-    pub(super) fn held(&self) -> Option<&Pieces> {
-        self.pieces.as_ref().filter(|_| self.is_run)
+    /// The pieces where they hold the end of the last window.
+    pub(super) fn held(&self) -> Option<&Partition> {
+        self.is_run.then_some(self)
+    }
+
+    /// Displacement of a component since the start of the window (m).
+    pub(super) fn moved(&self, layout: Layout, index: usize) -> f64 {
+        let (line, column) = (index / layout.stride, index % layout.stride);
+        let piece = column / self.size;
+        let (Piece { cut, fields, .. }, start) = (&self.pieces[piece], &self.starts[piece]);
+        let at = cut.in_line(line, &(column..column + 1)).start;
+        fields.state.u[at] - start.state.u[at]
+    }
+
+    /// Displacements of the body at the end of the last window (m).
+    pub(super) fn displacements(&self, layout: Layout) -> Vec<f64> {
+        let mut whole = vec![0.0; layout.len()];
+        let pieces = self.pieces.iter();
+        pieces.for_each(|piece| piece.cut.put(&piece.fields.state.u, &mut whole));
+        whole
     }
 
     /// Makes the end of the last window the committed state where they hold it; `state` gets the motion of some rows of nodes. False
     /// where they do not.
     pub(super) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) -> bool {
-        if let Some(pieces) = self.pieces.as_mut().filter(|_| self.is_run) {
-            pieces.accept();
-            pieces.put_motion(state, rows);
-            return true;
+        if !self.is_run {
+            self.forget();
+            return false;
         }
-        self.forget();
-        false
+        for (piece, start) in self.pieces.iter_mut().zip(&mut self.starts) {
+            std::mem::swap(&mut piece.fields.state, &mut start.state);
+            start.put_motion(state, rows);
+        }
+        (self.is_current, self.is_ahead) = (true, true);
+        true
     }
 
     /// Brings the committed state of the body up to that of the pieces.
-    pub(super) fn catch_up(&mut self, state: &mut NodalState) {
-        self.pieces
-            .iter_mut()
-            .for_each(|pieces| pieces.catch_up(state));
+    pub(crate) fn catch_up(&mut self, state: &mut NodalState) {
+        if std::mem::take(&mut self.is_ahead) {
+            self.starts.iter().for_each(|start| start.put(state));
+        }
     }
 
     /// The committed state where that of the body, which is given, is an older one.
-    pub(super) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
-        let pieces = self.pieces.as_ref().filter(|pieces| pieces.is_ahead())?;
-        let mut ahead = state.clone();
-        pieces.put(&mut ahead);
-        Some(ahead)
+    pub(crate) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
+        self.is_ahead.then(|| {
+            let mut ahead = state.clone();
+            self.starts.iter().for_each(|start| start.put(&mut ahead));
+            ahead
+        })
     }
 
     /// Forgets the committed state: it has become another one elsewhere.
     pub(super) fn forget(&mut self) {
-        self.pieces.iter_mut().for_each(Pieces::forget);
+        (self.is_current, self.is_ahead) = (false, false);
     }
 
     /// Cuts the body into so many pieces, however small.
     #[cfg(test)]
     pub(super) fn cut(&mut self, model: &Model, substeps: u32, count: usize) {
-        self.pieces = Pieces::in_parts(model, substeps, count);
+        *self = Partition::in_parts(model, substeps, count);
         self.cut_for = Some((substeps, count));
-        assert!(self.pieces.is_some());
+        assert!(!self.pieces.is_empty());
     }
+}
+
+/// Pieces that pay: one for each thread that has work enough, none for a body that needs more than neighbours in a step.
+fn worthwhile(model: &Model, substeps: u32, threads: usize) -> usize {
+    let layout = model.body.layout;
+    let structured = model.body.connectivity.is_none() && !layout.is_periodic();
+    let followed = !model.tractions.is_empty() || !model.motions.is_empty();
+    if !structured || followed || model.wheel.is_some() || model.plastic().is_some() {
+        return 0;
+    }
+    let work = u64::from(substeps) * model.mesh.elements() as u64;
+    threads.min((work / WORTH_WAKING) as usize)
 }

@@ -8,7 +8,7 @@ use crate::integrate::integrator::Integrator;
 use crate::integrate::state::NodalState;
 use crate::interface::window::WindowRun;
 use crate::interface::window::committed::Committed;
-use crate::interface::window::extent::{Extent, WindowInput};
+use crate::interface::window::extent::WindowInput;
 use crate::interface::window::team::Team;
 use crate::mesh::Edge;
 use crate::model::Model;
@@ -76,7 +76,6 @@ impl Flight {
             (&mut self.integrator, &self.team),
             committed,
             &input,
-            &Extent::Whole,
         );
         let run = self.run.wheel.as_ref().expect("it has one");
         committed.state.resume(&self.run.fields.state);
