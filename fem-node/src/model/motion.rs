@@ -86,9 +86,10 @@ impl MotionHistory {
 }
 
 impl PrescribedMotion {
-    /// Names of the components of the force on the body.
-    pub(crate) fn reaction_names(&self) -> [String; 2] {
-        ["x", "y"].map(|direction| format!("{}_reaction_{direction}_n", self.set))
+    /// Components of the force on the body (N), by the names of their signals.
+    pub(crate) fn reactions(&self, force: [f64; 2]) -> impl Iterator<Item = (String, f64)> {
+        let named = ["x", "y"].into_iter().zip(force);
+        named.map(|(direction, force)| (format!("{}_reaction_{direction}_n", self.set), force))
     }
 
     /// Displacements over time along the directions that are not free, by the names of their signals, at time t (m).

@@ -58,86 +58,25 @@ fn outside(mesh: &Mesh, index: usize, [x, y]: [f64; 2]) -> ConfigError {
 }
 
 impl ProbePoint {
-    /// Names of its signals: displacement, and velocity where the body moves in time.
-    pub(crate) fn signals(&self, moving: bool) -> impl Iterator<Item = String> {
+    /// Its displacement, and its velocity where the body moves in time, sum N_a u_a (m, m/s), by the names of their signals.
+    pub(crate) fn signals(
+        &self,
+        layout: Layout,
+        state: &NodalState,
+        moving: bool,
+    ) -> impl Iterator<Item = (String, f64)> {
         let count = if moving { 4 } else { 2 };
-        SUFFIXES[..count]
-            .iter()
-            .map(|suffix| format!("{}{suffix}", self.name))
+        let fields = [&state.u, &state.u, &state.v, &state.v];
+        let signals = SUFFIXES.into_iter().zip(fields).enumerate().take(count);
+        signals.map(move |(k, (suffix, field))| {
+            let parts = self.nodes.iter();
+            let parts = parts.map(|(node, shape)| shape * field[layout.index(*node, k % 2)]);
+            (format!("{}{suffix}", self.name), parts.sum::<f64>())
+        })
     }
 
     /// Nodes around it (column, row).
     pub(crate) fn at(&self) -> impl Iterator<Item = [usize; 2]> {
         self.nodes.iter().map(|(node, _)| *node)
-    }
-
-    /// Values of these signals (m, m/s), sum N_a u_a.
-    pub(crate) fn values(&self, layout: Layout, state: &NodalState, moving: bool) -> Vec<f64> {
-        let fields = if moving {
-            &[&state.u, &state.v][..]
-        } else {
-            &[&state.u][..]
-        };
-        let at = |field: &[f64], k: usize| {
-            let parts = self.nodes.iter();
-            parts
-                .map(|(node, shape)| shape * field[layout.index(*node, k)])
-                .sum::<f64>()
-        };
-        fields
-            .iter()
-            .flat_map(|field| [0, 1].map(|k| at(field, k)))
-            .collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two skewed elements beside each other, 2 m wide and 1 m high.
-    fn mesh() -> Mesh {
-        Mesh::structured(2, 1, |i, j| {
-            let lean = if (i, j) == (1, 1) { 0.3 } else { 0.0 };
-            [i as f64 + lean, -(j as f64)]
-        })
-    }
-
-    fn probe(x_m: f64, y_m: f64) -> ProbeConfig {
-        ProbeConfig {
-            name: "p".into(),
-            x_m,
-            y_m,
-        }
-    }
-
-    #[test]
-    fn shape_functions_give_the_position_back() {
-        let mesh = mesh();
-        for [x, y] in [
-            [0.2, -0.1],
-            [1.1, -0.5],
-            [1.9, -0.99],
-            [0.0, 0.0],
-            [1.3, -1.0],
-        ] {
-            let found = &locate(&[probe(x, y)], &mesh).expect("inside")[0];
-            let sum = |value: &dyn Fn([f64; 2]) -> f64| -> f64 {
-                let parts = found.nodes.iter();
-                parts
-                    .map(|([i, j], shape)| shape * value(mesh.point(*i, *j)))
-                    .sum()
-            };
-            assert!((sum(&|p| p[0]) - x).abs() < 1e-12);
-            assert!((sum(&|p| p[1]) - y).abs() < 1e-12);
-            assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn a_point_outside_is_refused_with_the_nearest_node() {
-        let error = locate(&[probe(0.5, -0.5), probe(1.0, 0.1)], &mesh()).expect_err("above");
-        assert_eq!(error.key, "probes[1].x_m");
-        assert!(error.help.is_some_and(|help| help.contains("(1e0, ")));
     }
 }

@@ -15,8 +15,6 @@ use crate::interface::window::extent::WindowInput;
 use crate::interface::{CondensedMatrix, coupling_sets, outward_normals, periods};
 use crate::model::limit_name;
 use crate::output::ledger::NamedTerm;
-use crate::output::probe;
-use crate::wheel::statistics::SIGNALS;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
@@ -25,7 +23,7 @@ impl Node for FemNode {
             name: name.into(),
             role,
         };
-        let forces = ["interface_force_x_n", "interface_force_y_n"];
+        let signals = self.signals(&WindowInput::default()).into_iter();
         Description {
             kind: "fem".into(),
             software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
@@ -46,16 +44,7 @@ impl Node for FemNode {
             phases: self.phases(),
             moments: self.model.moments.clone(),
             sets: coupling_sets(&self.model),
-            signals: probe::surface_names(&self.model)
-                .iter()
-                .chain(&forces)
-                .chain(SIGNALS.iter().filter(|_| !alone))
-                .map(|name| (*name).into())
-                .chain(self.probe_names())
-                .chain(self.reaction_names())
-                .chain(self.driven().map(|(name, _)| name))
-                .chain(probe::momentum_names(&self.model))
-                .collect(),
+            signals: signals.map(|(name, _)| name).collect(),
             ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),
             first_period_s: Some(self.model.first_period()),

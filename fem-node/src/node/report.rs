@@ -15,44 +15,44 @@ use crate::output::probe;
 use crate::output::profile::ContactProfile;
 
 impl FemNode {
+    /// Values of the signals, and the energies after them.
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
-        let mut report = probe::surface_signals(&self.model, &self.committed.state);
+        let signals = self.signals(input).into_iter().map(|(_, value)| value);
+        signals
+            .chain(self.terms().map(|(_, _, value)| value))
+            .collect()
+    }
+
+    /// Signals by name, in the order of a report.
+    pub(super) fn signals(&self, input: &WindowInput) -> Vec<(String, f64)> {
+        let (model, committed) = (&self.model, &self.committed);
+        let (layout, state) = (model.body.layout, &committed.state);
+        let mut signals = probe::surface_signals(model, state);
         let force = input.interface.chunks_exact(2);
-        let total = force.fold([0.0, 0.0], |sum, point| {
+        let [x, y] = force.fold([0.0, 0.0], |sum, point| {
             [sum[0] + point[0].1, sum[1] + point[1].1]
         });
-        report.extend(total);
-        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
-            report.extend(state.signals(wheel));
+        signals.extend([
+            ("interface_force_x_n".into(), x),
+            ("interface_force_y_n".into(), y),
+        ]);
+        if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
+            signals.extend(state.signals(wheel));
         }
-        for probe in &self.model.probes {
-            report.extend(probe.values(self.model.body.layout, &self.committed.state, true));
-        }
-        report.extend(self.committed.reactions.iter().flatten());
-        report.extend(self.driven().map(|(_, displacement)| displacement));
-        report.extend(probe::momentum(&self.model, &self.committed.state));
-        report.extend(self.terms().map(|(_, _, value)| value));
-        report
-    }
-
-    /// Names of the signals of the probes.
-    pub(super) fn probe_names(&self) -> impl Iterator<Item = String> {
-        let probes = self.model.probes.iter();
-        probes.flat_map(|probe| probe.signals(true))
-    }
-
-    /// Names of the forces that prescribed motions exert on the body.
-    pub(super) fn reaction_names(&self) -> impl Iterator<Item = String> {
-        let motions = self.model.motions.iter();
-        motions.flat_map(|motion| motion.reaction_names())
-    }
-
-    /// Displacements over time of the sets that have one (m), by the names of their signals.
-    pub(super) fn driven(&self) -> impl Iterator<Item = (String, f64)> {
-        let (model, steps) = (&self.model, self.committed.steps);
-        let t = steps as f64 * model.scheme.step;
+        let probes = model.probes.iter();
+        signals.extend(probes.flat_map(|probe| probe.signals(layout, state, true)));
+        signals.extend(self.reactions());
+        let t = committed.steps as f64 * model.scheme.step;
         let motions = model.motions.iter();
-        motions.flat_map(move |motion| motion.displacements(model.body.layout, t))
+        signals.extend(motions.flat_map(|motion| motion.displacements(layout, t)));
+        signals.extend(probe::momentum(model, state));
+        signals
+    }
+
+    /// Forces that prescribed motions exert on the body (N), by the names of their signals.
+    fn reactions(&self) -> impl Iterator<Item = (String, f64)> {
+        let motions = self.model.motions.iter().zip(&self.committed.reactions);
+        motions.flat_map(|(motion, force)| motion.reactions(*force))
     }
 
     /// Energies that this body has: only those which the scene requires.
@@ -91,8 +91,7 @@ impl FemNode {
         results.extend(maxima.results());
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
-        let reactions = self.committed.reactions.iter().flatten().copied();
-        results.extend(self.reaction_names().zip(reactions));
+        results.extend(self.reactions());
         results
     }
 

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::foreign::foreign;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
+use crate::integrate::state::NodalState;
 use crate::interface::coupling_sets;
 use crate::model::Model;
 use crate::output::plausible;
@@ -22,17 +23,6 @@ use crate::output::profile::ContactProfile;
 use crate::output::snapshot::Snapshots;
 use crate::statics::contact::DirectedStatus;
 use crate::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
-
-/// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
-/// on it, upwards and towards +x.
-const WHEEL_SIGNALS: [&str; 6] = [
-    "wheel_x_m",
-    "approach_m",
-    "wheel_fn_n",
-    "wheel_ft_n",
-    "sn_pct",
-    "contact_nodes",
-];
 
 /// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
 /// 28 080 elements, far less than a coupler waits for an answer.
@@ -49,8 +39,6 @@ pub struct StaticNode {
     statics: Statics,
     loads: Option<StaticLoads>,
     cycling: Cycling,
-    /// Increments done.
-    done: u64,
     /// The equilibrium under the full load, once it is reached.
     pub held: Option<StaticState>,
     cycles: CycleRecord,
@@ -59,7 +47,6 @@ pub struct StaticNode {
 /// The part of a static analysis that a checkpoint keeps.
 #[derive(Debug, Serialize, Deserialize)]
 struct StaticRecord {
-    done: u64,
     progress: IncrementState,
     held: Option<StaticState>,
     cycles: CycleRecord,
@@ -103,11 +90,14 @@ impl StaticNode {
                     as u64,
                 per_cycle: config.statics.per_cycle(),
             },
-            done: 0,
             held: None,
             cycles: CycleRecord::default(),
             model,
         })
+    }
+
+    fn done(&self) -> u64 {
+        self.statics.increments_done as u64
     }
 
     fn loading(&self) -> u64 {
@@ -120,19 +110,18 @@ impl StaticNode {
     }
 
     fn increment(&mut self) -> Result<(), FemError> {
-        if self.done >= self.end() {
+        if self.done() >= self.end() {
             return Ok(());
         }
-        self.done += 1;
-        if self.done <= self.loading() {
+        if self.done() < self.loading() {
             self.statics.load_increment(&self.model)?;
-            if self.done == self.loading() {
+            if self.done() == self.loading() {
                 self.held = Some(self.statics.state(&self.model));
                 self.note();
             }
             return Ok(());
         }
-        let step = self.done - self.loading();
+        let step = self.done() + 1 - self.loading();
         self.statics
             .move_to(&self.model, self.cycling.lateral(step))?;
         self.note();
@@ -150,26 +139,28 @@ impl StaticNode {
         }
     }
 
-    fn report(&self) -> Vec<f64> {
-        let state = self.statics.state(&self.model);
-        let mut report = probe::surface_signals(&self.model, &state.state);
-        if let Some(contact) = state.contact {
+    /// Signals by name, those of the wheel named as those of one in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body on it,
+    /// upwards and towards +x.
+    fn signals(&self, at: &StaticState) -> Vec<(String, f64)> {
+        let (model, state) = (&self.model, &at.state);
+        let mut signals = probe::surface_signals(model, state);
+        if let Some(contact) = &at.contact {
             let [fx, fy] = contact.resultant();
             let statuses = contact.status.iter();
             let touching = statuses.filter(|s| **s != DirectedStatus::Open).count();
-            report.extend([
-                contact.lateral,
-                contact.approach,
-                -fy,
-                -fx,
-                100.0 * contact.slipping_share(),
-                touching as f64,
-            ]);
+            let named = [
+                ("wheel_x_m", contact.lateral),
+                ("approach_m", contact.approach),
+                ("wheel_fn_n", -fy),
+                ("wheel_ft_n", -fx),
+                ("sn_pct", 100.0 * contact.slipping_share()),
+                ("contact_nodes", touching as f64),
+            ];
+            signals.extend(named.map(|(name, value)| (name.into(), value)));
         }
-        for probe in &self.model.probes {
-            report.extend(probe.values(self.model.body.layout, &state.state, false));
-        }
-        report
+        let probes = model.probes.iter();
+        signals.extend(probes.flat_map(|probe| probe.signals(model.body.layout, state, false)));
+        signals
     }
 
     fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
@@ -264,9 +255,11 @@ fn loop_area(path: &[[f64; 2]]) -> f64 {
 
 impl Node for StaticNode {
     fn describe(&self) -> Description {
-        let wheel = WHEEL_SIGNALS.iter().filter(|_| self.loads.is_some());
-        let probes = self.model.probes.iter();
-        let probes = probes.flat_map(|probe| probe.signals(false));
+        let unloaded = StaticState {
+            state: NodalState::at_rest(&self.model.body),
+            contact: self.statics.contact(),
+        };
+        let signals = self.signals(&unloaded).into_iter();
         let [loaded, end] = [self.loading(), self.end()].map(|increments| increments as f64);
         Description {
             kind: "fem".into(),
@@ -288,12 +281,7 @@ impl Node for StaticNode {
             ]),
             // None can be coupled; `couple` says why where an interface names one.
             sets: coupling_sets(&self.model),
-            signals: probe::surface_names(&self.model)
-                .iter()
-                .chain(wheel)
-                .map(|name| (*name).into())
-                .chain(probes)
-                .collect(),
+            signals: signals.map(|(name, _)| name).collect(),
             ledger: Vec::new(),
             warnings: self.model.warnings.clone(),
             ..Description::default()
@@ -320,12 +308,12 @@ impl Node for StaticNode {
         for _ in 0..window.substeps {
             self.increment()?;
         }
-        Ok(self.report())
+        let signals = self.signals(&self.statics.state(&self.model));
+        Ok(signals.into_iter().map(|(_, value)| value).collect())
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
         let history = StaticRecord {
-            done: self.done,
             progress: self.statics.progress(),
             held: self.held.clone(),
             cycles: self.cycles.clone(),
@@ -348,7 +336,7 @@ impl Node for StaticNode {
         if !self.statics.take_up(history.progress) {
             return foreign("its upper edge has other nodes");
         }
-        (self.done, self.held, self.cycles) = (history.done, history.held, history.cycles);
+        (self.held, self.cycles) = (history.held, history.cycles);
         Ok(())
     }
 
@@ -368,8 +356,8 @@ impl Node for StaticNode {
         let results = self.results(held);
         let findings = self.findings([held, &last]);
         Ok(Outcome {
-            steps: self.done,
-            work: BTreeMap::from([("load_increments".into(), self.done as f64)]),
+            steps: self.done(),
+            work: BTreeMap::from([("load_increments".into(), self.done() as f64)]),
             results,
             state_hash: hasher.finalize().to_hex().to_string(),
             findings,

@@ -14,15 +14,8 @@ use crate::output::profile::ContactProfile;
 use crate::wheel::rigid::Wheel;
 use crate::wheel::state::WheelState;
 
-/// Names of the values of [`momentum`].
-pub(crate) fn momentum_names(model: &Model) -> impl Iterator<Item = String> {
-    let free = ["x", "y"].into_iter().zip(model.free);
-    let free = free.filter(|(_, free)| *free);
-    free.map(|(direction, _)| format!("momentum_{direction}_kg_m_per_s"))
-}
-
-/// Momentum of a body along the directions in which nothing holds or moves it (kg m/s).
-pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<f64> {
+/// Momentum of a body along the directions in which nothing holds or moves it (kg m/s), by the names of its signals.
+pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     if model.free == [false; 2] {
         return Vec::new();
     }
@@ -31,8 +24,10 @@ pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<f64> {
     for (index, (v, mass)) in state.v.iter().zip(&body.mass).enumerate() {
         sums[body.layout.direction(index)] += v * mass;
     }
-    let free = sums.into_iter().zip(model.free);
-    free.filter_map(|(sum, free)| free.then_some(sum)).collect()
+    let named = ["x", "y"].into_iter().zip(sums);
+    let free = named.zip(model.free).filter(|(_, free)| *free);
+    free.map(|((direction, sum), _)| (format!("momentum_{direction}_kg_m_per_s"), sum))
+        .collect()
 }
 
 /// Rows of nodes whose displacements and velocities the signals of a window are made of.
@@ -53,16 +48,9 @@ pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     rows
 }
 
-/// Names of the values of [`surface_signals`]: none for a body without an upper edge.
-pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
-    if model.mesh.edge(Edge::Top).is_empty() {
-        return &[];
-    }
-    &["surface_mean_uy_m", "surface_min_uy_m"]
-}
-
-/// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m).
-pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<f64> {
+/// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m), by the names of
+/// their signals; none for a body without an upper edge.
+pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     let nodes = model.mesh.edge(Edge::Top);
     if nodes.is_empty() {
         return Vec::new();
@@ -73,7 +61,11 @@ pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<f64> {
     let weighted: f64 = pairs.map(|(node, length)| length * uy(node)).sum();
     let deepest = nodes.iter().map(|node| -uy(node));
     let deepest = deepest.fold(f64::NEG_INFINITY, larger);
-    vec![weighted / lengths.iter().sum::<f64>(), -deepest]
+    let mean = weighted / lengths.iter().sum::<f64>();
+    vec![
+        ("surface_mean_uy_m".into(), mean),
+        ("surface_min_uy_m".into(), -deepest),
+    ]
 }
 
 /// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the

@@ -227,8 +227,8 @@ impl ActiveSet {
             }
             let (normal, tangential) = (self.normal[node], self.tangential[node]);
             let excess = tangential.abs() - target.friction * normal;
-            let against = -slip * self.status[node].direction() / edge.scale;
-            let gap = face.gap(node, self.wheel, self.u[node]) / edge.scale;
+            let against = -slip * self.status[node].direction() / edge.known.scale;
+            let gap = face.gap(node, self.wheel, self.u[node]) / edge.known.scale;
             let (violation, status) = match self.status[node] {
                 DirectedStatus::Open if friction_acts => (-gap, DirectedStatus::Stick),
                 DirectedStatus::Open => (-gap, DirectedStatus::slipping(slip)),
@@ -360,7 +360,7 @@ impl System {
     ) -> System {
         let (before, face, target) = (increment.before, increment.face, &increment.target);
         let unknowns = unknowns(now, increment, edge);
-        let (count, scale) = (unknowns.len(), edge.scale);
+        let (count, scale) = (unknowns.len(), edge.known.scale);
         let mut matrix = Mat::zeros(count + 1, count + 1);
         let mut right = Mat::zeros(count + 1, 1);
         let axis = |unknown: &Unknown| match unknown.along {

@@ -80,7 +80,7 @@ pub struct Statics {
     edge: EdgeCompliance,
     face: Face,
     contact: ActiveSet,
-    increments_done: usize,
+    pub(crate) increments_done: usize,
 }
 
 impl Statics {
@@ -113,7 +113,7 @@ impl Statics {
     /// What the increments so far have changed.
     pub(crate) fn progress(&self) -> IncrementState {
         IncrementState {
-            edge: self.edge.known(),
+            edge: self.edge.known.clone(),
             contact: self.contact.clone(),
             increments_done: self.increments_done,
         }
@@ -160,7 +160,7 @@ impl Statics {
     fn load_by_one(&mut self, model: &Model) -> Result<(), FemError> {
         let share = self.increments_done as f64 / self.loading_increments() as f64;
         let Some(loads) = self.loads else {
-            self.edge.share = share;
+            self.edge.known.share = share;
             return Ok(());
         };
         let friction = if loads.friction_while_loading {
@@ -191,7 +191,7 @@ impl Statics {
     }
 
     fn go_to(&mut self, model: &Model, share: f64, target: Target) -> Result<(), FemError> {
-        self.edge.share = share;
+        self.edge.known.share = share;
         let (edge, factor) = (&mut self.edge, &self.factor);
         let solved = self
             .contact

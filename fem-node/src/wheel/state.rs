@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
-use super::statistics::{CycleStatistics, SIGNALS};
+use super::statistics::CycleStatistics;
 
 /// Cumulative energies of the wheel and its contact since the start (J); the formulas stand where they are
 /// added.
@@ -82,20 +82,22 @@ impl WheelState {
         wheel.first_height - self.height
     }
 
-    /// The values of [`SIGNALS`].
-    pub(crate) fn signals(&self, wheel: &Wheel) -> [f64; SIGNALS.len()] {
+    /// Its signals by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and towards +x; `wheel_y_m` is
+    /// the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
+    pub(crate) fn signals(&self, wheel: &Wheel) -> [(String, f64); 7] {
         let t = self.step as f64 * wheel.step;
         let [ft, fn_] = self.force();
         let count = count(&self.contacts);
         [
-            wheel.program.displacement_at(t),
-            self.height,
-            wheel.program.speed_at(t),
-            fn_,
-            ft,
-            count.sliding_pct(),
-            count.closed as f64,
+            ("wheel_x_m", wheel.program.displacement_at(t)),
+            ("wheel_y_m", self.height),
+            ("wheel_vx_m_per_s", wheel.program.speed_at(t)),
+            ("wheel_fn_n", fn_),
+            ("wheel_ft_n", ft),
+            ("sn_pct", count.sliding_pct()),
+            ("contact_nodes", count.closed as f64),
         ]
+        .map(|(name, value)| (name.into(), value))
     }
 
     /// Numbers that can change a later bit.

@@ -10,18 +10,6 @@ use serde::{Deserialize, Serialize};
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 
-/// Signals of the wheel by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
-/// towards +x; `wheel_y_m` is the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
-pub(crate) const SIGNALS: [&str; 7] = [
-    "wheel_x_m",
-    "wheel_y_m",
-    "wheel_vx_m_per_s",
-    "wheel_fn_n",
-    "wheel_ft_n",
-    "sn_pct",
-    "contact_nodes",
-];
-
 /// Half of the time over which Sn is averaged around D = 0 (s).
 const AROUND_ZERO: f64 = 10e-6;
 
