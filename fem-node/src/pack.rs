@@ -70,13 +70,8 @@ impl Registers for Portable {
     }
 
     #[inline(always)]
-    fn load(self, packs: &[[f64; LANES]], p: usize) -> Pack {
-        Pack(packs[p])
-    }
-
-    #[inline(always)]
-    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Pack {
-        packs[p][k]
+    fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Pack {
+        Pack(pack(0))
     }
 }
 

@@ -6,7 +6,7 @@ use pulp::bytemuck::cast;
 use pulp::x86::{V3, V4};
 use pulp::{Simd, f64x4, f64x8};
 
-use super::lanes::{InRegisters, LANES, Lanes, Pack, Registers};
+use super::lanes::{InRegisters, LANES, Lanes, Registers};
 
 /// Runs a computation in the registers of 256 bits.
 pub(super) fn run(machine: V3, computation: impl InRegisters) {
@@ -59,17 +59,9 @@ impl Registers for Avx {
     }
 
     #[inline(always)]
-    fn load(self, packs: &[[f64; LANES]], p: usize) -> Register<V3> {
+    fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Register<V3> {
         Register {
-            lanes: cast::<_, f64x4>(packs[p]),
-            machine: self.0,
-        }
-    }
-
-    #[inline(always)]
-    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Register<V3> {
-        Register {
-            lanes: cast::<_, f64x4>(packs[p][k].0),
+            lanes: cast::<_, f64x4>(pack(0)),
             machine: self.0,
         }
     }
@@ -94,17 +86,9 @@ impl Registers for Avx512 {
     }
 
     #[inline(always)]
-    fn load(self, packs: &[[f64; LANES]], p: usize) -> Register<V4> {
+    fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Register<V4> {
         Register {
-            lanes: cast::<_, f64x8>([packs[p], packs[p + 1]]),
-            machine: self.0,
-        }
-    }
-
-    #[inline(always)]
-    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Register<V4> {
-        Register {
-            lanes: cast::<_, f64x8>([packs[p][k].0, packs[p + 1][k].0]),
+            lanes: cast::<_, f64x8>([pack(0), pack(1)]),
             machine: self.0,
         }
     }

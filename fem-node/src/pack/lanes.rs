@@ -36,11 +36,17 @@ pub(crate) trait Registers: Copy {
     /// The same number in every lane.
     fn splat(self, value: f64) -> Self::Vector;
 
-    /// The packs from the `p`th on.
-    fn load(self, packs: &[[f64; LANES]], p: usize) -> Self::Vector;
+    /// Packs side by side, by their number in the vector.
+    fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Self::Vector;
 
-    /// The `k`th number of the packs from the `p`th on.
-    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Self::Vector;
+    /// The packs from the `p`th on.
+    #[inline(always)]
+    fn load(self, packs: &[[f64; LANES]], p: usize) -> Self::Vector {
+        self.vector(
+            #[inline(always)]
+            |pack| packs[p + pack],
+        )
+    }
 
     /// All numbers of the packs from the `p`th on. A loop, which is unrolled: the `map` of an array is a call, and all of them would
     /// pass through memory.
@@ -48,7 +54,10 @@ pub(crate) trait Registers: Copy {
     fn load_all<const N: usize>(self, packs: &[[Pack; N]], p: usize) -> [Self::Vector; N] {
         let mut vectors = [self.splat(0.0); N];
         for (k, vector) in vectors.iter_mut().enumerate() {
-            *vector = self.load_one(packs, p, k);
+            *vector = self.vector(
+                #[inline(always)]
+                |pack| packs[p + pack][k].0,
+            );
         }
         vectors
     }
