@@ -24,25 +24,7 @@ pub(crate) struct Interface {
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     pub(crate) components: Vec<usize>,
     /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
-    condensed: BTreeMap<(CondensedMatrix, u32), Vec<f64>>,
-}
-
-/// Kind of matrix that is condensed onto the exchanged components.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum CondensedMatrix {
-    /// C (m/N) of a constant force.
-    Compliance,
-    /// D (kg/s) of a velocity that grows in a straight line.
-    Impedance,
-}
-
-impl CondensedMatrix {
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            CondensedMatrix::Compliance => "compliance",
-            CondensedMatrix::Impedance => "impedance",
-        }
-    }
+    pub(crate) condensed: BTreeMap<(&'static str, u32), Vec<f64>>,
 }
 
 impl Interface {
@@ -87,23 +69,6 @@ impl Interface {
         let nodes = points.iter().map(|point| self.nodes[*point]).collect();
         self.exchange(model, nodes);
         Ok(())
-    }
-
-    /// The matrix for this number of steps, computed at the first request.
-    pub(crate) fn condensed(
-        &mut self,
-        matrix: CondensedMatrix,
-        substeps: u32,
-        compute: impl FnOnce(&[usize]) -> Vec<f64>,
-    ) -> &[f64] {
-        self.condensed
-            .entry((matrix, substeps))
-            .or_insert_with(|| compute(&self.components))
-    }
-
-    /// True where the matrix for this number of steps is known.
-    pub(crate) fn knows(&self, matrix: CondensedMatrix, substeps: u32) -> bool {
-        self.condensed.contains_key(&(matrix, substeps))
     }
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {

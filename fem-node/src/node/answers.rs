@@ -8,11 +8,11 @@ use protocol::{
 };
 
 use super::fem_node::FemNode;
-use super::windows::{FORCE, VELOCITY};
+use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::WindowInput;
-use crate::interface::{CondensedMatrix, coupling_sets, outward_normals, periods};
+use crate::interface::{coupling_sets, outward_normals, periods};
 use crate::model::limit_name;
 use crate::output::ledger::NamedTerm;
 
@@ -66,8 +66,7 @@ impl Node for FemNode {
     }
 
     fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let substeps = window.substeps;
-        Ok(self.condensed(CondensedMatrix::Compliance, substeps)?)
+        Ok(self.condensed(COMPLIANCE, window.substeps)?)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -80,9 +79,8 @@ impl Node for FemNode {
     }
 
     fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let substeps = window.substeps;
         self.takes_velocity()?;
-        Ok(self.condensed(CondensedMatrix::Impedance, substeps)?)
+        Ok(self.condensed(IMPEDANCE, window.substeps)?)
     }
 
     fn prescribe_velocity(

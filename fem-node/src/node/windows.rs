@@ -4,10 +4,10 @@ use protocol::Window;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::interface::CondensedMatrix;
 use crate::interface::compliance::{compliance, impedance};
 use crate::interface::window::extent::WindowInput;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::model::Model;
 use crate::pack::largest;
 
 /// Displacement of a body that turns, over its larger extent: twice the diagonal of a square.
@@ -132,35 +132,48 @@ impl FemNode {
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
     pub(super) fn condensed(
         &mut self,
-        matrix: CondensedMatrix,
+        CondensedMatrix { what, compute }: CondensedMatrix,
         substeps: u32,
     ) -> Result<Vec<f64>, FemError> {
         if substeps == 0 {
             return Err(FemError::NoSteps);
         }
-        if !self.interface.knows(matrix, substeps) {
-            self.committed.column_steps +=
-                u64::from(substeps) * self.interface.components.len() as u64;
-        }
-        let (model, team) = (&self.model, &self.team);
-        let compute = match matrix {
-            CondensedMatrix::Compliance => compliance,
-            CondensedMatrix::Impedance => impedance,
-        };
-        let columns = self.interface.condensed(matrix, substeps, |components| {
-            team.install(|| compute(model, components, substeps))
+        let (model, components) = (&self.model, &self.interface.components);
+        let known = self.interface.condensed.entry((what, substeps));
+        let columns = known.or_insert_with(|| {
+            self.committed.column_steps += u64::from(substeps) * components.len() as u64;
+            self.team.install(|| compute(model, components, substeps))
         });
         if columns.iter().all(|c| c.is_finite()) {
             return Ok(columns.to_vec());
         }
         Err(FemError::DivergedColumns {
-            what: matrix.word(),
+            what,
             substeps,
             step_s: self.model.scheme.step,
             limit_s: self.model.step_limit,
         })
     }
 }
+
+/// Matrix that is condensed onto the exchanged components, and how it is computed.
+#[derive(Clone, Copy)]
+pub(super) struct CondensedMatrix {
+    what: &'static str,
+    compute: fn(&Model, &[usize], u32) -> Vec<f64>,
+}
+
+/// C (m/N) of a constant force.
+pub(super) const COMPLIANCE: CondensedMatrix = CondensedMatrix {
+    what: "compliance",
+    compute: compliance,
+};
+
+/// D (kg/s) of a velocity that grows in a straight line.
+pub(super) const IMPEDANCE: CondensedMatrix = CondensedMatrix {
+    what: "impedance",
+    compute: impedance,
+};
 
 /// Quantity that a request gives for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
