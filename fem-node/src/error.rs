@@ -173,9 +173,7 @@ impl FemError {
             reason: WithCure(&error).to_string(),
         })
     }
-}
 
-impl FemError {
     /// Its cause, a word for scripts.
     pub fn cause(&self) -> Cause {
         match self {

@@ -317,6 +317,15 @@ pub(crate) fn area(p: &[[f64; 2]; 4]) -> f64 {
     0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
 }
 
+/// Drop of a circle of this radius beside its highest point (m), which lies at x = 0; a radius of 0 means flat.
+pub(crate) fn circle_drop(radius: f64, x: f64) -> f64 {
+    if radius == 0.0 {
+        return 0.0;
+    }
+    // R - sqrt(R^2 - x^2) without the cancellation at small x.
+    x * x / (radius + (radius * radius - x * x).sqrt())
+}
+
 /// Nodes of an unstructured mesh, by their numbers.
 fn in_row(numbers: &[u32]) -> Vec<[usize; 2]> {
     numbers.iter().map(|k| [*k as usize, 0]).collect()

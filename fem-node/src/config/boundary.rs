@@ -122,18 +122,10 @@ impl SetConfig {
 
     /// Refuses a set without a load or motion, and two of a kind.
     fn check_count(&self, set: &str) -> Result<(), ConfigError> {
-        let loads = [
-            self.traction_pa.is_some(),
-            self.pressure_pa.is_some(),
-            self.load_table.is_some(),
-        ];
-        let motions = [
-            self.velocity_m_per_s.is_some(),
-            self.displacement_m.is_some(),
-            self.motion_table.is_some(),
-            self.motion.is_some(),
-        ];
-        let count = |given: &[bool]| given.iter().filter(|given| **given).count();
+        let loads = kit::named!(self, is_some; traction_pa, pressure_pa, load_table);
+        let motions =
+            kit::named!(self, is_some; velocity_m_per_s, displacement_m, motion_table, motion);
+        let count = |given: &[(&str, bool)]| given.iter().filter(|(_, given)| *given).count();
         let (loads, motions) = (count(&loads), count(&motions));
         let problem =
             "must hold exactly one load or motion, or a load and a motion in different directions";
@@ -181,16 +173,19 @@ impl SetConfig {
             "give the component that is not moved as traction_pa = [\"free\", -1e6]",
         )?;
         let both = |k: &usize| load.acts_along(*k) && motion.components()[*k].0.is_some();
-        let Some(k) = [0, 1].into_iter().find(both) else {
-            return Ok(());
-        };
-        let direction = ["x", "y"][k];
-        refuse_if(
-            true,
-            &key,
-            format!("has a load and a motion in {direction}, of which only one can be given"),
-            "write \"free\" for one of them, or remove load_direction",
-        )
+        [0, 1]
+            .iter()
+            .zip(["x", "y"])
+            .try_for_each(|(k, direction)| {
+                refuse_if(
+                    both(k),
+                    &key,
+                    format!(
+                        "has a load and a motion in {direction}, of which only one can be given"
+                    ),
+                    "write \"free\" for one of them, or remove load_direction",
+                )
+            })
     }
 }
 

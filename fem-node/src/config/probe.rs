@@ -24,26 +24,31 @@ const TAKEN: [&str; 3] = ["surface_mean", "surface_min", "wheel"];
 pub(super) fn check(probes: &[ProbeConfig]) -> Result<(), ConfigError> {
     for (index, probe) in probes.iter().enumerate() {
         let key = format!("probes[{index}]");
+        let name = &probe.name;
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        if probe.name.is_empty() || !probe.name.chars().all(plain) {
-            let problem = format!("`{}` cannot begin the name of a signal", probe.name);
-            return Err(ConfigError::new(&format!("{key}.name"), problem)
-                .help("use letters, digits, `-` and `_`"));
-        }
-        if TAKEN.contains(&probe.name.as_str()) {
-            let problem = format!(
-                "`{}` begins the name of a signal that is no probe's",
-                probe.name
+        let refused = |problem: &str, cause: Cause, help: &str| {
+            let error = ConfigError::new(&format!("{key}.name"), format!("`{name}` {problem}"));
+            Err(error.because(cause).help(help))
+        };
+        if name.is_empty() || !name.chars().all(plain) {
+            let help = "use letters, digits, `-` and `_`";
+            return refused(
+                "cannot begin the name of a signal",
+                Cause::InvalidValue,
+                help,
             );
-            return Err(ConfigError::new(&format!("{key}.name"), problem)
-                .because(Cause::DuplicateName)
-                .help("choose another name"));
         }
-        if probes[..index].iter().any(|other| other.name == probe.name) {
-            let problem = format!("`{}` is the name of another probe too", probe.name);
-            return Err(ConfigError::new(&format!("{key}.name"), problem)
-                .because(Cause::DuplicateName)
-                .help("give each probe a name of its own"));
+        if TAKEN.contains(&name.as_str()) {
+            let problem = "begins the name of a signal that is no probe's";
+            return refused(problem, Cause::DuplicateName, "choose another name");
+        }
+        if probes[..index].iter().any(|other| other.name == *name) {
+            let help = "give each probe a name of its own";
+            return refused(
+                "is the name of another probe too",
+                Cause::DuplicateName,
+                help,
+            );
         }
         for (name, value) in [("x_m", probe.x_m), ("y_m", probe.y_m)] {
             if !value.is_finite() {

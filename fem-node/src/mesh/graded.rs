@@ -3,7 +3,7 @@
 use kit::ConfigError;
 use protocol::Cause;
 
-use super::Mesh;
+use super::{Mesh, circle_drop};
 use crate::config::choice::ContactEdge;
 use crate::config::mesh::MeshConfig;
 
@@ -22,7 +22,7 @@ impl Mesh {
         let radius = config.crown_radius_m.unwrap_or(0.0);
         check_crown(config, radius)?;
         let rows = depth.len() - 1;
-        let below = |x: f64, d: f64| -drop(radius, x) * (1.0 - d / config.height_m) - d;
+        let below = |x: f64, d: f64| -circle_drop(radius, x) * (1.0 - d / config.height_m) - d;
         let mesh = Mesh::structured(x.len() - 1, rows, |i, j| match config.contact_edge {
             ContactEdge::Top => [x[i], below(x[i], depth[j])],
             ContactEdge::Bottom => [x[i], -below(x[i], depth[rows - j])],
@@ -34,15 +34,6 @@ impl Mesh {
             ..mesh
         })
     }
-}
-
-/// Drop of a circle of this radius below its crown; radius 0 means flat.
-fn drop(radius: f64, x: f64) -> f64 {
-    if radius == 0.0 {
-        return 0.0;
-    }
-    // R - sqrt(R^2 - x^2) without the cancellation at small x.
-    x * x / (radius + (radius * radius - x * x).sqrt())
 }
 
 fn check_count(config: &MeshConfig) -> Result<(), ConfigError> {
@@ -65,7 +56,7 @@ fn check_count(config: &MeshConfig) -> Result<(), ConfigError> {
 
 fn check_crown(config: &MeshConfig, radius: f64) -> Result<(), ConfigError> {
     let half = 0.5 * config.width_m;
-    if radius == 0.0 || (radius >= half && drop(radius, half) < config.height_m) {
+    if radius == 0.0 || (radius >= half && circle_drop(radius, half) < config.height_m) {
         return Ok(());
     }
     let problem = format!("a crown of {radius:?} m leaves no height at the edges of the body");

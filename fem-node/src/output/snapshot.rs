@@ -10,7 +10,6 @@ use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::output::profile::ContactProfile;
 use crate::output::vtu;
-use crate::output::vtu::EdgeContacts;
 use crate::wheel::node_contact::NodeContact;
 
 /// Folder of the snapshots, where there is one.
@@ -46,8 +45,8 @@ impl Snapshots {
             return Ok(());
         };
         let stem = format!("{}-{name}", self.participant);
-        let on_edge = EdgeContacts { contacts, profile };
-        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, on_edge)?;
+        let path = folder.join(format!("{stem}.vtu"));
+        vtu::write(&path, model, state, (contacts, profile))?;
         profile.map_or(Ok(()), |profile| {
             let path = folder.join(format!("{stem}-profile.csv"));
             FemError::written(&path, fs::write(&path, profile.csv()))

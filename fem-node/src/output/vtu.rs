@@ -15,20 +15,13 @@ use crate::wheel::node_contact::{ContactStatus, NodeContact};
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;
 
-/// Contacts of the upper edge, node by node; none of a body without a wheel.
-#[derive(Clone, Copy)]
-pub(crate) struct EdgeContacts<'a> {
-    pub(crate) contacts: &'a [NodeContact],
-    pub(crate) profile: Option<&'a ContactProfile>,
-}
-
 /// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
 /// of the element), and the contacts of the upper edge if it has any. Points are those of the undeformed body.
 pub(crate) fn write(
     path: &Path,
     model: &Model,
     state: &NodalState,
-    edge: EdgeContacts,
+    (contacts, profile): (&[NodeContact], Option<&ContactProfile>),
 ) -> Result<(), FemError> {
     let mesh = &model.mesh;
     let sizes = [
@@ -43,7 +36,7 @@ pub(crate) fn write(
     file.section("Cells", |file| cells(file, model));
     file.section("PointData", |file| {
         point_data(file, model, state);
-        contact_data(file, model, edge);
+        contact_data(file, model, contacts, profile);
     });
     file.section("CellData", |file| cell_data(file, model, state));
     let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
@@ -77,8 +70,12 @@ fn point_data(file: &mut VtkFile, model: &Model, state: &NodalState) {
 }
 
 /// Status and tractions of the upper edge, whose nodes are the first; those below have no status and no traction.
-fn contact_data(file: &mut VtkFile, model: &Model, edge: EdgeContacts) {
-    let EdgeContacts { contacts, profile } = edge;
+fn contact_data(
+    file: &mut VtkFile,
+    model: &Model,
+    contacts: &[NodeContact],
+    profile: Option<&ContactProfile>,
+) {
     if contacts.is_empty() {
         return;
     }

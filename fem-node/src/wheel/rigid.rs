@@ -4,7 +4,7 @@ use kit::wheel::WheelProgram;
 
 use crate::config::wheel::{ContactConfig, FemWheelConfig};
 use crate::element::body::Body;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::{Edge, Mesh, circle_drop};
 
 /// Wheel, its load and its friction: everything about it that stays during a run.
 #[derive(Clone, Debug)]
@@ -90,12 +90,6 @@ fn first_height(radius: f64, points: &[[f64; 2]]) -> f64 {
     let below = points
         .iter()
         .filter(|p| radius == 0.0 || p[0].abs() < radius);
-    let touching = below.map(|[x, y]| {
-        if radius == 0.0 {
-            return *y;
-        }
-        // R - sqrt(R^2 - x^2) without the cancellation at small x.
-        y - x * x / (radius + (radius * radius - x * x).sqrt())
-    });
+    let touching = below.map(|[x, y]| y - circle_drop(radius, *x));
     touching.fold(f64::NEG_INFINITY, f64::max)
 }
