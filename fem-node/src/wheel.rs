@@ -16,7 +16,7 @@
 //!
 //! - `upper_row`: the nodes of the upper edge as the contact sees them;
 //! - [`rigid`]: the wheel, everything about it that does not change;
-//! - `node_contact`: force and status of one node;
+//! - [`node_contact`]: force and status of one node;
 //! - `problem`: the contact problem of one step;
 //! - `coulomb`: the law of contact of one node;
 //! - `flat`, `round`: the problem under a flat and under a round face, solved;
@@ -28,7 +28,7 @@
 pub(crate) mod coulomb;
 pub(crate) mod flat;
 pub(crate) mod newmark;
-pub(crate) mod node_contact;
+pub mod node_contact;
 mod problem;
 pub mod rigid;
 pub(crate) mod round;

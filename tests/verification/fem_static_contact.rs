@@ -17,7 +17,7 @@
 
 use fem_node::FemConfig;
 use fem_node::StaticNode;
-use fem_node::statics::contact::DirectedStatus;
+use fem_node::wheel::node_contact::ContactStatus;
 use kit::read_config;
 use protocol::Node;
 use serde_json::{Value, json};
@@ -184,14 +184,14 @@ fn signorini_and_coulomb_hold_at_every_node() {
         let (normal, tangential) = (contact.normal[k], contact.tangential[k]);
         let cone = 0.3 * normal;
         let right = match status {
-            DirectedStatus::Open => normal == 0.0 && tangential == 0.0,
-            DirectedStatus::Stick => normal >= 0.0 && tangential.abs() <= cone + 1e-6,
-            DirectedStatus::SlipForward => (tangential - cone).abs() < 1e-9,
-            DirectedStatus::SlipBackward => (tangential + cone).abs() < 1e-9,
+            ContactStatus::Open => normal == 0.0 && tangential == 0.0,
+            ContactStatus::Stick => normal >= 0.0 && tangential.abs() <= cone + 1e-6,
+            ContactStatus::SlipForward => (tangential - cone).abs() < 1e-9,
+            ContactStatus::SlipBackward => (tangential + cone).abs() < 1e-9,
         };
         assert!(right, "node {k}: {status:?} {normal} {tangential}");
         let x = node.model.mesh.point(k, 0)[0];
-        if *status != DirectedStatus::Open && x.abs() > 1e-4 {
+        if *status != ContactStatus::Open && x.abs() > 1e-4 {
             assert!(
                 tangential * x > 0.0,
                 "node {k} at {x} is dragged the wrong way"

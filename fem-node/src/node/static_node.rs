@@ -21,8 +21,8 @@ use crate::output::plausible;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
 use crate::output::snapshot::Snapshots;
-use crate::statics::contact::DirectedStatus;
 use crate::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
+use crate::wheel::node_contact::ContactStatus;
 
 /// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
 /// 28 080 elements, far less than a coupler waits for an answer.
@@ -147,7 +147,7 @@ impl StaticNode {
         if let Some(contact) = &at.contact {
             let [fx, fy] = contact.resultant();
             let statuses = contact.status.iter();
-            let touching = statuses.filter(|s| **s != DirectedStatus::Open).count();
+            let touching = statuses.filter(|s| **s != ContactStatus::Open).count();
             let named = [
                 ("wheel_x_m", contact.lateral),
                 ("approach_m", contact.approach),

@@ -12,7 +12,7 @@ use crate::output::bending::bending_excess;
 use crate::output::probe::largest_strain;
 use crate::output::profile::ContactProfile;
 use crate::pack::largest;
-use crate::statics::contact::DirectedStatus;
+use crate::wheel::node_contact::ContactStatus;
 
 /// Share of the energy moved below which that of the strain is what is left of vibrations.
 const QUIET: f64 = 0.01;
@@ -29,7 +29,7 @@ pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option
 /// A curved contact must be wider than its nodes are apart.
 pub(crate) fn contact_resolution(model: &Model, profile: &ContactProfile) -> Option<Finding> {
     let touching = profile.status.iter();
-    let touching = touching.filter(|status| **status != DirectedStatus::Open);
+    let touching = touching.filter(|status| **status != ContactStatus::Open);
     let nodes = touching.count();
     let value = 1.0 / nodes as f64;
     let judged = judge!(model.plausible.contact_resolution, "contact_resolution", value;
@@ -59,7 +59,7 @@ pub(crate) fn contact_reach<'a>(
     }
     let (middle, half) = (0.5 * (first[0] + last[0]), 0.5 * (last[0] - first[0]).abs());
     let touching = profiles.flat_map(|profile| profile.x.iter().zip(&profile.status));
-    let touching = touching.filter(|(_, status)| **status != DirectedStatus::Open);
+    let touching = touching.filter(|(_, status)| **status != ContactStatus::Open);
     let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
     judge!(model.plausible.contact_reach_rel, "contact_reach", reach / half;
         "the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
@@ -158,7 +158,7 @@ pub(crate) mod tests {
         }
     }
 
-    fn profile(nodes: &[(f64, DirectedStatus)]) -> ContactProfile {
+    fn profile(nodes: &[(f64, ContactStatus)]) -> ContactProfile {
         ContactProfile {
             x: nodes.iter().map(|(x, _)| *x).collect(),
             pressure: vec![0.0; nodes.len()],
@@ -199,8 +199,8 @@ pub(crate) mod tests {
     #[test]
     fn a_curved_contact_needs_four_nodes() {
         let found = |model: &Model, nodes: usize| {
-            let mut all = vec![(0.0, DirectedStatus::Stick); nodes];
-            all.extend([(0.0, DirectedStatus::Open); 5]);
+            let mut all = vec![(0.0, ContactStatus::Stick); nodes];
+            all.extend([(0.0, ContactStatus::Open); 5]);
             contact_resolution(model, &profile(&all)).map(|finding| finding.suspect)
         };
         for model in [under_wheel(0.1), under_wheel(-0.1), model(0.3)] {
@@ -215,8 +215,8 @@ pub(crate) mod tests {
     #[test]
     fn a_curved_contact_must_end_before_the_body() {
         let found = |model: &Model, value: f64| {
-            let held = [(0.0, DirectedStatus::Stick), (4.9e-3, DirectedStatus::Open)];
-            let last = [(-5e-3 * value, DirectedStatus::SlipForward)];
+            let held = [(0.0, ContactStatus::Stick), (4.9e-3, ContactStatus::Open)];
+            let last = [(-5e-3 * value, ContactStatus::SlipForward)];
             contact_reach(model, [profile(&held), profile(&last)].iter())
         };
         for model in [under_wheel(0.1), model(0.3)] {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::statics::contact::{DirectedStatus, WheelContact};
+use crate::statics::contact::WheelContact;
 use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
@@ -24,7 +24,7 @@ pub struct ContactProfile {
     /// Tangential force over the same surface, positive where the wheel drags the body towards +x (Pa).
     pub shear: Vec<f64>,
     /// Open, sticking or slipping.
-    pub status: Vec<DirectedStatus>,
+    pub status: Vec<ContactStatus>,
 }
 
 impl ContactProfile {
@@ -39,18 +39,14 @@ impl ContactProfile {
         let along =
             |force: fn(&NodeContact) -> f64| contacts.iter().map(force).collect::<Vec<f64>>();
         let (normal, dragging) = (along(NodeContact::pressing), along(NodeContact::dragging));
-        let status = contacts.iter().map(|contact| match contact.status {
-            ContactStatus::Open => DirectedStatus::Open,
-            ContactStatus::Stick => DirectedStatus::Stick,
-            ContactStatus::Slip => DirectedStatus::slipping(contact.dragging()),
-        });
+        let status = contacts.iter().map(|contact| contact.status);
         ContactProfile::of_forces(model, [&normal, &dragging], status.collect())
     }
 
     fn of_forces(
         model: &Model,
         [normal, dragging]: [&[f64]; 2],
-        status: Vec<DirectedStatus>,
+        status: Vec<ContactStatus>,
     ) -> ContactProfile {
         let (nodes, lengths) = model.mesh.surface(Edge::Top);
         let areas = lengths.into_iter().map(|length| length * model.thickness);
@@ -78,7 +74,7 @@ impl ContactProfile {
     /// 4.44), so its half-width is exact. None where fewer than two nodes remain, or where the line does not fall,
     /// as under a uniform pressure.
     pub fn half_width(&self) -> Option<f64> {
-        let closed = |k: &usize| self.status[*k] != DirectedStatus::Open && self.x[*k] > 0.0;
+        let closed = |k: &usize| self.status[*k] != ContactStatus::Open && self.x[*k] > 0.0;
         let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
         let inside = &closed[..closed.len().saturating_sub(1)];
         let fit = &inside[inside.len().saturating_sub(FIT)..];
@@ -124,7 +120,7 @@ mod tests {
         let profile = ContactProfile {
             pressure: vec![3.0; x.len()],
             shear: vec![0.0; x.len()],
-            status: vec![DirectedStatus::Stick; x.len()],
+            status: vec![ContactStatus::Stick; x.len()],
             x,
         };
         assert_eq!(profile.half_width(), None);
@@ -137,7 +133,7 @@ mod tests {
         let profile = ContactProfile {
             pressure: x.iter().map(|x| (100.0 - x * x).sqrt()).collect(),
             shear: vec![0.0; x.len()],
-            status: vec![DirectedStatus::Stick; x.len()],
+            status: vec![ContactStatus::Stick; x.len()],
             x,
         };
         let half_width = profile.half_width().expect("nine nodes on the right");

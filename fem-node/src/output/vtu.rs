@@ -105,7 +105,7 @@ fn status(contact: &NodeContact) -> f64 {
     match contact.status {
         ContactStatus::Open => 0.0,
         ContactStatus::Stick => 1.0,
-        ContactStatus::Slip => 2.0,
+        ContactStatus::SlipForward | ContactStatus::SlipBackward => 2.0,
     }
 }
 

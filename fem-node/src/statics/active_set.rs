@@ -21,9 +21,10 @@ use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use serde::{Deserialize, Serialize};
 
-use super::contact::{DirectedStatus, WheelContact};
+use super::contact::WheelContact;
 use super::edge::EdgeCompliance;
 use super::face::Face;
+use crate::wheel::node_contact::ContactStatus;
 
 /// Rounds in which every wrong status changes; after that only the worst does.
 const ROUNDS_ALL: usize = 30;
@@ -63,7 +64,7 @@ impl Target {
 #[derive(Clone, Copy, Debug)]
 struct StatusChange {
     node: usize,
-    status: DirectedStatus,
+    status: ContactStatus,
     /// Violation of the condition, as a force (N).
     violation: f64,
 }
@@ -79,7 +80,7 @@ pub(super) struct NotConverged {
 /// The contact at the end of the last increment.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ActiveSet {
-    status: Vec<DirectedStatus>,
+    status: Vec<ContactStatus>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// Displacements of the nodes of the edge (m).
@@ -94,7 +95,7 @@ impl ActiveSet {
     pub(super) fn open(edge: &EdgeCompliance) -> ActiveSet {
         let nodes = edge.free.len();
         ActiveSet {
-            status: vec![DirectedStatus::Open; nodes],
+            status: vec![ContactStatus::Open; nodes],
             normal: vec![0.0; nodes],
             tangential: vec![0.0; nodes],
             u: vec![[0.0; 2]; nodes],
@@ -162,16 +163,16 @@ impl ActiveSet {
 
     /// The wheel rests on something from the first round on; friction that begins now finds everything at rest.
     fn start(&mut self, face: &Face, target: Target) {
-        if self.status.iter().all(|s| *s == DirectedStatus::Open) {
+        if self.status.iter().all(|s| *s == ContactStatus::Open) {
             let gap = |node: usize| face.gap(node, self.wheel, self.u[node]);
             let lowest = (0..self.status.len()).min_by(|a, b| gap(*a).total_cmp(&gap(*b)));
-            self.status[lowest.expect("an edge has nodes")] = DirectedStatus::Stick;
+            self.status[lowest.expect("an edge has nodes")] = ContactStatus::Stick;
         }
         let no_force_yet = self.tangential.iter().all(|r| *r == 0.0);
         if target.friction > 0.0 && no_force_yet {
             let statuses = self.status.iter_mut();
-            let closed = statuses.filter(|s| **s != DirectedStatus::Open);
-            closed.for_each(|status| *status = DirectedStatus::Stick);
+            let closed = statuses.filter(|s| **s != ContactStatus::Open);
+            closed.for_each(|status| *status = ContactStatus::Stick);
         }
     }
 
@@ -222,21 +223,21 @@ impl ActiveSet {
         for node in 0..self.status.len() {
             let slip = self.slip(increment.before, face, node);
             let friction_acts = target.friction_acts(edge, node);
-            if self.status[node] != DirectedStatus::Open && !friction_acts {
-                self.status[node] = DirectedStatus::slipping(slip);
+            if self.status[node] != ContactStatus::Open && !friction_acts {
+                self.status[node] = ContactStatus::slipping(slip);
             }
             let (normal, tangential) = (self.normal[node], self.tangential[node]);
             let excess = tangential.abs() - target.friction * normal;
             let against = -slip * self.status[node].direction() / edge.known.scale;
             let gap = face.gap(node, self.wheel, self.u[node]) / edge.known.scale;
             let (violation, status) = match self.status[node] {
-                DirectedStatus::Open if friction_acts => (-gap, DirectedStatus::Stick),
-                DirectedStatus::Open => (-gap, DirectedStatus::slipping(slip)),
-                _ if normal < -zero => (-normal, DirectedStatus::Open),
+                ContactStatus::Open if friction_acts => (-gap, ContactStatus::Stick),
+                ContactStatus::Open => (-gap, ContactStatus::slipping(slip)),
+                _ if normal < -zero => (-normal, ContactStatus::Open),
                 _ if !friction_acts => (0.0, self.status[node]),
-                DirectedStatus::Stick => (excess, DirectedStatus::slipping(tangential)),
-                DirectedStatus::SlipForward | DirectedStatus::SlipBackward => {
-                    (against, DirectedStatus::Stick)
+                ContactStatus::Stick => (excess, ContactStatus::slipping(tangential)),
+                ContactStatus::SlipForward | ContactStatus::SlipBackward => {
+                    (against, ContactStatus::Stick)
                 }
             };
             if violation > zero {
@@ -261,7 +262,7 @@ impl ActiveSet {
 
     /// Nodes that touch.
     fn closed(&self) -> impl Iterator<Item = usize> {
-        (0..self.status.len()).filter(|node| self.status[*node] != DirectedStatus::Open)
+        (0..self.status.len()).filter(|node| self.status[*node] != ContactStatus::Open)
     }
 
     /// Closed nodes without columns, and their neighbours: contact grows from its edge.
@@ -416,7 +417,7 @@ fn unknowns(now: &ActiveSet, increment: &ContactIncrement, edge: &EdgeCompliance
             direction: face.force(node, 1.0, drag),
         }
     });
-    let sticks = |node: &usize| now.status[*node] == DirectedStatus::Stick;
+    let sticks = |node: &usize| now.status[*node] == ContactStatus::Stick;
     let holds = |node: &usize| sticks(node) && target.friction_acts(edge, *node);
     let sticking = now.closed().filter(holds);
     let tangential = sticking.map(|node| Unknown {

@@ -14,7 +14,7 @@ pub struct WheelContact {
     /// Forces of the wheel on the body along (n_y, -n_x), the normals turned clockwise (N).
     pub tangential: Vec<f64>,
     /// Open, sticking or slipping.
-    pub status: Vec<DirectedStatus>,
+    pub status: Vec<ContactStatus>,
     /// Approach of the wheel since it first touched (m).
     pub approach: f64,
     /// Sideways displacement of the wheel (m).
@@ -25,8 +25,8 @@ impl WheelContact {
     /// Share of the touching nodes that slip; 0 when none touches.
     pub fn slipping_share(&self) -> f64 {
         let count =
-            |wanted: fn(&DirectedStatus) -> bool| self.status.iter().filter(|s| wanted(s)).count();
-        let touching = count(|s| *s != DirectedStatus::Open);
+            |wanted: fn(&ContactStatus) -> bool| self.status.iter().filter(|s| wanted(s)).count();
+        let touching = count(|s| *s != ContactStatus::Open);
         count(|s| s.direction() != 0.0) as f64 / touching.max(1) as f64
     }
 
@@ -43,11 +43,7 @@ impl WheelContact {
         NodeContact {
             normal: [-normal * nx, -normal * ny],
             friction: [tangential * ny, -tangential * nx],
-            status: match self.status[node] {
-                DirectedStatus::Open => ContactStatus::Open,
-                DirectedStatus::Stick => ContactStatus::Stick,
-                DirectedStatus::SlipForward | DirectedStatus::SlipBackward => ContactStatus::Slip,
-            },
+            status: self.status[node],
         }
     }
 
@@ -62,48 +58,5 @@ impl WheelContact {
         (0..self.normals.len())
             .map(|node| self.force(node))
             .fold([0.0, 0.0], |sum, f| [sum[0] + f[0], sum[1] + f[1]])
-    }
-}
-
-/// Status of a node of the contact surface, with the direction of its slip.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DirectedStatus {
-    /// It does not touch.
-    #[default]
-    Open,
-    /// It touches and moves with the wheel.
-    Stick,
-    /// It touches and slides, dragged towards +t by the wheel.
-    SlipForward,
-    /// It touches and slides, dragged towards -t by the wheel.
-    SlipBackward,
-}
-
-impl DirectedStatus {
-    /// Direction of the drag, 0 when it does not slip.
-    pub fn direction(self) -> f64 {
-        match self {
-            DirectedStatus::SlipForward => 1.0,
-            DirectedStatus::SlipBackward => -1.0,
-            DirectedStatus::Open | DirectedStatus::Stick => 0.0,
-        }
-    }
-
-    /// The word in tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            DirectedStatus::Open => "open",
-            DirectedStatus::Stick => "stick",
-            DirectedStatus::SlipForward | DirectedStatus::SlipBackward => "slip",
-        }
-    }
-
-    /// Slip under a drag in this direction.
-    pub(crate) fn slipping(direction: f64) -> DirectedStatus {
-        if direction >= 0.0 {
-            DirectedStatus::SlipForward
-        } else {
-            DirectedStatus::SlipBackward
-        }
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::active_set::{ActiveSet, Target};
-use super::contact::{DirectedStatus, WheelContact};
+use super::contact::WheelContact;
 use super::edge::{EdgeCompliance, KnownColumns};
 use super::face::Face;
 use super::factor::Factor;
@@ -11,6 +11,7 @@ use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::integrate::state::NodalState;
 use crate::model::Model;
+use crate::wheel::node_contact::ContactStatus;
 
 /// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
 const LEAN_MAX: f64 = 0.5;
@@ -216,7 +217,7 @@ impl Statics {
         };
         let contact = self.contact.describe(&self.face);
         let touching =
-            (0..contact.normals.len()).filter(|k| contact.status[*k] != DirectedStatus::Open);
+            (0..contact.normals.len()).filter(|k| contact.status[*k] != ContactStatus::Open);
         let lean = |node: usize| contact.normals[node][0].abs();
         match touching.map(lean).find(|lean| *lean > LEAN_MAX) {
             None => Ok(()),

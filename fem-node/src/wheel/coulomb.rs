@@ -80,7 +80,7 @@ mod tests {
             assert_eq!(contacts[0].status, contacts[1].status);
             seen.push(contacts[0].status);
         }
-        use ContactStatus::{Open, Slip, Stick};
-        assert_eq!(seen, [Open, Stick, Slip, Slip, Stick]);
+        use ContactStatus::{Open, SlipBackward, SlipForward, Stick};
+        assert_eq!(seen, [Open, Stick, SlipForward, SlipBackward, Stick]);
     }
 }

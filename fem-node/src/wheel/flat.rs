@@ -64,7 +64,7 @@ fn close(node: &NodeMotion, wheel: &WheelStep, pressing: f64) -> NodeContact {
     let status = if sticking.abs() < wheel.friction * normal || slip == 0.0 {
         ContactStatus::Stick
     } else {
-        ContactStatus::Slip
+        ContactStatus::slipping(tangential)
     };
     NodeContact {
         normal: [0.0, -normal],
@@ -117,7 +117,7 @@ mod tests {
         // The node would move by -3 under the resting wheel, the friction that stops it is 3.
         let contacts = pressed(&[4.0, 8.0], 0.0, 0.5);
         assert_eq!(contacts[0].friction[0], 2.0);
-        assert_eq!(contacts[0].status, ContactStatus::Slip);
+        assert_eq!(contacts[0].status, ContactStatus::SlipForward);
         assert_eq!(contacts[1].friction[0], 3.0);
         assert_eq!(contacts[1].status, ContactStatus::Stick);
     }
@@ -126,6 +126,6 @@ mod tests {
     fn a_smooth_wheel_slides() {
         let contacts = pressed(&[4.0], 0.0, 0.0);
         assert_eq!(contacts[0].friction, [0.0, 0.0]);
-        assert_eq!(contacts[0].status, ContactStatus::Slip);
+        assert_eq!(contacts[0].status, ContactStatus::SlipForward);
     }
 }

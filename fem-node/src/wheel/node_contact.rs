@@ -13,16 +13,47 @@ pub(crate) struct NodeContact {
     pub(crate) status: ContactStatus,
 }
 
-/// Status of a node towards the wheel.
+/// Status of a node of the contact surface, with the direction of its slip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum ContactStatus {
-    /// Separated.
+pub enum ContactStatus {
+    /// It does not touch.
     #[default]
     Open,
-    /// Contact, and no slip.
+    /// It touches and moves with the wheel.
     Stick,
-    /// Contact, and slip under the full friction.
-    Slip,
+    /// It touches and slides, dragged towards +t by the wheel.
+    SlipForward,
+    /// It touches and slides, dragged towards -t by the wheel.
+    SlipBackward,
+}
+
+impl ContactStatus {
+    /// Direction of the drag, 0 when it does not slip.
+    pub fn direction(self) -> f64 {
+        match self {
+            ContactStatus::SlipForward => 1.0,
+            ContactStatus::SlipBackward => -1.0,
+            ContactStatus::Open | ContactStatus::Stick => 0.0,
+        }
+    }
+
+    /// The word in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            ContactStatus::Open => "open",
+            ContactStatus::Stick => "stick",
+            ContactStatus::SlipForward | ContactStatus::SlipBackward => "slip",
+        }
+    }
+
+    /// Slip under a drag in this direction.
+    pub(crate) fn slipping(direction: f64) -> ContactStatus {
+        if direction >= 0.0 {
+            ContactStatus::SlipForward
+        } else {
+            ContactStatus::SlipBackward
+        }
+    }
 }
 
 impl NodeContact {
@@ -57,7 +88,7 @@ pub(super) struct ContactCount {
 
 /// Counts the nodes in contact.
 pub(super) fn count(contacts: &[NodeContact]) -> ContactCount {
-    let slips = |contact: &&NodeContact| contact.status == ContactStatus::Slip;
+    let slips = |contact: &&NodeContact| contact.status.direction() != 0.0;
     ContactCount {
         closed: contacts.iter().filter(|contact| contact.closed()).count(),
         slip: contacts.iter().filter(slips).count(),

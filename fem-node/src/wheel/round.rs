@@ -173,7 +173,7 @@ impl LocalProblem {
         let status = if self.r_n > 0.0 && sticks {
             ContactStatus::Stick
         } else if self.r_n > 0.0 {
-            ContactStatus::Slip
+            ContactStatus::slipping(self.r_t)
         } else {
             ContactStatus::Open
         };
