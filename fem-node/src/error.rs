@@ -146,10 +146,6 @@ pub enum FemError {
         "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
     )]
     StaticSize { displacement_m: f64, size_m: f64 },
-    #[error(
-        "it cannot be set in motion: that is for a linear body without a wheel, before its first window"
-    )]
-    InMotion,
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -199,7 +195,6 @@ impl FemError {
             FemError::Point { .. }
             | FemError::GivenLength { .. }
             | FemError::NoSteps
-            | FemError::InMotion
             | FemError::NotAdvanced { .. }
             | FemError::Dictated { .. } => Cause::ProtocolViolated,
             FemError::Write { .. } => Cause::WriteFailed,

@@ -146,7 +146,7 @@
 //! | v' = v + h [(1-b) a + b a'] | [`NodeRow::new_velocity`](integrate::node_row::NodeRow::new_velocity) | the same |
 //! | d' = (beta/h) (F' - F) | [`NodeRow::damp_stiffness`](integrate::node_row::NodeRow::damp_stiffness) | Rayleigh (1877), section 102 |
 //! | h < sqrt(2/b)/omega_max | [`step_limit`](model::spectrum::step_limit) | spectral radius, stated there |
-//! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](model::spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
+//! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`step_limit`](model::spectrum::step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
 //! | K phi = omega^2 M phi, the largest omega | [`omega_max`](model::spectrum::omega_max) | Lanczos (1950); Parlett (1980), ch. 13 |
 //! | m_a = sum of rho t A/4 | [`lump`](element::body::lump) | row-sum lumping |
 //! | f = t A B^T s + G Q, one point and hourglass stiffness | [`Q4OnePoint`](element::q4_1point::Q4OnePoint) | Flanagan and Belytschko (1981) |

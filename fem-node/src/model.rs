@@ -133,8 +133,7 @@ impl Model {
         let probes = probe_points::locate(&config.probes, &mesh)?;
         let omega_max = spectrum::omega_max(&body);
         let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
-        let step_limit =
-            spectrum::damped_step_limit(omega_max, config.time.damping, stiffness_damping);
+        let step_limit = spectrum::step_limit(omega_max, config.time.damping, stiffness_damping);
         check_limit(config, step_limit)?;
         let step = choose_step(config, step_limit)?;
         check_wheel(config, &mesh)?;

@@ -1,5 +1,6 @@
 //! The bodies of the cases.
 
+use fem_node::config::material::MaterialConfig;
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Setting, Window};
@@ -95,6 +96,35 @@ pub fn node(config: &Value) -> FemNode {
 pub fn node_on(config: &Value, threads: usize) -> FemNode {
     let config: FemConfig = read_config(config).expect("the keys are valid");
     FemNode::new(&config, &setting(threads)).expect("the body is valid")
+}
+
+/// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
+pub fn elastic_material(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
+    MaterialConfig {
+        young_pa,
+        poisson,
+        density_kg_per_m3,
+        ..MaterialConfig::default()
+    }
+}
+
+/// The same body from these displacements (m) and velocities (m/s) on, given for each position; fixed components stay at rest.
+pub fn set_in_motion(node: &FemNode, motion: impl Fn([f64; 2]) -> [[f64; 2]; 2]) -> FemNode {
+    let (model, mut state) = (node.model.clone(), node.state().clone());
+    let (mesh, body) = (&model.mesh, &model.body);
+    for node in mesh.nodes() {
+        // The right edge of a periodic body moves with the left one.
+        let tied = mesh.tied_to(node);
+        let [u, v] = motion(mesh.point(tied[0], tied[1]));
+        for k in 0..2 {
+            let [own, tied] = [node, tied].map(|node| body.layout.index(node, k));
+            if body.inverse_mass[tied] > 0.0 {
+                (state.u[own], state.v[own]) = (u[k], v[k]);
+            }
+        }
+    }
+    body.internal_force(&state.u, &mut state.force);
+    FemNode::starting_from(model, state, &setting(1)).expect("its pool starts")
 }
 
 /// The window with this index.

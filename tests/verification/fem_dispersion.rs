@@ -23,7 +23,7 @@ use fem_node::FemNode;
 use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{confined_modulus, node, window};
+use crate::fem_bodies::{confined_modulus, node, set_in_motion, window};
 
 /// Elements in the strip.
 pub const COLUMNS: usize = 40;
@@ -106,7 +106,7 @@ pub fn number(periods: usize) -> f64 {
 /// The strip with a wave of the scheme under way: with u_n = Re z^n exp(ikx) the first line of the scheme,
 /// u_1 = u_0 + h v_0 - Omega^2/2 u_0, gives v_0.
 pub fn travelling(wave: Wave, periods: usize, amplitude: f64, strip: Value) -> FemNode {
-    let mut node = node(&strip);
+    let node = node(&strip);
     let scheme = node.model.scheme;
     let z = exact(wave, periods, scheme.step, scheme.damping);
     let omega = rate(wave, periods) * scheme.step;
@@ -120,8 +120,7 @@ pub fn travelling(wave: Wave, periods: usize, amplitude: f64, strip: Value) -> F
             Wave::S => [[0.0, u], [0.0, v]],
         }
     };
-    node.set_in_motion(start).expect("a linear body at rest");
-    node
+    set_in_motion(&node, start)
 }
 
 /// sum u_j exp(-i k x_j) over the nodes of the upper edge, each once.

@@ -5,13 +5,13 @@
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
 use fem_node::config::choice::{ElementKind, Plane};
-use fem_node::config::material::MaterialConfig;
 use fem_node::element::body::Body;
 use fem_node::element::supports::Supports;
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
 use fem_node::mesh::gmsh;
 
+use crate::fem_bodies::elastic_material;
 use crate::fem_msh::fan;
 
 const KINDS: [ElementKind; 3] = [
@@ -34,7 +34,7 @@ fn mesh(n: usize) -> Mesh {
 }
 
 fn elastic() -> Elastic {
-    Elastic::new(&MaterialConfig::elastic(2.0, 0.3, 1.0), Plane::Strain)
+    Elastic::new(&elastic_material(2.0, 0.3, 1.0), Plane::Strain)
 }
 
 fn field(slope: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {

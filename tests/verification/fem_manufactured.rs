@@ -9,15 +9,16 @@
 //! Tolerance: orders within 0.15 of 2 and 1 from the two finer of three meshes; 2 % for the cylinder of 5 elements.
 
 use fem_node::config::choice::{ElementKind, Plane};
-use fem_node::config::material::MaterialConfig;
 use fem_node::element::body;
 use fem_node::element::shape::{self, GAUSS_POINTS};
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
 use nalgebra::{DMatrix, DVector};
 
+use crate::fem_bodies::elastic_material;
+
 fn elastic(poisson: f64) -> Elastic {
-    let material = MaterialConfig::elastic(2.0, poisson, 1.0);
+    let material = elastic_material(2.0, poisson, 1.0);
     Elastic::new(&material, Plane::Strain)
 }
 

@@ -6,12 +6,13 @@
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
 use fem_node::config::choice::{ElementKind, Plane};
-use fem_node::config::material::MaterialConfig;
 use fem_node::element::body::Body;
 use fem_node::element::supports::Supports;
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
 use fem_node::output::probe;
+
+use crate::fem_bodies::elastic_material;
 
 const SIZE: usize = 5;
 
@@ -30,7 +31,7 @@ fn distorted() -> Mesh {
 }
 
 fn elastic() -> Elastic {
-    let material = MaterialConfig::elastic(2.0, 0.3, 1.0);
+    let material = elastic_material(2.0, 0.3, 1.0);
     Elastic::new(&material, Plane::Strain)
 }
 

@@ -17,7 +17,9 @@ use fem_node::statics::history::{StaticLoads, equilibrium};
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{block, confined_modulus, node, node_on, reported, setting, window, with};
+use crate::fem_bodies::{
+    block, confined_modulus, node, node_on, reported, set_in_motion, setting, window, with,
+};
 use crate::fem_dispersion::{SIZE, Wave, exact, number, travelling};
 
 fn periodic(base: Value) -> Value {
@@ -47,9 +49,8 @@ fn a_translation_stretches_nothing() {
             periodic(block()),
             json!({"element": element, "base": "free"}),
         );
-        let mut free = node(&config);
-        free.set_in_motion(|_| [[1e-6, -2e-6], [3.0, -1.0]])
-            .expect("at rest");
+        let start = |_| [[1e-6, -2e-6], [3.0, -1.0]];
+        let mut free = set_in_motion(&node(&config), start);
         let start = free.state().u.clone();
         let report = free.advance_alone(&window(0, 50)).expect("stable");
         let time = 50.0 * free.model.scheme.step;

@@ -11,19 +11,19 @@ use fem_node::model::spectrum;
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{block, node, reported, setting, window, with};
+use crate::fem_bodies::{block, node, reported, set_in_motion, setting, window, with};
 use crate::fem_dispersion::{Wave, exact, number};
 use crate::fem_wheel::{balance, run, wheel_rail};
 
 /// Trace and determinant of `stride` steps at a time, from the amplitudes of a standing wave with n periods.
 fn oscillation(wave: Wave, periods: usize, time: Value, stride: u32) -> [f64; 2] {
-    let mut strip = node(&with(wave.strip(0.5), json!({"time": time})));
+    let strip = node(&with(wave.strip(0.5), json!({"time": time})));
     let shape = move |x: f64| 1e-9 * (number(periods) * x).cos();
     let start = move |[x, _]: [f64; 2]| match wave {
         Wave::P => [[shape(x), 0.0], [0.0, 0.0]],
         Wave::S => [[0.0, shape(x)], [0.0, 0.0]],
     };
-    strip.set_in_motion(start).expect("a linear body at rest");
+    let mut strip = set_in_motion(&strip, start);
     let component = usize::from(matches!(wave, Wave::S));
     let mut amplitudes = Vec::new();
     for index in 0..5 {
@@ -91,7 +91,7 @@ fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::No
     let fastest = node(&block()).model.omega_max;
     let beta = 2.0 * ratio / fastest;
     let limit = ((2.0 / b + 4.0 * ratio * ratio).sqrt() - 2.0 * ratio) / fastest;
-    assert_eq!(limit, spectrum::damped_step_limit(fastest, b, beta));
+    assert_eq!(limit, spectrum::step_limit(fastest, b, beta));
     let time = json!({"time": {"damping": b, "stiffness_damping_s": beta, "mass_damping_per_s": more,
                                "step_s": share * limit, "unsafe_step": share >= 1.0}});
     let mut body = node(&with(block(), time));

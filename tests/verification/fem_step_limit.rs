@@ -31,7 +31,7 @@ fn the_paper_mesh_has_the_limits_of_the_reference() {
         );
         assert_eq!(
             model.step_limit,
-            spectrum::step_limit(model.omega_max, damping)
+            spectrum::step_limit(model.omega_max, damping, 0.0)
         );
     }
 }

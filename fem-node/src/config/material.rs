@@ -43,9 +43,10 @@ pub struct MaterialConfig {
     pub kinematic_hardening_pa: Option<f64>,
 }
 
+#[cfg(test)]
 impl MaterialConfig {
     /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
-    pub fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
+    pub(crate) fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
         MaterialConfig {
             young_pa,
             poisson,
@@ -53,7 +54,9 @@ impl MaterialConfig {
             ..MaterialConfig::default()
         }
     }
+}
 
+impl MaterialConfig {
     /// The law that the keys ask for: scripts give `yield_pa` alone.
     pub fn law(&self) -> MaterialKind {
         match (self.kind, self.yield_pa) {

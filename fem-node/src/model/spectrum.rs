@@ -33,14 +33,9 @@ pub fn omega_max(body: &Body) -> f64 {
 }
 
 /// h < sqrt(2/b) / omega_max: spectral radius of the scheme for one mode, det = 1 + (1/2 - b) (omega h)^2 and
-/// trace = 2 - (b + 1/2) (omega h)^2; the eigenvalue -1 is reached at 1 + trace + det = 4 - 2 b (omega h)^2 = 0.
-pub fn step_limit(omega_max: f64, damping: f64) -> f64 {
-    (2.0 / damping).sqrt() / omega_max
-}
-
-/// h < (sqrt(2/b + 4 xi^2) - 2 xi) / omega_max, xi = beta omega_max/2: the same with stiffness damping beta (s), derived
-/// in [`crate::integrate`].
-pub fn damped_step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -> f64 {
+/// trace = 2 - (b + 1/2) (omega h)^2; the eigenvalue -1 is reached at 1 + trace + det = 4 - 2 b (omega h)^2 = 0. With a stiffness
+/// damping beta (s) h < (sqrt(2/b + 4 xi^2) - 2 xi) / omega_max, xi = beta omega_max/2, derived in [`crate::integrate`].
+pub fn step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -> f64 {
     let twice = stiffness_damping * omega_max;
     ((2.0 / damping + twice * twice).sqrt() - twice) / omega_max
 }

@@ -47,8 +47,19 @@ impl FemNode {
     /// Builds the body: undeformed, at rest or with its initial velocities, or in equilibrium with its wheel.
     pub fn new(config: &FemConfig, setting: &Setting) -> Result<FemNode, FemError> {
         let model = Model::new(config, setting)?;
-        let threads = setting.threads.max(1);
         let (state, wheel) = start_state(&model, config)?;
+        let mut node = FemNode::starting_from(model, state, setting)?;
+        node.committed.wheel = wheel;
+        Ok(node)
+    }
+
+    /// A body without a wheel that starts from this state, whose internal forces are those of its displacements.
+    pub fn starting_from(
+        model: Model,
+        state: NodalState,
+        setting: &Setting,
+    ) -> Result<FemNode, FemError> {
+        let threads = setting.threads.max(1);
         let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
@@ -58,7 +69,6 @@ impl FemNode {
             run: WindowRun::new(&model, &state),
             committed: Committed {
                 state,
-                wheel,
                 reactions: vec![[0.0; 2]; model.motions.len()],
                 ..Committed::default()
             },
@@ -84,36 +94,6 @@ impl FemNode {
     /// Brings the committed state together where it is in pieces.
     pub(super) fn catch_up(&mut self) {
         self.run.partition.catch_up(&mut self.committed.state);
-    }
-
-    /// Starts from these displacements (m) and velocities (m/s), given for each position; fixed components stay at rest.
-    /// Only before the first window, and for a linear body without a wheel.
-    pub fn set_in_motion(
-        &mut self,
-        motion: impl Fn([f64; 2]) -> [[f64; 2]; 2],
-    ) -> Result<(), FemError> {
-        let committed = &mut self.committed;
-        if committed.steps > 0 || committed.wheel.is_some() || self.model.law.is_some() {
-            return Err(FemError::InMotion);
-        }
-        let (mesh, body) = (&self.model.mesh, &self.model.body);
-        let layout = body.layout;
-        for [i, j] in mesh.nodes() {
-            let [u, v] = motion(mesh.point(i, j));
-            for k in 0..2 {
-                let index = layout.index([i, j], k);
-                if body.inverse_mass[index] > 0.0 {
-                    committed.state.u[index] = u[k];
-                    committed.state.v[index] = v[k];
-                }
-            }
-        }
-        let state = &mut committed.state;
-        layout.repeat_period(&mut state.u);
-        layout.repeat_period(&mut state.v);
-        body.internal_force(&state.u, &mut state.force);
-        self.run = WindowRun::new(&self.model, state);
-        Ok(())
     }
 
     /// The energies up to the committed state.
