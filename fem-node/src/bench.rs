@@ -122,8 +122,8 @@ fn measure(case: &Case, model: &Model, threads: usize) -> Result<ElementBenchRow
 
 /// Time of a step (s) of a body that is stretched steadily, so that it keeps yielding.
 fn step_time(model: &Model, threads: usize) -> f64 {
-    let (body, elements) = (&model.body, model.mesh.elements());
-    let mut integrator = Integrator::new(body, model.scheme, model.law, elements, threads);
+    let body = &model.body;
+    let mut integrator = Integrator::new(body, model.scheme, model.law, threads);
     let mut fields = StepFields::at_rest(body, model.law.as_ref(), model.dissipates());
     let v = &mut fields.state.v;
     for (node, point) in model.mesh.nodes().zip(&model.mesh.points) {

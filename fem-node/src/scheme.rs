@@ -45,14 +45,6 @@ pub(crate) struct Damping {
 }
 
 impl Damping {
-    /// A constant rate.
-    pub(crate) fn constant(rate: f64) -> Damping {
-        Damping {
-            start: rate,
-            end: rate,
-        }
-    }
-
     pub(crate) fn acts(self) -> bool {
         self.start > 0.0 || self.end > 0.0
     }

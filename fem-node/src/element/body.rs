@@ -165,7 +165,7 @@ impl Body {
     pub fn internal_force(&self, u: &[f64], force: &mut [f64]) {
         let layout = self.layout;
         if let Some(connectivity) = self.connectivity.as_ref() {
-            let mut corners = vec![0.0; self.corner_forces_len()];
+            let mut corners = vec![0.0; CORNER_FORCES * self.elements()];
             let mut buffers = GatherBuffers::new(layout, false);
             let fields = NodalFields { u, du: &[] };
             let rows = corners.chunks_mut(CORNER_FORCES * layout.columns);
@@ -259,10 +259,11 @@ impl Body {
         elements
     }
 
-    /// Numbers that all elements of an unstructured mesh leave.
-    pub(crate) fn corner_forces_len(&self) -> usize {
-        let elements = |connectivity: &Arc<Connectivity>| connectivity.corners.len();
-        CORNER_FORCES * self.connectivity.as_ref().map_or(0, elements)
+    /// Number of elements.
+    pub(crate) fn elements(&self) -> usize {
+        let structured = self.layout.rows * self.layout.columns;
+        let connectivity = self.connectivity.as_ref();
+        connectivity.map_or(structured, |all| all.corners.len())
     }
 
     /// Stored energy less u F(u) / 2 (J) under a nonlinear law.

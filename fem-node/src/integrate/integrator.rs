@@ -31,15 +31,14 @@ pub(crate) struct Integrator {
 }
 
 impl Integrator {
-    /// An integrator for a body of `elements`, which may use up to `threads` threads.
+    /// An integrator for a body, which may use up to `threads` threads.
     pub(crate) fn new(
         body: &Body,
         scheme: NewmarkScheme,
         law: Option<NonlinearLaw>,
-        elements: usize,
         threads: usize,
     ) -> Integrator {
-        let worthwhile = threads.min(elements / ELEMENTS_PER_THREAD);
+        let worthwhile = threads.min(body.elements() / ELEMENTS_PER_THREAD);
         Integrator::with_strips(body, scheme, law, worthwhile.max(1))
     }
 
@@ -52,7 +51,10 @@ impl Integrator {
         Integrator {
             rule: Rule {
                 scheme,
-                damping: Damping::constant(scheme.mass_damping),
+                damping: Damping {
+                    start: scheme.mass_damping,
+                    end: scheme.mass_damping,
+                },
             },
             law,
             scratch: vec![Scratch::new(body, law.as_ref()); strips],

@@ -69,7 +69,7 @@ impl Region {
             blocks: Vec::new(),
             sources: blocks_of(body.layout, components.iter().map(|k| *k..*k + 1)),
         };
-        let all = f64::from(substeps) * rings.elements() as f64;
+        let all = f64::from(substeps) * body.elements() as f64;
         let mut front = rings.grown(&rings.around(components));
         region.begin = rings.components(&front, None);
         let mut computed = Vec::new();

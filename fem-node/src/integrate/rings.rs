@@ -153,13 +153,6 @@ impl Rings<'_> {
         elements as u64
     }
 
-    /// Elements of the body.
-    pub(super) fn elements(&self) -> usize {
-        let structured = self.layout.rows * self.layout.columns;
-        self.connectivity
-            .map_or(structured, |all| all.corners.len())
-    }
-
     /// The front of these columns; whole rows, with their padding, where they are stepped as a whole.
     fn widened(&self, mut rows: Vec<[usize; 2]>) -> Front {
         for row in rows.iter_mut().filter(|row| self.whole && row[0] < row[1]) {

@@ -10,6 +10,7 @@ use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::pack::lanes::{LANES, Pack};
 use crate::pack::vectorised;
+use kit::add_fields;
 use protocol::larger;
 
 /// Components in a block.
@@ -41,17 +42,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Adds up all blocks.
-    pub(crate) fn all(&mut self, body: &Body, fields: &StepFields) {
-        let layout = body.layout;
-        self.blocks.resize(count(layout), Sums::default());
-        for (block, sums) in self.blocks.iter_mut().enumerate() {
-            let own = components(layout, block);
-            *sums = vectorised!(add_up(body, fields, own));
-        }
-    }
-
-    /// For a body of which only some blocks are ever added up.
+    /// Without any sums yet.
     pub(crate) fn sized(layout: Layout) -> Tally {
         Tally {
             blocks: vec![Sums::default(); count(layout)],
@@ -59,33 +50,38 @@ impl Tally {
         }
     }
 
+    /// Adds up all blocks.
+    pub(crate) fn all(&mut self, body: &Body, fields: &StepFields) {
+        self.again(body, fields, 0..self.blocks.len());
+    }
+
     /// Adds up these blocks again.
-    pub(crate) fn again(&mut self, body: &Body, fields: &StepFields, blocks: &[usize]) {
+    pub(crate) fn again(
+        &mut self,
+        body: &Body,
+        fields: &StepFields,
+        blocks: impl IntoIterator<Item = usize>,
+    ) {
         for block in blocks {
-            let own = components(body.layout, *block);
-            self.blocks[*block] = vectorised!(add_up(body, fields, own));
+            let own = components(body.layout, block);
+            self.blocks[block] = vectorised!(add_up(body, fields, own));
         }
     }
 
     /// The sums over the body.
     pub(crate) fn total(&self) -> Sums {
-        self.blocks.iter().fold(Sums::default(), |sum, block| Sums {
-            kinetic: sum.kinetic + block.kinetic,
-            strain: sum.strain + block.strain,
-            inertia: sum.inertia + block.inertia,
-            numerical: sum.numerical + block.numerical,
-            mass_damping: sum.mass_damping + block.mass_damping,
-            stiffness_damping: sum.stiffness_damping + block.stiffness_damping,
-            farthest: larger(sum.farthest, block.farthest),
-        })
+        let mut total = Sums::default();
+        for block in &self.blocks {
+            add_fields!(total, block; kinetic, strain, inertia, numerical, mass_damping, stiffness_damping);
+            total.farthest = larger(total.farthest, block.farthest);
+        }
+        total
     }
 
     /// Begins a window with these accelerations.
     pub(crate) fn begin(&mut self, body: &Body, a: &[f64]) {
-        let layout = body.layout;
-        self.starts.resize(count(layout), 0.0);
         for (block, start) in self.starts.iter_mut().enumerate() {
-            let own = components(layout, block);
+            let own = components(body.layout, block);
             *start = vectorised!(inertia(&body.mass[own.clone()], &a[own]));
         }
     }
@@ -116,8 +112,6 @@ impl Tally {
         own: &Range<usize>,
         first: usize,
     ) {
-        self.blocks.resize(count(layout), Sums::default());
-        self.starts.resize(count(layout), 0.0);
         let (of_row, of_its) = (layout.stride.div_ceil(BLOCK), its.stride.div_ceil(BLOCK));
         let end = if own.end == layout.nodes_in_row {
             of_row

@@ -63,7 +63,7 @@ impl Unstructured {
         Unstructured {
             connectivity: connectivity.clone(),
             buffers: vec![GatherBuffers::new(layout, row_history > 0); pieces],
-            corners: vec![0.0; body.corner_forces_len()],
+            corners: vec![0.0; CORNER_FORCES * body.elements()],
             increment: vec![0.0; if row_history > 0 { zero.len() } else { 0 }],
             new_force: zero.clone(),
             new_a: zero,

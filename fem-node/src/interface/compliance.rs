@@ -83,12 +83,12 @@ struct ColumnRun {
 
 impl ColumnRun {
     fn new(model: &Model) -> ColumnRun {
-        let (body, elements) = (&model.body, model.mesh.elements());
+        let body = &model.body;
         ColumnRun {
             rest: NodalState::at_rest(body),
             // Nobody asks for the energies of a column.
             fields: StepFields::at_rest(body, None, Mechanisms::default()),
-            integrator: Integrator::new(body, model.scheme, None, elements, 1),
+            integrator: Integrator::new(body, model.scheme, None, 1),
         }
     }
 

@@ -35,7 +35,7 @@ use crate::output::probe::{HoldRecord, hold_record};
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
 
-use extent::{Extent, WindowInput};
+use extent::{BodyWindow, Extent, WindowInput};
 use partition::Partition;
 use region::Regions;
 use team::Team;
@@ -100,7 +100,7 @@ impl WindowRun {
             state: start.clone(),
             ..at_rest
         };
-        let mut tally = Tally::default();
+        let mut tally = Tally::sized(body.layout);
         tally.all(body, &fields);
         let at_start = tally.total();
         WindowRun {
@@ -131,15 +131,17 @@ impl WindowRun {
         if !is_cut {
             self.partition.catch_up(&mut committed.state);
         }
-        let committed = &*committed;
+        let window = BodyWindow {
+            model,
+            committed,
+            input,
+        };
         if is_cut {
             (self.excess, self.velocity) = (None, None);
-            let body = (model, committed);
-            self.partition
-                .run(team, body, (input, extent), &mut self.tally);
+            self.partition.run(team, window, extent, &mut self.tally);
         } else {
             let strips = integrator.strips();
-            let mut steps = || self.run_steps(model, integrator, committed, input, extent);
+            let mut steps = || self.run_steps(window, integrator, extent);
             // Waking the other threads for a part of the body costs more than they would save.
             let done = if strips > 1 && !extent.is_part() {
                 team.install(steps)
@@ -151,8 +153,8 @@ impl WindowRun {
             }
         }
         let kinetic = 0.5 * self.tally.total().kinetic;
-        let end = committed.steps + u64::from(input.substeps);
-        self.check_energy(model, committed, input, (end, kinetic));
+        let end = window.committed.steps + u64::from(input.substeps);
+        self.check_energy(window, end, kinetic);
         match extent {
             Extent::Part(region) => region.element_steps,
             _ => model.mesh.elements() as u64 * u64::from(input.substeps),
@@ -186,26 +188,25 @@ impl WindowRun {
     /// The window or a part of it, step by step; returns how many were done.
     fn run_steps(
         &mut self,
-        model: &Model,
+        window: BodyWindow,
         integrator: &mut Integrator,
-        committed: &Committed,
-        input: &WindowInput,
         extent: &Extent,
     ) -> u32 {
+        let (model, input) = (window.model, window.input);
         if let Extent::Part(region) = extent {
-            self.begin_part(model, committed, input, region);
+            self.begin_part(window, region);
         } else {
-            self.begin(model, committed, input);
+            self.begin(window);
         }
         self.works.begin(&self.fields, extent);
         for k in 1..=input.substeps {
-            let step = committed.steps + u64::from(k) - 1;
-            self.step(model, integrator, input, extent, (k, step));
+            let step = window.committed.steps + u64::from(k) - 1;
+            self.step(window, integrator, extent, (k, step));
             self.record_hold(model, step + 1);
             let checks = !extent.is_part() && k < input.substeps;
             if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
                 let kinetic = kinetic_energy(&model.body, &self.fields.state.v);
-                self.check_energy(model, committed, input, (step + 1, kinetic));
+                self.check_energy(window, step + 1, kinetic);
             }
             if self.excess.is_some() {
                 self.regions.forget();
@@ -214,7 +215,7 @@ impl WindowRun {
         }
         let (body, tally) = (&model.body, &mut self.tally);
         match extent {
-            Extent::Part(region) => tally.again(body, &self.fields, &region.blocks),
+            Extent::Part(region) => tally.again(body, &self.fields, region.blocks.iter().copied()),
             _ => tally.all(body, &self.fields),
         }
         input.substeps
@@ -223,12 +224,12 @@ impl WindowRun {
     /// Step `k` of the window, the `step`th of the run, over the whole body or a part of it.
     fn step(
         &mut self,
-        model: &Model,
+        window: BodyWindow,
         integrator: &mut Integrator,
-        input: &WindowInput,
         extent: &Extent,
         (k, step): (u32, u64),
     ) {
+        let (model, input) = (window.model, window.input);
         let body = &model.body;
         self.works.move_to(model, &mut self.fields.state, step, k);
         self.set_load(model, input, step + 1, false);
@@ -272,19 +273,13 @@ impl WindowRun {
     }
 
     /// Compares the kinetic energy with all energy that was supplied up to the end of `step`.
-    fn check_energy(
-        &mut self,
-        model: &Model,
-        committed: &Committed,
-        input: &WindowInput,
-        (step, kinetic): (u64, f64),
-    ) {
-        let before = &committed.ledger;
+    fn check_energy(&mut self, window: BodyWindow, step: u64, kinetic: f64) {
+        let before = &window.committed.ledger;
         let wheel = self.wheel.as_ref().map_or(0.0, |run| {
             run.state.energies.load + run.state.energies.drive
         });
         let body = before.interface_work + before.applied_work + before.drive_work;
-        let interface = self.force_work(model, &committed.state, input);
+        let interface = self.force_work(window);
         let own = self.works.applied + self.works.drive;
         let work = body + interface + self.reaction_work() + own;
         self.supplied = larger(self.supplied, work + wheel);
@@ -306,8 +301,9 @@ impl WindowRun {
     }
 
     /// Work of the interface force since the start of the window (J).
-    fn force_work(&self, model: &Model, start: &NodalState, input: &WindowInput) -> f64 {
-        let forces = input.interface.iter();
+    fn force_work(&self, window: BodyWindow) -> f64 {
+        let (model, start) = (window.model, &window.committed.state);
+        let forces = window.input.interface.iter();
         forces
             .map(|(index, force)| force * self.moved(model, start, *index))
             .sum()
@@ -322,7 +318,12 @@ impl WindowRun {
     /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
     /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
     /// does not begin in equilibrium.
-    fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
+    fn begin(&mut self, window: BodyWindow) {
+        let BodyWindow {
+            model,
+            committed,
+            input,
+        } = window;
         self.partition.stand_aside();
         self.excess = None;
         self.fields.dissipated.clear();
@@ -349,16 +350,11 @@ impl WindowRun {
     }
 
     /// The start of the window where it differs from that of the recorded run: on the exchanged nodes and those around them.
-    fn begin_part(
-        &mut self,
-        model: &Model,
-        committed: &Committed,
-        input: &WindowInput,
-        region: &Region,
-    ) {
+    fn begin_part(&mut self, window: BodyWindow, region: &Region) {
+        let (model, committed) = (window.model, window.committed);
         let (body, damping) = (&model.body, model.damping_at(committed.steps));
         self.record.rewind();
-        self.set_load(model, input, committed.steps, true);
+        self.set_load(model, window.input, committed.steps, true);
         region.begin(&mut self.fields, (body, damping), &committed.state);
         let (start, load) = (&committed.state, &self.fields.load);
         let acceleration = |k: usize| start.acceleration(body, damping, load, k);
@@ -409,13 +405,8 @@ impl WindowRun {
     }
 
     /// The ledger at the end of the window, given the committed one of its start.
-    pub(crate) fn close(
-        &self,
-        model: &Model,
-        committed: &Committed,
-        input: &WindowInput,
-    ) -> Ledger {
-        let before = &committed.ledger;
+    pub(crate) fn close(&self, window: BodyWindow) -> Ledger {
+        let (model, before) = (window.model, &window.committed.ledger);
         let (b, h) = (model.scheme.damping, model.scheme.step);
         let sums = self.tally.total();
         let d_product = sums.inertia - self.tally.start_inertia();
@@ -423,7 +414,7 @@ impl WindowRun {
         let wheel = self.wheel.as_ref().map(|run| &run.state);
         let correction = model.law.as_ref();
         let correction = correction.map_or(0.0, |law| self.energy_correction(model, law));
-        let interface = before.interface_work + self.force_work(model, &committed.state, input);
+        let interface = before.interface_work + self.force_work(window);
         Ledger {
             interface_work: interface + self.reaction_work(),
             applied_work: before.applied_work + self.works.applied,

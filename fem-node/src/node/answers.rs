@@ -11,7 +11,7 @@ use super::fem_node::FemNode;
 use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
-use crate::interface::window::extent::WindowInput;
+use crate::interface::window::extent::{BodyWindow, WindowInput};
 use crate::interface::{coupling_sets, outward_normals, periods};
 use crate::model::limit_name;
 use crate::output::ledger::NamedTerm;
@@ -117,8 +117,14 @@ impl Node for FemNode {
                 return Err(FemError::NotAdvanced { window, advanced }.into());
             }
         };
+        let window = BodyWindow {
+            model: &self.model,
+            committed: &self.committed,
+            input: &input,
+        };
+        let ledger = self.run.close(window);
         let committed = &mut self.committed;
-        committed.ledger = self.run.close(&self.model, committed, &input);
+        committed.ledger = ledger;
         committed.reactions = self.run.reactions(&self.model);
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.fields.state);

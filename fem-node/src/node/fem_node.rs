@@ -60,11 +60,10 @@ impl FemNode {
         setting: &Setting,
     ) -> Result<FemNode, FemError> {
         let threads = setting.threads.max(1);
-        let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
             team: Team::new(threads)?,
-            integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
+            integrator: Integrator::new(&model.body, model.scheme, model.law, threads),
             interface: Interface::default(),
             run: WindowRun::new(&model, &state),
             committed: Committed {

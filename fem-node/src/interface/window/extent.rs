@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
+use super::committed::Committed;
 use crate::integrate::region::Region;
+use crate::model::Model;
 
 /// Boundary data of a window.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,6 +15,14 @@ pub(crate) struct WindowInput {
     pub(crate) interface: Vec<(usize, f64)>,
     /// Velocity by component (m/s) that is reached at the end of the window, in a straight line.
     pub(crate) velocity: Vec<(usize, f64)>,
+}
+
+/// A window of a body, from its committed state on.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyWindow<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) committed: &'a Committed,
+    pub(crate) input: &'a WindowInput,
 }
 
 /// Extent of a run of a window.

@@ -9,8 +9,8 @@
 
 use std::sync::Arc;
 
-use super::extent::{Extent, WindowInput};
-use super::piece::{Piece, PieceWindow};
+use super::extent::{BodyWindow, Extent, WindowInput};
+use super::piece::Piece;
 use super::start::PieceStart;
 use super::team::Team;
 use crate::element::layout::Layout;
@@ -97,36 +97,31 @@ impl Partition {
     pub(super) fn run(
         &mut self,
         team: &Team,
-        (model, committed): (&Model, &Committed),
-        (input, extent): (&WindowInput, &Extent),
+        window: BodyWindow,
+        extent: &Extent,
         tally: &mut Tally,
     ) {
         self.is_run = true;
         self.follow(extent.region());
         if !self.is_current {
             let starts = self.starts.iter_mut();
-            starts.for_each(|start| start.take(&committed.state));
+            starts.for_each(|start| start.take(&window.committed.state));
             self.is_current = true;
         }
-        let window = PieceWindow {
-            model,
-            steps: committed.steps,
-            input,
-            starts: &self.starts,
-        };
+        let starts = &self.starts;
         let repeats = extent.is_part();
         team.side_by_side(&mut self.pieces, |piece| {
             if repeats {
-                piece.repeat(window);
+                piece.repeat(window, starts);
             } else {
-                piece.run(window);
+                piece.run(window, starts);
             }
         });
         for Piece {
             tally: its, cut, ..
         } in &self.pieces
         {
-            let layout = model.body.layout;
+            let layout = window.model.body.layout;
             tally.take(layout, (its, cut.piece), &cut.own, cut.columns.start);
         }
     }

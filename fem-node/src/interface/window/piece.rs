@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::extent::WindowInput;
+use super::extent::{BodyWindow, WindowInput};
 use super::start::PieceStart;
 use crate::element::body::Body;
 use crate::integrate::cut::{Cut, CutRegion};
@@ -32,17 +32,6 @@ pub(super) struct Piece {
     record: RingRecord,
 }
 
-/// A window of all pieces.
-#[derive(Clone, Copy)]
-pub(super) struct PieceWindow<'a> {
-    pub(super) model: &'a Model,
-    /// Own steps before it.
-    pub(super) steps: u64,
-    pub(super) input: &'a WindowInput,
-    /// States from which the pieces begin it.
-    pub(super) starts: &'a [PieceStart],
-}
-
 impl Piece {
     /// The piece of this number with these own columns, for windows of up to so many steps.
     pub(super) fn new(model: &Model, index: usize, own: Range<usize>, overlap: usize) -> Piece {
@@ -50,7 +39,6 @@ impl Piece {
         let columns =
             own.start.saturating_sub(overlap)..(own.end + overlap).min(layout.nodes_in_row);
         let body = model.body.piece(&columns);
-        let elements = body.layout.columns * body.layout.rows;
         let cut = Cut {
             own,
             columns,
@@ -61,7 +49,7 @@ impl Piece {
         let own_blocks = blocks_of(body.layout, own);
         Piece {
             index,
-            integrator: Integrator::new(&body, model.scheme, model.law, elements, 1),
+            integrator: Integrator::new(&body, model.scheme, model.law, 1),
             fields: StepFields::at_rest(&body, None, model.dissipates()),
             tally: Tally::sized(body.layout),
             own_blocks,
@@ -87,8 +75,8 @@ impl Piece {
     }
 
     /// Runs a window.
-    pub(super) fn run(&mut self, window: PieceWindow) {
-        self.begin(window);
+    pub(super) fn run(&mut self, window: BodyWindow, starts: &[PieceStart]) {
+        self.begin(window, starts);
         let substeps = window.input.substeps;
         for k in 1..=substeps {
             self.damp(window, k);
@@ -99,13 +87,13 @@ impl Piece {
                 self.record.record_end(&step.ring, fields);
             }
         }
-        let blocks = &self.own_blocks;
+        let blocks = self.own_blocks.iter().copied();
         self.tally.again(&self.body, &self.fields, blocks);
     }
 
     /// Repeats the window that was run last under another force, within its part of the region.
-    pub(super) fn repeat(&mut self, window: PieceWindow) {
-        self.begin_again(window);
+    pub(super) fn repeat(&mut self, window: BodyWindow, starts: &[PieceStart]) {
+        self.begin_again(window, starts);
         for k in 1..=window.input.substeps {
             self.damp(window, k);
             let step = &self.region.steps[k as usize - 1];
@@ -114,29 +102,29 @@ impl Piece {
             self.record.read(&step.ring, fields, &mut Vec::new());
             self.integrator.step_cut(&self.body, fields, step);
         }
-        let blocks = &self.region.blocks;
+        let blocks = self.region.blocks.iter().copied();
         self.tally.again(&self.body, &self.fields, blocks);
     }
 
     /// Sets the damping of step `k`.
-    fn damp(&mut self, window: PieceWindow, k: u32) {
-        let step = window.steps + u64::from(k) - 1;
+    fn damp(&mut self, window: BodyWindow, k: u32) {
+        let step = window.committed.steps + u64::from(k) - 1;
         self.integrator.rule.damping = window.model.damping_over(step);
     }
 
     /// The committed state under the forces of the window.
-    fn begin(&mut self, window: PieceWindow) {
-        let own = &window.starts[self.index];
+    fn begin(&mut self, window: BodyWindow, starts: &[PieceStart]) {
+        let own = &starts[self.index];
         let damped = own.state.damping_force.len();
         self.fields.state.damping_force.resize(damped);
         self.set_load(window.input);
         self.fields.dissipated.clear();
         self.record.clear();
-        let damping = window.model.damping_at(window.steps);
+        let damping = window.model.damping_at(window.committed.steps);
         // A column beside those that are spoilt is read at the first step.
         let columns = self.cut.good(window.input.substeps as usize + 1);
         for line in 0..2 * self.body.layout.node_rows {
-            for start in window.starts {
+            for start in starts {
                 start.give(line, &columns, &self.cut, &mut self.fields.state);
             }
             let part = self.cut.in_line(line, &columns);
@@ -147,13 +135,13 @@ impl Piece {
     }
 
     /// The start of the window where it differs from that of the last run.
-    fn begin_again(&mut self, window: PieceWindow) {
+    fn begin_again(&mut self, window: BodyWindow, starts: &[PieceStart]) {
         self.set_load(window.input);
         self.record.rewind();
-        let damping = window.model.damping_at(window.steps);
+        let damping = window.model.damping_at(window.committed.steps);
         for range in &self.region.begin {
             let (line, columns) = self.cut.in_body(range);
-            for start in window.starts {
+            for start in starts {
                 start.give(line, &columns, &self.cut, &mut self.fields.state);
             }
             let fields = &mut self.fields;
@@ -162,7 +150,7 @@ impl Piece {
                 field.get_mut(range.clone()).unwrap_or_default().fill(0.0);
             }
         }
-        let start = &window.starts[self.index].state;
+        let start = &starts[self.index].state;
         let (body, load, sources) = (&self.body, &self.fields.load, &self.region.sources);
         let acceleration = |k: usize| start.acceleration(body, damping, load, k);
         self.tally.begin_again(body, sources, acceleration);

@@ -53,7 +53,7 @@ impl Flight {
         }
         let wheel = WheelState::at_rest(model.wheel.as_ref().expect("it has one"));
         Flight {
-            integrator: Integrator::new(&model.body, model.scheme, None, model.mesh.elements(), 1),
+            integrator: Integrator::new(&model.body, model.scheme, None, 1),
             team: Team::new(1).expect("its own thread"),
             run: WindowRun::new(&model, &NodalState::at_rest(&model.body)),
             committed: Committed {
