@@ -11,6 +11,8 @@ mod graded;
 use std::sync::Arc;
 
 use connectivity::{Connectivity, NodeSet};
+use kit::ConfigError;
+use protocol::Cause;
 
 /// Irrational strides of the Weyl sequences of [`Mesh::perturb`]: the reciprocals of the golden and of the plastic number.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -197,14 +199,8 @@ impl Mesh {
 
     /// The node that this one moves with, itself except on the right edge of a periodic mesh.
     pub fn tied_to(&self, [column, row]: [usize; 2]) -> [usize; 2] {
-        [
-            if self.periodic && column == self.columns {
-                0
-            } else {
-                column
-            },
-            row,
-        ]
+        let is_seam = self.periodic && column == self.columns;
+        [if is_seam { 0 } else { column }, row]
     }
 
     /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the length that belongs to each
@@ -223,15 +219,26 @@ impl Mesh {
     pub fn tributary(&self, nodes: &[[usize; 2]]) -> Vec<f64> {
         let mut lengths = vec![0.0; nodes.len()];
         for (k, pair) in nodes.windows(2).enumerate() {
-            let ([xa, ya], [xb, yb]) = (
-                self.point(pair[0][0], pair[0][1]),
-                self.point(pair[1][0], pair[1][1]),
-            );
-            let half = 0.5 * (xb - xa).hypot(yb - ya);
+            let [a, b] = [pair[0], pair[1]].map(|node| self.points[self.number(node)]);
+            let half = 0.5 * (b[0] - a[0]).hypot(b[1] - a[1]);
             lengths[k] += half;
             lengths[k + 1] += half;
         }
         lengths
+    }
+
+    /// The nodes of the set that a key names; the help lists the sets, and what else can be named.
+    pub(crate) fn named_set(
+        &self,
+        name: &str,
+        key: &str,
+        besides: &str,
+    ) -> Result<Vec<[usize; 2]>, ConfigError> {
+        self.set(name).ok_or_else(|| {
+            ConfigError::new(key, "is no set of the mesh")
+                .because(Cause::UnknownName)
+                .help(self.listed_sets() + besides)
+        })
     }
 
     /// The sets as messages list them.
@@ -299,6 +306,21 @@ impl Mesh {
             (a[0] == 0) != (a[1] < b[1])
         };
         Some(if upper_or_left { [b, a] } else { [a, b] })
+    }
+
+    /// Positions of the corners of the element (column, row) (m), anticlockwise from the lower left one.
+    pub(crate) fn corner_points(&self, [i, j]: [usize; 2]) -> [[f64; 2]; 4] {
+        self.corners(i, j)
+            .map(|node| self.points[self.number(node)])
+    }
+
+    /// Positions of the nodes of [`Mesh::surface`] (m).
+    pub(crate) fn surface_points(&self, edge: Edge) -> Vec<[f64; 2]> {
+        let (nodes, _) = self.surface(edge);
+        nodes
+            .iter()
+            .map(|node| self.points[self.number(*node)])
+            .collect()
     }
 
     /// Corners of the element in column i, row j, anticlockwise from the lower left one, as (column, row).

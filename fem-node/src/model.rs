@@ -231,28 +231,27 @@ fn check_sets(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
         return Ok(());
     }
     let has = |edge: Edge| mesh.set(edge.name()).is_some();
-    let refuse = |key: &str, problem: &str| {
-        Err(ConfigError::new(key, problem)
-            .because(Cause::UnknownName)
-            .help(mesh.listed_sets()))
-    };
-    if config.base != Base::Free && !has(Edge::Bottom) {
-        return refuse(
+    let refusals = [
+        (
+            config.base != Base::Free && !has(Edge::Bottom),
             "base",
             "holds the group `bottom` of the mesh, which has none; name it, or write base = \"free\"",
-        );
-    }
-    if config.sides == Sides::FixedX && !has(Edge::Left) && !has(Edge::Right) {
-        return refuse(
+        ),
+        (
+            config.sides == Sides::FixedX && !has(Edge::Left) && !has(Edge::Right),
             "sides",
             "holds the groups `left` and `right` of the mesh, which has neither; name one, or write sides = \"free\"",
-        );
-    }
-    if config.wheel.is_some() && mesh.open_line(Edge::Top.name()).is_none() {
-        return refuse(
+        ),
+        (
+            config.wheel.is_some() && mesh.open_line(Edge::Top.name()).is_none(),
             "wheel",
             "presses on the group `top` of the mesh, which must be one open line on the outline of the body",
-        );
+        ),
+    ];
+    if let Some((_, key, problem)) = refusals.into_iter().find(|(refused, ..)| *refused) {
+        return Err(ConfigError::new(key, problem)
+            .because(Cause::UnknownName)
+            .help(mesh.listed_sets()));
     }
     Ok(())
 }
@@ -315,8 +314,7 @@ fn check_frequencies(config: &FemConfig, step: f64) -> Result<(), ConfigError> {
 
 /// Distance of the two nodes of the upper edge between or at which the wheel comes down (m).
 fn spacing_below_wheel(mesh: &Mesh) -> f64 {
-    let (nodes, _) = mesh.surface(Edge::Top);
-    let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
+    let points = mesh.surface_points(Edge::Top);
     let nearest = |pair: &[[f64; 2]]| pair[0][0].abs().max(pair[1][0].abs());
     points
         .windows(2)

@@ -19,9 +19,8 @@ impl<const N: usize> Constants<N> {
         of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
     ) -> Constants<N> {
         let mut constants = Constants::zero(layout);
-        for [i, j] in mesh.element_indices() {
-            let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
-            constants.set([i, j], of_element(&corners));
+        for element in mesh.element_indices() {
+            constants.set(element, of_element(&mesh.corner_points(element)));
         }
         constants
     }

@@ -7,7 +7,6 @@
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::table::{LoadTable, last_change, load_at};
-use protocol::Cause;
 
 use super::motion::{MotionHistory, PrescribedMotion, Ramp};
 use crate::config::boundary::{SetConfig, SetLoad};
@@ -97,11 +96,7 @@ fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>,
         "is clamped and follows no load or motion",
         "set base = \"free\" or \"roller\", or name another set",
     )?;
-    mesh.set(name).ok_or_else(|| {
-        ConfigError::new(&key, "is no set of the mesh")
-            .because(Cause::UnknownName)
-            .help(mesh.listed_sets())
-    })
+    mesh.named_set(name, &key, "")
 }
 
 /// The lines on which tractions act; none under a motion alone.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use protocol::Cause;
 
 use crate::config::initial::{BODY, InitialConfig};
 use crate::element::body::Body;
@@ -24,12 +23,8 @@ pub(crate) fn velocities(
             continue;
         }
         let key = format!("initial.{name}");
-        let nodes = mesh.set(name).ok_or_else(|| {
-            let all = format!("{}, or `{BODY}` for all nodes", mesh.listed_sets());
-            ConfigError::new(&key, "is no set of the mesh")
-                .because(Cause::UnknownName)
-                .help(all)
-        })?;
+        let all = format!(", or `{BODY}` for all nodes");
+        let nodes = mesh.named_set(name, &key, &all)?;
         let own = movable(body, &nodes, set.velocity_m_per_s);
         let given = set.velocity_m_per_s.iter().any(|v| *v != 0.0);
         refuse_if(

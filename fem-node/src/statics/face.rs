@@ -20,8 +20,7 @@ pub(super) struct Face {
 impl Face {
     /// A face of this radius (m) above the body; 0 = flat.
     pub(super) fn new(radius: f64, model: &Model) -> Face {
-        let (nodes, _) = model.mesh.surface(Edge::Top);
-        let points: Vec<[f64; 2]> = nodes.iter().map(|n| model.mesh.point(n[0], n[1])).collect();
+        let points = model.mesh.surface_points(Edge::Top);
         if radius > 0.0 {
             Face::round(radius, &points)
         } else {
@@ -48,17 +47,13 @@ impl Face {
         let centre = below
             .map(|p| p[1] + above(p))
             .fold(f64::NEG_INFINITY, f64::max);
-        let mut face = Face {
-            normals: Vec::new(),
-            gaps: Vec::new(),
-        };
-        for p in points {
+        let from = |p: &[f64; 2]| {
             let away = [-p[0], centre - p[1]];
             let distance = away[0].hypot(away[1]);
-            face.normals.push(away.map(|a| a / distance));
-            face.gaps.push(distance - radius);
-        }
-        face
+            (away.map(|a| a / distance), distance - radius)
+        };
+        let (normals, gaps) = points.iter().map(from).unzip();
+        Face { normals, gaps }
     }
 
     /// The tangent (n_y, -n_x).

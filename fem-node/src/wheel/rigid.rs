@@ -38,8 +38,7 @@ impl Wheel {
         step: f64,
         start_damping: f64,
     ) -> Wheel {
-        let (nodes, _) = mesh.surface(Edge::Top);
-        let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
+        let points = mesh.surface_points(Edge::Top);
         let program = config.program();
         Wheel {
             mass: config.mass_kg,

@@ -63,7 +63,8 @@ fn used_nodes(file: &File, quads: &[FileElement<4>]) -> Vec<u32> {
 
 /// Beyond these lengths areas and stiffnesses leave what can be computed with long before they leave the numbers.
 fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), ConfigError> {
-    let size = length_unit * farthest(file, used);
+    let far = |node: &u32| file.point(*node).map(f64::abs);
+    let size = length_unit * used.iter().flat_map(far).fold(0.0, f64::max);
     if !(1e-9..=1e6).contains(&size) {
         return Err(refused(
             format!("the body would be {size:.3e} m large"),
@@ -71,12 +72,6 @@ fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), ConfigE
         ));
     }
     Ok(())
-}
-
-/// The largest coordinate of any of these nodes, in the unit of the file.
-fn farthest(file: &File, used: &[u32]) -> f64 {
-    let far = |node: &u32| file.point(*node).map(f64::abs);
-    used.iter().flat_map(far).fold(0.0, f64::max)
 }
 
 fn check_plane(file: &File, used: &[u32]) -> Result<(), ConfigError> {

@@ -89,7 +89,7 @@ impl File {
             let name = words.word("the name of a group")?;
             self.names.insert((dimension, number), name.into());
         }
-        words.end("PhysicalNames", count)
+        words.end(count)
     }
 
     fn read_nodes(&mut self, version: Version, section: &Section) -> Result<(), ConfigError> {
@@ -104,7 +104,7 @@ impl File {
                 self.read_node(&mut words, number, 0)?;
             }
         }
-        words.end("Nodes", announced)
+        words.end(announced)
     }
 
     fn read_node_block(&mut self, words: &mut Words) -> Result<(), ConfigError> {
@@ -112,13 +112,9 @@ impl File {
         words.skip(1, "the number of a block")?;
         let parametric: u8 = words.integer("0 or 1, whether nodes have parameters")?;
         let count: usize = words.integer("the number of nodes of a block")?;
-        // The numbers come first. Nothing is reserved for what the file only promises.
-        let mut numbers: Vec<u64> = Vec::new();
-        for _ in 0..count {
-            numbers.push(words.integer("the number of a node")?);
-        }
         let parameters = if parametric == 0 { 0 } else { dimension };
-        let mut numbers = numbers.into_iter();
+        // The numbers come first.
+        let mut numbers = words.integers(count, "the number of a node")?.into_iter();
         numbers.try_for_each(|number| self.read_node(words, number, parameters))
     }
 
@@ -157,7 +153,7 @@ impl File {
                 self.read_tagged_element(&mut words)?;
             }
         }
-        words.end("Elements", announced)
+        words.end(announced)
     }
 
     fn read_tagged_element(&mut self, words: &mut Words) -> Result<(), ConfigError> {
@@ -317,11 +313,9 @@ fn groups_of_entities(section: &Section) -> Result<HashMap<Entity, Vec<i64>>, Co
             let part: i64 = words.integer("the number of a part of the geometry")?;
             words.skip(if dimension == 0 { 3 } else { 6 }, "a coordinate")?;
             let tags: usize = words.integer("the number of physical groups")?;
-            let mut own: Vec<i64> = Vec::new();
-            for _ in 0..tags {
-                let group: i64 = words.integer("a physical group")?;
-                own.push(group.saturating_abs());
-            }
+            let mut own: Vec<i64> = words.integers(tags, "a physical group")?;
+            own.iter_mut()
+                .for_each(|group| *group = group.saturating_abs());
             groups.insert((dimension, part), own);
             if dimension > 0 {
                 let boundary = words.integer("the number of bounding parts")?;
@@ -329,7 +323,7 @@ fn groups_of_entities(section: &Section) -> Result<HashMap<Entity, Vec<i64>>, Co
             }
         }
     }
-    words.end("Entities", counts.iter().sum())?;
+    words.end(counts.iter().sum())?;
     Ok(groups)
 }
 

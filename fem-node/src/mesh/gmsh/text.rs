@@ -96,6 +96,15 @@ impl<'a> Words<'a> {
         word.parse().map_err(|_| self.unlike(what, word))
     }
 
+    /// The next words as whole numbers. Nothing is reserved for what the file only promises.
+    pub(super) fn integers<T: FromStr>(
+        &mut self,
+        count: usize,
+        what: &'static str,
+    ) -> Result<Vec<T>, ConfigError> {
+        (0..count).map(|_| self.integer(what)).collect()
+    }
+
     /// The next word as a finite number.
     pub(super) fn number(&mut self) -> Result<f64, ConfigError> {
         let what = "a finite number";
@@ -112,11 +121,8 @@ impl<'a> Words<'a> {
     }
 
     /// Nothing may be left once `announced` entries have been read.
-    pub(super) fn end(
-        &mut self,
-        section: &'static str,
-        announced: usize,
-    ) -> Result<(), ConfigError> {
+    pub(super) fn end(&mut self, announced: usize) -> Result<(), ConfigError> {
+        let section = self.section;
         match self.find() {
             None => Ok(()),
             Some(_) => Err(damaged(format!(
