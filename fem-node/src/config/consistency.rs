@@ -25,10 +25,8 @@ impl FemConfig {
             .check(self.wheel.as_ref().map_or(0.0, |wheel| wheel.load_n))?;
         self.check_law()?;
         self.check_period()?;
-        self.check_motion()?;
-        self.check_initial()?;
-        self.check_tables()?;
-        self.check_start()
+        self.check_boundary()?;
+        self.check_initial()
     }
 
     /// True where an equilibrium is solved for.
@@ -156,14 +154,12 @@ impl FemConfig {
         )
     }
 
-    /// A prescribed motion needs time, and leaves nothing for a contact to find.
-    fn check_motion(&self) -> Result<(), ConfigError> {
-        let Some(set) = self.boundary.moved_sets().next() else {
-            return Ok(());
-        };
-        refuse_if(
-            self.solves_equilibrium(),
-            &format!("boundary.{set}"),
+    /// What sets of the boundary have beside a prescribed motion, a load over time or a ramp: such motions and loads need time, a motion
+    /// leaves nothing for a contact to find, and a static start carries the full tractions, which a ramp would take away again.
+    fn check_boundary(&self) -> Result<(), ConfigError> {
+        self.refuse_set(
+            |set| self.solves_equilibrium() && set.prescribed().is_some(),
+            "",
             "a prescribed motion does not go with a static analysis or start",
             "give a traction, or take analysis = \"dynamic\" and start = \"ramp\"",
         )?;
@@ -172,6 +168,18 @@ impl FemConfig {
             "boundary.top",
             "moves the edge that the wheel touches",
             "remove the motion or the wheel",
+        )?;
+        self.refuse_set(
+            |set| self.solves_equilibrium() && set.load_table.is_some(),
+            ".load_table",
+            "is a load over time, and a static analysis or start solves at a fixed load, without time",
+            "give its force over the length of the set and run.thickness_m as traction_pa, or take analysis = \"dynamic\" and start = \"ramp\"",
+        )?;
+        self.refuse_set(
+            |set| self.start == Start::Static && set.ramp_s.is_some_and(|ramp| ramp > 0.0),
+            ".ramp_s",
+            "a static start already carries the full traction",
+            "remove the ramp, or write start = \"ramp\"",
         )
     }
 
@@ -195,36 +203,17 @@ impl FemConfig {
         )
     }
 
-    /// A load over time belongs to a body that moves.
-    fn check_tables(&self) -> Result<(), ConfigError> {
-        let Some(name) = self.first_set(|set| set.load_table.is_some()) else {
-            return Ok(());
-        };
-        refuse_if(
-            self.solves_equilibrium(),
-            &format!("boundary.{name}.load_table"),
-            "is a load over time, and a static analysis or start solves at a fixed load, without time",
-            "give its force over the length of the set and run.thickness_m as traction_pa, or take analysis = \"dynamic\" and start = \"ramp\"",
-        )
-    }
-
-    /// A static start carries the full tractions; a ramp would take them away again.
-    fn check_start(&self) -> Result<(), ConfigError> {
-        let ramped = |set: &SetConfig| set.ramp_s.is_some_and(|ramp| ramp > 0.0);
-        let Some(name) = self.first_set(ramped) else {
-            return Ok(());
-        };
-        refuse_if(
-            self.start == Start::Static,
-            &format!("boundary.{name}.ramp_s"),
-            "a static start already carries the full traction",
-            "remove the ramp, or write start = \"ramp\"",
-        )
-    }
-
-    /// Name of the first set that is `wanted`.
-    fn first_set(&self, wanted: impl Fn(&SetConfig) -> bool) -> Option<&str> {
-        let mut sets = self.boundary.0.iter().filter(|(_, set)| wanted(set));
-        sets.next().map(|(name, _)| name.as_str())
+    /// Refuses the first set of the boundary that is `wrong`, at one of its keys.
+    fn refuse_set(
+        &self,
+        wrong: impl Fn(&SetConfig) -> bool,
+        key: &str,
+        why: &str,
+        help: &str,
+    ) -> Result<(), ConfigError> {
+        let mut sets = self.boundary.0.iter();
+        sets.try_for_each(|(name, set)| {
+            refuse_if(wrong(set), &format!("boundary.{name}{key}"), why, help)
+        })
     }
 }

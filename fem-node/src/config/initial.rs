@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
-use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+use super::motion::check_finite;
 
 /// The name of all nodes of the body, unless its mesh has a set of that name.
 pub(crate) const BODY: &str = "body";
@@ -26,12 +27,9 @@ pub struct InitialSetConfig {
 
 impl InitialConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let infinite = |(_, set): &(&String, &InitialSetConfig)| {
-            !set.velocity_m_per_s.iter().all(|v| v.is_finite())
-        };
-        self.0.iter().find(infinite).map_or(Ok(()), |(name, _)| {
+        self.0.iter().try_for_each(|(name, set)| {
             let key = format!("initial.{name}.velocity_m_per_s");
-            Err(ConfigError::new(&key, "must hold finite numbers").because(Cause::OutOfRange))
+            check_finite(&key, set.velocity_m_per_s)
         })
     }
 }
