@@ -152,7 +152,7 @@ impl RowPoints<'_> {
                 let gradient = point.gradient(&u, self.thickness);
                 let history = now.history(k, padded, i);
                 let energy = law.energy_correction(self.moduli, gradient, history);
-                sum = sum + point.volume(self.thickness) * energy;
+                sum = sum + Pack::splat(self.thickness) * point.jacobian() * energy;
             }
         }
         sum.sum()
@@ -177,12 +177,7 @@ impl RowPoints<'_> {
 }
 
 impl GaussPoint {
-    /// t J; the weight t / 16 J would give it by a division, and none in the padding.
-    #[inline(always)]
-    fn volume(&self, thickness: f64) -> Pack {
-        Pack::splat(thickness) * self.jacobian()
-    }
-
+    /// J; the weight t / 16 J would give it by a division, and none in the padding.
     #[inline(always)]
     fn jacobian(&self) -> Pack {
         self.x_xi * self.y_eta - self.x_eta * self.y_xi
@@ -275,7 +270,7 @@ mod tests {
                 let history = &mut path.point(k, padded);
                 let gradients = [gradient, increment];
                 let (stress, lost) = respond(plastic, points.moduli, gradients, history, i);
-                dissipated = dissipated + point.volume(points.thickness) * lost;
+                dissipated = dissipated + Pack::splat(points.thickness) * point.jacobian() * lost;
                 point.add(stress, points.thickness, &mut force);
             }
             path.count(dissipated, i);

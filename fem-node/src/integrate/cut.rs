@@ -150,7 +150,11 @@ impl CutRegion {
             CutStep {
                 stepped: stepped.collect(),
                 predicted: predicted.collect(),
-                ring: Ring::of(cut.all_within(&ring.enters, &before)),
+                // No piece is of a law with history.
+                ring: Ring {
+                    enters: cut.all_within(&ring.enters, &before),
+                    ..Ring::default()
+                },
             }
         };
         let fronts = region.fronts.iter().zip(&region.rings).enumerate();

@@ -25,9 +25,9 @@ pub(crate) struct Ring {
     /// Components that the change reaches with the next step, a range in one row each.
     pub(super) enters: Vec<Range<usize>>,
     /// Histories of the rows of elements that the step computes for the first time.
-    histories: Vec<Range<usize>>,
+    pub(super) histories: Vec<Range<usize>>,
     /// Energies of the same.
-    plastic: Vec<Range<usize>>,
+    pub(super) plastic: Vec<Range<usize>>,
 }
 
 /// Reach of a change of the force on some components in a window of so many steps.
@@ -144,16 +144,6 @@ impl Region {
         }
         for own in &self.rings[0].plastic {
             part(&mut dissipated.plastic, own).fill(0.0);
-        }
-    }
-}
-
-impl Ring {
-    /// A ring of these components, under a law without history.
-    pub(super) fn of(enters: Vec<Range<usize>>) -> Ring {
-        Ring {
-            enters,
-            ..Ring::default()
         }
     }
 }

@@ -1,9 +1,8 @@
 //! The committed state of a checkpoint, taken up again.
 
-use protocol::NodeError;
+use protocol::{Cause, NodeError};
 
 use super::fem_node::FemNode;
-use super::foreign::foreign;
 use crate::integrate::state::NodalState;
 use crate::interface::window::committed::Committed;
 use crate::wheel::state::WheelState;
@@ -31,11 +30,17 @@ impl FemNode {
 }
 
 /// Lengths of all fields.
-fn lengths(state: &NodalState) -> [usize; 6] {
+fn lengths(state: &NodalState) -> ([usize; 5], usize) {
+    let [u, v, a, force, damped] = state.nodal().map(<[f64]>::len);
     // Empty until something has been damped.
-    let damped = Some(&state.damping_force).filter(|force| !force.is_empty());
-    let damped = damped.unwrap_or(&state.u);
-    let [u, v, a] = [&state.u, &state.v, &state.a];
-    let [u, v, force, a, damped] = [u, v, &state.force, a, damped].map(|field| field.len());
-    [u, v, force, a, damped, state.history.len()]
+    let damped = if damped == 0 { u } else { damped };
+    ([u, v, a, force, damped], state.history.len())
+}
+
+/// A checkpoint that cannot be taken up, and why.
+pub(super) fn foreign<T>(why: &str) -> Result<T, NodeError> {
+    let text = format!(
+        "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
+    );
+    Err(NodeError::of(Cause::CheckpointUnusable, text))
 }

@@ -11,7 +11,7 @@ use protocol::{
 
 use serde::{Deserialize, Serialize};
 
-use super::foreign::foreign;
+use super::checkpoint::foreign;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::integrate::state::NodalState;

@@ -11,6 +11,7 @@ use crate::material::nonlinear::{NonlinearLaw, stretch_at};
 use crate::mesh::{Edge, area};
 use crate::model::Model;
 use crate::output::profile::ContactProfile;
+use crate::pack::largest;
 use crate::wheel::rigid::Wheel;
 use crate::wheel::state::WheelState;
 
@@ -171,25 +172,19 @@ pub fn pressure_maxima(model: &Model, state: &NodalState) -> PressureMaxima {
 /// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
 /// kinematics the largest component of the stretch's strain. NaN where any entry is.
 pub fn largest_strain(model: &Model, state: &NodalState) -> f64 {
-    let mut largest: f64 = 0.0;
-    for [column, row] in model.mesh.element_indices() {
-        let (points, u) = corners(model, state, [column, row]);
+    let entries = |element: [usize; 2]| {
+        let (points, u) = corners(model, state, element);
         let gradient = gradient(&points, &u, [0.0, 0.0]);
-        let entries = if model.law == Some(NonlinearLaw::Corotational) {
+        if model.law == Some(NonlinearLaw::Corotational) {
             let ([xx, yy, xy], _) = stretch_at(gradient);
             [xx, yy, 0.5 * xy, 0.0]
         } else {
             let [[xx, xy], [yx, yy]] = gradient;
             [xx, xy, yx, yy]
-        };
-        for entry in entries {
-            // Written so that NaN stays.
-            if entry.abs() > largest || entry.is_nan() {
-                largest = entry.abs();
-            }
         }
-    }
-    largest
+    };
+    let elements = model.mesh.element_indices();
+    largest(elements.flat_map(entries).map(f64::abs))
 }
 
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).

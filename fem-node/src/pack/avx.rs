@@ -52,18 +52,12 @@ impl Registers for Avx {
 
     #[inline(always)]
     fn splat(self, value: f64) -> Register<V3> {
-        Register {
-            lanes: self.0.splat_f64s(value),
-            machine: self.0,
-        }
+        Register::new(self.0, self.0.splat_f64s(value))
     }
 
     #[inline(always)]
     fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Register<V3> {
-        Register {
-            lanes: cast::<_, f64x4>(pack(0)),
-            machine: self.0,
-        }
+        Register::new(self.0, cast::<_, f64x4>(pack(0)))
     }
 }
 
@@ -79,18 +73,12 @@ impl Registers for Avx512 {
 
     #[inline(always)]
     fn splat(self, value: f64) -> Register<V4> {
-        Register {
-            lanes: self.0.splat_f64s(value),
-            machine: self.0,
-        }
+        Register::new(self.0, self.0.splat_f64s(value))
     }
 
     #[inline(always)]
     fn vector(self, pack: impl Fn(usize) -> [f64; LANES]) -> Register<V4> {
-        Register {
-            lanes: cast::<_, f64x8>([pack(0), pack(1)]),
-            machine: self.0,
-        }
+        Register::new(self.0, cast::<_, f64x8>([pack(0), pack(1)]))
     }
 }
 
@@ -131,8 +119,13 @@ impl Lanes for Register<V4> {
 
 impl<S: Simd> Register<S> {
     #[inline(always)]
+    fn new(machine: S, lanes: S::f64s) -> Register<S> {
+        Register { lanes, machine }
+    }
+
+    #[inline(always)]
     fn with(self, lanes: S::f64s) -> Register<S> {
-        Register { lanes, ..self }
+        Register::new(self.machine, lanes)
     }
 }
 

@@ -23,27 +23,17 @@ const AFTER_REVERSAL: [f64; 2] = [30e-6, 300e-6];
 /// Share of the full friction from which on the whole wheel slides.
 const SLIDING: f64 = 0.999;
 
-/// Smallest and largest of some values.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Range {
-    low: f64,
-    high: f64,
-}
-
-impl Range {
-    fn of(value: f64, before: Option<Range>) -> Range {
-        Range {
-            low: before.map_or(value, |before| -larger(-before.low, -value)),
-            high: before.map_or(value, |before| larger(before.high, value)),
-        }
-    }
+/// The smallest and the largest of some values and another one.
+fn widened(range: Option<[f64; 2]>, value: f64) -> Option<[f64; 2]> {
+    let [low, high] = range.unwrap_or([value; 2]);
+    Some([-larger(-low, -value), larger(high, value)])
 }
 
 /// Statistics over all steps so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CycleStatistics {
     held_force: Mean,
-    held_range: Option<Range>,
+    held_range: Option<[f64; 2]>,
     /// Force on the wheel at the end of the last step before it starts to move, 0 where there is none (N).
     before_motion: Option<f64>,
     friction: Mean,
@@ -52,7 +42,7 @@ pub(crate) struct CycleStatistics {
     sn_reversal_max: Option<f64>,
     sn_stick_slip: StickSlip,
     sn_sliding: Mean,
-    sn_sliding_range: Option<Range>,
+    sn_sliding_range: Option<[f64; 2]>,
     loop_area: f64,
     pub(crate) drift: CycleDrift,
 }
@@ -138,7 +128,7 @@ impl CycleStatistics {
             }
             if t >= 0.5 * (program.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
-                self.held_range = Some(Range::of(fn_, self.held_range));
+                self.held_range = widened(self.held_range, fn_);
             }
             return;
         };
@@ -152,7 +142,7 @@ impl CycleStatistics {
             self.friction.add(ft.abs() / fn_);
             if ft.abs() >= SLIDING * wheel.contact.friction * fn_ {
                 self.sn_sliding.add(sn);
-                self.sn_sliding_range = Some(Range::of(sn, self.sn_sliding_range));
+                self.sn_sliding_range = widened(self.sn_sliding_range, sn);
             }
         }
         if let Some([start, end]) = program.last_full_cycle() {
@@ -178,8 +168,8 @@ impl CycleStatistics {
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there
     /// is no hold (N).
     pub(crate) fn held_range(&self) -> Option<[f64; 2]> {
-        let range = self.held_range.map(|range| [range.low, range.high]);
-        range.or(self.before_motion.map(|force| [force; 2]))
+        self.held_range
+            .or(self.before_motion.map(|force| [force; 2]))
     }
 
     /// Records the force on a wheel that begins in equilibrium (N).
@@ -201,8 +191,8 @@ impl CycleStatistics {
             ("sn_reversal_max_pct", self.sn_reversal_max),
             ("sn_stick_slip_mean_pct", self.sn_stick_slip.all.value()),
             ("sn_sliding_mean_pct", self.sn_sliding.value()),
-            ("sn_sliding_min_pct", sliding.map(|sn| sn.low)),
-            ("sn_sliding_max_pct", sliding.map(|sn| sn.high)),
+            ("sn_sliding_min_pct", sliding.map(|[low, _]| low)),
+            ("sn_sliding_max_pct", sliding.map(|[_, high]| high)),
             ("loop_area_j", cycle.map(|_| self.loop_area)),
         ];
         let known = all

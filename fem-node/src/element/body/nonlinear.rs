@@ -65,29 +65,16 @@ impl Body {
             self.over_linear(row, bounded);
         }
         let own = &excess[packs.clone()];
-        let may_flow = || vectorised!(any_positive(own));
-        if flowed || may_flow() {
-            self.candidate_packs(plastic, row, path, (&excess, packs), out);
+        if flowed || vectorised!(any_positive(own)) {
+            let candidates = YieldCandidates {
+                excess: own,
+                first: packs.start,
+            };
+            vectorised!(
+                of_kind!(&self.element, elements: elements.plastic_row(plastic, row, path, candidates, out))
+            );
         }
         out.excess = excess;
-    }
-
-    /// Forces of the packs in which an element flows or has flowed.
-    fn candidate_packs(
-        &self,
-        plastic: &J2,
-        row: usize,
-        path: StrainPath,
-        (excess, packs): (&[[f64; LANES]], Range<usize>),
-        out: &mut RowForces,
-    ) {
-        let candidates = YieldCandidates {
-            excess: &excess[packs.clone()],
-            first: packs.start,
-        };
-        vectorised!(
-            of_kind!(&self.element, elements: elements.plastic_row(plastic, row, path, candidates, out))
-        );
     }
 }
 
