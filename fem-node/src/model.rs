@@ -25,7 +25,6 @@ use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
 use crate::config::plausible::FemPlausibleConfig;
 use crate::config::time::StepChoice;
-use crate::config::wheel::FemWheelConfig;
 use crate::element::body::Body;
 use crate::element::supports::Supports;
 use crate::integrate::dissipation::Mechanisms;
@@ -145,10 +144,11 @@ impl Model {
             stiffness_damping,
         };
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
-        let history = config
-            .wheel
-            .clone()
-            .map(|wheel| history(config.start, wheel));
+        let mut history = config.wheel.clone();
+        if let Some(wheel) = history.as_mut().filter(|_| config.start == Start::Static) {
+            // The equilibrium takes the place of the ramp.
+            wheel.ramp_s = 0.0;
+        }
         let parts = history.as_ref().zip(config.contact.as_ref());
         let wheel = parts
             .map(|(wheel, contact)| Wheel::new(wheel, contact, &mesh, &body, step, start_damping));
@@ -322,14 +322,6 @@ fn spacing_below_wheel(mesh: &Mesh) -> f64 {
         .map_or(0.0, |pair| {
             (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])
         })
-}
-
-/// The wheel's history, in which a static start takes the place of the ramp.
-fn history(start: Start, mut wheel: FemWheelConfig) -> FemWheelConfig {
-    if start == Start::Static {
-        wheel.ramp_s = 0.0;
-    }
-    wheel
 }
 
 /// The law where it is more than linear elasticity in small strain.

@@ -76,7 +76,7 @@ impl<C: OverElements> InRegisters for OverRow<'_, C> {
         let (row, computation) = (self.row, self.computation);
         match self.element {
             Element::OnePoint(elements) => computation.over(registers, elements, row),
-            Element::FourPoint(elements) if elements.has_mean_dilatation() => {
+            Element::FourPoint(elements) if elements.mean_dilatation => {
                 computation.over(registers, &Linear::<true>(elements), row);
             }
             Element::FourPoint(elements) => {
@@ -268,7 +268,7 @@ impl Body {
 
     /// Stored energy less u F(u) / 2 (J) under a nonlinear law.
     pub(crate) fn energy_correction(&self, law: &NonlinearLaw, u: &[f64], history: &[f64]) -> f64 {
-        let (layout, size) = (self.layout, self.history_row_len(law));
+        let (layout, size) = (self.layout, self.history_row_len(Some(law)));
         let mut gathered = [const { Vec::new() }; 4];
         if self.connectivity.is_some() {
             gathered = GatherBuffers::new(layout, false).u;
@@ -291,12 +291,10 @@ impl Body {
     }
 
     /// History variables of a row of elements.
-    pub(crate) fn history_row_len(&self, law: &NonlinearLaw) -> usize {
-        match law {
-            NonlinearLaw::Plastic(_) => {
-                self.history_blocks() * HISTORY * self.layout.padded_columns()
-            }
-            NonlinearLaw::Corotational => 0,
+    pub(crate) fn history_row_len(&self, law: Option<&NonlinearLaw>) -> usize {
+        match law.and_then(NonlinearLaw::plastic) {
+            Some(_) => self.history_blocks() * HISTORY * self.layout.padded_columns(),
+            None => 0,
         }
     }
 

@@ -35,14 +35,9 @@ impl CornerPacks<'_> {
 /// A field at the corners of a row of elements, one slice for each corner, anticlockwise from the lower left one:
 /// element i finds its x component at i and its y component at [`crate::element::layout::Layout::element_stride`] + i.
 #[derive(Clone, Copy)]
-pub(crate) struct CornerRows<'a>([&'a [f64]; 4]);
+pub(crate) struct CornerRows<'a>(pub(super) [&'a [f64]; 4]);
 
 impl<'a> CornerRows<'a> {
-    /// Each corner in a slice of its own.
-    pub(super) fn apart(corners: [&'a [f64]; 4]) -> CornerRows<'a> {
-        CornerRows(corners)
-    }
-
     /// Between an upper and a lower row of nodes of a structured mesh, where neighbours share their corners. Empty rows
     /// give empty slices.
     #[inline(always)]
@@ -145,17 +140,13 @@ impl StrainPath<'_> {
         }
     }
 
-    /// History of one of the points.
+    /// History of one of the points; empty under a law without.
     #[inline(always)]
     pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {
         let size = HISTORY * padded;
-        let range = if self.history.is_empty() {
-            0..0
-        } else {
-            point * size..(point + 1) * size
-        };
+        let values = self.history.get_mut(point * size..(point + 1) * size);
         PointHistory {
-            values: &mut self.history[range],
+            values: values.unwrap_or_default(),
             stride: padded,
         }
     }

@@ -59,7 +59,7 @@ pub(super) fn gather(
 
 /// The corners of a row, each in a slice of its own.
 pub(super) fn corner_rows(corners: &[Vec<f64>; 4]) -> CornerRows<'_> {
-    CornerRows::apart([0, 1, 2, 3].map(|corner| corners[corner].as_slice()))
+    CornerRows([0, 1, 2, 3].map(|corner| corners[corner].as_slice()))
 }
 
 /// Sums the forces on the nodes from `first` on, components (x, y) apart, over the elements around each.

@@ -19,7 +19,7 @@ pub struct Layout {
     /// Numbers that a row of nodes keeps for one component: all nodes, and room to load a whole pack from any of them.
     pub stride: usize,
     /// True where the last node of each row is the first one.
-    periodic: bool,
+    pub(crate) periodic: bool,
     /// Divisor of the stride.
     unit: usize,
 }
@@ -135,11 +135,6 @@ impl Layout {
         let [first, end] = columns;
         self.unit_of(first.saturating_sub(1))
             ..end.next_multiple_of(LANES).min(self.padded_columns())
-    }
-
-    /// True where the last node of each row is the first one.
-    pub(crate) fn is_periodic(self) -> bool {
-        self.periodic
     }
 
     /// Both components of these columns in a row of nodes.

@@ -55,7 +55,7 @@ use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
 #[derive(Clone, Debug)]
 pub(super) struct Q4FourPoint {
     moduli: [f64; 3],
-    mean_dilatation: bool,
+    pub(super) mean_dilatation: bool,
     layout: Layout,
     thickness: f64,
     constants: Constants<CONSTANTS>,
@@ -95,10 +95,6 @@ impl Q4FourPoint {
             constants: self.constants.piece(layout, first),
             ..*self
         }
-    }
-
-    pub(super) fn has_mean_dilatation(&self) -> bool {
-        self.mean_dilatation
     }
 
     /// Forces of those elements of a row that flow or have flowed, whole packs of them, under plasticity: where the excess is above 0,

@@ -5,7 +5,7 @@ use crate::element::body::Body;
 /// Applied nodal forces (N), nearly all of them zero.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Load {
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     touched: Vec<usize>,
     loaded_rows: Vec<bool>,
     row_len: usize,
@@ -35,11 +35,6 @@ impl Load {
         self.values[index] += force;
         self.touched.push(index);
         self.loaded_rows[index / self.row_len] = true;
-    }
-
-    /// Force on a component (N).
-    pub(crate) fn at(&self, index: usize) -> f64 {
-        self.values[index]
     }
 
     /// A row of nodes; the many rows without load share one row of zeros, which stays in the cache.

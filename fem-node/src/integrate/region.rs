@@ -38,7 +38,7 @@ pub(crate) struct Region {
     /// Components of A_1, which begin from the start of the window.
     pub(super) begin: Vec<Range<usize>>,
     /// Nodes that are stepped, step by step.
-    pub(super) fronts: Vec<Front>,
+    pub(crate) fronts: Vec<Front>,
     /// Rings beyond them.
     pub(crate) rings: Vec<Ring>,
     /// Steps of elements that a repeat takes.
@@ -104,11 +104,6 @@ impl Region {
     /// True if it is the region of these components and so many steps.
     pub(crate) fn is_of(&self, components: impl Iterator<Item = usize>, substeps: u32) -> bool {
         self.substeps == substeps && self.components.iter().copied().eq(components)
-    }
-
-    /// Nodes that are stepped at step `k` of the window, from 1.
-    pub(crate) fn front(&self, k: u32) -> &Front {
-        &self.fronts[k as usize - 1]
     }
 
     /// First step from which on a component is stepped; none if it never is.

@@ -24,7 +24,7 @@ impl Rings<'_> {
         Rings {
             layout: body.layout,
             connectivity: body.connectivity.as_deref(),
-            whole: history || body.layout.is_periodic(),
+            whole: history || body.layout.periodic,
         }
     }
 

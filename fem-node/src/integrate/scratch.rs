@@ -36,7 +36,7 @@ pub(super) struct Increments {
 impl Scratch {
     pub(super) fn new(body: &Body, law: Option<&NonlinearLaw>) -> Scratch {
         let zero = vec![0.0; body.layout.row_len()];
-        let history = law.map_or(0, |law| body.history_row_len(law));
+        let history = body.history_row_len(law);
         let increment = vec![0.0; if history > 0 { zero.len() } else { 0 }];
         Scratch {
             elements: RowForces::new(body.layout),

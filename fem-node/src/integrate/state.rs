@@ -35,8 +35,7 @@ impl NodalState {
     /// At rest, undeformed, under a law that may be nonlinear.
     pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> NodalState {
         let zero = Lines::zeros(body.layout.len());
-        let rows = body.layout.rows;
-        let history = law.map_or(0, |law| rows * body.history_row_len(law));
+        let history = body.layout.rows * body.history_row_len(law);
         NodalState {
             u: zero.clone(),
             v: zero.clone(),

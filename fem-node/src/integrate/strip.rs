@@ -298,7 +298,7 @@ impl Strip<'_> {
         let all = layout.row(self.first + local);
         let comes_between = (self.wheel.is_some() && local == 0) || !self.damping_force.is_empty();
         let is_counted = NodePass::counts(&self.dissipated, rule.damping);
-        if is_counted && !comes_between && !layout.is_periodic() {
+        if is_counted && !comes_between && !layout.periodic {
             in_registers(&mut NodePass {
                 rule: *rule,
                 stride: layout.stride,
@@ -343,7 +343,7 @@ impl Strip<'_> {
                 inverse_mass: row.inverse_mass,
             };
             run.close(wheel, rule, &upper);
-            row.load = run.load();
+            row.load = &run.load;
         }
         row.finish(rule, layout, &spans);
     }

@@ -59,7 +59,7 @@ impl Unstructured {
         let layout = body.layout;
         let pieces = layout.rows.div_ceil(ROWS);
         let zero = vec![0.0; layout.len()];
-        let row_history = law.map_or(0, |law| body.history_row_len(&law));
+        let row_history = body.history_row_len(law.as_ref());
         Unstructured {
             connectivity: connectivity.clone(),
             buffers: vec![GatherBuffers::new(layout, row_history > 0); pieces],
@@ -107,7 +107,7 @@ impl Unstructured {
                 inverse_mass: &body.inverse_mass,
             };
             run.close(wheel, rule, &upper);
-            load = run.load();
+            load = &run.load;
         }
         let new = (&self.new_force[..], &mut self.new_a[..]);
         let rows = node_rows(body, state, new, load, &mut [], dissipated.whole());

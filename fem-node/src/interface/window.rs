@@ -81,7 +81,7 @@ pub(crate) struct WindowRun {
     /// The most that was supplied so far: energy that comes back still counts (J).
     supplied: f64,
     tally: Tally,
-    works: Works,
+    pub(crate) works: Works,
     regions: Regions,
     record: RingRecord,
     /// Increments in the ring of a region, under a law with history.
@@ -124,7 +124,7 @@ impl WindowRun {
         input: &WindowInput,
     ) -> u64 {
         let extent = &self.regions.extent(model, committed.steps, input);
-        let threads = team.threads();
+        let threads = team.pool.current_num_threads();
         let is_cut = self
             .partition
             .takes(model, committed, (input, extent), threads);
@@ -144,7 +144,7 @@ impl WindowRun {
             let mut steps = || self.run_steps(window, integrator, extent);
             // Waking the other threads for a part of the body costs more than they would save.
             let done = if strips > 1 && !extent.is_part() {
-                team.install(steps)
+                team.pool.install(steps)
             } else {
                 steps()
             };
@@ -247,7 +247,8 @@ impl WindowRun {
             Extent::Part(region) => {
                 let ring = &region.rings[k as usize - 1];
                 record.read(ring, fields, &mut self.increments);
-                let part = (region.front(k), self.increments.as_slice());
+                let front = &region.fronts[k as usize - 1];
+                let part = (front, self.increments.as_slice());
                 integrator.step_part(body, fields, part);
             }
         }
@@ -324,7 +325,7 @@ impl WindowRun {
             committed,
             input,
         } = window;
-        self.partition.stand_aside();
+        self.partition.is_run = false;
         self.excess = None;
         self.fields.dissipated.clear();
         self.record.clear();
@@ -381,7 +382,7 @@ impl WindowRun {
         };
         run.open(wheel, &row);
         let accelerations = &mut state.a[upper];
-        let forces = run.load().iter().zip(load);
+        let forces = run.load.iter().zip(load);
         let nodes = accelerations.iter_mut().zip(&body.inverse_mass);
         for ((a, w), (all, applied)) in nodes.zip(forces) {
             *a += w * (all - applied);
@@ -397,11 +398,6 @@ impl WindowRun {
         if step == wheel.motion_step {
             self.hold_record = Some(hold_record(model, &self.fields.state, wheel, &run.state));
         }
-    }
-
-    /// Force of each prescribed motion on the body at the end of the window (N).
-    pub(crate) fn reactions(&self, model: &Model) -> Vec<[f64; 2]> {
-        self.works.last_reactions(model)
     }
 
     /// The ledger at the end of the window, given the committed one of its start.

@@ -1,7 +1,5 @@
 //! Answers of the body to a coupler.
 
-use std::collections::BTreeMap;
-
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Term, Window,
@@ -125,7 +123,7 @@ impl Node for FemNode {
         let ledger = self.run.close(window);
         let committed = &mut self.committed;
         committed.ledger = ledger;
-        committed.reactions = self.run.reactions(&self.model);
+        committed.reactions = self.run.works.last_reactions(&self.model);
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.fields.state);
             wheel.clone_from(&run.state);
@@ -163,17 +161,14 @@ impl Node for FemNode {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.catch_up();
-        let elements = self.model.mesh.elements() as f64;
-        let work = |steps: u64| elements * steps as f64;
+        let columns = self.model.mesh.elements() as f64 * self.committed.column_steps as f64;
+        let work = [
+            ("element_steps", self.committed.element_steps as f64),
+            ("column_element_steps", columns),
+        ];
         Ok(Outcome {
             steps: self.committed.steps_done,
-            work: BTreeMap::from([
-                ("element_steps".into(), self.committed.element_steps as f64),
-                (
-                    "column_element_steps".into(),
-                    work(self.committed.column_steps),
-                ),
-            ]),
+            work: work.map(|(name, value)| (name.into(), value)).into(),
             results: self.results(),
             state_hash: self.state_hash(),
             findings: self.findings(),

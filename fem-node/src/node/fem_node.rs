@@ -80,14 +80,11 @@ impl FemNode {
 
     /// The committed state.
     pub fn state(&self) -> &NodalState {
-        let state = &self.committed.state;
-        match self.gathered.get() {
-            Some(gathered) => gathered,
-            None => match self.run.partition.ahead_of(state) {
-                Some(ahead) => self.gathered.get_or_init(|| ahead),
-                None => state,
-            },
+        let (partition, state) = (&self.run.partition, &self.committed.state);
+        if !partition.is_ahead {
+            return state;
         }
+        self.gathered.get_or_init(|| partition.gathered(state))
     }
 
     /// Brings the committed state together where it is in pieces.

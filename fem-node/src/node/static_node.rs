@@ -74,20 +74,16 @@ impl StaticNode {
     pub fn new(config: &FemConfig, setting: &Setting) -> Result<StaticNode, FemError> {
         let model = Model::new(config, setting)?;
         let loads = StaticLoads::new(config);
-        let wheel = config
-            .wheel
-            .as_ref()
-            .filter(|wheel| wheel.amplitude_m > 0.0);
+        let wheel = config.wheel.iter().find(|wheel| wheel.amplitude_m > 0.0);
+        let (amplitude, cycles) =
+            wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
         Ok(StaticNode {
             statics: Statics::new(&model, loads)?,
             snapshots: Snapshots::new(setting),
             loads,
             cycling: Cycling {
-                amplitude: wheel.map_or(0.0, |wheel| wheel.amplitude_m),
-                increments: config
-                    .statics
-                    .cycle_increments(wheel.map_or(0.0, |wheel| wheel.cycles))
-                    as u64,
+                amplitude,
+                increments: config.statics.cycle_increments(cycles) as u64,
                 per_cycle: config.statics.per_cycle(),
             },
             held: None,
@@ -297,11 +293,8 @@ impl Node for StaticNode {
     }
 
     fn commit(&mut self, window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        Err(FemError::NotAdvanced {
-            window: window.index,
-            advanced: None,
-        }
-        .into())
+        let (window, advanced) = (window.index, None);
+        Err(FemError::NotAdvanced { window, advanced }.into())
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

@@ -142,7 +142,9 @@ impl FemNode {
         let known = self.interface.condensed.entry((what, substeps));
         let columns = known.or_insert_with(|| {
             self.committed.column_steps += u64::from(substeps) * components.len() as u64;
-            self.team.install(|| compute(model, components, substeps))
+            self.team
+                .pool
+                .install(|| compute(model, components, substeps))
         });
         if columns.iter().all(|c| c.is_finite()) {
             return Ok(columns.to_vec());

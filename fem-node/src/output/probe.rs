@@ -225,14 +225,12 @@ struct Strained {
 pub(super) fn corners(
     model: &Model,
     state: &NodalState,
-    [column, row]: [usize; 2],
+    element: [usize; 2],
 ) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
-    let nodes = model.mesh.corners(column, row);
-    let points = nodes.map(|n| model.mesh.point(n[0], n[1]));
-    (
-        points,
-        nodes.map(|node| displacement(model.body.layout, state, node)),
-    )
+    let (mesh, layout) = (&model.mesh, model.body.layout);
+    let nodes = mesh.corners(element[0], element[1]);
+    let u = nodes.map(|node| displacement(layout, state, node));
+    (mesh.corner_points(element), u)
 }
 
 fn strained(model: &Model, state: &NodalState, element: [usize; 2], natural: [f64; 2]) -> Strained {

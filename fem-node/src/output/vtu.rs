@@ -128,14 +128,8 @@ fn cell_data(file: &mut VtkFile, model: &Model, state: &NodalState) {
     let across = across.map(|([xx, yy, _], pressure)| [-3.0 * pressure - xx - yy]);
     file.array(DatasetKind::Float64, "sigma_zz_pa", across);
     if model.plastic().is_some() {
-        let strain = |element: [usize; 2]| {
-            let plastic = model.body.plastic_strain(&state.history, element, CENTROID);
-            [plastic[3]]
-        };
-        file.array(
-            DatasetKind::Float64,
-            "plastic_strain",
-            elements().map(strain),
-        );
+        let strain = |element| [model.body.plastic_strain(&state.history, element, CENTROID)[3]];
+        let strains = elements().map(strain);
+        file.array(DatasetKind::Float64, "plastic_strain", strains);
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct WheelRun {
     nodes: Vec<NodeMotion>,
     sweeps: RoundFace,
     /// Forces on the upper row, applied and of contact, x then y components (N).
-    load: Vec<f64>,
+    pub(crate) load: Vec<f64>,
     old: Vec<NodeContact>,
 }
 
@@ -44,11 +44,6 @@ impl WheelRun {
     pub(crate) fn restore(&mut self, start: &WheelState) {
         self.state.clone_from(start);
         self.failed = None;
-    }
-
-    /// Forces on the upper row, those of the contact included (N).
-    pub(crate) fn load(&self) -> &[f64] {
-        &self.load
     }
 
     /// The contact forces at the start of the run, where v is given: w = h^2/2 M^-1, and

@@ -119,7 +119,7 @@ impl PlasticRow {
     ) -> Step {
         let u: Vec<f64> = self.field(3).iter().map(|u| scale * u).collect();
         let law = NonlinearLaw::Plastic(self.plastic);
-        let history = vec![0.0; self.body.history_row_len(&law)];
+        let history = vec![0.0; self.body.history_row_len(Some(&law))];
         self.step(&u, history, forces)
     }
 
@@ -167,7 +167,7 @@ impl PlasticRow {
         vec![
             0.0;
             self.body
-                .history_row_len(&NonlinearLaw::Plastic(self.plastic))
+                .history_row_len(Some(&NonlinearLaw::Plastic(self.plastic)))
         ]
     }
 

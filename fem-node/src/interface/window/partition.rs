@@ -38,11 +38,11 @@ pub(crate) struct Partition {
     /// Steps and threads that they were cut for.
     cut_for: Option<(u32, usize)>,
     /// The last whole run was one of pieces.
-    is_run: bool,
+    pub(super) is_run: bool,
     /// The starts are the committed state.
     is_current: bool,
     /// The state of the body is older than they are.
-    is_ahead: bool,
+    pub(crate) is_ahead: bool,
     /// Region whose rings the pieces record.
     region: Option<Arc<Region>>,
 }
@@ -138,11 +138,6 @@ impl Partition {
         }
     }
 
-    /// A window begins that is not run in pieces.
-    pub(super) fn stand_aside(&mut self) {
-        self.is_run = false;
-    }
-
     /// The pieces where they hold the end of the last window.
     pub(super) fn held(&self) -> Option<&Partition> {
         self.is_run.then_some(self)
@@ -187,13 +182,11 @@ impl Partition {
         }
     }
 
-    /// The committed state where that of the body, which is given, is an older one.
-    pub(crate) fn ahead_of(&self, state: &NodalState) -> Option<NodalState> {
-        self.is_ahead.then(|| {
-            let mut ahead = state.clone();
-            self.starts.iter().for_each(|start| start.put(&mut ahead));
-            ahead
-        })
+    /// The committed state, whose older one of the body is given.
+    pub(crate) fn gathered(&self, state: &NodalState) -> NodalState {
+        let mut whole = state.clone();
+        self.starts.iter().for_each(|start| start.put(&mut whole));
+        whole
     }
 
     /// Forgets the committed state: it has become another one elsewhere.
@@ -213,7 +206,7 @@ impl Partition {
 /// Pieces that pay: one for each thread that has work enough, none for a body that needs more than neighbours in a step.
 fn worthwhile(model: &Model, substeps: u32, threads: usize) -> usize {
     let layout = model.body.layout;
-    let structured = model.body.connectivity.is_none() && !layout.is_periodic();
+    let structured = model.body.connectivity.is_none() && !layout.periodic;
     let followed = !model.tractions.is_empty() || !model.motions.is_empty();
     if !structured || followed || model.wheel.is_some() || model.plastic().is_some() {
         return 0;

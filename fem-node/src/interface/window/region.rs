@@ -27,33 +27,24 @@ impl Regions {
     /// Extent of the next run, of a window after `steps`.
     pub(super) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
         let is_coupled = !input.interface.is_empty() && model.wheel.is_none();
+        let last = self.last.take();
         if !is_coupled || !input.velocity.is_empty() {
-            self.last = None;
             return Extent::Whole;
         }
-        let repeated =
-            matches!(&self.last, Some((before, m, _)) if (*before, *m) == (steps, input.substeps));
-        let recorded = match self.last.take() {
-            Some((.., region)) if repeated => {
-                region.filter(|region| region.is_of(indices(input), input.substeps))
-            }
-            _ => None,
+        let window = (steps, input.substeps);
+        let repeated = last.filter(|(before, m, _)| (*before, *m) == window);
+        self.unrepeated = match repeated {
+            Some(_) => 0,
+            None => self.unrepeated.saturating_add(1),
         };
-        self.unrepeated = if repeated {
-            0
-        } else {
-            self.unrepeated.saturating_add(1)
-        };
-        if let Some(region) = recorded {
+        let recorded = repeated.and_then(|(.., region)| region);
+        let is_same = |region: &Arc<Region>| region.is_of(indices(input), input.substeps);
+        if let Some(region) = recorded.filter(is_same) {
             self.last = Some((steps, input.substeps, Some(region.clone())));
             return Extent::Part(region);
         }
         let records = self.unrepeated <= UNREPEATED_MAX;
-        let region = if records {
-            self.region(model, input)
-        } else {
-            None
-        };
+        let region = records.then(|| self.region(model, input)).flatten();
         self.last = Some((steps, input.substeps, region.clone()));
         region.map_or(Extent::Whole, Extent::Recorded)
     }
@@ -75,8 +66,7 @@ impl Regions {
         }
         let (components, substeps) = (&self.components, input.substeps);
         let region = self.known.entry(substeps).or_insert_with(|| {
-            let law = model.law.as_ref();
-            let history = law.map_or(0, |law| model.body.history_row_len(law));
+            let history = model.body.history_row_len(model.law.as_ref());
             Region::new(&model.body, history, components, substeps).map(Arc::new)
         });
         region.clone()

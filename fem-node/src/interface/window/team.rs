@@ -20,7 +20,8 @@ const REPORT: u32 = 100;
 /// Threads, of which the one that calls is one.
 #[derive(Debug)]
 pub(crate) struct Team {
-    pool: ThreadPool,
+    /// All threads, for work whose parts are handed out within it.
+    pub(crate) pool: ThreadPool,
     /// The threads beside the calling one, where there are any. All of them are busy or stand by whenever work is handed out, so
     /// that none has to be woken.
     others: Option<ThreadPool>,
@@ -40,16 +41,6 @@ impl Team {
             round: Arc::default(),
             cores: (0..threads).map(|_| Arc::default()).collect(),
         })
-    }
-
-    /// Threads.
-    pub(crate) fn threads(&self) -> usize {
-        self.pool.current_num_threads()
-    }
-
-    /// Runs work whose parts are handed out within it.
-    pub(crate) fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.pool.install(work)
     }
 
     /// Does all of this work, some of it on the calling thread; at most one item for each thread.

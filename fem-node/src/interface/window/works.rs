@@ -12,7 +12,7 @@ use crate::model::motion::PrescribedMotion;
 
 /// Works since the start of the window, and what they are computed from.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Works {
+pub(crate) struct Works {
     /// Components under tractions, traction after traction.
     loaded: Vec<TrackedComponent>,
     /// Prescribed components, motion after motion.
@@ -156,7 +156,7 @@ fn two_steps(values: &[f64], count: usize, k: u32) -> [&[f64]; 2] {
 /// r = F(u) + d - f in a prescribed component (N).
 pub(crate) fn reaction(StepFields { state, load, .. }: &StepFields, index: usize) -> f64 {
     let damping = state.damping_force.get(index).unwrap_or(&0.0);
-    state.force[index] + damping - load.at(index)
+    state.force[index] + damping - load.values[index]
 }
 
 /// Enters a value of each component after step `k`; a repeat leaves those that step `reached` does not step.
