@@ -1,7 +1,7 @@
 //! The keys of `[participant.config]` and their limits.
 //!
 //! In reading order:
-//! - [`law`], `pairs`: the keys `law` and `law.pairs`;
+//! - [`law`]: the keys `law` and `law.pairs`;
 //! - [`solver`]: the key `solver`;
 //! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
 //! - [`wheel`]: the key `wheel`;
@@ -16,7 +16,6 @@ pub mod flow;
 pub mod injection;
 pub mod law;
 pub mod layer;
-mod pairs;
 pub mod plausible;
 pub mod profile;
 pub mod radii;
@@ -78,29 +77,21 @@ pub struct DemConfig {
     /// The source of the grains.
     pub sample: SampleConfig,
     /// The rigid wheel above the grains.
-    #[serde(default)]
     pub wheel: Option<DemWheelConfig>,
     /// Opens or closes the only contact of a pair of disks.
-    #[serde(default)]
     pub drive: Option<DriveConfig>,
     /// Means over slices and intervals; none when absent.
-    #[serde(default)]
     pub profile: Option<ProfileConfig>,
     /// Stress in cells; none when absent.
-    #[serde(default)]
     pub stress: Option<StressConfig>,
     /// Flows of third body; none when absent.
-    #[serde(default)]
     pub flow: Option<FlowConfig>,
     /// Grains that are fed in from outside; none when absent.
-    #[serde(default)]
     pub injection: Option<InjectionConfig>,
     /// Steel that comes off bare surfaces as grains; none when absent.
-    #[serde(default)]
     pub detachment: Option<DetachmentConfig>,
     /// Displaces each free grain by up to 1e-12 of its radius, as drawn from this seed: what then differs from the run without it is
     /// noise. Nothing is displaced when absent.
-    #[serde(default)]
     pub perturb_seed: Option<u64>,
     /// StepBounds of the checks of plausibility.
     #[serde(default)]
@@ -233,7 +224,6 @@ impl DemConfig {
         self.validate_drive()?;
         self.validate_together()?;
         self.validate_pairs()?;
-        self.validate_with_clusters()?;
         self.validate_periodic()
     }
 
@@ -246,7 +236,7 @@ impl DemConfig {
         }
     }
 
-    /// Refuses pairs that the scene does not have, and laws by pair that the solver cannot take.
+    /// Refuses pairs that the scene does not have.
     fn validate_pairs(&self) -> Result<(), ConfigError> {
         let mut groups = vec![GRAINS];
         groups.extend(self.wheel.as_ref().map(|_| WHEEL));
@@ -258,40 +248,18 @@ impl DemConfig {
             SampleConfig::Layer(layer) => groups.extend(&ROWS[..1 + usize::from(layer.lid)]),
             SampleConfig::Rail(_) => groups.extend(&ROWS[..1]),
         }
-        pairs::validate_pairs(&self.law, &groups)?;
-        let own = self
-            .sample
-            .surface()
-            .and_then(|keys| keys.friction)
-            .is_some();
-        refuse_if(
-            self.solver.algorithm == Algorithm::Pcg && (own || !self.law.pairs.is_empty()),
-            "solver.kind",
-            "\"pcg\" solves contacts of one law, and law.pairs or sample.surface.friction has others",
-            "write solver.kind = \"nsgs\"",
-        )
+        self.law.validate_pairs(&groups)
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {
-        // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
-        refuse_if(
-            self.solver.algorithm == Algorithm::Pcg
-                && self.law.kind.plain() == LawKind::Cohesion
-                && self.law.contact_stiffness_pa.is_none()
-                && self.law.friction != Some(0.0),
-            "solver.kind",
-            "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
-            "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
-        )?;
-        let pairs_heal = self.law.pairs.iter().any(|pair| pair.healing.is_some());
-        refuse_if(
-            self.solver.algorithm == Algorithm::Pcg && (pairs_heal || self.law.healing.is_some()),
-            "solver.kind",
-            "\"pcg\" needs a convex problem, and law.healing puts friction beside the shear of bonds",
-            "write solver.kind = \"nsgs\"",
-        )?;
-        self.validate_rolling()?;
+        self.validate_pcg()?;
         self.validate_wheel_on_sample()?;
+        refuse_if(
+            self.sample.has_clusters() && self.law.penetration.is_some_and(Penetration::repairs),
+            "law.penetration",
+            "moves single disks apart, and sample.disks has clusters",
+            "write penetration = \"gap\" or \"iqs\"",
+        )?;
         refuse_if(
             self.wheel.is_some() && self.time.end_s.is_some(),
             "time.end_s",
@@ -300,18 +268,45 @@ impl DemConfig {
         )
     }
 
-    /// Refuses rolling resistance where nothing would resist.
-    fn validate_rolling(&self) -> Result<(), ConfigError> {
-        let pairs = self.law.pairs.iter().map(|pair| pair.rolling);
-        let rolls = pairs
-            .chain([self.law.rolling])
-            .any(|rolling| rolling.is_some());
-        refuse_if(
-            rolls && self.solver.algorithm == Algorithm::Pcg,
-            "solver.kind",
-            "\"pcg\" knows no couples, and law.rolling has them",
-            "write solver.kind = \"nsgs\"",
-        )
+    /// Refuses the conjugate gradient where the problem is not convex, or has more than it knows.
+    fn validate_pcg(&self) -> Result<(), ConfigError> {
+        if self.solver.algorithm != Algorithm::Pcg {
+            return Ok(());
+        }
+        let (law, pairs) = (&self.law, &self.law.pairs);
+        let own = self
+            .sample
+            .surface()
+            .is_some_and(|keys| keys.friction.is_some());
+        let nsgs = "write solver.kind = \"nsgs\"";
+        let refusals = [
+            // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
+            (
+                law.kind.plain() == LawKind::Cohesion
+                    && law.contact_stiffness_pa.is_none()
+                    && law.friction != Some(0.0),
+                "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
+                "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
+            ),
+            (
+                law.healing.is_some() || pairs.iter().any(|pair| pair.healing.is_some()),
+                "\"pcg\" needs a convex problem, and law.healing puts friction beside the shear of bonds",
+                nsgs,
+            ),
+            (
+                law.rolling.is_some() || pairs.iter().any(|pair| pair.rolling.is_some()),
+                "\"pcg\" knows no couples, and law.rolling has them",
+                nsgs,
+            ),
+            (
+                own || !pairs.is_empty(),
+                "\"pcg\" solves contacts of one law, and law.pairs or sample.surface.friction has others",
+                nsgs,
+            ),
+        ];
+        refusals
+            .into_iter()
+            .try_for_each(|(holds, why, help)| refuse_if(holds, "solver.kind", why, help))
     }
 
     /// Refuses layers and rails without what holds them, and wheels that no surface of grains holds.
@@ -350,19 +345,6 @@ impl DemConfig {
                 })
             }
         }
-    }
-
-    /// Refuses options that rigid clusters do not go with.
-    fn validate_with_clusters(&self) -> Result<(), ConfigError> {
-        if !self.sample.has_clusters() {
-            return Ok(());
-        }
-        refuse_if(
-            self.law.penetration.is_some_and(Penetration::repairs),
-            "law.penetration",
-            "moves single disks apart, and sample.disks has clusters",
-            "write penetration = \"gap\" or \"iqs\"",
-        )
     }
 
     /// Refuses what a strip that repeats does not go with.

@@ -21,7 +21,6 @@ pub struct DetachmentConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub depth_m: f64,
     /// Time in which a grain grows to its size (s); a hundred inertial times when absent.
-    #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub growth_s: Option<f64>,
 }
@@ -56,14 +55,8 @@ impl DetachmentConfig {
                 "keeps grains in store, which nothing would hold against gravity_m_per_s2",
             ),
         ];
-        for (refused, why) in refusals {
-            refuse_if(
-                refused,
-                "detachment",
-                why,
-                "remove the table, or what it does not go with",
-            )?;
-        }
-        Ok(())
+        let help = "remove the table, or what it does not go with";
+        let mut refusals = refusals.into_iter();
+        refusals.try_for_each(|(refused, why)| refuse_if(refused, "detachment", why, help))
     }
 }

@@ -114,7 +114,6 @@ pub struct ClusterConfig {
     #[serde(default)]
     pub spin_rad_per_s: f64,
     /// Prescribed motion and loads; a driven cluster does not turn.
-    #[serde(default)]
     pub drive: Option<ClusterDriveConfig>,
 }
 
@@ -293,7 +292,7 @@ impl DisksConfig {
 
     /// True if any disks move together.
     pub fn has_clusters(&self) -> bool {
-        !self.rows.is_empty() || self.disks.iter().any(|disk| disk.cluster.is_some())
+        self.cluster_names().next().is_some()
     }
 
     /// Names of the groups of its bodies, for `law.pairs`.
@@ -303,9 +302,7 @@ impl DisksConfig {
         let rows = ROWS.into_iter().zip([base, glued(true)]);
         let rows = rows.filter_map(|(name, there)| there.then_some(name));
         let walls = self.walls.iter().filter_map(|wall| wall.name.as_deref());
-        let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
-        let clusters = listed.chain(self.rows.iter().map(|row| row.cluster.as_str()));
-        let mut names: Vec<&str> = rows.chain(walls).chain(clusters).collect();
+        let mut names: Vec<&str> = rows.chain(walls).chain(self.cluster_names()).collect();
         names.dedup();
         names
     }
@@ -332,10 +329,10 @@ impl DisksConfig {
     }
 
     /// True for a disk of this cluster, listed or in a row.
-    fn has_disks_of(&self, name: &str) -> bool {
+    /// The clusters of the disks that are listed, and of the rows.
+    fn cluster_names(&self) -> impl Iterator<Item = &str> {
         let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
-        let rows = self.rows.iter().map(|row| row.cluster.as_str());
-        listed.chain(rows).any(|cluster| cluster == name)
+        listed.chain(self.rows.iter().map(|row| row.cluster.as_str()))
     }
 
     /// Refuses clusters without disks and disks that cannot be in one.
@@ -359,7 +356,7 @@ impl DisksConfig {
                 "has no disks"
             };
             refuse_if(
-                again || !self.has_disks_of(&cluster.name),
+                again || !self.cluster_names().any(|name| name == cluster.name),
                 &format!("{key}.name"),
                 format!("{:?} {fault}", cluster.name),
                 "write cluster = \"name\" at its disks or in sample.rows, and one entry a name",

@@ -67,11 +67,8 @@ impl ClusterDriveConfig {
         }
         let free = velocity.iter().filter(|v| v.is_none()).count();
         positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
-        not_negative(
-            &format!("{key}.damping_n_s_per_m"),
-            self.damping_n_s_per_m,
-            "N s/m",
-        )?;
+        let damping = format!("{key}.damping_n_s_per_m");
+        not_negative(&damping, self.damping_n_s_per_m, "N s/m")?;
         refuse_if(
             free == 0 && (self.mass_kg.is_some() || self.damping_n_s_per_m > 0.0),
             key,

@@ -30,7 +30,6 @@ pub struct FlowConfig {
     #[schemars(range(min = 0.0))]
     pub hysteresis_diameters: f64,
     /// Time over which the wheel's force is averaged for the zone (s); `wear_s` when absent, 0 for the force of each step.
-    #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub zone_mean_s: Option<f64>,
     /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.

@@ -31,7 +31,6 @@ pub struct InjectionConfig {
     pub end_s: f64,
     /// Time in which a grain grows to its size (s); when absent, the one in which a mean grain comes out, so that they grow one by
     /// one.
-    #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub growth_s: Option<f64>,
 }

@@ -3,6 +3,7 @@
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{not_negative, positive, refuse_given, required, within};
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -143,14 +144,14 @@ pub struct HealingConfig {
 
 impl HealingConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        positive(&format!("{key}.time_s"), Some(self.time_s), "s")?;
+        positive(&format!("{key}.time_s"), self.time_s, "s")?;
         not_negative(&format!("{key}.pressure_pa"), self.pressure_pa, "Pa")
     }
 }
 
 impl AdhesionConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        positive(&format!("{key}.range_m"), Some(self.range_m), "m")?;
+        positive(&format!("{key}.range_m"), self.range_m, "m")?;
         for (name, value) in kit::named!("", self; pull_off_n, pull_off_pa) {
             not_negative(&format!("{key}.{name}"), value.unwrap_or(0.0), "")?;
         }
@@ -217,9 +218,7 @@ impl PairConfig {
 
 impl LawConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        positive("law.contact_stiffness_pa", self.contact_stiffness_pa, "Pa")?;
-        let rolling = self.rolling.map_or(0.0, |rolling| rolling.coefficient);
-        not_negative("law.rolling.coefficient", rolling, "")?;
+        self.validate_contacts("law")?;
         self.validate_adhesion()?;
         self.validate_rigid()?;
         match self.kind.plain() {
@@ -233,11 +232,95 @@ impl LawConfig {
         self.refuse_cohesion()
     }
 
+    /// The numbers that pairs may have of their own, below `key`.
+    fn validate_contacts(&self, key: &str) -> Result<(), ConfigError> {
+        let key = |name: &str| format!("{key}.{name}");
+        let stiffness = self.contact_stiffness_pa;
+        positive(&key("contact_stiffness_pa"), stiffness, "Pa")?;
+        let rolling = self.rolling.map(|rolling| rolling.coefficient);
+        not_negative(&key("rolling.coefficient"), rolling, "")?;
+        not_negative(&key("friction"), self.friction, "")?;
+        if let Some(adhesion) = &self.adhesion {
+            adhesion.validate(&key("adhesion"))?;
+        }
+        if let Some(healing) = &self.healing {
+            healing.validate(&key("healing"))?;
+        }
+        within(&key("restitution"), self.restitution, [0.0, 1.0])?;
+        let ratio = self.tangential_stiffness_ratio;
+        positive(&key("tangential_stiffness_ratio"), ratio, "")
+    }
+
+    /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
+    pub(super) fn validate_pairs(&self, groups: &[&str]) -> Result<(), ConfigError> {
+        for (i, pair) in self.pairs.iter().enumerate() {
+            let key = format!("law.pairs[{i}]");
+            let between = format!("{key}.between");
+            for name in &pair.between {
+                refuse_if(
+                    !groups.contains(&name.as_str()),
+                    &between,
+                    format!("there is no group {name:?}; the scene has {groups:?}"),
+                    "write one of these names; a wall gets one by sample.walls.name",
+                )
+                .map_err(|error| error.because(Cause::UnknownName))?;
+            }
+            let same = |other: &PairConfig| {
+                let [a, b] = &other.between;
+                pair.between == other.between || pair.between == [b.clone(), a.clone()]
+            };
+            refuse_if(
+                self.pairs[..i].iter().any(same),
+                &between,
+                format!("the pair {:?} is there twice", pair.between),
+                "write one entry a pair",
+            )
+            .map_err(|error| error.because(Cause::DuplicateName))?;
+            pair.merged(self).validate_contacts(&key)?;
+            self.validate_pair(pair, &key)?;
+        }
+        Ok(())
+    }
+
+    fn validate_pair(&self, pair: &PairConfig, key: &str) -> Result<(), ConfigError> {
+        let springs = self.contact_stiffness_pa.is_some();
+        let elastic =
+            pair.contact_stiffness_pa.is_some() || pair.tangential_stiffness_ratio.is_some();
+        let refusals = [
+            (
+                pair.healing.is_some() && self.kind.plain() != LawKind::Cohesion,
+                "healing",
+                "belongs to bonds, and this law has none",
+                "choose law.kind = \"cohesion\"",
+            ),
+            (
+                pair.friction.is_some() && self.friction.is_none(),
+                "friction",
+                "law.kind = \"signorini\" has no tangential force",
+                "choose law.kind = \"coulomb\" with friction = 0",
+            ),
+            (
+                springs && pair.restitution.is_some(),
+                "restitution",
+                "is for rigid contacts, and law.contact_stiffness_pa makes elastic ones",
+                "remove it",
+            ),
+            (
+                !springs && elastic,
+                "contact_stiffness_pa",
+                "is for elastic contacts, and law has no contact_stiffness_pa: rigid and elastic contacts do not mix",
+                "give law.contact_stiffness_pa too, or remove it",
+            ),
+        ];
+        refusals
+            .into_iter()
+            .try_for_each(|(holds, name, why, help)| {
+                refuse_if(holds, &format!("{key}.{name}"), why, help)
+            })
+    }
+
     /// Adhesion beside what it cannot go with.
     fn validate_adhesion(&self) -> Result<(), ConfigError> {
-        if let Some(adhesion) = &self.adhesion {
-            adhesion.validate("law.adhesion")?;
-        }
         let some = self.adhesion.is_some() || self.pairs.iter().any(|pair| pair.adhesion.is_some());
         let rebounds = |pair: &PairConfig| pair.restitution.is_some();
         let others = [
@@ -264,7 +347,6 @@ impl LawConfig {
 
     /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
-        within("law.restitution", self.restitution, [0.0, 1.0])?;
         within("law.damping", self.damping, [0.14, 1.0])?;
         refuse_if(
             self.damping.is_some() && self.contact_stiffness_pa.is_none(),
@@ -339,9 +421,6 @@ impl LawConfig {
             not_negative(key, given(key, value)?, unit)?;
         }
         within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
-        if let Some(healing) = &self.healing {
-            healing.validate("law.healing")?;
-        }
         let damping = self.bond_damping_ratio;
         within("law.bond_damping_ratio", damping, [0.0, 1.0])?;
         refuse_if(
@@ -386,13 +465,12 @@ impl LawConfig {
     }
 
     fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {
-        let friction = required("law.friction", self.friction, by)?;
-        not_negative("law.friction", friction, "")?;
+        required("law.friction", self.friction, by)?;
         let key = "law.tangential_stiffness_ratio";
         let ratio = self.tangential_stiffness_ratio;
         if self.contact_stiffness_pa.is_some() {
             let why = "compliant contacts with friction";
-            return positive(key, required(key, ratio, why)?, "");
+            return required(key, ratio, why).map(|_| ());
         }
         refuse_if(
             ratio.is_some(),

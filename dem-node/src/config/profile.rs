@@ -43,15 +43,7 @@ pub enum ProfileAxis {
 impl ProfileAxis {
     /// Index of the coordinate.
     pub fn index(self) -> usize {
-        match self {
-            ProfileAxis::X => 0,
-            ProfileAxis::Y => 1,
-        }
-    }
-
-    /// Letter of the coordinate.
-    pub fn letter(self) -> char {
-        ['x', 'y'][self.index()]
+        self as usize
     }
 }
 

@@ -94,14 +94,10 @@ impl RailConfig {
         }
         let widest = self.radius_max_m;
         at_least("sample.width_m", self.width_m, WIDTH * widest, "m")?;
-        not_negative("sample.crown_radius_m", self.crown_radius_m, "m")?;
-        if self.crown_radius_m > 0.0 {
-            at_least(
-                "sample.crown_radius_m",
-                self.crown_radius_m,
-                self.width_m,
-                "m",
-            )?;
+        let (key, crown) = ("sample.crown_radius_m", self.crown_radius_m);
+        not_negative(key, crown, "m")?;
+        if crown > 0.0 {
+            at_least(key, crown, self.width_m, "m")?;
         }
         let (sides, least) = (-self.base() - self.sag(), HEIGHT * widest);
         refuse_if(

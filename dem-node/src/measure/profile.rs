@@ -126,7 +126,7 @@ impl GrainProfile {
     pub fn csv(&self, config: &ProfileConfig, thickness: f64) -> String {
         let mut text = format!(
             "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s,granular_temperature_m2_per_s2\n",
-            config.axis.letter()
+            ['x', 'y'][config.axis.index()]
         );
         for slice in self.all(config, thickness, true) {
             let numbers = (slice.times.into_iter().chain([slice.position]))
