@@ -112,7 +112,7 @@ fn what_comes_off_comes_as_grains_and_nothing_is_lost() {
     let came = state.present(bodies) - 3;
     assert!(came > 0 && came + state.feed.waiting as usize == store as usize);
     let grains: f64 = bodies.masses[3..state.present(bodies)].iter().sum();
-    close("grains", grains, state.feed.delivered(), 1e-12 * grains);
+    close("grains", grains, state.feed.delivered, 1e-12 * grains);
     let mass = gone(&dem) * THICKNESS * DENSITY;
     close("gone", state.worn.mass, mass, 1e-12 * mass);
     let results = dem.finish().expect("it ends").results;

@@ -294,17 +294,18 @@ fn the_bed_of_a_strip_has_no_walls() {
         "{}",
         bed.solid_fraction
     );
-    let (pairs, _) = bed.packing.contacts();
-    let x = |disk: u32| bed.packing.centres[disk as usize][0];
+    let mut pairs = bed.packing.contacts();
+    pairs.retain(|[_, other]| *other < bed.packing.centres.len());
+    let x = |disk: usize| bed.packing.centres[disk][0];
     assert!(
         bed.packing
             .centres
             .iter()
             .all(|c| (-2e-3..2e-3).contains(&c[0]))
     );
-    let opposite = pairs.into_iter().filter(|(a, b)| x(*a) * x(*b) < 0.0);
-    let (across, middle): (Vec<(u32, u32)>, Vec<_>) =
-        opposite.partition(|(a, b)| (x(*a) - x(*b)).abs() > 2e-3);
+    let opposite = pairs.into_iter().filter(|[a, b]| x(*a) * x(*b) < 0.0);
+    let (across, middle): (Vec<[usize; 2]>, Vec<_>) =
+        opposite.partition(|[a, b]| (x(*a) - x(*b)).abs() > 2e-3);
     let [across, middle] = [across.len(), middle.len()];
     assert!(
         middle >= 6 && (middle / 2..2 * middle).contains(&across),

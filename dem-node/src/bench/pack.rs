@@ -44,11 +44,7 @@ impl Pack {
                 for (centre, radius) in packing.centres.iter().zip(&packing.radii) {
                     let x = mirrored(centre[0] + packing.half_width, width, column);
                     let y = mirrored(centre[1] - packing.floor, height, line);
-                    all.push(Disk {
-                        centre: [x, y],
-                        radius: *radius,
-                        ..Disk::default()
-                    });
+                    all.push(Disk::at_rest([x, y], *radius));
                 }
             }
         }
@@ -157,15 +153,13 @@ fn pressed(disks: usize) -> Packing {
         [place(), place()]
     });
     let mut packing = Packing {
-        crown_radius: 0.0,
         centres: centres.collect(),
         movable: disks,
         radii,
-        period: None,
         ceiling: half_width,
         floor: -half_width,
         half_width,
-        thrust: None,
+        ..Packing::default()
     };
     packing.relax(RELAXATIONS, |load| load.unbalanced() <= 1e-2 * load.mean());
     packing

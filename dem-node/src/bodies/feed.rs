@@ -64,9 +64,10 @@ struct Growing {
 pub struct Feed {
     /// Grains that are in store: the last of the free ones.
     pub waiting: u32,
-    /// Scaled masses that were due so far, and that were delivered (kg).
-    due: f64,
-    delivered: f64,
+    /// Scaled mass that is due by now (kg).
+    pub due: f64,
+    /// Scaled mass that has come out in grains (kg).
+    pub delivered: f64,
     growing: Vec<Growing>,
 }
 
@@ -94,16 +95,6 @@ impl Feed {
             waiting: injection.map_or(0, |injection| injection.grains as u32),
             ..Feed::default()
         }
-    }
-
-    /// Scaled mass that has come out in grains (kg).
-    pub fn delivered(&self) -> f64 {
-        self.delivered
-    }
-
-    /// So much mass is due by now (kg).
-    pub fn owe(&mut self, due: f64) {
-        self.due = due;
     }
 
     /// Goes on to a time (s): the lengths (m) by which grains grow until then, each in the time `growth` (s).

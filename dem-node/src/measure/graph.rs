@@ -1,33 +1,61 @@
-//! The graph of bonds: first bodies, the grains that bonds connect with an anchor, and agglomerates of the others.
+//! Graphs of bonds and contacts: first bodies, the grains that bonds connect with an anchor, agglomerates of the others, and the bodies
+//! that contacts hold.
 
 /// For each of the first `grains` bodies, true if a chain of these bonds connects it with a body beyond them, the anchors: glued
-/// disks, and a wheel with bonds of its own. Union-find.
+/// disks, and a wheel with bonds of its own.
 pub fn first_bodies(grains: usize, bonds: &[(u32, u32)]) -> Vec<bool> {
     let anchor = grains as u32;
-    let mut parent: Vec<u32> = (0..=anchor).collect();
-    for (a, b) in bonds {
-        let [a, b] = [*a, *b].map(|body| root(&mut parent, body.min(anchor)));
-        // The higher number leads, so that the anchor leads its tree.
-        parent[a.min(b) as usize] = a.max(b);
-    }
-    (0..anchor)
-        .map(|grain| root(&mut parent, grain) == anchor)
-        .collect()
+    let bonds = bonds
+        .iter()
+        .map(|(a, b)| [*a, *b].map(|body| body.min(anchor)));
+    let roots = roots(grains + 1, bonds);
+    roots[..grains].iter().map(|root| *root == anchor).collect()
 }
 
 /// Number of grains in the agglomerate of each of the first `grains` bodies: those that a chain of these pairs connects, anchors left out.
 pub fn agglomerates(grains: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..grains as u32).collect();
-    for (a, b) in pairs.filter(|(a, b)| (*a.max(b) as usize) < grains) {
-        let [a, b] = [a, b].map(|body| root(&mut parent, body));
-        parent[a.min(b) as usize] = a.max(b);
-    }
-    let roots: Vec<u32> = (0..grains as u32)
-        .map(|grain| root(&mut parent, grain))
-        .collect();
+    let pairs = pairs.filter(|(a, b)| (*a.max(b) as usize) < grains);
+    let roots = roots(grains, pairs.map(|(a, b)| [a, b]));
     let mut sizes = vec![0; grains];
     roots.iter().for_each(|root| sizes[*root as usize] += 1);
     roots.iter().map(|root| sizes[*root as usize]).collect()
+}
+
+/// The bodies that these pairs connect have the same root, the highest number among them. Union-find.
+fn roots(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    for pair in pairs {
+        let [a, b] = pair.map(|body| root(&mut parent, body));
+        parent[a.min(b) as usize] = a.max(b);
+    }
+    (0..count as u32)
+        .map(|body| root(&mut parent, body))
+        .collect()
+}
+
+/// Bodies and contacts that are left when those of the first `count` bodies that have fewer than `least` contacts are taken away, until
+/// none is left of them.
+pub fn backbone(count: usize, mut contacts: Vec<[usize; 2]>, least: usize) -> [usize; 2] {
+    loop {
+        let degrees = degrees(count, contacts.iter().copied());
+        let stays = |body: &usize| degrees.get(*body).is_none_or(|count| *count >= least);
+        let before = contacts.len();
+        contacts.retain(|pair| pair.iter().all(stays));
+        if contacts.len() == before {
+            return [degrees.iter().filter(|count| **count > 0).count(), before];
+        }
+    }
+}
+
+/// Contacts of each of the first `count` bodies.
+pub fn degrees(count: usize, contacts: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
+    let mut degrees = vec![0; count];
+    for body in contacts.flatten() {
+        if let Some(degree) = degrees.get_mut(body) {
+            *degree += 1;
+        }
+    }
+    degrees
 }
 
 fn root(parent: &mut [u32], mut body: u32) -> u32 {

@@ -13,6 +13,7 @@ use kit::vtk::{DatasetKind, VtkFile};
 use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::measure::flow::{Flow, FlowBody, NEVER};
+use crate::measure::graph::degrees;
 use crate::measure::loads::shown;
 use crate::measure::structure;
 use crate::step::state::GrainState;
@@ -119,7 +120,7 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
     file.array(DatasetKind::Float64, "pressure_pa", pressures.map(|p| [p]));
     let pressing = state.list.pressing();
     let pairs = pressing.map(|slot| [slot.a as usize, slot.b as usize]);
-    let coordination = structure::degrees(bodies.disks(), pairs).into_iter();
+    let coordination = degrees(bodies.disks(), pairs).into_iter();
     let coordination = coordination.map(|n| [n as f64]);
     file.array(DatasetKind::Int32, "coordination", coordination);
     if let Some(sizes) = structure::agglomerate_sizes(bodies, state) {

@@ -7,7 +7,7 @@ use protocol::larger;
 use crate::bodies::Bodies;
 use crate::bodies::positions::proximity;
 use crate::contact::bond::holding;
-use crate::measure::graph::agglomerates;
+use crate::measure::graph::{agglomerates, backbone, degrees};
 use crate::step::state::GrainState;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
@@ -49,7 +49,8 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     let over_mean = |force: f64| if mean > 0.0 { force / mean } else { 0.0 };
     let strong = forces.iter().filter(|f| **f > mean).count();
     let direction = 0.5 * (2.0 * xy).atan2(xx - yy);
-    let backbone = backbone(bodies, state);
+    let least = if bodies.law.friction == 0.0 { 3 } else { HELD };
+    let backbone = backbone(bodies.free, contacts(bodies, state).collect(), least);
     let named = [
         ("backbone_bodies", backbone[0] as f64),
         ("backbone_contacts_per_body", per(backbone[1], backbone[0])),
@@ -110,36 +111,9 @@ pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>
     })
 }
 
-/// Bodies and contacts that are left when all that nothing can hold is taken away.
-fn backbone(bodies: &Bodies, state: &GrainState) -> [usize; 2] {
-    let frictionless = bodies.law.friction == 0.0;
-    let least = if frictionless { 3 } else { HELD };
-    let mut contacts: Vec<[usize; 2]> = contacts(bodies, state).collect();
-    loop {
-        let degrees = degrees(bodies.free, contacts.iter().copied());
-        let stays = |body: &usize| degrees.get(*body).is_none_or(|count| *count >= least);
-        let before = contacts.len();
-        contacts.retain(|pair| pair.iter().all(stays));
-        if contacts.len() == before {
-            return [degrees.iter().filter(|count| **count > 0).count(), before];
-        }
-    }
-}
-
 /// The bodies of the contacts that press, clusters as one body.
 fn contacts(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = [usize; 2]> {
     let leader = |body: u32| bodies.clusters.leader_of(body as usize);
     let pressing = state.list.pressing();
     pressing.map(move |slot| [leader(slot.a), leader(slot.b)])
-}
-
-/// Contacts of each of the first `count` bodies.
-pub fn degrees(count: usize, contacts: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
-    let mut degrees = vec![0; count];
-    for body in contacts.flatten() {
-        if let Some(degree) = degrees.get_mut(body) {
-            *degree += 1;
-        }
-    }
-    degrees
 }

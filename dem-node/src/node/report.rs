@@ -164,7 +164,7 @@ impl Dem {
         ]);
         let worn = Some(&state.worn).filter(|worn| worn.detaches());
         let worn =
-            worn.map(|worn| worn.results(state.feed.delivered(), 1.0 - self.bodies.added_mass_rel));
+            worn.map(|worn| worn.results(state.feed.delivered, 1.0 - self.bodies.added_mass_rel));
         let own = own.chain(worn.into_iter().flatten());
         let flow = self.progress.flow.iter().flat_map(Flow::results);
         let results = results.into_iter().chain(own).chain(flow);

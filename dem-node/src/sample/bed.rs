@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use crate::bodies::geometry::Period;
 use crate::config::layer::LayerConfig;
 use crate::error::DemError;
+use crate::measure::graph::backbone;
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Packing;
 
@@ -90,9 +91,8 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Packing {
         period,
         ceiling,
         floor,
-        crown_radius: 0.0,
         half_width: recipe.half_width_m,
-        thrust: None,
+        ..Packing::default()
     }
 }
 
@@ -114,32 +114,8 @@ fn require_jammed(packing: &Packing) -> Result<(), DemError> {
 /// Contacts per grain that carries load, times two; a contact with a plate counts once like any other. Grains with
 /// fewer than three contacts carry none (rattlers), nor do those that only rattlers hold.
 fn coordination(packing: &Packing) -> f64 {
-    let (pairs, plates) = packing.contacts();
-    let mut carries = vec![true; packing.movable];
-    loop {
-        let mut degree = plates.clone();
-        let mut inner = 0u32;
-        for (a, b) in &pairs {
-            let (a, b) = (*a as usize, *b as usize);
-            if carries[a] && carries[b] {
-                degree[a] += 1;
-                degree[b] += 1;
-                inner += 1;
-            }
-        }
-        let rattlers: Vec<usize> = (0..packing.movable)
-            .filter(|i| carries[*i] && degree[*i] < 3)
-            .collect();
-        if rattlers.is_empty() {
-            let grains = carries.iter().filter(|c| **c).count().max(1);
-            let held: u32 = (0..packing.movable)
-                .filter(|i| carries[*i])
-                .map(|i| plates[i])
-                .sum();
-            return 2.0 * f64::from(inner + held) / grains as f64;
-        }
-        rattlers.into_iter().for_each(|i| carries[i] = false);
-    }
+    let [grains, contacts] = backbone(packing.movable, packing.contacts(), 3);
+    2.0 * contacts as f64 / grains.max(1) as f64
 }
 
 #[cfg(test)]

@@ -66,23 +66,18 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Packing {
         let r = random.radius(&radii);
         filled += PI * r * r;
         let x = random.between(r - half_width, half_width - r);
-        disks.push(Disk {
-            centre: [x, random.between(floor + r, ceiling - r)],
-            radius: r,
-            ..Disk::default()
-        });
+        let y = random.between(floor + r, ceiling - r);
+        disks.push(Disk::at_rest([x, y], r));
     }
     let disks = in_columns(disks);
     Packing {
-        crown_radius: 0.0,
         centres: disks.iter().map(|disk| disk.centre).collect(),
         radii: disks.iter().map(|disk| disk.radius).collect(),
         movable: disks.len(),
-        period: None,
         ceiling,
         floor,
         half_width,
-        thrust: None,
+        ..Packing::default()
     }
 }
 

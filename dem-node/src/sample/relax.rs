@@ -15,7 +15,7 @@ const TOGETHER: usize = 16;
 const UPWARDS: [f64; 2] = [0.0, 1.0];
 
 /// Disks between rigid plates.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Packing {
     /// Centres (m), the movable disks first.
     pub centres: Vec<[f64; 2]>,
@@ -142,11 +142,7 @@ impl Packing {
     /// The disks, at rest.
     pub fn disks(&self) -> impl Iterator<Item = Disk> {
         let disks = self.centres.iter().zip(&self.radii);
-        disks.map(|(centre, radius)| Disk {
-            centre: *centre,
-            radius: *radius,
-            ..Disk::default()
-        })
+        disks.map(|(centre, radius)| Disk::at_rest(*centre, *radius))
     }
 
     fn neighbours(&self) -> NeighbourList {
@@ -199,20 +195,6 @@ impl Packing {
             }
         }
         load.overlaps = overlaps;
-    }
-
-    /// Overlap of the disks of a pair and the force on the first (m), if they touch.
-    #[inline]
-    fn pushed_apart(&self, (a, b, reach): (u32, u32, f64)) -> Option<(f64, [f64; 2])> {
-        let [a, b] = [a, b].map(|disk| self.centres[disk as usize]);
-        let [dx, dy] = between_points(a, b, self.period);
-        let squared = dx * dx + dy * dy;
-        if squared >= reach * reach || squared == 0.0 {
-            return None;
-        }
-        let distance = squared.sqrt();
-        let overlap = reach - distance;
-        Some((overlap, [overlap * dx / distance, overlap * dy / distance]))
     }
 
     /// Pushes the disks of pairs that touch apart, [`TOGETHER`] at a time where that changes no bit: sums go pair by pair, and a pair that
@@ -268,13 +250,15 @@ impl Packing {
             .filter(move |(overlap, _)| *overlap > -reach)
     }
 
-    /// The contacts of the packing: pairs of disks, and how many plates each movable disk touches.
-    pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
-        let mut pairs = self.neighbours().near;
-        pairs.retain(|pair| self.pushed_apart(*pair).is_some());
-        let pairs = pairs.into_iter().map(|(a, b, _)| (a, b)).collect();
-        let plates = (0..self.movable).map(|a| self.pushed_off_plates(a, 0.0).count() as u32);
-        (pairs, plates.collect())
+    /// The contacts of the movable disks; a plate has a number beyond those of all disks.
+    pub fn contacts(&self) -> Vec<[usize; 2]> {
+        let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, 0.0, self.period);
+        let mut contacts = Vec::new();
+        for a in 0..self.movable {
+            contacts.extend(near.of(a).iter().map(|b| [a, *b as usize]));
+            contacts.extend(self.pushed_off_plates(a, 0.0).map(|_| [a, usize::MAX]));
+        }
+        contacts
     }
 }
 
@@ -359,6 +343,19 @@ mod tests {
     use super::*;
     use crate::sample::random::RandomNumbers;
 
+    /// Overlap of the disks of a pair and the force on the first (m), if they touch.
+    fn pushed_apart(packing: &Packing, (a, b, reach): (u32, u32, f64)) -> Option<(f64, [f64; 2])> {
+        let [a, b] = [a, b].map(|disk| packing.centres[disk as usize]);
+        let [dx, dy] = between_points(a, b, packing.period);
+        let squared = dx * dx + dy * dy;
+        if squared >= reach * reach || squared == 0.0 {
+            return None;
+        }
+        let distance = squared.sqrt();
+        let overlap = reach - distance;
+        Some((overlap, [overlap * dx / distance, overlap * dy / distance]))
+    }
+
     /// The plain double loop over all pairs, in their order, is the reference: bit by bit, after a move as well that the list of
     /// neighbours has room for.
     #[test]
@@ -390,7 +387,7 @@ mod tests {
                 for b in a + 1..count {
                     let reach = packing.radii[a] + packing.radii[b];
                     let pair = (a as u32, b as u32, reach);
-                    let Some((overlap, [x, y])) = packing.pushed_apart(pair) else {
+                    let Some((overlap, [x, y])) = pushed_apart(&packing, pair) else {
                         continue;
                     };
                     on_disks[a] = [on_disks[a][0] + x, on_disks[a][1] + y];

@@ -18,6 +18,17 @@ pub struct Disk {
     pub velocity: [f64; 3],
 }
 
+impl Disk {
+    /// A disk at rest.
+    pub fn at_rest(centre: [f64; 2], radius: f64) -> Disk {
+        Disk {
+            centre,
+            radius,
+            velocity: [0.0; 3],
+        }
+    }
+}
+
 /// Grains at rest, ready to be loaded. Of a sample that is kept, a file holds what its recipe makes: no face, no walls, no clusters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Sample {

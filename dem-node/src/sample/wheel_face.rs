@@ -28,10 +28,6 @@ pub fn row(wheel: &DemWheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk
         width += 2.0 * radius;
     }
     let widest = row.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
-    let disks = row.into_iter().map(|(x, radius)| Disk {
-        centre: [x - 0.5 * width, widest],
-        radius,
-        ..Disk::default()
-    });
-    disks.collect()
+    let disk = |(x, radius)| Disk::at_rest([x - 0.5 * width, widest], radius);
+    row.into_iter().map(disk).collect()
 }

@@ -56,11 +56,7 @@ pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> 
         let drawn = (random.unit() * sample.free.len() as f64) as usize;
         let radius = sample.free[drawn].radius;
         left -= config.real_mass(radius, thickness);
-        grains.push(Disk {
-            centre,
-            radius,
-            ..Disk::default()
-        });
+        grains.push(Disk::at_rest(centre, radius));
     }
     grains
 }
@@ -82,7 +78,7 @@ pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
             (detached.point, state.worn.mass)
         }
     };
-    state.feed.owe(due);
+    state.feed.due = due;
     let next = |state: &GrainState| {
         let grain = state.present(bodies);
         let mass = bodies.masses.get(grain).copied();
