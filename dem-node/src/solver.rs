@@ -61,7 +61,7 @@ impl Solver {
         softened: &[u32],
     ) -> Result<Convergence, DemError> {
         problem.prepare_bonds(softened)?;
-        let convergence = pcg::go_on(problem, &mut self.conjugate, criteria, softened);
+        let convergence = self.conjugate.solve(problem, criteria, Some(softened));
         finite(problem, convergence)
     }
 }

@@ -7,8 +7,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::drive::{Drive, StepTime};
-use crate::bodies::geometry::Proximity;
-use crate::bodies::levers::Levers;
 
 /// All clusters of a scene.
 #[derive(Clone, Debug, Default)]
@@ -184,7 +182,7 @@ impl Cluster {
     ///
     /// The point lies `arm` n from the centre of the disk (m). With l from the centre of mass to it, spin moves it by
     /// w (l x n) along the normal and by w (l x t) = w l.n along the tangent t = (-n_y, n_x).
-    fn lever(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2], arm: f64) -> [f64; 2] {
+    pub fn lever(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2], arm: f64) -> [f64; 2] {
         let [nx, ny] = normal;
         let x = centre[0] - pose.centre[0];
         let y = centre[1] - pose.centre[1];
@@ -230,37 +228,6 @@ impl Clusters {
             (Some((a, _)), Some((b, _))) => a == b,
             _ => false,
         }
-    }
-
-    /// Levers and inertia of a contact, when one of its bodies is in a cluster: its point is `arm` radii from the centre of either disk.
-    /// `disk` gives centre and radius of a body (m), `inverse` its inertia where it is none (1/kg).
-    pub fn levers(
-        &self,
-        poses: &[Pose],
-        pair: [usize; 2],
-        (at, arm): (&Proximity, f64),
-        disk: impl Fn(usize) -> ([f64; 2], f64),
-        inverse: impl Fn(usize) -> [f64; 3],
-        time: &StepTime,
-    ) -> Option<Levers> {
-        let clusters = pair.map(|body| self.of(body));
-        if clusters.iter().all(Option::is_none) {
-            return None;
-        }
-        let mut levers = Levers::default();
-        for (i, side) in [-arm, arm].into_iter().enumerate() {
-            (levers.lever[i], levers.inverse[i]) = match clusters[i] {
-                Some((index, cluster)) => {
-                    let (centre, radius) = disk(pair[i]);
-                    (
-                        cluster.lever(&poses[index], at.normal, centre, side * radius),
-                        cluster.inverse_mass(time),
-                    )
-                }
-                None => ([0.0, side], inverse(pair[i])),
-            };
-        }
-        Some(levers)
     }
 }
 

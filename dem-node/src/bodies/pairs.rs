@@ -71,11 +71,6 @@ impl Pairs {
     pub fn laws(&self) -> &[Law] {
         &self.laws
     }
-
-    /// Coefficients of friction in the order of their indices.
-    pub fn frictions(&self) -> impl Iterator<Item = f64> {
-        self.laws.iter().map(|law| law.friction)
-    }
 }
 
 #[cfg(test)]

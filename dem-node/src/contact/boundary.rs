@@ -28,7 +28,8 @@ pub struct CompliantBoundary {
     pub velocity: Vec<f64>,
     /// Contact impulses on the glued disks, p (N s).
     pub impulse: Vec<f64>,
-    feet: Vec<Foot>,
+    /// The feet in the order of their numbers.
+    pub feet: Vec<Foot>,
 }
 
 impl CompliantBoundary {
@@ -93,21 +94,6 @@ impl CompliantBoundary {
         self.velocity.clear();
         self.velocity.extend_from_slice(free_velocity);
         self.impulse.fill(0.0);
-    }
-
-    /// Forgets the feet.
-    pub fn lift_feet(&mut self) {
-        self.feet.clear();
-    }
-
-    /// Adds a foot.
-    pub fn place_foot(&mut self, foot: Foot) {
-        self.feet.push(foot);
-    }
-
-    /// The feet in the order of their numbers.
-    pub fn feet(&self) -> &[Foot] {
-        &self.feet
     }
 
     /// The foot with this number among disks, points and feet.

@@ -36,6 +36,15 @@ pub struct Slot {
 }
 
 impl Slot {
+    /// The slot of a pair that remembers nothing.
+    pub fn new(a: u32, b: u32) -> Slot {
+        Slot {
+            a,
+            b,
+            ..Slot::default()
+        }
+    }
+
     /// Contact force without the attraction, normal and tangential (N): the one for which contact and friction hold.
     pub fn pressure(&self) -> [f64; 2] {
         [self.force[0] + self.attraction, self.force[1]]
@@ -143,13 +152,7 @@ impl VerletList {
             visit(slot.force[1]);
             visit(slot.spring);
             visit(slot.last_gap);
-            for rare in [
-                slot.reference,
-                slot.joined,
-                slot.couple,
-                slot.attraction,
-                slot.pressed,
-            ] {
+            for (_, rare) in kit::named!(slot; reference, joined, couple, attraction, pressed) {
                 if rare != 0.0 {
                     visit(rare);
                 }
@@ -174,7 +177,7 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
         let near = near.of(a).iter().map(|b| *b as usize);
         let near = near.filter(|b| !store.contains(b));
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
-        slots.extend(apart.map(|b| slot(a, b)));
+        slots.extend(apart.map(|b| Slot::new(a as u32, b as u32)));
         // A rough face is met in its disks.
         let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.first_segment();
         let [x, _] = positions.centres[a];
@@ -183,7 +186,7 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
         slots.extend(
             others
                 .chain(near.filter(|_| a < bodies.free))
-                .map(|b| slot(a, b))
+                .map(|b| Slot::new(a as u32, b as u32))
                 // A glued disk and a fixed wall make no contact: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
                 .filter(|s| distance(bodies, positions, a, s.b as usize) < reach),
@@ -192,21 +195,13 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
     slots
 }
 
-fn slot(a: usize, b: usize) -> Slot {
-    Slot {
-        a: a as u32,
-        b: b as u32,
-        ..Slot::default()
-    }
-}
-
 /// Adds the bonded pairs that are missing in a list sorted by (a, b).
 fn add_bonded(slots: &mut Vec<Slot>, bonded: impl Iterator<Item = (u32, u32)>) {
     let listed = slots.len();
     for pair in bonded {
         let found = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
         if found.is_err() {
-            slots.push(slot(pair.0 as usize, pair.1 as usize));
+            slots.push(Slot::new(pair.0, pair.1));
         }
     }
     if slots.len() > listed {
@@ -231,7 +226,7 @@ mod tests {
 
     #[test]
     fn bonded_pairs_are_listed_however_far_apart() {
-        let mut slots = vec![slot(0, 2), slot(1, 2), slot(3, 4)];
+        let mut slots = vec![Slot::new(0, 2), Slot::new(1, 2), Slot::new(3, 4)];
         add_bonded(&mut slots, [(0, 4), (1, 2), (2, 3)].into_iter());
         let pairs: Vec<(u32, u32)> = slots.iter().map(|s| (s.a, s.b)).collect();
         assert_eq!(pairs, [(0, 2), (0, 4), (1, 2), (2, 3), (3, 4)]);
@@ -243,14 +238,20 @@ mod tests {
             Slot {
                 force: [5.0, 1.0],
                 spring: 2.0,
-                ..slot(0, 3)
+                ..Slot::new(0, 3)
             },
             Slot {
                 force: [7.0, 0.0],
-                ..slot(2, 4)
+                ..Slot::new(2, 4)
             },
         ];
-        let mut new = [slot(0, 2), slot(0, 3), slot(1, 2), slot(2, 4), slot(2, 5)];
+        let mut new = [
+            Slot::new(0, 2),
+            Slot::new(0, 3),
+            Slot::new(1, 2),
+            Slot::new(2, 4),
+            Slot::new(2, 5),
+        ];
         carry_over(&old, &mut new);
         assert_eq!(new.map(|s| s.force[0]), [0.0, 5.0, 0.0, 7.0, 0.0]);
         assert_eq!(new[1].spring, 2.0);

@@ -68,11 +68,7 @@ fn find(slots: &[Slot], pair: (u32, u32)) -> Option<usize> {
 
 fn move_slot(slots: &mut [Slot], index: usize, body: usize) {
     let old = slots[index];
-    slots[index] = Slot {
-        a: old.a,
-        b: old.b,
-        ..Slot::default()
-    };
+    slots[index] = Slot::new(old.a, old.b);
     let Some(target) = find(slots, (old.a, body as u32)) else {
         return;
     };

@@ -283,7 +283,7 @@ impl Sweeper {
         self.clustered.clear();
         let loose = problem.bonds.is_empty();
         let parts = if loose { 1 } else { GLUED_PARTS };
-        let places = problem.boundary.disks() + problem.boundary.feet().len();
+        let places = problem.boundary.disks() + problem.boundary.feet.len();
         let length = places.div_ceil(parts);
         for (index, contact) in problem.contacts.iter().enumerate() {
             let plain = contact.glued || contact.bond != NO_BOND;

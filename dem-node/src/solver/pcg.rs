@@ -170,19 +170,9 @@ pub fn solve(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) 
     buffers.solve(problem, criteria, None)
 }
 
-/// Goes on from the solution of this problem in the buffers: since then only the bonds of these contacts have become softer.
-pub fn go_on(
-    problem: &mut Problem,
-    buffers: &mut Buffers,
-    criteria: &Criteria,
-    softened: &[u32],
-) -> Convergence {
-    buffers.solve(problem, criteria, Some(softened))
-}
-
 impl Buffers {
     /// Solves in single precision where that suits the problem, and in double precision what is left.
-    fn solve(
+    pub(super) fn solve(
         &mut self,
         problem: &mut Problem,
         criteria: &Criteria,

@@ -51,6 +51,18 @@ pub struct ByCandidate<'a, B, C> {
     pub passed: usize,
 }
 
+impl<'a, B, C> ByCandidate<'a, B, C> {
+    /// All bodies and contacts.
+    pub fn all(bodies: &'a mut [B], contacts: C) -> ByCandidate<'a, B, C> {
+        ByCandidate {
+            bodies,
+            contacts,
+            first: 0,
+            passed: 0,
+        }
+    }
+}
+
 impl<B: Send, C: Cut + AsRef<[Contact]>> Cut for ByCandidate<'_, B, C> {
     fn cut(self, count: usize) -> (Self, Self) {
         let next = self.first + count;

@@ -158,12 +158,7 @@ impl Problem {
         let mut subdomains: Vec<Subdomain<Vec<u32>>> = Vec::new();
         partition.assign(&mut subdomains);
         let mut records = std::mem::take(&mut self.records);
-        let all = ByCandidate {
-            bodies: &mut records[..],
-            contacts,
-            first: 0,
-            passed: 0,
-        };
+        let all = ByCandidate::all(&mut records, contacts);
         for_each_subdomain(&mut subdomains, all, parallel, &|subdomain, piece| {
             for (index, contact) in piece.contacts.iter().enumerate() {
                 let inside = subdomain.bodies.contains(&(contact.b as usize));
@@ -278,7 +273,7 @@ impl Problem {
             return Some(index);
         }
         let foot = body.checked_sub(self.first_foot)?;
-        (foot < self.boundary.feet().len()).then(|| self.boundary.disks() + foot)
+        (foot < self.boundary.feet.len()).then(|| self.boundary.disks() + foot)
     }
 
     /// True for the wheel, glued disks and feet: W of theirs is none of a mass.

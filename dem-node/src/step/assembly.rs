@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{Proximity, extent};
+use crate::bodies::levers::Levers;
 use crate::bodies::positions::{Positions, corner, proximity};
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
@@ -66,11 +67,12 @@ impl Stepper {
         let bodies = input.bodies;
         self.problem.friction = bodies.law.friction;
         self.problem.frictions.clear();
-        self.problem.frictions.extend(bodies.pairs.frictions());
+        let frictions = bodies.pairs.laws().iter().map(|law| law.friction);
+        self.problem.frictions.extend(frictions);
         self.problem.first_glued = bodies.free;
         self.problem.surface_points = bodies.surface.points.len();
         self.problem.first_foot = bodies.count();
-        self.problem.boundary.lift_feet();
+        self.problem.boundary.feet.clear();
         self.problem.wheel = bodies.wheel();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;
         self.problem.boundary.start(input.free_velocity);
@@ -237,7 +239,7 @@ impl Stepper {
             contact.b = self.problem.records.len() as u32;
             contact.glued = true;
             let foot = surface.on_boundary(foot, bodies.glued());
-            self.problem.boundary.place_foot(foot);
+            self.problem.boundary.feet.push(foot);
             self.problem.records.push(BodyRecord::default());
             let law = bodies.law_at(contact.pair_law);
             if law.restitution.is_some() && contact.bond == NO_BOND {
@@ -390,11 +392,12 @@ impl Stepper {
                 inverse_mass: 1.0 / cluster.mass,
             };
         }
+        let fixed = |[x, y]: [f64; 2]| BodyRecord {
+            velocity: [x, y, 0.0],
+            inverse_mass: 0.0,
+        };
         if let (Some([x, y]), Some(grain)) = (bodies.prescribed_velocity, records.first_mut()) {
-            *grain = BodyRecord {
-                velocity: [x, y, 0.0],
-                ..BodyRecord::default()
-            };
+            *grain = fixed([x, y]);
         }
         records.resize(bodies.disks(), BodyRecord::default());
         if let Some(mass) = bodies.wheel_mass {
@@ -405,17 +408,13 @@ impl Stepper {
                 inverse_mass: 1.0 / mass,
             });
         }
-        let fixed = |[x, y]: [f64; 2]| BodyRecord {
-            velocity: [x, y, 0.0],
-            inverse_mass: 0.0,
-        };
         records.extend(bodies.walls.iter().map(|wall| fixed(wall.velocity)));
         // Until its contacts have feet a segment moves as its middle does.
         let surface = &bodies.surface;
         let middle = |index| surface.on_boundary(surface.middle(index), bodies.glued());
         let segments = (0..surface.segments()).map(middle);
         records.extend(segments.map(|foot| fixed(foot.mean(input.free_velocity))));
-        let feet = self.problem.boundary.feet().len();
+        let feet = self.problem.boundary.feet.len();
         records.resize(records.len() + feet, BodyRecord::default());
     }
 
@@ -480,7 +479,8 @@ impl Stepper {
         (contact, near)
     }
 
-    /// Takes over the levers of a contact, if it needs any.
+    /// Takes over levers and inertia of a contact, if one of its bodies is in a cluster: its point is `contact.lever()` radii from the
+    /// centre of either disk.
     fn take_levers(
         &mut self,
         at: &Detection,
@@ -490,18 +490,27 @@ impl Stepper {
     ) {
         let (state, bodies) = (at.state, at.input.bodies);
         let pair = [slot.a as usize, slot.b as usize];
-        let disk = |body: usize| (state.centres[body], bodies.radii[body]);
-        let inverse = |body: usize| self.problem.inverse_mass(body);
-        let time = at.input.step_time();
-        let near = (near, contact.lever());
-        let levers = bodies
-            .clusters
-            .levers(&state.clusters, pair, near, disk, inverse, &time);
-        if let Some(levers) = levers {
-            contact.levers = self.problem.levers.len() as u32;
-            self.problem.levers.push(levers);
-            [contact.a, contact.b] = pair.map(|body| bodies.clusters.leader_of(body) as u32);
+        let clusters = pair.map(|body| bodies.clusters.of(body));
+        if clusters.iter().all(Option::is_none) {
+            return;
         }
+        let (arm, time) = (contact.lever(), at.input.step_time());
+        let mut levers = Levers::default();
+        for (i, side) in [-arm, arm].into_iter().enumerate() {
+            let body = pair[i];
+            (levers.lever[i], levers.inverse[i]) = match clusters[i] {
+                None => ([0.0, side], self.problem.inverse_mass(body)),
+                Some((index, cluster)) => {
+                    let (pose, centre) = (&state.clusters[index], state.centres[body]);
+                    let reach = side * bodies.radii[body];
+                    let lever = cluster.lever(pose, near.normal, centre, reach);
+                    (lever, cluster.inverse_mass(&time))
+                }
+            };
+        }
+        contact.levers = self.problem.levers.len() as u32;
+        self.problem.levers.push(levers);
+        [contact.a, contact.b] = pair.map(|body| bodies.clusters.leader_of(body) as u32);
     }
 
     /// Gives a contact without bond its bias; false if the pair stays apart in this step and carried no force in the last one.

@@ -109,7 +109,7 @@ impl ConstrainedBodies {
         self.glued = problem.first_glued..problem.first_glued + disks;
         self.first_foot = problem.first_foot;
         self.feet.clear();
-        self.feet.extend_from_slice(problem.boundary.feet());
+        self.feet.extend_from_slice(&problem.boundary.feet);
         self.wheel = problem.wheel;
         self.inverse.clear();
         let wheel = self.wheel.map(|wheel| problem.records[wheel].inverse_mass);

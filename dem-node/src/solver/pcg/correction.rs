@@ -61,7 +61,7 @@ pub fn suits(problem: &Problem) -> bool {
         && !problem.bonds.is_empty()
         && !problem.has_friction()
         && problem.levers.is_empty()
-        && problem.boundary.feet().is_empty()
+        && problem.boundary.feet.is_empty()
 }
 
 impl Correction {
@@ -72,12 +72,7 @@ impl Correction {
         partition.assign(&mut self.subdomains);
         let whole = &*problem;
         let mut bodies = vec![(); whole.records.len()];
-        let all = ByCandidate {
-            bodies: &mut bodies[..],
-            contacts: &whole.contacts[..],
-            first: 0,
-            passed: 0,
-        };
+        let all = ByCandidate::all(&mut bodies, &whole.contacts[..]);
         for_each_subdomain(&mut self.subdomains, all, parallel, &|subdomain, piece| {
             let Interior {
                 batch,
@@ -233,12 +228,7 @@ impl Correction {
     pub fn store(&mut self, problem: &mut Problem, parallel: bool) {
         self.workspace.store(&mut self.outer, parallel);
         problem.boundary = std::mem::take(&mut self.outer.boundary);
-        let all = ByCandidate {
-            bodies: &mut problem.records[..],
-            contacts: &mut problem.contacts[..],
-            first: 0,
-            passed: 0,
-        };
+        let all = ByCandidate::all(&mut problem.records, &mut problem.contacts[..]);
         for_each_subdomain(&mut self.subdomains, all, parallel, &|subdomain, piece| {
             for (index, change) in subdomain.work.batch.changes() {
                 let contact = &mut piece.contacts[index as usize - piece.passed];

@@ -410,7 +410,7 @@ fn softer_bonds_are_solved_from_where_it_is() {
                 problem.prepare_bonds(&[*index]).expect("it is well posed");
             }
         }
-        let gone_on = super::go_on(&mut solved, &mut buffers, &criteria, &softened);
+        let gone_on = buffers.solve(&mut solved, &criteria, Some(&softened));
         let anew = super::solve(&mut fresh, &mut Buffers::default(), &criteria);
         if scene.bonds == 1 && scene.constrained {
             assert_eq!(buffers.holds, super::Holder::Single, "{scene:?}");

@@ -159,12 +159,7 @@ impl Workspace {
     /// Writes impulses and velocities back.
     pub fn store(&mut self, problem: &mut Problem, parallel: bool) {
         self.outside.store(&mut problem.contacts, 0);
-        let all = ByCandidate {
-            bodies: &mut problem.records[..],
-            contacts: &mut problem.contacts[..],
-            first: 0,
-            passed: 0,
-        };
+        let all = ByCandidate::all(&mut problem.records, &mut problem.contacts[..]);
         let items = (&self.bodies[..], all);
         for_each_subdomain(
             &mut self.subdomains,
