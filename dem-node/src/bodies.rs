@@ -126,14 +126,9 @@ impl Bodies {
         }
     }
 
-    /// True if the contacts of any law store energy in springs.
-    pub fn has_springs(&self) -> bool {
-        self.any_law(|law| law.springs.is_some())
-    }
-
     /// True if contacts or bonds store energy.
     pub fn is_elastic(&self) -> bool {
-        self.law.cohesion.is_some() || self.has_springs() || self.attracts()
+        self.law.cohesion.is_some() || self.attracts() || self.any_law(|law| law.springs.is_some())
     }
 
     /// True if some pairs attract each other.

@@ -177,7 +177,7 @@
 //! | healing a' = 1/T under pressure, friction beside it mu (1 - a) | [`law::healing::Healing::grown`], [`law::Law::friction_share`] | Raous and Monerie 2002; this project |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
 //! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`setup::bounds::step_limit`] | [`contact::bond`] |
-//! | feet on a surface, v = S v_g, p = S^T f | [`bodies::surface::Foot`], [`contact::boundary::CompliantBoundary::place_foot`] | virtual work |
+//! | feet on a surface, v = S v_g, p = S^T f | [`bodies::surface::Foot`], [`contact::boundary::CompliantBoundary::feet`] | virtual work |
 //! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
 //! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`step::state::GrainState::energies`] | [`step::ledger`] |

@@ -5,7 +5,6 @@
 //! - [`dem`]: the participant's data, and a step of them;
 //! - `forces`, `maps`, `report`, `request`, `checkpoint`: what it reports, writes, answers and keeps.
 
-mod checkpoint;
 pub mod dem;
 mod forces;
 pub mod interface;
@@ -16,6 +15,7 @@ mod request;
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
+use protocol::checkpoint::{pack, unpack};
 use protocol::{
     BoundaryAnswer, Capabilities, Cause, Description, Node, NodeError, Outcome, Surface, Tolerance,
     Window,
@@ -23,11 +23,12 @@ use protocol::{
 
 use crate::config::solver::OnNotConverged;
 use crate::contact::boundary::CompliantBoundary;
+use crate::measure::flow::Flow;
 use crate::measure::{snapshot, wheel_contacts};
 use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
-use dem::{Dem, Pending};
+use dem::{Dem, Pending, Progress};
 use request::{request, require_numbers};
 
 /// Steps times disks that take some seconds.
@@ -215,12 +216,43 @@ impl Node for Dem {
         Ok(self.report(&summary))
     }
 
+    /// Packs everything that windows have changed, with the hash of the state: fields that are read into others than they
+    /// came from get another one.
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        self.pack_checkpoint()
+        pack(&(&self.progress, self.progress.hash()))
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
-        self.restore_checkpoint(state)
+        let (progress, hash): (Progress, String) = unpack(state)?;
+        let counts = |state: &GrainState| {
+            [
+                state.centres.len(),
+                state.velocities.len(),
+                state.glued_velocity.len(),
+                state.clusters.len(),
+            ]
+        };
+        let refuse = |why: &str| {
+            Err(NodeError::of(
+                Cause::CheckpointUnusable,
+                format!(
+                    "the checkpoint is not of these grains: {why}; resume with the build and the scenario that wrote it"
+                ),
+            ))
+        };
+        if counts(&progress.state) != counts(&self.progress.state) {
+            return refuse("their number is another");
+        }
+        let tracked = |progress: &Progress| progress.flow.as_ref().map(Flow::count);
+        if tracked(&progress) != tracked(&self.progress) {
+            return refuse("the flows of other grains, or of none, are in it");
+        }
+        if progress.hash() != hash {
+            return refuse("their numbers have another hash");
+        }
+        self.progress = progress;
+        self.pending = None;
+        Ok(())
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {

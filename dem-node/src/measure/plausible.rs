@@ -180,12 +180,7 @@ impl FinishedRun<'_> {
     /// An energy (J) over what the grains have stored and lost; 0 where it is noise.
     fn of_kept(&self, energy: f64) -> f64 {
         let ledger = &self.state.ledger;
-        let lost = [
-            ledger.impact,
-            ledger.numerical,
-            ledger.friction,
-            ledger.cohesion,
-        ];
+        let lost = kit::named!(ledger; impact, numerical, friction, cohesion).map(|(_, lost)| lost);
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
         let load = self.program.map_or(0.0, |program| program.load_n);
@@ -346,7 +341,6 @@ mod tests {
     use crate::bodies::faces::{Face, RigidWall};
     use crate::contact::detect::Slot;
     use crate::law::Springs;
-    use crate::measure::report::StepSpan;
     use crate::solver::residual::Convergence;
     use crate::step::StepSummary;
     use crate::step::state::WheelState;
@@ -449,11 +443,8 @@ mod tests {
                 };
                 let carriers = 0..self.carriers[index];
                 state.list.slots = carriers.map(|a| slot(a, GRAINS, LOAD)).collect();
-                let span = StepSpan {
-                    start,
-                    end: start + STEP,
-                };
-                statistics.record(Some(&program), (&self.bodies, &state), step, &span);
+                let span = [start, start + STEP];
+                statistics.record(Some(&program), (&self.bodies, &state), step, span);
             }
             statistics
         }

@@ -165,15 +165,6 @@ impl RecentRatio {
     }
 }
 
-/// Times of a committed step.
-#[derive(Clone, Copy, Debug)]
-pub struct StepSpan {
-    /// Start of the step (s).
-    pub start: f64,
-    /// End of the step (s).
-    pub end: f64,
-}
-
 /// Gathers results over the committed steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunStatistics {
@@ -239,13 +230,13 @@ impl RunStatistics {
         }
     }
 
-    /// Records a committed step.
+    /// Records a committed step, from `start` to `end` (s).
     pub fn record(
         &mut self,
         program: Option<&WheelProgram>,
         grains: (&Bodies, &GrainState),
         step: &StepSummary,
-        span: &StepSpan,
+        [start, end]: [f64; 2],
     ) {
         self.residual_max = larger(self.residual_max, step.convergence.residual);
         self.quad_max = larger(self.quad_max, step.convergence.quad);
@@ -256,14 +247,14 @@ impl RunStatistics {
         if grains.0.has_joints() {
             self.behind_max = self.behind_max.max(grains_behind(grains.0, grains.1));
         }
-        let h = span.end - span.start;
+        let h = end - start;
         self.step_max = larger(self.step_max, h);
         let bond_load = step.bond_load_squared.sqrt().min(1.0);
         self.bond_load_max = larger(self.bond_load_max, bond_load);
         if bond_load > HALF_STRENGTH {
             self.bond_step_max = larger(self.bond_step_max, h);
         }
-        let loading = program.is_some_and(|program| span.start < program.ramp_s);
+        let loading = program.is_some_and(|program| start < program.ramp_s);
         if !loading {
             self.added_inertia
                 .add(step.added_inertia * h, step.transmitted * h);
@@ -276,7 +267,7 @@ impl RunStatistics {
         self.accepted_steps += u64::from(!step.convergence.converged);
         self.last = *step;
         if let Some(program) = program {
-            self.record_wheel(program, grains, step, span);
+            self.record_wheel(program, grains, step, [start, end]);
         }
     }
 
@@ -285,11 +276,11 @@ impl RunStatistics {
         program: &WheelProgram,
         (bodies, state): (&Bodies, &GrainState),
         step: &StepSummary,
-        span: &StepSpan,
+        [start, end]: [f64; 2],
     ) {
         let force = step.on_wheel;
         let height = state.wheel.position[1];
-        let middle = 0.5 * (span.start + span.end);
+        let middle = 0.5 * (start + end);
         let motion = program.motion_start();
         if middle <= motion {
             self.height_at_motion_start = Some(height);
@@ -301,7 +292,7 @@ impl RunStatistics {
                 self.held_range = Some(wider(self.held_range, force[1]));
                 add_contacts(&mut self.held_contacts, bodies, state);
             }
-            if 2.0 * span.end - middle >= motion {
+            if 2.0 * end - middle >= motion {
                 self.before_motion = Some(force[1]);
             }
             self.held_velocity = state.wheel.velocity[1];
@@ -309,7 +300,7 @@ impl RunStatistics {
         }
         self.before_motion.get_or_insert(0.0);
         self.height_range = Some(wider(self.height_range, height));
-        self.drift.record(program, span.end, height);
+        self.drift.record(program, end, height);
         add_contacts(&mut self.moved_contacts, bodies, state);
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);
@@ -335,11 +326,6 @@ impl RunStatistics {
         [&self.held_contacts, &self.moved_contacts].map(|means| means[1].value())
     }
 
-    /// Share of the loaded steps in which rounding decided that the contact solve had converged.
-    pub fn rounding_limited(&self) -> Option<f64> {
-        (self.loaded_steps > 0).then(|| self.rounding_steps as f64 / self.loaded_steps as f64)
-    }
-
     /// The results so far.
     pub fn results(
         &self,
@@ -362,7 +348,9 @@ impl RunStatistics {
             ("lost_grains", lost_grains(bodies, state) as f64),
             ("inside_grains", inside_grains(bodies, state) as f64),
         ]);
-        let rounding = self.rounding_limited().filter(|share| *share > 0.0);
+        // Share of the loaded steps in which rounding decided that the contact solve had converged.
+        let share = self.rounding_steps as f64 / self.loaded_steps as f64;
+        let rounding = (self.rounding_steps > 0).then_some(share);
         results.extend(given([("rounding_limited_rel", rounding)]));
         let Some(program) = program else {
             return results;

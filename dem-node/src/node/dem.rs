@@ -19,7 +19,7 @@ use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::{Flow, FlowScene};
 use crate::measure::force_means::ForceMeans;
 use crate::measure::profile::GrainProfile;
-use crate::measure::report::{RunStatistics, StepSpan};
+use crate::measure::report::RunStatistics;
 use crate::measure::stress::{self, StressMap};
 use crate::node::interface::InterfaceDisks;
 use crate::sample::prepared::SampleStore;
@@ -311,9 +311,8 @@ impl Dem {
         if let Some(program) = &self.program {
             cycles.record(program, [start, end], (state, summary), flow.as_ref());
         }
-        let span = StepSpan { start, end };
         let grains = (&self.bodies, &*state);
-        statistics.record(self.program.as_ref(), grains, summary, &span);
+        statistics.record(self.program.as_ref(), grains, summary, [start, end]);
     }
 }
 

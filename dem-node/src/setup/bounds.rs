@@ -98,19 +98,21 @@ impl StepBounds {
                 self.inertial_time
             ));
         }
-        let longest = WHEEL_TRAVEL * self.smallest / self.top_speed;
-        if step > longest {
-            warnings.push(format!(
-                "in a step of {step:e} s the wheel moves {:.3} of the smallest radius; keep it below {WHEEL_TRAVEL} with a step of at most {longest:e} s",
-                step * self.top_speed / self.smallest
-            ));
-        }
-        let longest = CLUSTER_TRAVEL * self.smallest / self.driven_speed;
-        if step > longest {
-            warnings.push(format!(
-                "in a step of {step:e} s the fastest driven cluster moves {:.3} of the smallest radius; keep it below {CLUSTER_TRAVEL} with a step of at most {longest:e} s",
-                step * self.driven_speed / self.smallest
-            ));
+        for (moves, travel, speed) in [
+            ("the wheel moves", WHEEL_TRAVEL, self.top_speed),
+            (
+                "the fastest driven cluster moves",
+                CLUSTER_TRAVEL,
+                self.driven_speed,
+            ),
+        ] {
+            let longest = travel * self.smallest / speed;
+            if step > longest {
+                warnings.push(format!(
+                    "in a step of {step:e} s {moves} {:.3} of the smallest radius; keep it below {travel} with a step of at most {longest:e} s",
+                    step * speed / self.smallest
+                ));
+            }
         }
         Ok(warnings)
     }

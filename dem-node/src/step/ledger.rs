@@ -117,15 +117,8 @@ impl GrainLedger {
 
     /// Sizes of all works done on the grains (J).
     pub fn worked(&self) -> f64 {
-        let works = [
-            self.interface,
-            self.load,
-            self.drive,
-            self.walls,
-            self.injection,
-            self.weight,
-        ];
-        works.iter().map(|work| work.abs()).sum()
+        let works = kit::named!(self; interface, load, drive, walls, injection, weight);
+        works.iter().map(|(_, work)| work.abs()).sum()
     }
 
     /// All terms but that of walls, which rarely move, in order.

@@ -348,7 +348,7 @@ impl Stepper {
         let b = match contact.b as usize {
             body if body < bodies.count() => velocity_before(bodies, state, body),
             body => {
-                let foot = &self.problem.boundary.feet()[body - bodies.count()];
+                let foot = &self.problem.boundary.feet[body - bodies.count()];
                 let [x, y] = foot.mean(&state.glued_velocity);
                 [x, y, 0.0]
             }
