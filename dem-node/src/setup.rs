@@ -18,7 +18,6 @@ use crate::bodies::faces::depth_behind;
 use crate::bodies::feed::{Detachment, Injection, PointSource, Source};
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
-use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
 use crate::config::detachment::DetachmentConfig;
 use crate::config::injection::InjectionConfig;
@@ -278,7 +277,7 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
     for slot in &state.list.slots {
         let (a, b) = (slot.a as usize, slot.b as usize);
         let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
-        let gap = proximity(bodies, &positions, a, b).gap;
+        let gap = positions.proximity(a, b).gap;
         if gap < -RIGID_OVERLAP * smaller {
             return Err(DemError::Overlap {
                 a,

@@ -554,7 +554,7 @@ fn the_stress_of_a_random_layer_is_that_of_the_forces_on_its_rows() {
         .filter(|slot| slot.b as usize >= bodies.free)
     {
         let (a, b) = (slot.a as usize, slot.b as usize);
-        let at = dem_node::bodies::positions::proximity(bodies, &positions, a, b);
+        let at = positions.proximity(a, b);
         let [n, t] = slot.force;
         let force = n * at.normal[1] + t * at.normal[0];
         // Both disks touch in the middle of their overlap.

@@ -102,13 +102,7 @@ fn a_block_at_rest_is_repaired_without_kinetic_energy() {
         let list = &dem.state().list.slots;
         let places = dem.state().positions(dem.bodies());
         let gap = |slot: &dem_node::contact::detect::Slot| {
-            dem_node::bodies::positions::proximity(
-                dem.bodies(),
-                &places,
-                slot.a as usize,
-                slot.b as usize,
-            )
-            .gap
+            places.proximity(slot.a as usize, slot.b as usize).gap
         };
         let deepest = list.iter().map(gap).fold(0.0, f64::min);
         // What is left of 4e-3 R: the residual of the last repair.

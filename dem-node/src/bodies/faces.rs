@@ -185,15 +185,12 @@ impl Segment {
     pub fn touch(&self, centre: [f64; 2], radius: f64, depth: f64) -> Option<Proximity> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
         if dot(from_start, self.direction) < 0.0 {
-            return self
-                .owns_start(from_start)
-                .then(|| around(from_start, self.direction, radius));
+            let owned = self.owns_start(from_start);
+            return owned.then(|| around(from_start, self.direction, radius));
         }
         if dot(from_end, self.direction) >= 0.0 {
-            return self
-                .after
-                .is_none()
-                .then(|| around(from_end, self.direction, radius));
+            let last = self.after.is_none();
+            return last.then(|| around(from_end, self.direction, radius));
         }
         let normal = left_of(self.direction);
         let height = dot(from_start, normal);

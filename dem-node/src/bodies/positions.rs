@@ -9,6 +9,8 @@ use crate::bodies::geometry::{Proximity, between_disks, between_points, under_wh
 /// Positions at a moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Positions<'a> {
+    /// The bodies.
+    pub bodies: &'a Bodies,
     /// Centres of all disks (m).
     pub centres: &'a [[f64; 2]],
     /// Points of the surface (m).
@@ -23,84 +25,78 @@ pub struct Positions<'a> {
 
 impl Positions<'_> {
     /// The free grains in store, which nothing meets.
-    pub fn store(&self, bodies: &Bodies) -> Range<usize> {
-        self.present..bodies.free
+    pub fn store(&self) -> Range<usize> {
+        self.present..self.bodies.free
     }
-}
 
-/// Normal and gap of two bodies, a the disk of the lower number.
-#[inline]
-pub fn proximity(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Proximity {
-    let (centre, radius) = (positions.centres[a], bodies.radii[a]);
-    if b < bodies.disks() {
-        let from_b = between_points(centre, positions.centres[b], bodies.period);
-        return between_disks(from_b, radius + bodies.radii[b]);
-    }
-    if let Some(segment) = bodies.segment_index(b) {
-        let surface = &bodies.surface;
-        return surface.proximity(segment, positions.surface, centre, radius);
-    }
-    match bodies.wall_of(b) {
-        None => under_wheel(positions.wheel, bodies.wheel_radius, centre, radius),
-        Some(wall) => wall.proximity(wall.frame(centre, positions.wall_motion_time), radius),
-    }
-}
-
-/// Distance of two bodies, also where neither of them is the one that the other will touch (m).
-pub fn distance(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> f64 {
-    if let Some(segment) = bodies.segment_index(b) {
-        let (surface, points) = (&bodies.surface, positions.surface);
-        return surface.distance(segment, points, positions.centres[a]) - bodies.radii[a];
-    }
-    match bodies.wall_of(b) {
-        None => proximity(bodies, positions, a, b).gap,
-        Some(wall) => {
-            let centre = wall.frame(positions.centres[a], positions.wall_motion_time);
-            wall.distance(centre) - bodies.radii[a]
+    /// Normal and gap of two bodies, a the disk of the lower number.
+    #[inline]
+    pub fn proximity(&self, a: usize, b: usize) -> Proximity {
+        let bodies = self.bodies;
+        let (centre, radius) = (self.centres[a], bodies.radii[a]);
+        if b < bodies.disks() {
+            let from_b = between_points(centre, self.centres[b], bodies.period);
+            return between_disks(from_b, radius + bodies.radii[b]);
+        }
+        if let Some(segment) = bodies.segment_index(b) {
+            let surface = &bodies.surface;
+            return surface.proximity(segment, self.surface, centre, radius);
+        }
+        match bodies.wall_of(b) {
+            None => under_wheel(self.wheel, bodies.wheel_radius, centre, radius),
+            Some(wall) => wall.proximity(wall.frame(centre, self.wall_motion_time), radius),
         }
     }
-}
 
-/// The segment of a wall or surface to which a disk has passed that is beyond an end of segment `b`.
-pub fn successor(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<usize> {
-    let (segment, centre, first) = segment_under(bodies, positions, a, b)?;
-    segment.successor(centre).map(|next| first + next)
-}
-
-/// Gap of the disk `a` over the line of the segment `b` of a wall or surface, also beyond its ends (m).
-pub fn gap_over_line(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<f64> {
-    let (segment, centre, _) = segment_under(bodies, positions, a, b)?;
-    Some(segment.height(centre) - bodies.radii[a])
-}
-
-/// The body after the segment `b` of a wall or surface, and the gap of the disk `a` at the corner between them (m).
-pub fn corner(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Option<(usize, f64)> {
-    let (segment, centre, first) = segment_under(bodies, positions, a, b)?;
-    let (next, distance) = segment.corner(centre)?;
-    Some((first + next, distance - bodies.radii[a]))
-}
-
-/// The segment of a wall or surface that the body `b` is, the centre of the disk `a` as it sees it, and the body from which its joints count.
-fn segment_under(
-    bodies: &Bodies,
-    positions: &Positions,
-    a: usize,
-    b: usize,
-) -> Option<(Segment, [f64; 2], usize)> {
-    let centre = positions.centres[a];
-    if let Some(index) = bodies.segment_index(b) {
-        let (surface, points) = (&bodies.surface, positions.surface);
-        let centre = surface.image(index, points, centre);
-        return Some((
-            surface.segment(index, points),
-            centre,
-            bodies.first_segment(),
-        ));
+    /// Distance of two bodies, also where neither of them is the one that the other will touch (m).
+    pub fn distance(&self, a: usize, b: usize) -> f64 {
+        let (bodies, centre) = (self.bodies, self.centres[a]);
+        if let Some(segment) = bodies.segment_index(b) {
+            let distance = bodies.surface.distance(segment, self.surface, centre);
+            return distance - bodies.radii[a];
+        }
+        match bodies.wall_of(b) {
+            None => self.proximity(a, b).gap,
+            Some(wall) => {
+                let centre = wall.frame(centre, self.wall_motion_time);
+                wall.distance(centre) - bodies.radii[a]
+            }
+        }
     }
-    let wall = bodies.wall_of(b)?;
-    let Face::Segment(segment) = wall.face else {
-        return None;
-    };
-    let centre = wall.frame(centre, positions.wall_motion_time);
-    Some((segment, centre, bodies.first_wall()))
+
+    /// The segment of a wall or surface to which a disk has passed that is beyond an end of segment `b`.
+    pub fn successor(&self, a: usize, b: usize) -> Option<usize> {
+        let (segment, centre, first) = self.segment_under(a, b)?;
+        segment.successor(centre).map(|next| first + next)
+    }
+
+    /// Gap of the disk `a` over the line of the segment `b` of a wall or surface, also beyond its ends (m).
+    pub fn gap_over_line(&self, a: usize, b: usize) -> Option<f64> {
+        let (segment, centre, _) = self.segment_under(a, b)?;
+        Some(segment.height(centre) - self.bodies.radii[a])
+    }
+
+    /// The body after the segment `b` of a wall or surface, and the gap of the disk `a` at the corner between them (m).
+    pub fn corner(&self, a: usize, b: usize) -> Option<(usize, f64)> {
+        let (segment, centre, first) = self.segment_under(a, b)?;
+        let (next, distance) = segment.corner(centre)?;
+        Some((first + next, distance - self.bodies.radii[a]))
+    }
+
+    /// The segment of a wall or surface that the body `b` is, the centre of the disk `a` as it sees it, and the body from which its joints count.
+    fn segment_under(&self, a: usize, b: usize) -> Option<(Segment, [f64; 2], usize)> {
+        let (bodies, centre) = (self.bodies, self.centres[a]);
+        if let Some(index) = bodies.segment_index(b) {
+            let surface = &bodies.surface;
+            let centre = surface.image(index, self.surface, centre);
+            let segment = surface.segment(index, self.surface);
+            return Some((segment, centre, bodies.first_segment()));
+        }
+        let wall = bodies.wall_of(b)?;
+        let Face::Segment(segment) = wall.face else {
+            return None;
+        };
+        let centre = wall.frame(centre, self.wall_motion_time);
+        Some((segment, centre, bodies.first_wall()))
+    }
 }

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
 use crate::bodies::geometry::squared_displacements;
-use crate::bodies::positions::{Positions, distance};
+use crate::bodies::positions::Positions;
 use crate::contact::cells::NearPairs;
 
 /// A pair of bodies that may touch, with its memory from step to step.
@@ -84,14 +83,14 @@ impl VerletList {
     /// touch at the reference of a broken bond, stay listed, however far apart.
     pub fn refresh(
         &mut self,
-        bodies: &Bodies,
         positions: &Positions,
         travel: f64,
         bonded: impl Iterator<Item = (u32, u32)>,
     ) {
+        let bodies = positions.bodies;
         let needed = bodies.alert + 2.0 * travel;
         if self.centres.len() == positions.centres.len()
-            && needed + 2.0 * self.drift(bodies, positions) <= self.reach
+            && needed + 2.0 * self.drift(positions) <= self.reach
         {
             return;
         }
@@ -102,7 +101,7 @@ impl VerletList {
         self.surface.extend_from_slice(positions.surface);
         self.wheel = positions.wheel;
         self.wall_motion_time = positions.wall_motion_time;
-        let mut listed = list_pairs(bodies, positions, self.reach);
+        let mut listed = list_pairs(positions, self.reach);
         let touching = self.slots.iter().filter(|slot| slot.reference > 0.0);
         let touching = touching.map(|slot| (slot.a, slot.b));
         add_bonded(&mut listed, bonded.chain(touching));
@@ -121,14 +120,14 @@ impl VerletList {
     }
 
     /// Largest displacement of a body since the list was built (m).
-    fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
+    fn drift(&self, positions: &Positions) -> f64 {
         let squared = squared_displacements(positions.centres, &self.centres);
         let squared = squared.chain(squared_displacements(positions.surface, &self.surface));
         let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
         let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
         match positions.wall_motion_time - self.wall_motion_time {
             0.0 => farthest,
-            time => farthest.max(time * bodies.wall_speed()),
+            time => farthest.max(time * positions.bodies.wall_speed()),
         }
     }
 
@@ -162,7 +161,8 @@ impl VerletList {
 }
 
 /// The pairs that are closer than `reach` (m), by their numbers; two disks that are glued, or of one cluster, are none.
-pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
+pub fn list_pairs(positions: &Positions, reach: f64) -> Vec<Slot> {
+    let bodies = positions.bodies;
     let mut slots = Vec::new();
     let mut near = NearPairs::new(
         positions.centres,
@@ -171,7 +171,7 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
         reach,
         bodies.period,
     );
-    let store = positions.store(bodies);
+    let store = positions.store();
     let segments = bodies.surface.order(positions.surface);
     for a in (0..store.start).chain(store.end..bodies.disks()) {
         let near = near.of(a).iter().map(|b| *b as usize);
@@ -189,7 +189,7 @@ pub fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slo
                 .map(|b| Slot::new(a as u32, b as u32))
                 // A glued disk and a fixed wall make no contact: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
-                .filter(|s| distance(bodies, positions, a, s.b as usize) < reach),
+                .filter(|s| positions.distance(a, s.b as usize) < reach),
         );
     }
     slots

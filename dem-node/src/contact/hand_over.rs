@@ -4,19 +4,14 @@
 //! one segment is otherwise than at the next. Where the disk already presses on the next segment, or is bonded to it, the bond cannot go
 //! along and is torn.
 
-use crate::bodies::Bodies;
-use crate::bodies::positions::{Positions, gap_over_line, proximity, successor};
+use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
 
 /// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns what torn bonds lose.
-pub fn hand_over(
-    slots: &mut [Slot],
-    bonds: &mut Vec<Bond>,
-    bodies: &Bodies,
-    positions: &Positions,
-) -> Vec<Loss> {
+pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Positions) -> Vec<Loss> {
+    let bodies = positions.bodies;
     let (mut torn, mut moved) = (Vec::new(), Vec::new());
     for index in 0..slots.len() {
         let slot = slots[index];
@@ -30,7 +25,7 @@ pub fn hand_over(
         }
         let mut passed = [start, start];
         // Of short segments several may be passed at once.
-        while let Some(next) = successor(bodies, positions, a, passed[1])
+        while let Some(next) = positions.successor(a, passed[1])
             && next != passed[0]
         {
             passed = [passed[1], next];
@@ -42,8 +37,8 @@ pub fn hand_over(
         if let Some(bond) = bond {
             let pair = (slot.a, next as u32);
             let free = find(slots, pair).is_some_and(|there| slots[there].pressure() == [0.0; 2]);
-            let gap = proximity(bodies, positions, a, next).gap;
-            let before = gap_over_line(bodies, positions, a, start);
+            let gap = positions.proximity(a, next).gap;
+            let before = positions.gap_over_line(a, start);
             match before.filter(|_| free && gap.is_finite() && find_bond(bonds, pair).is_none()) {
                 Some(before) => {
                     bonds[bond].reference += gap - before;

@@ -1,7 +1,7 @@
 //! The bonds at the start: between which grains they are.
 
 use crate::bodies::Bodies;
-use crate::bodies::positions::{Positions, proximity};
+use crate::bodies::positions::Positions;
 use crate::contact::bond::Bond;
 use crate::contact::detect::{Slot, VerletList};
 use crate::law::cohesion::Cohesion;
@@ -11,7 +11,8 @@ use crate::law::cohesion::Cohesion;
 ///
 /// A grain that carried nothing in the pressed bed may end up with one bond. It stands on it as on a pin, and rolls under
 /// the wheel instead of sliding: one such grain under 184 of 8 000 N made the friction loop 7 % larger.
-pub fn initial_bonds(bodies: &Bodies, positions: &Positions, list: &VerletList) -> Vec<Bond> {
+pub fn initial_bonds(positions: &Positions, list: &VerletList) -> Vec<Bond> {
+    let bodies = positions.bodies;
     let Some(law) = &bodies.law.cohesion else {
         return Vec::new();
     };
@@ -20,12 +21,12 @@ pub fn initial_bonds(bodies: &Bodies, positions: &Positions, list: &VerletList) 
         .iter()
         .filter(|s| (s.b as usize) < bondable(bodies));
     let bond = |slot: &Slot| {
-        let gap = proximity(bodies, positions, slot.a as usize, slot.b as usize).gap;
+        let gap = positions.proximity(slot.a as usize, slot.b as usize).gap;
         (gap < law.alert).then(|| Bond::new(bodies, law, [slot.a, slot.b], gap))
     };
     let mut bonds = grains.filter_map(bond).collect();
     if law.bonds_min > 0 {
-        hold_loose_grains(bodies, positions, law, &mut bonds);
+        hold_loose_grains(positions, law, &mut bonds);
     }
     bonds
 }
@@ -39,12 +40,8 @@ fn bondable(bodies: &Bodies) -> usize {
     }
 }
 
-fn hold_loose_grains(
-    bodies: &Bodies,
-    positions: &Positions,
-    law: &Cohesion,
-    bonds: &mut Vec<Bond>,
-) {
+fn hold_loose_grains(positions: &Positions, law: &Cohesion, bonds: &mut Vec<Bond>) {
+    let bodies = positions.bodies;
     let mut count = vec![0; bodies.disks()];
     for bond in bonds.iter() {
         count[bond.a as usize] += 1;
@@ -55,7 +52,7 @@ fn hold_loose_grains(
         if missing == 0 {
             continue;
         }
-        for (pair, gap) in nearest(bodies, positions, bonds, grain as u32, missing) {
+        for (pair, gap) in nearest(positions, bonds, grain as u32, missing) {
             pair.iter().for_each(|disk| count[*disk as usize] += 1);
             bonds.push(Bond::new(bodies, law, pair, gap));
         }
@@ -65,20 +62,19 @@ fn hold_loose_grains(
 
 /// The pairs of smallest gap (m) that a grain makes with disks to which it has no bond, so many of them.
 fn nearest(
-    bodies: &Bodies,
     positions: &Positions,
     bonds: &[Bond],
     grain: u32,
     count: usize,
 ) -> Vec<([u32; 2], f64)> {
     let pair = |other: u32| [grain.min(other), grain.max(other)];
-    let gap = |[a, b]: [u32; 2]| proximity(bodies, positions, a as usize, b as usize).gap;
+    let gap = |[a, b]: [u32; 2]| positions.proximity(a as usize, b as usize).gap;
     let own = bonds
         .iter()
         .filter(|bond| bond.a == grain || bond.b == grain);
     let bonded: Vec<[u32; 2]> = own.map(|bond| [bond.a, bond.b]).collect();
-    let store = positions.store(bodies);
-    let mut pairs: Vec<_> = (0..bondable(bodies) as u32)
+    let store = positions.store();
+    let mut pairs: Vec<_> = (0..bondable(positions.bodies) as u32)
         .filter(|other| !store.contains(&(*other as usize)))
         .filter(|other| *other != grain && !bonded.contains(&pair(*other)))
         .map(|other| (pair(other), gap(pair(other))))

@@ -14,8 +14,7 @@
 //! A disk that is bonded to one of them has that contact alone: a share of none, `joined` infinite, is no contact. When the bond is gone, or the
 //! corner, the others touch where they are, so that nothing is made of it.
 
-use crate::bodies::Bodies;
-use crate::bodies::positions::{Positions, corner, proximity};
+use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 
@@ -24,10 +23,10 @@ use crate::contact::detect::Slot;
 pub fn share_springs(
     slots: &mut [Slot],
     bonds: &[Bond],
-    (bodies, positions): (&Bodies, &Positions),
+    positions: &Positions,
     missing: impl Fn(u32) -> f64,
 ) {
-    let mut rest = slots;
+    let (mut rest, bodies) = (slots, positions.bodies);
     while let Some(first) = rest
         .iter()
         .position(|s| s.b as usize >= bodies.first_wall())
@@ -36,23 +35,18 @@ pub fn share_springs(
         let of_disk = rest[first..].iter().take_while(|slot| slot.a == a).count();
         let (on_faces, others) = rest[first..].split_at_mut(of_disk);
         if of_disk > 1 || on_faces[0].joined != 0.0 {
-            share_among(on_faces, bonds, (bodies, positions), missing(a));
+            share_among(on_faces, bonds, positions, missing(a));
         }
         rest = others;
     }
 }
 
-fn share_among(
-    slots: &mut [Slot],
-    bonds: &[Bond],
-    (bodies, positions): (&Bodies, &Positions),
-    missing: f64,
-) {
+fn share_among(slots: &mut [Slot], bonds: &[Bond], positions: &Positions, missing: f64) {
     let a = slots[0].a as usize;
     let overlap = |slot: &Slot| {
-        let law = bodies.law_of(a, slot.b as usize);
+        let law = positions.bodies.law_of(a, slot.b as usize);
         law.springs?;
-        let gap = proximity(bodies, positions, a, slot.b as usize).gap + missing - slot.reference;
+        let gap = positions.proximity(a, slot.b as usize).gap + missing - slot.reference;
         (gap < 0.0).then_some(-gap)
     };
     let mut overlaps: Vec<f64> = slots.iter().map(|s| overlap(s).unwrap_or(0.0)).collect();
@@ -66,7 +60,7 @@ fn share_among(
     let mut pairs = Vec::new();
     for from in (0..slots.len()).filter(|slot| presses(*slot)) {
         let (mut at, mut shallowest) = (slots[from].b as usize, f64::INFINITY);
-        while let Some((next, gap)) = corner(bodies, positions, a, at) {
+        while let Some((next, gap)) = positions.corner(a, at) {
             shallowest = shallowest.min(-gap - missing);
             if shallowest <= 0.0 || next == slots[from].b as usize {
                 break;
@@ -142,6 +136,7 @@ fn divide(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bodies::Bodies;
     use crate::bodies::faces::{Face, RigidWall, polyline};
     use crate::law::{Law, Springs};
 
@@ -169,6 +164,7 @@ mod tests {
             ..Bodies::default()
         };
         let positions = Positions {
+            bodies: &bodies,
             centres: &[[0.0, 0.9]],
             surface: &[],
             present: 1,
@@ -187,7 +183,7 @@ mod tests {
         };
         let mut slots = [slot(1, -0.1), slot(2, 0.0)];
         let mut share = |bonds: &[Bond]| {
-            share_springs(&mut slots, bonds, (&bodies, &positions), |_| 0.0);
+            share_springs(&mut slots, bonds, &positions, |_| 0.0);
             slots
         };
         let bonded = share(&[bond]);
@@ -195,7 +191,7 @@ mod tests {
         assert_eq!(bonded[1].joined, f64::INFINITY);
         let [first, second] = share(&[]);
         assert_eq!(first, slot(1, -0.1));
-        let gap = proximity(&bodies, &positions, 0, 2).gap;
+        let gap = positions.proximity(0, 2).gap;
         assert!(
             gap < -0.09 && (second.reference - gap).abs() < 1e-15,
             "{second:?}"

@@ -25,7 +25,6 @@ use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bodies::positions::proximity;
 use crate::config::flow::FlowConfig;
 use crate::contact::bond::holding;
 use crate::measure::graph::first_bodies;
@@ -481,7 +480,7 @@ fn pressed_by_lid(bodies: &Bodies, state: &GrainState, base: f64) -> f64 {
     let forces = slots
         .filter(|slot| lid.contains(&(slot.b as usize)))
         .map(|slot| {
-            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            let at = positions.proximity(slot.a as usize, slot.b as usize);
             -(slot.force[0] * at.normal[1] + slot.force[1] * at.normal[0])
         });
     let heights = state.centres[lid.clone()].iter().map(|centre| centre[1]);

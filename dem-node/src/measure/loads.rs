@@ -6,7 +6,6 @@
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
-use crate::bodies::positions::proximity;
 use crate::step::state::GrainState;
 
 /// Force of a contact on a grain.
@@ -56,7 +55,7 @@ pub fn for_each_load(bodies: &Bodies, state: &GrainState, mut visit: impl FnMut(
     let slots = state.list.slots.iter();
     for slot in slots.filter(|slot| slot.force != [0.0; 2]) {
         let (a, b) = (slot.a as usize, slot.b as usize);
-        let at = proximity(bodies, &positions, a, b);
+        let at = positions.proximity(a, b);
         let [nx, ny] = at.normal;
         let [f_n, f_t] = slot.force;
         let force = [f_n * nx - f_t * ny, f_n * ny + f_t * nx];

@@ -7,7 +7,6 @@
 //! after sqrt(2) radii, where the square lattice has its corners, so that a hole between grains is nobody's.
 
 use crate::bodies::Bodies;
-use crate::bodies::positions::proximity;
 use crate::contact::detect::list_pairs;
 use crate::measure::loads::{ends, grains};
 use crate::step::state::GrainState;
@@ -85,9 +84,9 @@ pub fn tiles(
     };
     let mut tiles: Vec<Tile> = (0..state.present(bodies)).map(square).collect();
     let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    for pair in list_pairs(bodies, &positions, widest) {
+    for pair in list_pairs(&positions, widest) {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        let at = proximity(bodies, &positions, a, b);
+        let at = positions.proximity(a, b);
         // A wall is a disk without a radius: the line is its face.
         let radii = [a, b].map(|body| bodies.radii.get(body).copied().unwrap_or(0.0));
         let apart = 1.0 + at.gap / (radii[0] + radii[1]);

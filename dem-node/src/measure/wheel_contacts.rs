@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use crate::bodies::Bodies;
-use crate::bodies::positions::proximity;
 use crate::measure::loads;
 use crate::step::state::GrainState;
 
@@ -17,7 +16,7 @@ pub fn count(bodies: &Bodies, state: &GrainState) -> Option<[usize; 2]> {
     let pressing = state.list.pressing();
     let on_wheel = pressing.filter(|slot| bodies.is_wheel(slot.b as usize));
     let lifts = on_wheel.map(|slot| {
-        let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+        let at = positions.proximity(slot.a as usize, slot.b as usize);
         -at.normal[1] * slot.force[0]
     });
     let mut lifts: Vec<f64> = lifts.collect();
@@ -48,7 +47,7 @@ pub fn traction_csv(bodies: &Bodies, state: &GrainState, thickness_m: f64) -> Op
     let pressing = state.list.pressing();
     for slot in pressing.filter(|slot| bodies.is_wheel(slot.b as usize)) {
         let (a, [f_n, f_t]) = (slot.a as usize, slot.force);
-        let [nx, ny] = proximity(bodies, &positions, a, slot.b as usize).normal;
+        let [nx, ny] = positions.proximity(a, slot.b as usize).normal;
         let x = state.centres[a][0] - bodies.radii[a] * nx;
         let cell = ((x - left) / width + 1.0).clamp(0.0, forces.len() as f64 - 1.0);
         let force = &mut forces[cell as usize];

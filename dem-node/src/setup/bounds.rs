@@ -5,7 +5,6 @@ use protocol::{AccuracyLimit, Cause};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
-use crate::bodies::positions::proximity;
 use crate::config::DemConfig;
 use crate::contact::bond::Bond;
 use crate::error::DemError;
@@ -127,7 +126,7 @@ pub fn advice_on_travel(
     [step, end, bound]: [f64; 3],
 ) -> Option<String> {
     let (positions, [gx, gy]) = (state.positions(bodies), bodies.gravity);
-    let at = |a: usize, b: usize| proximity(bodies, &positions, a, b);
+    let at = |a: usize, b: usize| positions.proximity(a, b);
     let velocity = |i: usize| state.velocity_of(bodies, i);
     let mut touching = vec![false; bodies.count()];
     for [a, b] in state

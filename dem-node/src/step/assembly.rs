@@ -6,7 +6,7 @@ use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{Proximity, extent};
 use crate::bodies::levers::Levers;
-use crate::bodies::positions::{Positions, corner, proximity};
+use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
 use crate::contact::hand_over::hand_over;
@@ -85,12 +85,12 @@ impl Stepper {
         }
         let mut bonds = std::mem::take(&mut state.bonds);
         let positions = positions_at_detection(state, input);
-        list.refresh(bodies, &positions, travel, bonds.iter().map(Bond::pair));
+        list.refresh(&positions, travel, bonds.iter().map(Bond::pair));
         let mut torn = Vec::new();
         if bodies.has_joints() {
-            torn = hand_over(&mut list.slots, &mut bonds, bodies, &positions);
+            torn = hand_over(&mut list.slots, &mut bonds, &positions);
             let missing = |grain| state.feed.missing(grain);
-            share_springs(&mut list.slots, &bonds, (bodies, &positions), missing);
+            share_springs(&mut list.slots, &bonds, &positions, missing);
         }
         torn.iter().for_each(|loss| state.ledger.lose(loss));
         state.bonds = bonds;
@@ -175,7 +175,7 @@ impl Stepper {
         let range = law.adhesion.map_or(0.0, |law| law.range);
         let reaches = |from: usize, to: usize| {
             let mut last = from;
-            while let Some((next, gap)) = corner(bodies, at.positions, a as usize, last)
+            while let Some((next, gap)) = at.positions.corner(a as usize, last)
                 && gap < range
                 && next != from
                 && last != to
@@ -438,7 +438,7 @@ impl Stepper {
     fn candidate(&self, at: &Detection, slot: &Slot, bond: Option<&Bond>) -> (Contact, Proximity) {
         let (state, bodies, h) = (at.state, at.input.bodies, at.input.step);
         let pair = [slot.a as usize, slot.b as usize];
-        let mut near = proximity(bodies, at.positions, pair[0], pair[1]);
+        let mut near = at.positions.proximity(pair[0], pair[1]);
         if state.feed.grows() {
             near.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
         }
@@ -547,7 +547,7 @@ impl Stepper {
 
 /// Positions at which contacts are detected. Grains and height of the wheel have drifted already, its prescribed
 /// way is uniform within the step.
-fn positions_at_detection<'a>(state: &'a GrainState, input: &StepInput) -> Positions<'a> {
+fn positions_at_detection<'a>(state: &'a GrainState, input: &StepInput<'a>) -> Positions<'a> {
     let bodies = input.bodies;
     let mut positions = state.positions(bodies);
     if bodies.wheel_radius > 0.0 {

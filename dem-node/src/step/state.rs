@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Pose;
 use crate::bodies::feed::Feed;
-use crate::bodies::positions::{Positions, proximity};
+use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::VerletList;
 use crate::contact::initial_bonds::initial_bonds;
@@ -112,19 +112,19 @@ impl GrainState {
         state.carry_surface(bodies);
         let mut list = VerletList::default();
         let positions = state.positions(bodies);
-        list.refresh(bodies, &positions, 0.0, std::iter::empty());
-        state.bonds = initial_bonds(bodies, &positions, &list);
+        list.refresh(&positions, 0.0, std::iter::empty());
+        state.bonds = initial_bonds(&positions, &list);
         let positions = state.positions(bodies);
         // With the pairs that are bonded further apart than the list reaches.
         list.invalidate();
-        list.refresh(bodies, &positions, 0.0, state.bonds.iter().map(Bond::pair));
-        share_springs(&mut list.slots, &state.bonds, (bodies, &positions), |_| 0.0);
+        list.refresh(&positions, 0.0, state.bonds.iter().map(Bond::pair));
+        share_springs(&mut list.slots, &state.bonds, &positions, |_| 0.0);
         let mut bonds = BondCursor::new(&state.bonds);
         for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {
                 continue;
             }
-            let gap = proximity(bodies, &positions, slot.a as usize, slot.b as usize).gap;
+            let gap = positions.proximity(slot.a as usize, slot.b as usize).gap;
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             if let (Some(springs), true) = (law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal / (1.0 + slot.joined);
@@ -142,9 +142,10 @@ impl GrainState {
     }
 
     /// Positions of everything.
-    pub fn positions(&self, bodies: &Bodies) -> Positions<'_> {
+    pub fn positions<'a>(&'a self, bodies: &'a Bodies) -> Positions<'a> {
         let [x, y] = self.wheel.position;
         Positions {
+            bodies,
             centres: &self.centres,
             surface: &self.surface,
             present: self.present(bodies),

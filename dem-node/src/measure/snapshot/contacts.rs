@@ -3,7 +3,6 @@
 use kit::vtk::{DatasetKind, VtkFile};
 
 use super::parts::{FieldScene, cells, points, poly_data};
-use crate::bodies::positions::proximity;
 use crate::contact::bond::BondCursor;
 use crate::contact::detect::Slot;
 use crate::measure::loads::shown;
@@ -62,7 +61,7 @@ fn lines(scene: &FieldScene) -> Vec<Line> {
     let seen = held.filter(|(slot, _)| !across_the_seam(scene, slot));
     let line = |(slot, adhesion): (&Slot, f64)| {
         let [a, b] = [slot.a, slot.b].map(|body| body as usize);
-        let at = proximity(bodies, &positions, a, b);
+        let at = positions.proximity(a, b);
         let reach = bodies.radii[a] + at.gap;
         let centre = state.centres[a];
         let point = [0, 1].map(|k| centre[k] - reach * at.normal[k]);
