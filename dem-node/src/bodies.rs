@@ -105,10 +105,8 @@ impl Bodies {
     /// Place of a glued disk or a point of the surface in the undeformed boundary (m).
     pub fn boundary_point(&self, number: usize) -> [f64; 2] {
         let of_surface = || self.surface.points[number - self.glued()];
-        self.reference
-            .get(number)
-            .copied()
-            .unwrap_or_else(of_surface)
+        let glued = self.reference.get(number).copied();
+        glued.unwrap_or_else(of_surface)
     }
 
     /// The law between two bodies.
@@ -223,9 +221,8 @@ impl Bodies {
 
     /// Index of a glued disk; `None` for other bodies.
     pub fn glued_index(&self, body: usize) -> Option<usize> {
-        (self.free..self.first_face())
-            .contains(&body)
-            .then(|| body - self.free)
+        let glued = self.free..self.first_face();
+        glued.contains(&body).then(|| body - self.free)
     }
 
     /// Height of the lowest point of the wheel's face, over x = 0, that touches this disk from above (m); `None` for a disk that it passes

@@ -28,7 +28,7 @@ use crate::measure::{snapshot, wheel_contacts};
 use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
-use dem::{Dem, Pending, Progress};
+use dem::{Dem, Progress};
 use request::{request, require_numbers};
 
 /// Steps times disks that take some seconds.
@@ -136,10 +136,7 @@ impl Node for Dem {
             .scatter(free_velocity, self.bodies.boundary_points());
         self.trial.clone_from(&self.progress.state);
         let summary = self.advance([window.t0_s, window.t1_s], step, &free_velocity, true)?;
-        self.pending = Some(Pending {
-            window: *window,
-            summary,
-        });
+        self.pending = Some((*window, summary));
         let boundary = &self.stepper.problem.boundary;
         let impulse = self.interface.gather(&boundary.impulse);
         Ok(BoundaryAnswer {
@@ -152,7 +149,10 @@ impl Node for Dem {
     }
 
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let Some(pending) = self.pending.take_if(|p| p.window.index == window.index) else {
+        let solved = self
+            .pending
+            .take_if(|(solved, _)| solved.index == window.index);
+        let Some((_, summary)) = solved else {
             return Ok(request(format!(
                 "window {} is committed but was not solved",
                 window.index
@@ -172,22 +172,17 @@ impl Node for Dem {
         let displacement = self
             .interface
             .scatter(displacement, bodies.boundary_points());
-        let GrainState {
-            centres,
-            surface,
-            worn,
-            ..
-        } = &mut self.progress.state;
-        let glued = centres[bodies.free..bodies.first_face()].iter_mut();
-        let both = glued.chain(&mut *surface);
+        let state = &mut self.progress.state;
+        let glued = state.centres[bodies.free..bodies.first_face()].iter_mut();
+        let both = glued.chain(&mut state.surface);
         let both = both.zip(bodies.reference.iter().chain(&bodies.surface.points));
         for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
-        worn.lower(surface);
-        self.progress.state.carry_surface(bodies);
-        self.record(window.t0_s, window.t1_s, &pending.summary);
-        Ok(self.report(&pending.summary))
+        state.worn.lower(&mut state.surface);
+        state.carry_surface(bodies);
+        self.record(window.t0_s, window.t1_s, &summary);
+        Ok(self.report(&summary))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

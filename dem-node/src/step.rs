@@ -34,7 +34,7 @@ use crate::solver::Solver;
 use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
-use crate::step::repair::{Repair, RepairInput};
+use crate::step::repair::Repair;
 use crate::step::state::GrainState;
 
 /// Input of a step: the bodies, and everything that moves them.
@@ -152,27 +152,15 @@ impl Stepper {
         };
         let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
-        let balance = self.momentum_balance(state, input, &outer);
-        summary.momentum_defect = balance.defect;
-        summary.added_inertia = balance.inertia * bodies.added_mass_rel;
-        summary.transmitted = balance.transmitted;
-        // Where theta = 1 a fall is off by half the way of its last step.
-        let fallen = (2.0 * input.theta - 1.0) * input.step * balance.fall;
-        summary.travel = larger(summary.travel, fallen);
+        self.balance_momentum(state, input, &outer, &mut summary);
         self.drive_clusters(state, input);
         self.update_bodies(state, input, &outer);
-        let drift = input.step * input.theta;
-        state.drift(bodies, drift);
+        state.drift(bodies, input.step * input.theta);
         state.place_face(bodies, state.wheel.position[0]);
         if bodies.law.penetration.repairs() {
-            let done = RepairInput {
-                bodies,
-                solved: &self.problem,
-                drift,
-                load: input.load,
-                criteria,
-            };
-            let verdict = self.repair.make(state, &done)?;
+            let solved = (&self.problem, criteria);
+            let numbers = [input.step * input.theta, input.load];
+            let verdict = self.repair.make((state, bodies), solved, numbers)?;
             if let Some(verdict) = verdict.filter(|verdict| !verdict.converged) {
                 summary.repair_failed = convergence.converged;
                 summary.convergence = verdict;

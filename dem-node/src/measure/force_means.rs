@@ -36,18 +36,14 @@ impl ForceMeans {
             self.before = std::mem::take(&mut self.recent);
         }
         self.steps += 1;
-        let Sums {
-            forces: sums,
-            along,
-            steps,
-        } = &mut self.recent;
-        sums.resize(forces.len(), [0.0; 2]);
-        along.resize(forces.len(), Default::default());
-        *steps += 1;
-        for (sum, force) in sums.iter_mut().zip(forces) {
+        let recent = &mut self.recent;
+        recent.forces.resize(forces.len(), [0.0; 2]);
+        recent.along.resize(forces.len(), Default::default());
+        recent.steps += 1;
+        for (sum, force) in recent.forces.iter_mut().zip(forces) {
             *sum = [sum[0] + force[0], sum[1] + force[1]];
         }
-        for ((squares, trend), [x, _]) in along.iter_mut().zip(forces) {
+        for ((squares, trend), [x, _]) in recent.along.iter_mut().zip(forces) {
             *squares += x * x;
             trend.add(start, *x);
         }
@@ -56,14 +52,14 @@ impl ForceMeans {
     /// Of the force along x on each over the second half of the run, its standard deviation and the change of the straight line through it (N):
     /// a force that is steady changes by less than it scatters. None before the second half has begun.
     pub fn steadiness(&self) -> impl Iterator<Item = [f64; 2]> {
-        let Sums {
-            forces,
-            along,
-            steps,
-        } = &self.recent;
-        let known = forces.iter().zip(along).filter(|_| self.halved);
+        let recent = &self.recent;
+        let known = recent
+            .forces
+            .iter()
+            .zip(&recent.along)
+            .filter(|_| self.halved);
         known.filter_map(|([sum, _], (squares, trend))| {
-            let count = *steps as f64;
+            let count = recent.steps as f64;
             let variance = (squares / count - (sum / count).powi(2)).max(0.0);
             Some([variance.sqrt(), trend.change()?])
         })

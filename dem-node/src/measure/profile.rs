@@ -167,25 +167,19 @@ impl GrainProfile {
         let normal = mean(&|slice| slice.stress[3 * along]);
         let shear = mean(&|slice| slice.stress[2 * across + along]);
         let rate = mean(&|slice| slice.shear_rate);
+        let solid = mean(&|slice| slice.solid_fraction);
+        let temperature = mean(&|slice| slice.temperature);
         let masses = grains(bodies, state).map(|disk| bodies.masses[disk]);
         let masses: Vec<f64> = masses.filter(|mass| *mass > 0.0).collect();
         let mass = masses.iter().sum::<f64>() / masses.len() as f64 / thickness;
+        let inertial = rate.abs() * (mass / normal).sqrt();
         let named = [
-            (
-                "profile_solid_fraction",
-                mean(&|slice| slice.solid_fraction),
-            ),
+            ("profile_solid_fraction", solid),
             ("profile_shear_rate_per_s", rate),
             ("profile_normal_stress_pa", normal),
             ("profile_shear_over_normal", shear.abs() / normal),
-            (
-                "profile_inertial_number",
-                rate.abs() * (mass / normal).sqrt(),
-            ),
-            (
-                "profile_granular_temperature_m2_per_s2",
-                mean(&|slice| slice.temperature),
-            ),
+            ("profile_inertial_number", inertial),
+            ("profile_granular_temperature_m2_per_s2", temperature),
         ];
         let speeds: Vec<f64> = last.iter().map(|slice| slice.velocity[across]).collect();
         let over = self.interval.as_ref().filter(|open| open.is_over(config));

@@ -144,11 +144,8 @@ fn kind_data(file: &mut VtkFile, scene: &FieldScene) {
     }
     if !bodies.clusters.list.is_empty() {
         let index = |disk| bodies.clusters.of(disk).map_or(-1.0, |(i, _)| i as f64);
-        file.array(
-            DatasetKind::Int32,
-            "cluster",
-            disks().map(|disk| [index(disk)]),
-        );
+        let indices = disks().map(|disk| [index(disk)]);
+        file.array(DatasetKind::Int32, "cluster", indices);
     }
 }
 

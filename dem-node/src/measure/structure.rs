@@ -5,7 +5,6 @@
 use protocol::larger;
 
 use crate::bodies::Bodies;
-use crate::bodies::positions::proximity;
 use crate::contact::bond::holding;
 use crate::measure::graph::{agglomerates, backbone, degrees};
 use crate::step::state::GrainState;
@@ -32,12 +31,13 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
     let present = (0..state.present(bodies)).filter(leads);
     let degrees: Vec<usize> = present.map(|body| all[body]).collect();
+    let all = degrees.len();
     let held: Vec<usize> = degrees.iter().copied().filter(|d| *d >= HELD).collect();
     let per = |sum: usize, count: usize| sum as f64 / count.max(1) as f64;
     let positions = state.positions(bodies);
     let [mut xx, mut xy, mut yy] = [0.0; 3];
     for slot in slots() {
-        let [x, y] = proximity(bodies, &positions, slot.a as usize, slot.b as usize).normal;
+        let [x, y] = positions.proximity(slot.a as usize, slot.b as usize).normal;
         for (sum, product) in [(&mut xx, x * x), (&mut xy, x * y), (&mut yy, y * y)] {
             *sum += product / forces.len() as f64;
         }
@@ -47,6 +47,7 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     let variance = forces.iter().fold(0.0, |sum, f| sum + (f - mean).powi(2)) / count;
     let largest = forces.iter().copied().fold(0.0, larger);
     let over_mean = |force: f64| if mean > 0.0 { force / mean } else { 0.0 };
+    let deviation = over_mean(variance.sqrt());
     let strong = forces.iter().filter(|f| **f > mean).count();
     let direction = 0.5 * (2.0 * xy).atan2(xx - yy);
     let least = if bodies.law.friction == 0.0 { 3 } else { HELD };
@@ -55,22 +56,13 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
         ("backbone_bodies", backbone[0] as f64),
         ("backbone_contacts_per_body", per(backbone[1], backbone[0])),
         ("coordination", per(held.iter().sum(), held.len())),
-        (
-            "coordination_with_rattlers",
-            per(degrees.iter().sum(), degrees.len()),
-        ),
-        (
-            "rattlers_share",
-            per(degrees.len() - held.len(), degrees.len()),
-        ),
+        ("coordination_with_rattlers", per(degrees.iter().sum(), all)),
+        ("rattlers_share", per(all - held.len(), all)),
         ("fabric_anisotropy", (xx - yy).hypot(2.0 * xy)),
         ("fabric_direction_deg", direction.to_degrees()),
         ("contact_force_mean_n", mean),
         ("contact_force_max_over_mean", over_mean(largest)),
-        (
-            "contact_force_deviation_over_mean",
-            over_mean(variance.sqrt()),
-        ),
+        ("contact_force_deviation_over_mean", deviation),
         ("contact_force_above_mean_share", per(strong, forces.len())),
     ];
     named

@@ -30,7 +30,6 @@ use crate::setup::bounds::{StepBounds, StiffnessBounds, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
-use crate::solver::residual::Convergence;
 use crate::step::state::GrainState;
 use crate::step::threads::SolverThreads;
 use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
@@ -75,8 +74,8 @@ pub struct Dem {
     pub(super) interface: InterfaceDisks,
     /// Length of the announced windows (s).
     pub(super) window: Option<f64>,
-    /// The window whose end `trial` holds, until it is committed.
-    pub(super) pending: Option<Pending>,
+    /// The window whose end `trial` holds and what its step says, until it is committed.
+    pub(super) pending: Option<(Window, StepSummary)>,
     pub(super) initial_energy: [f64; 5],
     pub(super) plausible: DemPlausibleConfig,
     pub(super) profile: Option<ProfileConfig>,
@@ -109,12 +108,6 @@ impl Progress {
             .as_ref()
             .map_or(hash.clone(), |flow| flow.hash(&hash))
     }
-}
-
-#[derive(Clone, Copy)]
-pub(super) struct Pending {
-    pub window: Window,
-    pub summary: StepSummary,
 }
 
 impl Dem {
@@ -253,11 +246,8 @@ impl Dem {
 
     /// The error of a step that did not converge.
     pub(super) fn not_converged(&self, window: &Window, summary: &StepSummary) -> DemError {
-        let Convergence {
-            residual,
-            iterations,
-            ..
-        } = summary.convergence;
+        let solve = &summary.convergence;
+        let (residual, iterations) = (solve.residual, solve.iterations);
         if summary.repair_failed {
             return DemError::NotRepaired {
                 window: window.index,
@@ -282,19 +272,11 @@ impl Dem {
 
     /// Records a committed step.
     pub(super) fn record(&mut self, start: f64, end: f64, summary: &StepSummary) {
-        let Progress {
-            state,
-            statistics,
-            cycles,
-            forces,
-            profile,
-            held_stress,
-            flow,
-            ..
-        } = &mut self.progress;
+        let progress = &mut self.progress;
+        let state = &progress.state;
         if let Some(config) = &self.profile {
-            let grains = (&self.bodies, &*state, self.setting.thickness_m);
-            profile.record(config, grains, [start, end]);
+            let grains = (&self.bodies, state, self.setting.thickness_m);
+            progress.profile.record(config, grains, [start, end]);
         }
         let hold_end = self.program.as_ref().and_then(WheelProgram::hold_end);
         if let Some(config) = &self.stress
@@ -302,17 +284,25 @@ impl Dem {
             && ends_at(moment, [start, end])
         {
             let thickness = self.setting.thickness_m;
-            *held_stress = Some(StressMap::measure(config, &self.bodies, state, thickness));
+            let stress = StressMap::measure(config, &self.bodies, state, thickness);
+            progress.held_stress = Some(stress);
         }
-        if let (Some(scene), Some(flow)) = (&self.flow, flow.as_mut()) {
+        if let (Some(scene), Some(flow)) = (&self.flow, &mut progress.flow) {
             flow.record(scene, (&self.bodies, state), end, end - start);
         }
-        forces.record(&self.stepper.on_named, start, self.end);
+        progress
+            .forces
+            .record(&self.stepper.on_named, start, self.end);
         if let Some(program) = &self.program {
-            cycles.record(program, [start, end], (state, summary), flow.as_ref());
+            let flow = progress.flow.as_ref();
+            progress
+                .cycles
+                .record(program, [start, end], (state, summary), flow);
         }
-        let grains = (&self.bodies, &*state);
-        statistics.record(self.program.as_ref(), grains, summary, [start, end]);
+        let (program, grains) = (self.program.as_ref(), (&self.bodies, state));
+        progress
+            .statistics
+            .record(program, grains, summary, [start, end]);
     }
 }
 

@@ -126,18 +126,14 @@ impl Dem {
             let start = self.initial_bond_count;
             bonds.filter(|_| start > 0).map(|_| sum / start as f64)
         };
-        let adhesion = per_bond(
-            state
-                .bonds
-                .iter()
-                .fold(0.0, |sum, bond| sum + bond.adhesion),
-        );
+        let adhesions = state.bonds.iter().map(|bond| bond.adhesion);
+        let adhesion = per_bond(adhesions.fold(0.0, |sum, adhesion| sum + adhesion));
         let step = self.window.or(self.own_step);
+        let step = step.map(|step| step / self.bounds.inertial_time);
+        let restitution = self.stiffness.restitution(statistics.step_max);
+        let solid_fraction = Some(self.solid_fraction).filter(|x| *x > 0.0);
         let own = report::given([
-            (
-                "solid_fraction",
-                Some(self.solid_fraction).filter(|x| *x > 0.0),
-            ),
+            ("solid_fraction", solid_fraction),
             ("radii_shrunk_rel", self.radii_shrunk),
             ("bonds", bonds),
             ("bonds_broken", broken),
@@ -149,18 +145,10 @@ impl Dem {
             ("bond_load_max", bonds.map(|_| statistics.bond_load_max)),
             ("bond_energy_rel", state.ledger.decohesion_share()),
             ("numerical_share", state.ledger.numerical_share()),
-            (
-                "spring_restitution",
-                self.stiffness
-                    .restitution(statistics.step_max)
-                    .map(|[low, _]| low),
-            ),
+            ("spring_restitution", restitution.map(|[low, _]| low)),
             ("inertial_number", self.scaling.map(|s| s.inertial_number)),
             ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
-            (
-                "step_over_inertial_time",
-                step.map(|step| step / self.bounds.inertial_time),
-            ),
+            ("step_over_inertial_time", step),
         ]);
         let worn = Some(&state.worn).filter(|worn| worn.detaches());
         let worn =

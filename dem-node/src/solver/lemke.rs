@@ -157,16 +157,13 @@ impl<'a> Path<'a> {
                 ],
             ]
         };
+        let friction = problem.contacts.iter().map(|c| problem.friction_of(c));
         let free: Vec<[Linear; 2]> = problem.contacts.iter().enumerate().map(line).collect();
         let closing = |[[b, d], _]: &[Linear; 2]| -b / d;
         let first = free.iter().map(closing).fold(0.0, f64::max);
         Path {
             w,
-            friction: problem
-                .contacts
-                .iter()
-                .map(|c| problem.friction_of(c))
-                .collect(),
+            friction: friction.collect(),
             velocity: free.clone(),
             status: vec![Status::Open; free.len()],
             unknowns: vec![[usize::MAX; 2]; free.len()],

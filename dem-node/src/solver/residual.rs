@@ -163,12 +163,8 @@ impl Defect {
     pub fn new(problem: &Problem) -> Defect {
         let mut squares = [0.0; 2];
         for contact in &problem.contacts {
-            add_defect(
-                &mut squares,
-                problem,
-                contact,
-                problem.relative_velocity(contact),
-            );
+            let velocity = problem.relative_velocity(contact);
+            add_defect(&mut squares, problem, contact, velocity);
         }
         add_couples(&mut squares, problem);
         Defect::of(squares)

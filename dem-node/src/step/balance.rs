@@ -3,31 +3,21 @@
 use protocol::larger;
 
 use super::update::OuterImpulses;
-use super::{StepInput, Stepper};
+use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Cluster;
 use crate::step::state::GrainState;
 
-/// Momentum of the free grains in a step.
-pub(super) struct MomentumBalance {
-    /// Largest component of (forces on them - change of their momentum / h) (N).
-    pub defect: f64,
-    /// Change of their momentum / h (N).
-    pub inertia: f64,
-    /// Half the sum of the contact forces between them and everything else (N).
-    pub transmitted: f64,
-    /// Largest speed along the weight over the radius (1/s).
-    pub fall: f64,
-}
-
 impl Stepper {
-    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
-    pub(super) fn momentum_balance(
+    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum. Where theta = 1 a fall is off by
+    /// half the way of its last step: it is a travel, too.
+    pub(super) fn balance_momentum(
         &self,
         state: &GrainState,
         input: &StepInput,
         outer: &OuterImpulses,
-    ) -> MomentumBalance {
+        summary: &mut StepSummary,
+    ) {
         let (bodies, h) = (input.bodies, input.step);
         let (mut defect, mut change) = (outer.on_grains, [0.0; 2]);
         let [gx, gy] = bodies.gravity;
@@ -49,12 +39,11 @@ impl Stepper {
             // The drive takes up whatever force there is.
             defect = [0.0; 2];
         }
-        MomentumBalance {
-            defect: larger(defect[0].abs(), defect[1].abs()) / h,
-            inertia: change[0].hypot(change[1]) / h,
-            transmitted: outer.transmitted / h,
-            fall: fall / gx.hypot(gy).max(f64::MIN_POSITIVE),
-        }
+        summary.momentum_defect = larger(defect[0].abs(), defect[1].abs()) / h;
+        summary.added_inertia = change[0].hypot(change[1]) / h * bodies.added_mass_rel;
+        summary.transmitted = outer.transmitted / h;
+        let fall = fall / gx.hypot(gy).max(f64::MIN_POSITIVE);
+        summary.travel = larger(summary.travel, (2.0 * input.theta - 1.0) * h * fall);
     }
 
     /// Impulse on clusters beside contacts and weight (N s): what holds their locked motions against both, and their drives.
@@ -96,12 +85,7 @@ impl Stepper {
         input: &StepInput,
         outer: &OuterImpulses,
     ) {
-        let StepInput {
-            bodies,
-            step: h,
-            theta,
-            ..
-        } = *input;
+        let (bodies, h, theta) = (input.bodies, input.step, input.theta);
         let at_theta = |new: f64, old: f64| theta * new + (1.0 - theta) * old;
         let mut squared_change = 0.0;
         for (i, mass) in bodies.masses.iter().enumerate() {

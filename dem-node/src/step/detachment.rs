@@ -18,18 +18,12 @@ use crate::bodies::feed::Detachment;
 use crate::contact::bond::find_bond;
 use crate::step::state::GrainState;
 
-/// The layers that a step has taken off.
-#[derive(Debug, Default)]
-pub struct Detached {
-    /// The point around which the next grain begins (m).
-    pub point: [f64; 2],
-    /// Slots of contacts without a bond, and by how much they have opened (m).
-    pub opened: Vec<(usize, f64)>,
-}
+/// Slots of contacts without a bond, and by how much they have opened (m).
+type Opened = Vec<(usize, f64)>;
 
-/// Takes the layers off that are due.
-pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> Detached {
-    let mut detached = Detached::default();
+/// Takes the layers off that are due. Returns the point around which the next grain begins (m), and the contacts that have opened.
+pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> ([f64; 2], Opened) {
+    let mut opened = Opened::new();
     for segment in 0..state.worn.work.len() {
         let length = bodies.surface.length(segment);
         let energy = law.energy * length;
@@ -44,18 +38,17 @@ pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> Deta
         if taken > 0.0 {
             worn.mass += taken * law.mass * law.depth * length;
             worn.last = segment as u32;
-            open_contacts(state, bodies, deeper, &mut detached.opened);
+            open_contacts(state, bodies, deeper, &mut opened);
         }
     }
-    let [start, along] = bodies
-        .surface
-        .line(state.worn.last as usize, &state.surface);
+    let last = state.worn.last as usize;
+    let [start, along] = bodies.surface.line(last, &state.surface);
     let reach = bodies.mean_radius() / along[0].hypot(along[1]);
-    detached.point = [
+    let point = [
         start[0] + 0.5 * along[0] - reach * along[1],
         start[1] + 0.5 * along[1] + reach * along[0],
     ];
-    detached
+    (point, opened)
 }
 
 /// Opens the contacts over points that lie so much deeper (m).
@@ -63,7 +56,7 @@ fn open_contacts(
     state: &mut GrainState,
     bodies: &Bodies,
     deeper: [(usize, f64); 2],
-    opened: &mut Vec<(usize, f64)>,
+    opened: &mut Opened,
 ) {
     let surface = &bodies.surface;
     for (index, slot) in state.list.slots.iter().enumerate() {

@@ -71,11 +71,11 @@ pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
     let (point, due) = match &injection.source {
         Source::Point(source) => (source.point, source.due(time)),
         Source::Surface(law) => {
-            let detached = detach(state, bodies, law);
-            for (slot, length) in detached.opened {
+            let (point, opened) = detach(state, bodies, law);
+            for (slot, length) in opened {
                 state.ledger.injection += press(bodies, &mut state.list.slots[slot], -length);
             }
-            (detached.point, state.worn.mass)
+            (point, state.worn.mass)
         }
     };
     state.feed.due = due;

@@ -11,7 +11,6 @@ use protocol::larger;
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{extent, range};
-use crate::bodies::positions::proximity;
 use crate::config::solver::Criteria;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
@@ -36,38 +35,25 @@ pub struct Repair {
     solver: Solver,
 }
 
-/// A step whose bodies are moved apart at its end.
-pub struct RepairInput<'a> {
-    /// The bodies.
-    pub bodies: &'a Bodies,
-    /// The contact problem of the step.
-    pub solved: &'a Problem,
-    /// Time (s) that the bodies moved with its velocities since their gaps were detected.
-    pub drift: f64,
-    /// Downward load on the wheel (N).
-    pub load: f64,
-    /// Criteria of the step's own solve.
-    pub criteria: &'a Criteria,
-}
-
 impl Repair {
-    /// Moves the bodies of a state at the end of its step apart. Returns the verdict of the last solve, if it took any.
+    /// Moves the bodies of a state at the end of its step apart, which was `solved` by these criteria: `drift` is the time (s) that they have
+    /// moved since their gaps were detected, `load` that on the wheel, downwards (N). Returns the verdict of the last solve, if it took any.
     pub fn make(
         &mut self,
-        state: &mut GrainState,
-        step: &RepairInput,
+        (state, bodies): (&mut GrainState, &Bodies),
+        (solved, criteria): (&Problem, &Criteria),
+        [drift, load]: [f64; 2],
     ) -> Result<Option<Convergence>, DemError> {
-        let RepairInput { bodies, solved, .. } = *step;
         match bodies.law.penetration {
             Penetration::Gap | Penetration::Iqs => Ok(None),
             Penetration::Split => {
                 self.problem.contacts.clear();
                 let unbonded = solved.contacts.iter().filter(|c| c.bond == NO_BOND);
                 self.problem.contacts.extend(unbonded.map(|contact| {
-                    let gap = contact.gap + step.drift * solved.relative_velocity(contact)[0];
+                    let gap = contact.gap + drift * solved.relative_velocity(contact)[0];
                     moved_apart(contact, gap, bodies)
                 }));
-                self.displace(state, step)
+                self.displace((state, bodies), (solved, criteria), load)
             }
             Penetration::Projection => {
                 let mut last = None;
@@ -75,7 +61,7 @@ impl Repair {
                     if self.detect(bodies, state) <= 2.0 * left(bodies) {
                         break;
                     }
-                    last = self.displace(state, step)?;
+                    last = self.displace((state, bodies), (solved, criteria), load)?;
                 }
                 Ok(last)
             }
@@ -88,7 +74,7 @@ impl Repair {
         self.problem.contacts.clear();
         let positions = state.positions(bodies);
         for slot in &state.list.slots {
-            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            let at = positions.proximity(slot.a as usize, slot.b as usize);
             largest = larger(largest, -at.gap);
             if at.gap < bodies.alert {
                 let contact = Contact {
@@ -110,10 +96,10 @@ impl Repair {
     /// Solves for the displacements and makes them.
     fn displace(
         &mut self,
-        state: &mut GrainState,
-        step: &RepairInput,
+        (state, bodies): (&mut GrainState, &Bodies),
+        (solved, criteria): (&Problem, &Criteria),
+        load: f64,
     ) -> Result<Option<Convergence>, DemError> {
-        let RepairInput { bodies, solved, .. } = *step;
         let problem = &mut self.problem;
         if problem.contacts.iter().all(|c| c.bias[0] >= 0.0) {
             return Ok(None);
@@ -132,18 +118,17 @@ impl Repair {
         problem.records.extend(solved.records.iter().map(at_rest));
         let criteria = Criteria {
             tolerance: TOLERANCE,
-            ..*step.criteria
+            ..*criteria
         };
         let convergence = self.solver.solve(problem, &criteria)?;
-        move_bodies(state, step, &problem.records);
+        move_bodies((state, bodies), load, &problem.records);
         Ok(Some(convergence))
     }
 }
 
 /// Makes the displacements w (m) that replace velocities, and adds up the work of weight, m g.w, and load, -F w_y.
-fn move_bodies(state: &mut GrainState, step: &RepairInput, displaced: &[BodyRecord]) {
-    let bodies = step.bodies;
-    let (mut weight, mut load) = (0.0, 0.0);
+fn move_bodies((state, bodies): (&mut GrainState, &Bodies), load: f64, displaced: &[BodyRecord]) {
+    let (mut weight, mut of_load) = (0.0, 0.0);
     let free = &mut state.centres[..bodies.free];
     for ((centre, record), mass) in free.iter_mut().zip(displaced).zip(&bodies.masses) {
         let moved = centre.iter_mut().zip(record.velocity);
@@ -156,11 +141,11 @@ fn move_bodies(state: &mut GrainState, step: &RepairInput, displaced: &[BodyReco
         let lifted = displaced[wheel].velocity[1];
         state.wheel.position[1] += lifted;
         state.place_face(bodies, state.wheel.position[0]);
-        load -= step.load * lifted;
+        of_load -= load * lifted;
     }
     state.ledger.weight += weight;
-    state.ledger.load += load;
-    state.ledger.repair += weight + load;
+    state.ledger.load += of_load;
+    state.ledger.repair += weight + of_load;
 }
 
 /// A contact whose bodies shall be moved until the gap (m) is no overlap.
@@ -184,7 +169,7 @@ pub fn overlaps(bodies: &Bodies, state: &GrainState) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
     let positions = state.positions(bodies);
     for slot in state.list.pressing() {
-        let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+        let at = positions.proximity(slot.a as usize, slot.b as usize);
         let overlap = larger(0.0, -at.gap);
         sum += overlap;
         count += 1;

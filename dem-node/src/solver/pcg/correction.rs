@@ -74,31 +74,25 @@ impl Correction {
         let mut bodies = vec![(); whole.records.len()];
         let all = ByCandidate::all(&mut bodies, &whole.contacts[..]);
         for_each_subdomain(&mut self.subdomains, all, parallel, &|subdomain, piece| {
-            let Interior {
-                batch,
-                across,
-                outside,
-                ..
-            } = &mut subdomain.work;
-            batch.start();
-            across.clear();
-            outside.clear();
+            let inside = &mut subdomain.work;
+            inside.batch.start();
+            inside.across.clear();
+            inside.outside.clear();
             for (index, contact) in (piece.passed as u32..).zip(piece.contacts) {
-                let held = [contact.a, contact.b]
-                    .into_iter()
-                    .any(|b| whole.is_constrained(b as usize));
+                let mut bodies = [contact.a, contact.b].into_iter();
+                let held = bodies.any(|body| whole.is_constrained(body as usize));
                 let bond = whole.bonds.get(contact.bond as usize);
                 let bond = bond.filter(|bond| !held && suits_bond(contact, bond));
                 match bond {
                     Some(bond) if subdomain.bodies.contains(&(contact.b as usize)) => {
                         let u = whole.relative_velocity(contact);
-                        batch.push(index, (contact, bond), u, piece.first);
+                        inside.batch.push(index, (contact, bond), u, piece.first);
                     }
-                    Some(_) => across.push(index),
-                    None => outside.push(index),
+                    Some(_) => inside.across.push(index),
+                    None => inside.outside.push(index),
                 }
             }
-            batch.end();
+            inside.batch.end();
         });
         let outside = self.subdomains.iter().map(|s| s.work.outside.len());
         if outside.sum::<usize>() as f64 > OUTER_SHARE * problem.contacts.len() as f64 {
@@ -200,7 +194,7 @@ impl Correction {
         let (factors, pass) = in_single(pass);
         self.workspace.advance::<Outer>(&self.outer, pass, parallel);
         for (number, (body, start)) in self.shared.iter().enumerate() {
-            let v = self.workspace.velocity(number);
+            let v = self.workspace.bodies[number].velocity;
             self.bodies
                 .place(*body, [0, 1, 2].map(|axis| v[axis] - start[axis]));
         }
@@ -215,7 +209,9 @@ impl Correction {
             *sums = widest!(batch.iterate_inside(factors, bodies));
         });
         for (number, (body, _)) in self.shared.iter().enumerate() {
-            self.workspace.add_h_w(number, self.bodies.h_w(*body));
+            let sum = self.workspace.bodies[number].h_w.iter_mut();
+            sum.zip(self.bodies.h_w(*body))
+                .for_each(|(sum, more)| *sum += more);
         }
         for subdomain in &self.subdomains {
             sums.join(&subdomain.work.sums);

@@ -20,7 +20,7 @@ pub struct Workspace {
     outside: ContactBatch,
     /// Bodies of subdomains that they touch.
     shared: Vec<u32>,
-    bodies: Vec<BodyState>,
+    pub(super) bodies: Vec<BodyState>,
     momenta: Vec<Momentum>,
     constrained: ConstrainedBodies,
 }
@@ -204,17 +204,6 @@ impl Workspace {
     /// The second half: contacts from outside are measured, and sums are made.
     pub fn measure<F: Features>(&mut self, problem: &Problem) -> PassSums<f64> {
         widest!(self.end::<F>(problem))
-    }
-
-    /// Velocity of a body (v_x, v_y and spin times radius, m/s).
-    pub fn velocity(&self, body: usize) -> [f64; 3] {
-        self.bodies[body].velocity
-    }
-
-    /// Adds H w (N s) of other contacts to a body, between the halves of a pass.
-    pub fn add_h_w(&mut self, body: usize, h_w: [f64; 3]) {
-        let sum = self.bodies[body].h_w.iter_mut().zip(h_w);
-        sum.for_each(|(sum, more)| *sum += more);
     }
 
     #[inline(always)]
