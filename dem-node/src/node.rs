@@ -43,7 +43,7 @@ fn steps_at_once(disks: usize) -> Option<u32> {
 
 impl Node for Dem {
     fn describe(&self) -> Description {
-        let glued = self.bodies.boundary_points() > 0;
+        let (glued, program) = (self.bodies.boundary_points() > 0, self.program.as_ref());
         Description {
             kind: "dem".into(),
             software: concat!("thirdbody dem-node ", env!("CARGO_PKG_VERSION")).into(),
@@ -60,11 +60,7 @@ impl Node for Dem {
             step_limit_name: StepBounds::NAME.into(),
             accuracy_limits: self.stiffness.limits(),
             end_s: self.end,
-            phases: self
-                .program
-                .as_ref()
-                .map(|p| p.phases())
-                .unwrap_or_default(),
+            phases: program.map_or_else(Vec::new, |program| program.phases()),
             moments: self.moments.clone(),
             sets: interface::sets(&self.bodies),
             signals: self.signal_names(),
@@ -73,7 +69,7 @@ impl Node for Dem {
             boundary_inertia: glued.then(|| self.boundary_inertia()),
             tolerance: Some(Tolerance {
                 key: "solver.tolerance".into(),
-                value: self.solver.criteria.tolerance,
+                value: self.criteria.tolerance,
             }),
             point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
             outward: interface::outward(&self.bodies),
@@ -131,9 +127,8 @@ impl Node for Dem {
         free_velocity: &[f64],
     ) -> Result<BoundaryAnswer, NodeError> {
         let step = self.check_window(window, free_velocity)?;
-        let free_velocity = self
-            .interface
-            .scatter(free_velocity, self.bodies.boundary_points());
+        let points = self.bodies.boundary_points();
+        let free_velocity = self.interface.scatter(free_velocity, points);
         self.trial.clone_from(&self.progress.state);
         let summary = self.advance([window.t0_s, window.t1_s], step, &free_velocity, true)?;
         self.pending = Some((*window, summary));
@@ -169,9 +164,8 @@ impl Node for Dem {
         require_numbers("a displacement of a glued disk", window, displacement)?;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let bodies = &self.bodies;
-        let displacement = self
-            .interface
-            .scatter(displacement, bodies.boundary_points());
+        let points = bodies.boundary_points();
+        let displacement = self.interface.scatter(displacement, points);
         let state = &mut self.progress.state;
         let glued = state.centres[bodies.free..bodies.first_face()].iter_mut();
         let both = glued.chain(&mut state.surface);
@@ -202,7 +196,7 @@ impl Node for Dem {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
             summary = self.advance([start, end], step, &fixed, false)?;
-            let stops = self.solver.criteria.on_not_converged == OnNotConverged::Stop;
+            let stops = self.criteria.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
                 return Err(NodeError::from(self.not_converged(window, &summary)));
             }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use dem_node::Dem;
 use dem_node::config::DemConfig;
-use dem_node::sample::prepared::{Prepared, SampleStore};
+use dem_node::sample::prepared::{Prepared, SampleStore, WORTH};
 use dem_node::sample::types::{Disk, Sample};
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
@@ -60,7 +60,10 @@ fn read(config: &Value) -> DemConfig {
 
 /// Prepares with a folder that keeps everything.
 fn prepare(folder: &Path, changes: Value, seed: u64) -> Prepared {
-    let store = SampleStore::new(Some(folder)).worth(Duration::ZERO);
+    let store = SampleStore {
+        folder: Some(folder),
+        worth: Duration::ZERO,
+    };
     let prepared = store.prepare(&read(&config(changes)), seed);
     prepared.expect("the recipe works")
 }
@@ -106,7 +109,10 @@ fn a_sample_that_was_kept_is_the_one_that_was_made() {
                 .shift_remove("wheel");
         }
         let folder = Folder::new(name);
-        let store = SampleStore::new(Some(&folder.0)).worth(Duration::ZERO);
+        let store = SampleStore {
+            folder: Some(&folder.0),
+            worth: Duration::ZERO,
+        };
         let twice = [0, 1].map(|_| store.prepare(&read(&scene), 1).expect("the recipe works"));
         assert_eq!(
             [from_cache(&twice[0]), from_cache(&twice[1])],
@@ -160,7 +166,10 @@ fn another_seed_or_recipe_is_another_sample() {
     }
     let mut springs = config(json!({}));
     springs["law"]["contact_stiffness_pa"] = json!(1e11);
-    let store = SampleStore::new(Some(&folder.0));
+    let store = SampleStore {
+        folder: Some(&folder.0),
+        worth: WORTH,
+    };
     let other = store.prepare(&read(&springs), 1).expect("the recipe works");
     assert!(!from_cache(&other));
 }
@@ -208,7 +217,10 @@ fn a_damaged_file_is_made_anew_and_named() {
 #[test]
 fn what_is_made_fast_is_not_kept_and_a_folder_that_is_none_only_warns() {
     let folder = Folder::new("fast");
-    let store = SampleStore::new(Some(&folder.0)).worth(Duration::MAX);
+    let store = SampleStore {
+        folder: Some(&folder.0),
+        worth: Duration::MAX,
+    };
     let made = store
         .prepare(&read(&config(json!({}))), 1)
         .expect("the recipe works");

@@ -106,12 +106,9 @@ impl LayerConfig {
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         self.radii().validate("sample")?;
-        for (key, value) in [
-            ("thickness_m", self.thickness_m),
-            ("half_width_m", self.half_width_m),
-        ] {
-            positive(&format!("sample.{key}"), value, "m")?;
-        }
+        let (thickness, half_width) = (self.thickness_m, self.half_width_m);
+        positive("sample.thickness_m", thickness, "m")?;
+        positive("sample.half_width_m", half_width, "m")?;
         let widest = self.radius_max_m;
         let below = if self.glued { 4.0 * widest } else { 0.0 };
         for (key, value, least) in [

@@ -89,9 +89,8 @@ impl RailConfig {
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         self.radii().validate("sample")?;
-        for (key, value) in [("width_m", self.width_m), ("height_m", self.height_m)] {
-            positive(&format!("sample.{key}"), value, "m")?;
-        }
+        positive("sample.width_m", self.width_m, "m")?;
+        positive("sample.height_m", self.height_m, "m")?;
         let widest = self.radius_max_m;
         at_least("sample.width_m", self.width_m, WIDTH * widest, "m")?;
         let (key, crown) = ("sample.crown_radius_m", self.crown_radius_m);

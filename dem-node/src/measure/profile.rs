@@ -299,21 +299,18 @@ impl Interval {
     fn slices(&self, axis: ProfileAxis, thickness: f64) -> Vec<Slice> {
         let (pitch, steps) = (self.thickness(), self.steps as f64);
         let volume = pitch * self.width;
-        let means = self.sums.iter().enumerate().map(|(bin, sums)| Slice {
-            times: self.times,
-            position: self.ends[0] + (bin as f64 + 0.5) * pitch,
-            velocity: sums.flow.map(|flow| flow / sums.area),
-            solid_fraction: sums.area / (steps * volume),
-            stress: sums
-                .moment
-                .map(|moment| -moment / (steps * volume * thickness)),
-            shear_rate: 0.0,
-            temperature: sums.squares / sums.area
-                - sums
-                    .flow
-                    .map(|flow| (flow / sums.area).powi(2))
-                    .iter()
-                    .sum::<f64>(),
+        let means = self.sums.iter().enumerate().map(|(bin, sums)| {
+            let velocity = sums.flow.map(|flow| flow / sums.area);
+            Slice {
+                times: self.times,
+                position: self.ends[0] + (bin as f64 + 0.5) * pitch,
+                velocity,
+                solid_fraction: sums.area / (steps * volume),
+                stress: sums.moment.map(|m| -m / (steps * volume * thickness)),
+                shear_rate: 0.0,
+                temperature: sums.squares / sums.area
+                    - velocity.iter().map(|v| v.powi(2)).sum::<f64>(),
+            }
         });
         let mut slices: Vec<Slice> = means.collect();
         let across = 1 - axis.index();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use protocol::{PreparedSample, Setting, Window};
+use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
@@ -10,7 +11,7 @@ use crate::config::DemConfig;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::config::profile::ProfileConfig;
 use crate::config::sample::CutLine;
-use crate::config::solver::Algorithm;
+use crate::config::solver::{Algorithm, Criteria};
 use crate::config::stress::StressConfig;
 use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
@@ -22,7 +23,7 @@ use crate::measure::profile::GrainProfile;
 use crate::measure::report::RunStatistics;
 use crate::measure::stress::{self, StressMap};
 use crate::node::interface::InterfaceDisks;
-use crate::sample::prepared::SampleStore;
+use crate::sample::prepared::{SampleStore, WORTH};
 use crate::sample::types::Sample;
 use crate::sample::{perturb, surface, wheel_face};
 use crate::setup;
@@ -31,8 +32,7 @@ use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
 use crate::step::state::GrainState;
-use crate::step::threads::SolverThreads;
-use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
+use crate::step::{StepInput, StepSummary, Stepper, injection, repair, threads};
 use kit::wheel::{WheelProgram, ends_at};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
@@ -44,7 +44,10 @@ pub struct Dem {
     pub(super) own_step: Option<f64>,
     pub(super) end: Option<f64>,
     pub(super) bounds: StepBounds,
-    pub(super) solver: SolverThreads,
+    /// Stopping criteria of the contact solver for the calling thread alone.
+    pub(super) criteria: Criteria,
+    /// The threads of the contact solver, if there are several.
+    pub(super) pool: Option<ThreadPool>,
     pub(super) bodies: Bodies,
     pub(super) program: Option<WheelProgram>,
     pub(super) opening: Option<PrescribedOpening>,
@@ -121,7 +124,10 @@ impl Dem {
             Some(step) => bounds.assess(step)?,
             None => Vec::new(),
         };
-        let store = SampleStore::new(setting.cache.as_deref());
+        let store = SampleStore {
+            folder: setting.cache.as_deref(),
+            worth: WORTH,
+        };
         let prepared = store.prepare(config, setting.seed)?;
         let mut sample = prepared.sample;
         warnings.extend(prepared.warnings);
@@ -141,10 +147,8 @@ impl Dem {
         let program = config.wheel.as_ref().map(|wheel| wheel.program());
         let feed = bodies.injection.as_ref();
         let moments = config.moments(feed.and_then(|feed| Some(feed.point()?.start + feed.growth)));
-        let program_end = program.as_ref().map(|p| p.end());
-        let end = program_end
-            .or(opening.map(|p| p.end()))
-            .or(config.time.end_s);
+        let ends = [program.as_ref().map(|p| p.end()), opening.map(|p| p.end())];
+        let end = ends[0].or(ends[1]).or(config.time.end_s);
         if let (Some(step), None) = (config.time.step_s, opening) {
             let bound = config.plausible.grain_travel_rel.warn;
             let numbers = [step, end.unwrap_or(0.0), bound];
@@ -159,7 +163,8 @@ impl Dem {
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
             end,
             bounds,
-            solver: SolverThreads::new(config.solver, setting.threads)?,
+            criteria: config.solver,
+            pool: threads::pool(setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
             stiffness: StiffnessBounds::new(&bodies, &state),
@@ -220,15 +225,13 @@ impl Dem {
         trial: bool,
     ) -> Result<StepSummary, DemError> {
         let loaded = start + self.theta * (end - start);
+        let program = self.program.as_ref();
         let input = StepInput {
             bodies: &self.bodies,
             step,
             theta: self.theta,
-            load: self.program.as_ref().map_or(0.0, |p| p.load_at(loaded)),
-            wheel_x: self
-                .program
-                .as_ref()
-                .map_or(0.0, |p| p.displacement_at(end)),
+            load: program.map_or(0.0, |program| program.load_at(loaded)),
+            wheel_x: program.map_or(0.0, |program| program.displacement_at(end)),
             loaded,
             free_velocity,
         };
@@ -237,7 +240,14 @@ impl Dem {
         } else {
             &mut self.progress.state
         };
-        let summary = self.solver.advance(&mut self.stepper, state, &input)?;
+        // To wake the threads costs as much as some thousand contacts.
+        let pool = self.pool.as_ref().filter(|_| self.stepper.is_partitioned());
+        let criteria = Criteria {
+            parallel: pool.is_some(),
+            ..self.criteria
+        };
+        let stepper = &mut self.stepper;
+        let summary = threads::in_pool(pool, || stepper.advance(state, &input, &criteria))?;
         self.progress.steps += 1;
         self.progress.contact_iterations +=
             (summary.listed * summary.convergence.iterations) as f64;
@@ -256,14 +266,14 @@ impl Dem {
                 tolerance: repair::TOLERANCE,
             };
         }
-        let pivots = self.solver.criteria.algorithm == Algorithm::Nsgs
+        let pivots = self.criteria.algorithm == Algorithm::Nsgs
             && self.bodies.law.friction > 0.0
             && self.bodies.law.cohesion.is_none();
         DemError::NotConverged {
             window: window.index,
             residual,
             iterations,
-            tolerance: self.solver.criteria.tolerance,
+            tolerance: self.criteria.tolerance,
             rigid: self.bodies.law.springs.is_none(),
             friction: self.bodies.law.friction,
             pivots_after: pivots.then_some(FIRST_TURNS),

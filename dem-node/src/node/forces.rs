@@ -7,17 +7,11 @@ const FORCE: [&str; 2] = ["force_x_n", "force_y_n"];
 const POSITION: [&str; 2] = ["x_m", "y_m"];
 
 impl Dem {
-    /// Names of the signals of driven clusters, then of named walls.
-    pub(super) fn force_names(&self) -> Vec<String> {
-        let named = self.named([[0.0; 2]].into_iter().cycle());
-        named.map(|(name, _)| name).collect()
-    }
-
-    /// Their signals: force of the grains in the last step (N), and position of the centre of mass of a cluster (m).
-    pub(super) fn force_signals(&self) -> impl Iterator<Item = f64> {
+    /// Signals of driven clusters, then of named walls: force of the grains in the last step (N), and position of the centre of mass of a
+    /// cluster (m).
+    pub(super) fn force_signals(&self) -> impl Iterator<Item = (String, f64)> {
         let forces = self.stepper.on_named.iter().copied();
-        let forces = forces.chain([[0.0; 2]].into_iter().cycle());
-        self.named(forces).map(|(_, value)| value)
+        self.named(forces.chain([[0.0; 2]].into_iter().cycle()))
     }
 
     /// Their results: mean forces of the grains with scatter and change along x, and positions at the end.
@@ -38,9 +32,10 @@ impl Dem {
         mut forces: impl Iterator<Item = [f64; 2]>,
     ) -> impl Iterator<Item = (String, f64)> {
         let (clusters, state) = (&self.bodies.clusters, &self.progress.state);
+        let centre = |index: usize| Some(state.clusters[index].centre);
         let driven = clusters
             .driven()
-            .map(|(index, _, drive)| (&drive.name, Some(state.clusters[index].centre)));
+            .map(move |(index, _, drive)| (&drive.name, centre(index)));
         let walls = self.bodies.named_walls.iter();
         let bodies = driven.chain(walls.map(|(name, _)| (name, None)));
         bodies

@@ -66,10 +66,8 @@ fn side(name: &str) -> f64 {
 
 /// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
 pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
-    let Some(Period { length, .. }) = bodies.period else {
-        return BTreeMap::new();
-    };
-    by_set(bodies, |_, _| length)
+    let of_all = |period: Period| by_set(bodies, |_, _| period.length);
+    bodies.period.map_or_else(BTreeMap::new, of_all)
 }
 
 /// Points on the lines under and over the disks of the base and the lid (m): a sample is cut along them, through disks at random.
@@ -154,10 +152,8 @@ impl InterfaceDisks {
 
 /// Glued disks and points of a surface as points: half the distances to the neighbours in x are theirs.
 fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
-    let (x, y): (Vec<f64>, Vec<f64>) = row
-        .iter()
-        .map(|number| bodies.boundary_point(*number).into())
-        .unzip();
+    let points = row.iter().map(|number| bodies.boundary_point(*number));
+    let (x, y): (Vec<f64>, Vec<f64>) = points.map(<(f64, f64)>::from).unzip();
     let radius_m: Vec<f64> = row.iter().map(|number| radius(bodies, *number)).collect();
     Surface {
         length_m: match bodies.period {

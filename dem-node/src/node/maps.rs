@@ -43,31 +43,21 @@ impl Dem {
         }
     }
 
-    pub(super) fn stress_results(&self) -> impl Iterator<Item = (String, f64)> {
-        let results = self.stress_map().map(|map| map.results());
-        let results = results.into_iter().flatten();
-        results.map(|(name, x)| (name.to_string(), x))
+    pub(super) fn stress_results(&self) -> Vec<(&'static str, f64)> {
+        self.stress_map().map_or_else(Vec::new, |map| map.results())
     }
 
     /// Advice on profiles and stresses that were asked for and are not there.
     pub(super) fn maps_advice(&self) -> Vec<String> {
-        let profile = &self.progress.profile;
-        let profile = self
-            .profile
-            .as_ref()
-            .and_then(|config| profile.advice(config));
+        let config = self.profile.as_ref();
+        let profile = config.and_then(|config| self.progress.profile.advice(config));
         profile.into_iter().chain(self.stress_advice()).collect()
     }
 
     fn stress_advice(&self) -> Option<String> {
-        let came = self.progress.held_stress.is_some();
-        let asked = self
-            .stress
-            .is_some_and(|config| config.at_s.is_none() || came);
-        let missing = asked
-            && !self
-                .stress_results()
-                .any(|(name, _)| name == "dem_p_max_tr3_pa");
+        let asked = self.stress?.at_s.is_none() || self.progress.held_stress.is_some();
+        let mut results = self.stress_results().into_iter();
+        let missing = asked && !results.any(|(name, _)| name == "dem_p_max_tr3_pa");
         missing.then(|| {
             "stress: no grain bears a contact force in a whole cell, so that there are no pressures; lower stress.cell_m, or give stress.x_m and stress.y_m".into()
         })

@@ -16,7 +16,7 @@ impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let since = self.stored();
         let signals = self.signals(summary).into_iter().map(|(_, value)| value);
-        let signals = signals.chain(self.force_signals());
+        let signals = signals.chain(self.force_signals().map(|(_, value)| value));
         let ledger = self.ledger(since).map(|(_, _, value)| value);
         signals.chain(ledger).collect()
     }
@@ -62,14 +62,9 @@ impl Dem {
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
             (damped, ("damping", Role::Dissipated, ledger.damping)),
         ];
-        let some = some
-            .into_iter()
-            .filter_map(|(there, term)| there.then_some(term));
-        let terms: Vec<_> = ledger
-            .terms([kinetic, normal, tangential, bonds])
-            .into_iter()
-            .chain(some)
-            .collect();
+        let some = some.into_iter().filter(|(there, _)| *there);
+        let mut terms = ledger.terms([kinetic, normal, tangential, bonds]).to_vec();
+        terms.extend(some.map(|(_, term)| term));
         let happens = || {
             let noise = bodies.noise(0.0);
             let is_noise = |value: f64| value.abs() < noise;
@@ -92,7 +87,9 @@ impl Dem {
     pub(super) fn signal_names(&self) -> Vec<String> {
         let signals = self.signals(&StepSummary::default()).into_iter();
         let names = signals.map(|(name, _)| name.to_string());
-        names.chain(self.force_names()).collect()
+        names
+            .chain(self.force_signals().map(|(name, _)| name))
+            .collect()
     }
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
@@ -116,7 +113,7 @@ impl Dem {
     pub(super) fn results(&self) -> BTreeMap<String, f64> {
         let state = &self.progress.state;
         let statistics = &self.progress.statistics;
-        let results = statistics.results(self.program.as_ref(), &self.bodies, state);
+        let mut results = statistics.results(self.program.as_ref(), &self.bodies, state);
         let count = bond::count(&state.bonds);
         let bonds = self.bodies.law.cohesion.map(|_| count as f64);
         let made = state.ledger.bonds_made as usize;
@@ -132,7 +129,7 @@ impl Dem {
         let step = step.map(|step| step / self.bounds.inertial_time);
         let restitution = self.stiffness.restitution(statistics.step_max);
         let solid_fraction = Some(self.solid_fraction).filter(|x| *x > 0.0);
-        let own = report::given([
+        results.extend(report::given([
             ("solid_fraction", solid_fraction),
             ("radii_shrunk_rel", self.radii_shrunk),
             ("bonds", bonds),
@@ -149,25 +146,20 @@ impl Dem {
             ("inertial_number", self.scaling.map(|s| s.inertial_number)),
             ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
             ("step_over_inertial_time", step),
-        ]);
-        let worn = Some(&state.worn).filter(|worn| worn.detaches());
-        let worn =
-            worn.map(|worn| worn.results(state.feed.delivered, 1.0 - self.bodies.added_mass_rel));
-        let own = own.chain(worn.into_iter().flatten());
-        let flow = self.progress.flow.iter().flat_map(Flow::results);
-        let results = results.into_iter().chain(own).chain(flow);
-        let results = results.map(|(name, x)| (name.to_string(), x));
-        let profile = self.profile.iter().flat_map(|config| {
+        ]));
+        if state.worn.detaches() {
+            let real = 1.0 - self.bodies.added_mass_rel;
+            results.extend(state.worn.results(state.feed.delivered, real));
+        }
+        results.extend(self.progress.flow.iter().flat_map(Flow::results));
+        if let Some(config) = &self.profile {
             let grains = (&self.bodies, state, self.setting.thickness_m);
-            self.progress.profile.results(config, grains)
-        });
-        let profile = profile.map(|(name, x)| (name.to_string(), x));
-        results
-            .chain(self.progress.cycles.results(self.flow.is_some()))
-            .chain(self.force_results())
-            .chain(profile)
-            .chain(self.stress_results())
-            .collect()
+            results.extend(self.progress.profile.results(config, grains));
+        }
+        results.extend(self.stress_results());
+        let results = results.into_iter().map(|(name, x)| (name.to_string(), x));
+        let cycles = self.progress.cycles.results(self.flow.is_some());
+        results.chain(cycles).chain(self.force_results()).collect()
     }
 
     /// The run at its end, for the checks of plausibility.

@@ -6,7 +6,7 @@
 
 use std::fs;
 use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use protocol::PreparedSample;
@@ -22,15 +22,16 @@ use crate::sample;
 use crate::sample::types::Sample;
 
 /// A sample that took less time than this is not kept: to make it again costs little more than to read it.
-const WORTH: Duration = Duration::from_millis(100);
+pub const WORTH: Duration = Duration::from_millis(100);
 /// Bytes of the checksum in front of a file.
 const CHECKSUM: usize = 32;
 
-/// The folder of samples that are kept, if there is one.
-pub struct SampleStore {
-    folder: Option<PathBuf>,
+/// The folder of samples that are kept, if there is one: it need not exist, and nothing is kept without one.
+pub struct SampleStore<'a> {
+    /// The folder.
+    pub folder: Option<&'a Path>,
     /// Least time of a preparation that makes a sample worth keeping.
-    worth: Duration,
+    pub worth: Duration,
 }
 
 /// A sample, and where it comes from.
@@ -43,20 +44,7 @@ pub struct Prepared {
     pub warnings: Vec<String>,
 }
 
-impl SampleStore {
-    /// The store in a folder, which need not exist; nothing is kept without one.
-    pub fn new(folder: Option<&Path>) -> SampleStore {
-        SampleStore {
-            folder: folder.map(Path::to_path_buf),
-            worth: WORTH,
-        }
-    }
-
-    /// The same that keeps a sample as soon as its preparation takes this long.
-    pub fn worth(self, worth: Duration) -> SampleStore {
-        SampleStore { worth, ..self }
-    }
-
+impl SampleStore<'_> {
     /// The sample of a valid configuration, from its file or made by its recipe. `seed` is the run's.
     pub fn prepare(&self, config: &DemConfig, seed: u64) -> Result<Prepared, DemError> {
         let Some(recipe) = recipe(config, seed) else {
@@ -67,15 +55,12 @@ impl SampleStore {
             });
         };
         let hash = blake3::hash(recipe.as_bytes()).to_hex().to_string();
-        let file = self
-            .folder
-            .as_ref()
-            .map(|f| f.join(format!("{hash}.sample")));
-        let found = file.as_deref().map(|path| read(path, &recipe));
+        let name = format!("{hash}.sample");
+        let file = self.folder.map(|folder| folder.join(name));
+        let found = file.as_deref().map_or(Ok(None), |path| read(path, &recipe));
         let (sample, mut warnings) = match found {
-            Some(Ok(sample)) => (sample, Vec::new()),
-            Some(Err(problem)) => (None, vec![problem]),
-            None => (None, Vec::new()),
+            Ok(sample) => (sample, Vec::new()),
+            Err(problem) => (None, vec![problem]),
         };
         let from_cache = sample.is_some();
         let sample = match sample {

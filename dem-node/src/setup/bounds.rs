@@ -129,12 +129,8 @@ pub fn advice_on_travel(
     let at = |a: usize, b: usize| positions.proximity(a, b);
     let velocity = |i: usize| state.velocity_of(bodies, i);
     let mut touching = vec![false; bodies.count()];
-    for [a, b] in state
-        .list
-        .slots
-        .iter()
-        .map(|s| [s.a as usize, s.b as usize])
-    {
+    for slot in &state.list.slots {
+        let [a, b] = [slot.a as usize, slot.b as usize];
         let near = at(a, b).gap < bodies.alert;
         (touching[a], touching[b]) = (touching[a] || near, touching[b] || near);
     }
