@@ -274,10 +274,7 @@ impl DemConfig {
             return Ok(());
         }
         let (law, pairs) = (&self.law, &self.law.pairs);
-        let own = self
-            .sample
-            .surface()
-            .is_some_and(|keys| keys.friction.is_some());
+        let own = self.sample.surface().and_then(|keys| keys.friction);
         let nsgs = "write solver.kind = \"nsgs\"";
         let refusals = [
             // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
@@ -299,7 +296,7 @@ impl DemConfig {
                 nsgs,
             ),
             (
-                own || !pairs.is_empty(),
+                own.is_some() || !pairs.is_empty(),
                 "\"pcg\" solves contacts of one law, and law.pairs or sample.surface.friction has others",
                 nsgs,
             ),

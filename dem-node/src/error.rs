@@ -103,11 +103,8 @@ fn cure(rigid: bool, friction: f64, iterations: usize, pivots_after: Option<usiz
         );
     }
     if pivots_after.is_some() {
-        let or_springs = if rigid {
-            format!(" or {springs}")
-        } else {
-            String::new()
-        };
+        let or_springs = rigid.then(|| format!(" or {springs}"));
+        let or_springs = or_springs.unwrap_or_default();
         return format!(
             "lower the step{or_springs}: more sweeps seldom help, and pivoting has not"
         );

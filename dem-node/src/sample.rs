@@ -23,7 +23,7 @@ use crate::bodies::cluster::ClusterMembers;
 use crate::bodies::drive::Drive;
 use crate::bodies::faces::{Face, RigidWall, polyline};
 use crate::config::DemConfig;
-use crate::config::disks::{DisksConfig, WallConfig};
+use crate::config::disks::{DiskConfig, DisksConfig, WallConfig};
 use crate::config::drive::ClusterDriveConfig;
 use crate::config::law::LawKind;
 use crate::config::sample::SampleConfig;
@@ -65,11 +65,8 @@ pub(crate) fn stays_as_cut(config: &DemConfig) -> bool {
 
 fn listed(config: &DisksConfig) -> Sample {
     let pick = |glued: bool, lid: bool| {
-        let chosen = config
-            .disks
-            .iter()
-            .filter(move |disk| (disk.glued, disk.lid) == (glued, lid));
-        let disks = chosen.map(|disk| Disk {
+        let chosen = |disk: &&DiskConfig| (disk.glued, disk.lid) == (glued, lid);
+        let disks = config.disks.iter().filter(chosen).map(|disk| Disk {
             centre: [disk.x_m, disk.y_m],
             radius: disk.radius_m,
             velocity: [disk.vx_m_per_s, disk.vy_m_per_s, disk.spin_rad_per_s],

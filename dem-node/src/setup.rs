@@ -55,20 +55,17 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }
-    let injection = config
-        .injection
-        .as_ref()
-        .map(|keys| feed(keys, config.mass_scale, fed, &masses));
-    let detachment = config
-        .detachment
-        .as_ref()
-        .map(|keys| source(keys, config, sample, fed, thickness));
+    let injection = match (&config.injection, &config.detachment) {
+        (Some(keys), _) => Some(feed(keys, config.mass_scale, fed, &masses)),
+        (None, Some(keys)) => Some(source(keys, config, sample, fed, thickness)),
+        (None, None) => None,
+    };
     let pairs_adhere = config.law.pairs.iter().filter_map(|pair| pair.adhesion);
     let ranges = pairs_adhere
         .chain(config.law.adhesion)
-        .map(|adhesion| adhesion.range_m);
+        .map(|own| own.range_m);
     Bodies {
-        injection: injection.or(detachment),
+        injection,
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
         masses,

@@ -101,10 +101,8 @@ impl RigidWall {
 pub fn polyline(points: &[[f64; 2]], first: usize) -> Vec<Segment> {
     let count = points.len() - 1;
     let closed = points[0] == points[count];
-    let mut directions: Vec<[f64; 2]> = points
-        .windows(2)
-        .map(|ends| unit(minus(ends[1], ends[0])))
-        .collect();
+    let along = |ends: &[[f64; 2]]| unit(minus(ends[1], ends[0]));
+    let mut directions: Vec<[f64; 2]> = points.windows(2).map(along).collect();
     for i in 1..count {
         // Equal to the last digit, or a disk over the joint would lie in front of both segments.
         let (last, this) = (directions[i - 1], directions[i]);

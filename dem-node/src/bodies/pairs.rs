@@ -41,12 +41,9 @@ impl Pairs {
                 (table[a * count + b], table[b * count + a]) = (index as u16 + 1, index as u16 + 1);
             }
         }
+        let groups = names.iter().filter_map(number);
         Pairs {
-            groups: names
-                .iter()
-                .filter_map(number)
-                .map(|group| group as u16)
-                .collect(),
+            groups: groups.map(|group| group as u16).collect(),
             count,
             table,
             laws: laws.iter().map(|(_, law)| *law).collect(),

@@ -181,9 +181,8 @@ impl BareSurface {
 
     /// Unit normal of the undeformed surface at a point, out of the body.
     pub fn normal(&self, point: usize) -> [f64; 2] {
-        let vectors = self
-            .at(point)
-            .map(|segment| self.vector(segment, &self.points));
+        let segments = self.at(point);
+        let vectors = segments.map(|segment| self.vector(segment, &self.points));
         let sum = vectors.fold([0.0; 2], |[x, y], [dx, dy]| [x + dx, y + dy]);
         left_of(unit(sum))
     }
@@ -195,9 +194,7 @@ impl BareSurface {
 
     /// Start of a segment where these points are, and the vector to its end (m).
     pub fn line(&self, segment: usize, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-        let [start, end] = self.segments[segment]
-            .points
-            .map(|point| points[point as usize]);
+        let [start, end] = self.points_of(segment).map(|point| points[point]);
         [start, between_points(end, start, self.period)]
     }
 
@@ -313,10 +310,8 @@ impl SegmentOrder {
             Some(period) => {
                 let x = period.inside(x);
                 let images = [-period.length, 0.0, period.length];
-                images
-                    .into_iter()
-                    .flat_map(|turn| within(x + turn))
-                    .collect()
+                let images = images.into_iter();
+                images.flat_map(|turn| within(x + turn)).collect()
             }
         };
         near.sort_unstable();

@@ -350,11 +350,7 @@ impl DisksConfig {
             let key = format!("sample.clusters[{i}]");
             cluster.validate(&key)?;
             let again = self.clusters[..i].iter().any(|c| c.name == cluster.name);
-            let fault = if again {
-                "is there twice"
-            } else {
-                "has no disks"
-            };
+            let fault = ["has no disks", "is there twice"][usize::from(again)];
             refuse_if(
                 again || !self.cluster_names().any(|name| name == cluster.name),
                 &format!("{key}.name"),
@@ -400,11 +396,9 @@ impl DisksConfig {
 
     /// True if a cluster cannot turn: it may be as wide as the strip then.
     fn is_upright(&self, cluster: Option<&str>) -> bool {
-        let mut entries = self
-            .clusters
-            .iter()
-            .filter(|c| Some(c.name.as_str()) == cluster);
-        entries.any(|entry| entry.holds()[2])
+        let named = |entry: &ClusterConfig| Some(entry.name.as_str()) == cluster;
+        let mut entries = self.clusters.iter();
+        entries.any(|entry| named(entry) && entry.holds()[2])
     }
 
     /// A cluster that turns is listed whole, also where it lies across an end: its places are not folded.
@@ -420,13 +414,10 @@ impl DisksConfig {
                 "add its entry to sample.clusters with a drive or locked = [\"rotation\"]",
             )?;
         }
-        let turning = |disk: &&DiskConfig| !self.is_upright(disk.cluster.as_deref());
-        for (i, disk) in self
-            .disks
-            .iter()
-            .enumerate()
-            .filter(|(_, disk)| turning(disk))
-        {
+        for (i, disk) in self.disks.iter().enumerate() {
+            if self.is_upright(disk.cluster.as_deref()) {
+                continue;
+            }
             let far = |other: &&DiskConfig| (other.x_m - disk.x_m).abs() > 0.5 * length;
             let torn = |other: &DiskConfig| disk.cluster.is_some() && other.cluster == disk.cluster;
             refuse_if(

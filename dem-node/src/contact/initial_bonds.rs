@@ -16,10 +16,8 @@ pub fn initial_bonds(positions: &Positions, list: &VerletList) -> Vec<Bond> {
     let Some(law) = &bodies.law.cohesion else {
         return Vec::new();
     };
-    let grains = list
-        .slots
-        .iter()
-        .filter(|s| (s.b as usize) < bondable(bodies));
+    let bondable = bondable(bodies) as u32;
+    let grains = list.slots.iter().filter(|slot| slot.b < bondable);
     let bond = |slot: &Slot| {
         let gap = positions.proximity(slot.a as usize, slot.b as usize).gap;
         (gap < law.alert).then(|| Bond::new(bodies, law, [slot.a, slot.b], gap))

@@ -153,11 +153,7 @@ impl WheelCycles {
                 _ => format!("cycle_{name}"),
             };
             let sum: f64 = self.all.iter().map(|(_, values)| values[k]).sum();
-            let all = if MEANS.contains(name) {
-                sum / count
-            } else {
-                sum
-            };
+            let all = sum / if MEANS.contains(name) { count } else { 1.0 };
             results.extend([(of_last, last[k]), (format!("all_cycles_{name}"), all)]);
         }
         results.retain(|(_, value)| value.is_finite());

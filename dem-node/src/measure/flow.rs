@@ -408,11 +408,7 @@ impl Flow {
     /// went, and the third body in the middle of the zone once the motion has begun.
     pub fn results(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let turnover = self.ledger.turnover();
-        let defect = if turnover > 0.0 {
-            self.defect / turnover
-        } else {
-            self.defect
-        };
+        let defect = self.defect / if turnover > 0.0 { turnover } else { 1.0 };
         let middle = self.middle.map(|_| self.per_length());
         let results = self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),

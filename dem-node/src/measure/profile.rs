@@ -325,10 +325,8 @@ impl Interval {
 
 /// Bodies that are no grains: driven clusters and glued disks.
 fn walls(bodies: &Bodies) -> impl Iterator<Item = usize> {
-    let driven = bodies
-        .clusters
-        .driven()
-        .flat_map(|(_, cluster, _)| &cluster.disks);
+    let driven = bodies.clusters.driven();
+    let driven = driven.flat_map(|(_, cluster, _)| &cluster.disks);
     driven.copied().chain(bodies.free..bodies.first_face())
 }
 

@@ -125,10 +125,8 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
     file.array(DatasetKind::Int32, "coordination", coordination);
     if let Some(sizes) = structure::agglomerate_sizes(bodies, state) {
         let others = repeat_n(0, bodies.disks() - bodies.free);
-        let sizes = sizes
-            .into_iter()
-            .chain(others)
-            .map(|size| [f64::from(size)]);
+        let sizes = sizes.into_iter().chain(others);
+        let sizes = sizes.map(|size| [f64::from(size)]);
         file.array(DatasetKind::Int32, "agglomerate_grains", sizes);
     }
 }

@@ -65,10 +65,9 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
         ("contact_force_deviation_over_mean", deviation),
         ("contact_force_above_mean_share", per(strong, forces.len())),
     ];
-    named
-        .into_iter()
-        .chain(agglomerate_results(bodies, state))
-        .collect()
+    let mut results = named.to_vec();
+    results.extend(agglomerate_results(bodies, state));
+    results
 }
 
 /// `agglomerates`: those of at least two grains; `agglomerate_grains_max`, `agglomerate_grains_mean`: grains in the largest, and on average in
@@ -79,10 +78,8 @@ fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str
     };
     let present = &sizes[..state.present(bodies)];
     // Each of n grains counts the n-th part of its agglomerate.
-    let parts = present
-        .iter()
-        .filter(|size| **size > 1)
-        .map(|size| 1.0 / f64::from(*size));
+    let joined = present.iter().filter(|size| **size > 1);
+    let parts = joined.map(|size| 1.0 / f64::from(*size));
     let largest = present.iter().max().copied().unwrap_or_default();
     let sum: f64 = present.iter().map(|size| f64::from(*size)).sum();
     vec![

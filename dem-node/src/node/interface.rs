@@ -188,11 +188,8 @@ fn repeating_lengths(x: &[f64], period: Period) -> Vec<f64> {
     let mut lengths = vec![0.0; x.len()];
     for (k, i) in order.iter().enumerate() {
         let next = order[(k + 1) % order.len()];
-        let turn = if k + 1 == order.len() {
-            period.length
-        } else {
-            0.0
-        };
+        let is_last = k + 1 == order.len();
+        let turn = if is_last { period.length } else { 0.0 };
         let half = 0.5 * (inside(next) + turn - inside(*i));
         lengths[*i] += half;
         lengths[next] += half;

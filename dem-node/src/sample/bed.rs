@@ -51,10 +51,9 @@ pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, Dem
     }
     require_jammed(&packing)?;
     if let Some(period) = packing.period {
-        packing
-            .centres
-            .iter_mut()
-            .for_each(|c| c[0] = period.inside(c[0]));
+        for centre in &mut packing.centres {
+            centre[0] = period.inside(centre[0]);
+        }
     }
     Ok(Bed {
         solid_fraction: area(&packing.radii)

@@ -90,10 +90,8 @@ fn sweep_kind(sweeps: usize, friction: bool) -> SweepKind {
     let Some(since) = sweeps.checked_sub(PLAIN).filter(|_| friction) else {
         return SweepKind::Plain;
     };
-    let (turn, within) = (
-        since / (EXTRAPOLATED + AVERAGED),
-        since % (EXTRAPOLATED + AVERAGED),
-    );
+    let both = EXTRAPOLATED + AVERAGED;
+    let (turn, within) = (since / both, since % both);
     if within < EXTRAPOLATED {
         SweepKind::Extrapolated
     } else {

@@ -28,7 +28,7 @@ const REGULARISATION: f64 = 1e-12;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Extrapolation {
     /// Guess, increment and |D increment| of the last sweep.
-    last: Option<(Vec<f64>, Vec<f64>, f64)>,
+    last: Option<[Vec<f64>; 2]>,
     /// dr_k, and D dg_k over its own length beside dg_k, the oldest first.
     differences: VecDeque<Difference>,
     /// The least |D g| since the memory began.
@@ -67,7 +67,7 @@ impl Extrapolation {
             self.least = length;
         }
         self.least = self.least.min(length);
-        if let Some((guess, old, _)) = self.last.take() {
+        if let Some([guess, old]) = self.last.take() {
             let change = minus(&increment, &old);
             self.differences.push_back(Difference {
                 guess: minus(&before, &guess),
@@ -90,7 +90,7 @@ impl Extrapolation {
             }
             None => self.differences.clear(),
         }
-        self.last = Some((before, increment, length));
+        self.last = Some([before, increment]);
         next
     }
 
@@ -98,30 +98,19 @@ impl Extrapolation {
     fn combination(&self, weighted: &[f64]) -> Option<Vec<f64>> {
         let columns: Vec<&[f64]> = self.differences.iter().map(|d| &d.weighted[..]).collect();
         let lengths: Vec<f64> = columns.iter().map(|dg| dot(dg, dg).sqrt()).collect();
-        if lengths
-            .iter()
-            .any(|length| *length == 0.0 || !length.is_finite())
-        {
+        let counts = |length: &f64| *length != 0.0 && length.is_finite();
+        if !lengths.iter().all(counts) {
             return None;
         }
         let m = columns.len();
         let gram = DMatrix::from_fn(m, m, |i, j| {
             let product = dot(columns[i], columns[j]) / (lengths[i] * lengths[j]);
-            if i == j {
-                product + REGULARISATION
-            } else {
-                product
-            }
+            product + if i == j { REGULARISATION } else { 0.0 }
         });
         let right = DVector::from_fn(m, |i, _| dot(columns[i], weighted) / lengths[i]);
         let gamma = Cholesky::new(gram)?.solve(&right);
-        Some(
-            gamma
-                .iter()
-                .zip(&lengths)
-                .map(|(gamma, length)| gamma / length)
-                .collect(),
-        )
+        let both = gamma.iter().zip(&lengths);
+        Some(both.map(|(gamma, length)| gamma / length).collect())
     }
 }
 

@@ -66,10 +66,8 @@ impl<'a, B, C> ByCandidate<'a, B, C> {
 impl<B: Send, C: Cut + AsRef<[Contact]>> Cut for ByCandidate<'_, B, C> {
     fn cut(self, count: usize) -> (Self, Self) {
         let next = self.first + count;
-        let passed = self
-            .contacts
-            .as_ref()
-            .partition_point(|contact| (contact.a as usize) < next);
+        let is_before = |contact: &Contact| (contact.a as usize) < next;
+        let passed = self.contacts.as_ref().partition_point(is_before);
         let (contacts, rest) = self.contacts.cut(passed);
         let (bodies, bodies_of_rest) = self.bodies.split_at_mut(count);
         let left = ByCandidate {

@@ -119,11 +119,8 @@ impl Problem {
     ) -> Result<(), DemError> {
         contact.block = self.block(contact);
         let [nn, tt] = contact.diagonal();
-        let softened = DelassusBlock {
-            nn,
-            nt: contact.block.nt,
-            tt,
-        };
+        let nt = contact.block.nt;
+        let softened = DelassusBlock { nn, nt, tt };
         let pair = (contact.a, contact.b);
         contact.law = match bond {
             None => LocalLaw::new(softened, self.friction_of(contact), pair)?,

@@ -420,10 +420,8 @@ impl Stepper {
 
     fn top_speed(&self, bodies: &Bodies) -> f64 {
         let problem = &self.problem;
-        let records = problem
-            .records
-            .iter()
-            .map(|r| [r.velocity[0], r.velocity[1]]);
+        let records = problem.records.iter();
+        let records = records.map(|r| [r.velocity[0], r.velocity[1]]);
         let glued = problem.boundary.velocity.chunks_exact(2);
         let glued = glued.map(|v| [v[0], v[1]]);
         let squares = records.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);

@@ -52,10 +52,8 @@ impl Stepper {
         let mut held = [0.0; 2];
         for (_, cluster, _) in bodies.clusters.driven() {
             let leader = cluster.leader();
-            let (start, end) = (
-                state.velocities[leader],
-                self.problem.records[leader].velocity,
-            );
+            let start = state.velocities[leader];
+            let end = self.problem.records[leader].velocity;
             let push = cluster.driving_impulse(start, end, &input.step_time());
             held = [held[0] + push[0], held[1] + push[1]];
         }

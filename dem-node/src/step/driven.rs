@@ -21,18 +21,13 @@ impl Stepper {
         for (index, cluster, drive) in bodies.clusters.driven() {
             let (push, drag, impulse) = (drive.push(&at), drive.drag(&at), impulses[index]);
             let leader = cluster.leader();
-            let (old, new) = (
-                state.velocities[leader],
-                self.problem.records[leader].velocity,
-            );
+            let old = state.velocities[leader];
+            let new = self.problem.records[leader].velocity;
             for k in 0..2 {
                 let v = at.theta * new[k] + (1.0 - at.theta) * old[k];
                 let borne = impulse[k] + cluster.mass * at.step * bodies.gravity[k];
-                let work = if cluster.free[k] > 0.0 {
-                    push[k]
-                } else {
-                    -borne
-                };
+                let is_free = cluster.free[k] > 0.0;
+                let work = if is_free { push[k] } else { -borne };
                 state.ledger.walls += work * v;
                 state.ledger.damping += cluster.free[k] * drag * v * v;
             }

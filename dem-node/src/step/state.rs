@@ -310,9 +310,7 @@ impl GrainState {
         points.flatten().for_each(|x| add(*x));
         self.velocities.iter().flatten().for_each(|x| add(*x));
         for Pose { centre, angle } in &self.clusters {
-            [centre[0], centre[1], *angle]
-                .into_iter()
-                .for_each(&mut add);
+            centre.iter().chain([angle]).for_each(|x| add(*x));
         }
         if self.wall_motion_time != 0.0 || self.ledger.walls != 0.0 {
             add(self.wall_motion_time);

@@ -194,11 +194,8 @@ impl Stepper {
             };
             let area = Bond::area(bodies, cohesion, [slot.a, slot.b]);
             let heals = healing.presses(slot.force[0], area) && slot.joined == 0.0;
-            slot.pressed = if heals {
-                slot.pressed + input.step
-            } else {
-                0.0
-            };
+            let pressed = slot.pressed + input.step;
+            slot.pressed = if heals { pressed } else { 0.0 };
             if let Some((bond, loss)) = Bond::healed(bodies, slot) {
                 (slot.pressed, slot.spring, slot.reference) = (0.0, 0.0, 0.0);
                 slot.last_gap = bond.opening;

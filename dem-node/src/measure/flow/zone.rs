@@ -79,10 +79,8 @@ impl ZoneLoads {
         });
         for [at, pressing] in state.on_wheel(bodies) {
             let added = share * pressing;
-            let [force, x] = self
-                .cells
-                .entry((at / diameter).floor() as i64)
-                .or_default();
+            let cell = (at / diameter).floor() as i64;
+            let [force, x] = self.cells.entry(cell).or_default();
             *force += added;
             *x += (at - *x) * (added / *force);
         }
