@@ -214,12 +214,8 @@ impl DemConfig {
             injection.validate(&self.law, self.flow.as_ref(), self.gravity_m_per_s2)?;
         }
         if let Some(detachment) = &self.detachment {
-            detachment.validate(
-                &self.law,
-                &self.sample,
-                self.injection.as_ref(),
-                self.gravity_m_per_s2,
-            )?;
+            let (injection, gravity) = (self.injection.as_ref(), self.gravity_m_per_s2);
+            detachment.validate(&self.law, &self.sample, injection, gravity)?;
         }
         self.validate_drive()?;
         self.validate_together()?;
@@ -333,15 +329,10 @@ impl DemConfig {
             "a layer needs the wheel that holds it, and there is none",
             "add [participant.config.wheel], or sample.lid = true",
         )?;
-        match self.wheel.as_ref().filter(|wheel| wheel.radius_m > 0.0) {
-            None => Ok(()),
-            Some(wheel) => {
-                let least = WHEEL_GRAINS * 2.0 * largest;
-                at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
-                    error.help("a smaller one falls between the grains; write 0 for a flat face")
-                })
-            }
-        }
+        let radius = self.wheel.as_ref().map(|wheel| wheel.radius_m);
+        let (round, least) = (radius.filter(|r| *r > 0.0), WHEEL_GRAINS * 2.0 * largest);
+        let help = "a smaller one falls between the grains; write 0 for a flat face";
+        at_least("wheel.radius_m", round, least, "m").map_err(|error| error.help(help))
     }
 
     /// Refuses what a strip that repeats does not go with.
@@ -350,10 +341,9 @@ impl DemConfig {
             return Ok(());
         };
         self.sample.validate_strip(ends)?;
+        let mut wheels = self.wheel.iter();
         refuse_if(
-            self.wheel
-                .as_ref()
-                .is_some_and(|wheel| wheel.radius_m > 0.0),
+            wheels.any(|wheel| wheel.radius_m > 0.0),
             "wheel.radius_m",
             "a curved wheel does not repeat along x, and sample.periodic_x_m does",
             "write radius_m = 0",

@@ -120,13 +120,10 @@ impl Law {
     /// The force at the end of the step is -kn (g + h u_n), so the impulse r obeys
     /// u_n + g/h + r/(kn h^2) = 0 while the contact is closed: a rigid contact with a softer W.
     pub fn compliance(&self, step: f64) -> [f64; 2] {
-        match self.springs {
-            None => [0.0, 0.0],
-            Some(springs) => [
-                1.0 / (springs.normal * step * step),
-                1.0 / (springs.tangential * step * step),
-            ],
-        }
+        let both = |springs: Springs| [springs.normal, springs.tangential];
+        let compliance = |k: f64| 1.0 / (k * step * step);
+        self.springs
+            .map_or([0.0; 2], |springs| both(springs).map(compliance))
     }
 
     /// Term of U_n of a contact without bond beside u_n (m/s), its gap g being detected, its normal velocity before the
@@ -170,12 +167,8 @@ impl Law {
 
     /// Elastic energy of a contact under these forces (J).
     pub fn stored(&self, force: [f64; 2]) -> [f64; 2] {
-        match self.springs {
-            None => [0.0, 0.0],
-            Some(springs) => [
-                0.5 * force[0] * force[0] / springs.normal,
-                0.5 * force[1] * force[1] / springs.tangential,
-            ],
-        }
+        let [n, t] = force.map(|force| 0.5 * force * force);
+        let stored = |springs: Springs| [n / springs.normal, t / springs.tangential];
+        self.springs.map_or([0.0; 2], stored)
     }
 }

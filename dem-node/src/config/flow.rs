@@ -93,13 +93,9 @@ impl FlowConfig {
             let what = "finds the zone below a wheel, and here it is the whole lid or strip";
             return refuse_given(given, what, "remove the key");
         };
-        if wheel.cycles > 0.0 {
-            let cycle = 1.0 / wheel.frequency_hz;
-            at_least("flow.wear_s", self.wear_s, cycle, "s").map_err(|error| {
-                error
-                    .help("the wheel may carry a grain back within a cycle, 1 / wheel.frequency_hz")
-            })?;
-        }
-        Ok(())
+        let moves = wheel.cycles > 0.0;
+        let cycle = if moves { 1.0 / wheel.frequency_hz } else { 0.0 };
+        let help = "the wheel may carry a grain back within a cycle, 1 / wheel.frequency_hz";
+        at_least("flow.wear_s", self.wear_s, cycle, "s").map_err(|error| error.help(help))
     }
 }

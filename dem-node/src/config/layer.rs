@@ -94,9 +94,8 @@ impl LayerConfig {
 
     /// The layer with the half-width that belongs to a load (N), and no rule any more.
     pub(super) fn under(&self, load: f64) -> LayerConfig {
-        let wider = self
-            .half_width_load_n
-            .map_or(1.0, |meant| (load / meant).sqrt());
+        let meant = self.half_width_load_n;
+        let wider = meant.map_or(1.0, |meant| (load / meant).sqrt());
         LayerConfig {
             half_width_m: self.half_width_m * wider,
             half_width_load_n: None,
@@ -159,9 +158,8 @@ impl LayerConfig {
                 "needs at least one pressure",
             ));
         }
-        self.press_pa
-            .iter()
-            .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+        let mut pressures = self.press_pa.iter();
+        pressures.try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
     }
 
     /// Radii of the base line and of that of the lid (m).

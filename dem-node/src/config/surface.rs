@@ -62,10 +62,8 @@ impl SurfaceConfig {
         layer: bool,
     ) -> Result<(), ConfigError> {
         let key = |name: &str| format!("{KEY}.{name}");
-        if let Some(width) = self.half_width_m {
-            positive(&key("half_width_m"), width, "m")?;
-            at_least(&key("half_width_m"), width, within, "m")?;
-        }
+        positive(&key("half_width_m"), self.half_width_m, "m")?;
+        at_least(&key("half_width_m"), self.half_width_m, within, "m")?;
         positive(&key("spacing_m"), self.spacing_m, "m")?;
         not_negative(&key("friction"), self.friction, "")?;
         not_negative(&key("crown_radius_m"), self.crown_radius_m, "m")?;
