@@ -308,10 +308,8 @@ impl Sweeper {
             chosen.push(index as u32);
         }
         self.sorting.sort(&mut self.glued);
-        let inside = self
-            .subdomains
-            .iter_mut()
-            .map(|subdomain| &mut subdomain.work);
+        let inside = self.subdomains.iter_mut();
+        let inside = inside.map(|subdomain| &mut subdomain.work);
         for list in inside.chain([&mut self.crossing]) {
             list.pack(problem, &mut self.grouping);
         }
@@ -422,10 +420,8 @@ fn solve_glued_disk(problem: &mut Problem, run: &[(u32, u32)], squares: &mut [f6
     let Some(disk) = problem.glued_index(body) else {
         return;
     };
-    let ([vx, vy], block) = (
-        problem.boundary.velocity_of(disk),
-        problem.boundary.block(disk),
-    );
+    let [vx, vy] = problem.boundary.velocity_of(disk);
+    let block = problem.boundary.block(disk);
     let (mut velocity, mut total) = ([vx, vy, 0.0], [0.0; 2]);
     for (_, index) in run {
         let contact = &mut problem.contacts[*index as usize];

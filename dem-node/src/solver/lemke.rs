@@ -359,7 +359,7 @@ impl<'a> Path<'a> {
     fn evaluate(&mut self) -> Option<()> {
         let size = self.compute_velocity();
         if self.error(size) > CORRECTED {
-            self.correct();
+            self.system.correct(&self.left());
             let size = self.compute_velocity();
             // Written so that a NaN is refused as well.
             let kept = self.error(size) <= LOST;
@@ -406,10 +406,6 @@ impl<'a> Path<'a> {
             }
         }
         error
-    }
-
-    fn correct(&mut self) {
-        self.system.correct(&self.left());
     }
 
     /// Moves b by -`change` in the equations, of a path that has come to its end.

@@ -74,11 +74,21 @@ impl Problem {
                 bonds: &mut bonds,
                 first_bond: 0,
             };
-            let prepared = in_pieces(count, all, parallel, |_, piece| self.prepare_laws(piece));
+            let prepared = in_pieces(count, all, parallel, |_, piece| {
+                for contact in piece.contacts {
+                    let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
+                    self.prepare_law(contact, piece.bonds.get_mut(bond))?;
+                }
+                Ok::<(), DemError>(())
+            });
             self.apply_first_guesses(&contacts, parallel);
             prepared.into_iter().collect()
         } else {
-            self.prepare_each(&mut contacts, &mut bonds)
+            contacts.iter_mut().try_for_each(|contact| {
+                self.prepare_law(contact, bonds.get_mut(contact.bond as usize))?;
+                self.apply_first_guess(contact);
+                Ok(())
+            })
         };
         (self.contacts, self.bonds) = (contacts, bonds);
         rolling::apply(&self.couples, &self.contacts, &mut self.records);
@@ -87,28 +97,6 @@ impl Problem {
         }
         self.boundary.evaluate();
         prepared
-    }
-
-    /// Laws and first guesses of few contacts, in one sweep.
-    fn prepare_each(
-        &mut self,
-        contacts: &mut [Contact],
-        bonds: &mut [BondContact],
-    ) -> Result<(), DemError> {
-        for contact in contacts {
-            let bond = bonds.get_mut(contact.bond as usize);
-            self.prepare_law(contact, bond)?;
-            self.apply_first_guess(contact);
-        }
-        Ok(())
-    }
-
-    fn prepare_laws(&self, piece: WithBonds) -> Result<(), DemError> {
-        for contact in piece.contacts {
-            let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
-            self.prepare_law(contact, piece.bonds.get_mut(bond))?;
-        }
-        Ok(())
     }
 
     #[inline(always)]
@@ -124,9 +112,7 @@ impl Problem {
         let pair = (contact.a, contact.b);
         contact.law = match bond {
             None => LocalLaw::new(softened, self.friction_of(contact), pair)?,
-            Some(bond) => bond
-                .law
-                .prepare(contact.block, contact.compliance[0], pair)?,
+            Some(bond) => (bond.law).prepare(contact.block, contact.compliance[0], pair)?,
         };
         Ok(())
     }

@@ -347,10 +347,8 @@ impl ContactBatch {
         }
         let mut losses = std::mem::take(&mut self.losses);
         self.spread(g, lost, |body, impulse| {
-            losses.push(DirectionLoss {
-                body: body as u32,
-                impulse,
-            });
+            let body = body as u32;
+            losses.push(DirectionLoss { body, impulse });
         });
         self.losses = losses;
     }
