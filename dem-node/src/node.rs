@@ -255,10 +255,8 @@ impl Node for Dem {
             };
             let stem = format!("{}-{name}", self.setting.participant);
             snapshot::write(folder, &stem, &scene)?;
-            let wheel = self.bodies.wheel().map(|_| &scene);
-            let traction = wheel
-                .and_then(|of| wheel_contacts::traction_csv(of.bodies, of.state, of.thickness));
-            if let Some(text) = traction {
+            let traction = wheel_contacts::traction_csv(scene.bodies, scene.state, scene.thickness);
+            if let Some(text) = traction.filter(|_| self.bodies.wheel().is_some()) {
                 snapshot::write_text(&folder.join(format!("{stem}-profile.csv")), &text)?;
             }
         }

@@ -188,9 +188,8 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
         surface.map_or(ROWS[usize::from(above)], |_| SURFACE)
     });
     names.extend(segments.map(String::from));
-    let laws = laws
-        .into_iter()
-        .map(|(pair, config)| (pair, law(&config, thickness)));
+    let laws = laws.into_iter();
+    let laws = laws.map(|(pair, config)| (pair, law(&config, thickness)));
     Pairs::new(&names, &laws.collect::<Vec<_>>())
 }
 

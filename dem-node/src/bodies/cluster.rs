@@ -91,9 +91,8 @@ impl Cluster {
         });
         let mass = members.mass.unwrap_or(sum);
         // A mass of its own changes the density, not the shape.
-        let inertia = members
-            .inertia
-            .unwrap_or(inertia.sum::<f64>() * (mass / sum));
+        let of_disks = inertia.sum::<f64>() * (mass / sum);
+        let inertia = members.inertia.unwrap_or(of_disks);
         let radius = (2.0 * inertia / mass).sqrt();
         let [x, y, spin] = members.velocity;
         Cluster {

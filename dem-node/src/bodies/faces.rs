@@ -251,10 +251,8 @@ fn around(from: [f64; 2], direction: [f64; 2], radius: f64) -> Proximity {
     } else {
         left_of(direction)
     };
-    Proximity {
-        normal,
-        gap: distance - radius,
-    }
+    let gap = distance - radius;
+    Proximity { normal, gap }
 }
 
 /// The unit vector along a vector.

@@ -139,10 +139,8 @@ impl Feed {
     /// Part of a disk's radius that it has not grown yet (m).
     #[inline]
     pub fn missing(&self, disk: u32) -> f64 {
-        let mut growing = self.growing.iter();
-        growing
-            .find(|growing| growing.grain == disk)
-            .map_or(0.0, |growing| growing.missing)
+        let found = self.growing.iter().find(|growing| growing.grain == disk);
+        found.map_or(0.0, |growing| growing.missing)
     }
 
     /// True while a grain grows.

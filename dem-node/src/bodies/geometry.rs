@@ -15,10 +15,8 @@ pub struct Period {
 impl Period {
     /// The strip between two ends (m).
     pub fn between([left, right]: [f64; 2]) -> Period {
-        Period {
-            left,
-            length: right - left,
-        }
+        let length = right - left;
+        Period { left, length }
     }
 
     /// The shortest of all images of a distance along x (m).
@@ -58,10 +56,8 @@ pub fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     } else {
         [0.0, 1.0]
     };
-    Proximity {
-        normal,
-        gap: distance - reach,
-    }
+    let gap = distance - reach;
+    Proximity { normal, gap }
 }
 
 /// A disk under a wheel whose face has this radius R, 0 = flat, and its lowest point at `face`.

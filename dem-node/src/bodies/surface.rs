@@ -174,9 +174,8 @@ impl BareSurface {
 
     /// Length of the surface that is a point's, half of each segment at it (m).
     pub fn tributary(&self, point: usize) -> f64 {
-        self.at(point)
-            .map(|segment| 0.5 * self.length(segment))
-            .sum()
+        let halves = self.at(point).map(|segment| 0.5 * self.length(segment));
+        halves.sum()
     }
 
     /// Unit normal of the undeformed surface at a point, out of the body.
@@ -254,18 +253,14 @@ impl BareSurface {
         let [start, [dx, dy]] = self.line(index, points);
         let [x, y] = self.image(index, points, centre);
         let along = ((x - start[0]) * dx + (y - start[1]) * dy) / (dx * dx + dy * dy);
-        Foot {
-            points: self.segments[index].points,
-            share: along.clamp(0.0, 1.0),
-        }
+        let (points, share) = (self.segments[index].points, along.clamp(0.0, 1.0));
+        Foot { points, share }
     }
 
     /// The middle of a segment.
     pub fn middle(&self, index: usize) -> Foot {
-        Foot {
-            points: self.segments[index].points,
-            share: 0.5,
-        }
+        let points = self.segments[index].points;
+        Foot { points, share: 0.5 }
     }
 
     /// The segments ordered by their left ends, to find those near a disk.

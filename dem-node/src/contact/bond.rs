@@ -138,16 +138,10 @@ impl Bond {
     }
 
     /// All numbers that can change a later bit.
-    pub fn numbers(&self) -> [f64; 7] {
-        [
-            f64::from(self.a),
-            f64::from(self.b),
-            self.area,
-            self.reference,
-            self.adhesion,
-            self.opening,
-            self.slip,
-        ]
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
+        let named = kit::named!(self; area, reference, adhesion, opening, slip);
+        let pair = [self.a, self.b].map(f64::from);
+        pair.into_iter().chain(named.map(|(_, x)| x))
     }
 }
 
@@ -241,9 +235,8 @@ impl BondContact {
     /// Takes over a lower adhesion.
     pub fn soften(&mut self, law: &Law, bond: &Bond, adhesion: f64, h: f64) {
         self.adhesion[1] = adhesion;
-        let stiffness = law
-            .cohesion
-            .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion));
+        let of_law = |law: &Cohesion| law.stiffness(bond.area, adhesion);
+        let stiffness = law.cohesion.as_ref().map_or([0.0; 2], of_law);
         let share = damped_share(self.relaxation, h);
         self.law.set_stiffness(stiffness.map(|k| k / share), h);
     }

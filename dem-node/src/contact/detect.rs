@@ -145,12 +145,11 @@ impl VerletList {
         let both = self.centres.iter().chain(&self.surface);
         both.flatten().for_each(|x| visit(*x));
         for slot in &self.slots {
-            visit(f64::from(slot.a));
-            visit(f64::from(slot.b));
-            visit(slot.force[0]);
-            visit(slot.force[1]);
-            visit(slot.spring);
-            visit(slot.last_gap);
+            let ([n, t], pair) = (slot.force, [slot.a, slot.b]);
+            pair.into_iter().for_each(|body| visit(f64::from(body)));
+            [n, t, slot.spring, slot.last_gap]
+                .into_iter()
+                .for_each(&mut visit);
             for (_, rare) in kit::named!(slot; reference, joined, couple, attraction, pressed) {
                 if rare != 0.0 {
                     visit(rare);

@@ -67,9 +67,8 @@ fn nearest(
 ) -> Vec<([u32; 2], f64)> {
     let pair = |other: u32| [grain.min(other), grain.max(other)];
     let gap = |[a, b]: [u32; 2]| positions.proximity(a as usize, b as usize).gap;
-    let own = bonds
-        .iter()
-        .filter(|bond| bond.a == grain || bond.b == grain);
+    let is_own = |bond: &&Bond| bond.a == grain || bond.b == grain;
+    let own = bonds.iter().filter(is_own);
     let bonded: Vec<[u32; 2]> = own.map(|bond| [bond.a, bond.b]).collect();
     let store = positions.store();
     let mut pairs: Vec<_> = (0..bondable(positions.bodies) as u32)

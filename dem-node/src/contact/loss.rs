@@ -126,11 +126,8 @@ pub fn attraction_loss(law: &Adhesion, [before, now]: [f64; 2], contact: &Contac
 /// the contact takes its part back, and has the impulse times the mean of the velocities before and after (Kelvin).
 pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     let ([u_n, u_t], [d_n, d_t]) = (contact.velocity, contact.change);
-    let own = if contact.elastic {
-        contact.theta - 0.5
-    } else {
-        0.0
-    };
+    let beyond = contact.theta - 0.5;
+    let own = if contact.elastic { beyond } else { 0.0 };
     let before = own + 1.0 - contact.theta;
     Loss {
         impact: -r_n * (u_n - before * d_n),

@@ -21,18 +21,6 @@ pub fn agglomerates(grains: usize, pairs: impl Iterator<Item = (u32, u32)>) -> V
     roots.iter().map(|root| sizes[*root as usize]).collect()
 }
 
-/// The bodies that these pairs connect have the same root, the highest number among them. Union-find.
-fn roots(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    for pair in pairs {
-        let [a, b] = pair.map(|body| root(&mut parent, body));
-        parent[a.min(b) as usize] = a.max(b);
-    }
-    (0..count as u32)
-        .map(|body| root(&mut parent, body))
-        .collect()
-}
-
 /// Bodies and contacts that are left when those of the first `count` bodies that have fewer than `least` contacts are taken away, until
 /// none is left of them.
 pub fn backbone(count: usize, mut contacts: Vec<[usize; 2]>, least: usize) -> [usize; 2] {
@@ -56,6 +44,18 @@ pub fn degrees(count: usize, contacts: impl Iterator<Item = [usize; 2]>) -> Vec<
         }
     }
     degrees
+}
+
+/// The bodies that these pairs connect have the same root, the highest number among them. Union-find.
+fn roots(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    for pair in pairs {
+        let [a, b] = pair.map(|body| root(&mut parent, body));
+        parent[a.min(b) as usize] = a.max(b);
+    }
+    (0..count as u32)
+        .map(|body| root(&mut parent, body))
+        .collect()
 }
 
 fn root(parent: &mut [u32], mut body: u32) -> u32 {

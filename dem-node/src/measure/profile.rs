@@ -89,9 +89,8 @@ impl GrainProfile {
         if self.interval.as_ref().is_some_and(|i| i.number != number) {
             self.close(config.axis, thickness);
         }
-        let interval = self
-            .interval
-            .get_or_insert_with(|| Interval::new(config, bodies, state, number, start));
+        let new = || Interval::new(config, bodies, state, number, start);
+        let interval = self.interval.get_or_insert_with(new);
         interval.add(config.axis, bodies, state);
         interval.times[1] = end;
     }
@@ -341,9 +340,8 @@ fn localisation(slices: &[f64], walls: [Option<f64>; 2]) -> Vec<(&'static str, f
     let edges = std::iter::once(walls[0].unwrap_or(*first)).chain(between);
     let edges: Vec<f64> = edges.chain([walls[1].unwrap_or(*last)]).collect();
     let jump = edges[edges.len() - 1] - edges[0];
-    let shares = edges
-        .windows(width + 1)
-        .map(|fifth| (fifth[width] - fifth[0]) / jump);
+    let fifths = edges.windows(width + 1);
+    let shares = fifths.map(|fifth| (fifth[width] - fifth[0]) / jump);
     let largest = shares.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     let found = largest.filter(|_| width > 0).map(|(start, share)| {
         let middle = start as f64 + 0.5 * width as f64;

@@ -126,9 +126,8 @@ pub fn inside_grains(bodies: &Bodies, state: &GrainState) -> usize {
 fn grains_behind(bodies: &Bodies, state: &GrainState) -> usize {
     let of_grain = state.list.slots.chunk_by(|one, next| one.a == next.a);
     let behind = of_grain.filter(|slots| {
-        let walls = slots
-            .iter()
-            .filter_map(|slot| bodies.wall_of(slot.b as usize));
+        let walls = slots.iter().map(|slot| slot.b as usize);
+        let walls = walls.filter_map(|body| bodies.wall_of(body));
         let grain = slots[0].a as usize;
         let depth = depth_behind(walls, state.centres[grain], state.wall_motion_time);
         depth.is_some_and(|depth| depth < bodies.radii[grain])

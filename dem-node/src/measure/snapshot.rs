@@ -108,9 +108,8 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
         [centre[0] - start[0], centre[1] - start[1], 0.0]
     });
     file.array(DatasetKind::Float64, "displacement_since_start_m", moved);
-    let velocities: Vec<[f64; 3]> = (0..bodies.disks())
-        .map(|disk| state.velocity_of(bodies, disk))
-        .collect();
+    let velocity = |disk: usize| state.velocity_of(bodies, disk);
+    let velocities: Vec<[f64; 3]> = (0..bodies.disks()).map(velocity).collect();
     let linear = velocities.iter().map(|v| [v[0], v[1], 0.0]);
     file.array(DatasetKind::Float64, "velocity_m_per_s", linear);
     let spins = velocities.iter().map(|v| [v[2]]);
@@ -164,8 +163,6 @@ pub fn pressures(bodies: &Bodies, state: &GrainState, thickness: f64) -> Vec<f64
         sums[slot.a as usize] += slot.force[0];
         sums[slot.b as usize] += slot.force[0];
     }
-    let per_disk = sums.iter().zip(&bodies.radii);
-    per_disk
-        .map(|(sum, r)| sum / (2.0 * PI * r * thickness))
-        .collect()
+    let pressure = |(sum, r): (&f64, &f64)| sum / (2.0 * PI * r * thickness);
+    sums.iter().zip(&bodies.radii).map(pressure).collect()
 }

@@ -223,10 +223,8 @@ fn region(
     chosen: impl Fn(&usize) -> bool,
 ) -> Option<[[f64; 2]; 2]> {
     let ends = |axis: usize| ends(bodies, state, axis, grains(bodies, state).filter(&chosen));
-    let sides = [
-        config.x_m.unwrap_or_else(|| ends(0)),
-        config.y_m.unwrap_or_else(|| ends(1)),
-    ];
+    let given = [config.x_m, config.y_m];
+    let sides = [0, 1].map(|axis| given[axis].unwrap_or_else(|| ends(axis)));
     let finite = sides.iter().flatten().all(|side| side.is_finite());
     finite.then_some(sides)
 }

@@ -31,7 +31,7 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
     let present = (0..state.present(bodies)).filter(leads);
     let degrees: Vec<usize> = present.map(|body| all[body]).collect();
-    let all = degrees.len();
+    let grains = degrees.len();
     let held: Vec<usize> = degrees.iter().copied().filter(|d| *d >= HELD).collect();
     let per = |sum: usize, count: usize| sum as f64 / count.max(1) as f64;
     let positions = state.positions(bodies);
@@ -56,8 +56,11 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
         ("backbone_bodies", backbone[0] as f64),
         ("backbone_contacts_per_body", per(backbone[1], backbone[0])),
         ("coordination", per(held.iter().sum(), held.len())),
-        ("coordination_with_rattlers", per(degrees.iter().sum(), all)),
-        ("rattlers_share", per(all - held.len(), all)),
+        (
+            "coordination_with_rattlers",
+            per(degrees.iter().sum(), grains),
+        ),
+        ("rattlers_share", per(grains - held.len(), grains)),
         ("fabric_anisotropy", (xx - yy).hypot(2.0 * xy)),
         ("fabric_direction_deg", direction.to_degrees()),
         ("contact_force_mean_n", mean),

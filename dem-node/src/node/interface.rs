@@ -75,9 +75,8 @@ pub fn smooth(bodies: &Bodies, [base, lid]: [CutLine; 2]) -> BTreeMap<String, Ve
     by_set(bodies, |name, disks| {
         let line = if name == "base" { base } else { lid };
         let points = disks.into_iter().map(|disk| bodies.boundary_point(disk));
-        points
-            .map(|[x, _]| [x, line.height_at(x, side(name))])
-            .collect()
+        let smooth = |[x, _]: [f64; 2]| [x, line.height_at(x, side(name))];
+        points.map(smooth).collect()
     })
 }
 
@@ -130,10 +129,8 @@ impl InterfaceDisks {
 
     /// Maps components of all glued disks to the exchanged ones.
     pub fn gather(&self, all: &[f64]) -> Vec<f64> {
-        let pairs = self.disks.iter();
-        pairs
-            .flat_map(|disk| [all[2 * disk], all[2 * disk + 1]])
-            .collect()
+        let pair = |disk: &usize| [all[2 * disk], all[2 * disk + 1]];
+        self.disks.iter().flat_map(pair).collect()
     }
 
     /// A matrix over exchanged components, 2 n x 2 n, column-major, as one over all `glued` disks. A row that is not

@@ -68,14 +68,10 @@ pub fn prepare(
 /// A layer that is cut from above too comes out of a bed that is higher by as much as goes below, one that is not cut out of a bed as
 /// high as itself.
 fn bed_of(recipe: &LayerConfig) -> LayerConfig {
-    let extra = if recipe.glued {
-        recipe.bed_extra_m
-    } else {
-        0.0
-    };
+    let extra = recipe.bed_extra_m;
     LayerConfig {
         thickness_m: recipe.bed_height(),
-        bed_extra_m: extra,
+        bed_extra_m: if recipe.glued { extra } else { 0.0 },
         ..recipe.clone()
     }
 }
@@ -100,10 +96,8 @@ fn cut_above(recipe: &LayerConfig, free: Vec<Disk>) -> (Vec<Disk>, Vec<Disk>) {
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
 fn cut(packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
-    packing
-        .disks()
-        .filter(|disk| disk.centre[1] > -disk.radius)
-        .partition(|disk| disk.centre[1] >= disk.radius)
+    let above = packing.disks().filter(|disk| disk.centre[1] > -disk.radius);
+    above.partition(|disk| disk.centre[1] >= disk.radius)
 }
 
 fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {

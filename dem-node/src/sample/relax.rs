@@ -245,9 +245,8 @@ impl Packing {
                 UPWARDS,
             ),
         ];
-        plates
-            .into_iter()
-            .filter(move |(overlap, _)| *overlap > -reach)
+        let plates = plates.into_iter();
+        plates.filter(move |(overlap, _)| *overlap > -reach)
     }
 
     /// The contacts of the movable disks; a plate has a number beyond those of all disks.

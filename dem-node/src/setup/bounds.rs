@@ -50,13 +50,12 @@ impl StepBounds {
         let (mean, smallest) = config.sample.radii();
         let density = config.density_kg_per_m3 * config.mass_scale;
         let wheel = config.wheel.as_ref();
+        let moved = wheel.filter(|wheel| wheel.cycles > 0.0);
         StepBounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.program().top_speed()),
             driven_speed: config.sample.driven_speed(),
-            frequency: wheel
-                .filter(|wheel| wheel.cycles > 0.0)
-                .map_or(0.0, |wheel| wheel.frequency_hz),
+            frequency: moved.map_or(0.0, |wheel| wheel.frequency_hz),
             smallest,
             // A prescribed motion has no inertia.
             unsafe_step: config.time.unsafe_step || config.drive.is_some(),
@@ -200,9 +199,8 @@ impl StiffnessBounds {
             name: name.into(),
             limit_s,
         };
-        let bonds = self
-            .bonds_s
-            .map(|h| limit("bonds that break, h < 1/(sqrt(3) omega)", h));
+        let name = "bonds that break, h < 1/(sqrt(3) omega)";
+        let bonds = self.bonds_s.map(|h| limit(name, h));
         let springs = self.omega.map(|omega| ELASTIC / omega);
         let springs = springs.map(|h| limit("free rebounds that keep 0.9 of their speed", h));
         bonds.into_iter().chain(springs).collect()

@@ -177,10 +177,10 @@ impl Surroundings<'_> {
         };
         let row = |disks: Range<usize>| {
             let off = |centre: &[f64; 2]| between_points(*centre, point, bodies.period)[0];
-            let near = state.centres[disks]
-                .iter()
-                .filter(|centre| off(centre).abs() < 2.0 * reach);
-            near.copied().collect()
+            let centres = state.centres[disks].iter().copied();
+            centres
+                .filter(|centre| off(centre).abs() < 2.0 * reach)
+                .collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
         Surroundings {

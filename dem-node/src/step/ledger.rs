@@ -123,20 +123,8 @@ impl GrainLedger {
 
     /// All terms but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 12] {
-        [
-            self.interface,
-            self.load,
-            self.drive,
-            self.weight,
-            self.impact,
-            self.numerical,
-            self.friction,
-            self.cohesion,
-            self.surface,
-            self.detection,
-            self.unforeseen,
-            self.repair,
-        ]
+        let named = kit::named!(self; interface, load, drive, weight, impact, numerical, friction, cohesion, surface, detection, unforeseen, repair);
+        named.map(|(_, x)| x)
     }
 }
 

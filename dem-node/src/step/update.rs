@@ -229,9 +229,8 @@ impl Stepper {
                 ..slots[self.slots[number] as usize]
             };
             let step = self.contact_step(state, input, &attracting, &before);
-            state
-                .ledger
-                .lose(&attraction_loss(law, attraction.force, &step));
+            let loss = attraction_loss(law, attraction.force, &step);
+            state.ledger.lose(&loss);
             add_push(input.bodies, &attracting, input.step, (summary, outer));
             self.problem.contacts[number].impulse[0] -= attraction.impulse;
         }

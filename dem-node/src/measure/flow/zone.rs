@@ -27,9 +27,8 @@ impl Zone {
         let margin = config.margin_diameters * diameter;
         let left = end(loads.cells.values(), dropped)?;
         let right = end(loads.cells.values().rev(), dropped)?;
-        Some(Zone {
-            ends: [left - margin, right + margin],
-        })
+        let ends = [left - margin, right + margin];
+        Some(Zone { ends })
     }
 
     /// The zone with each end where it was, unless the new one is further off than `slack` (m).
@@ -41,18 +40,16 @@ impl Zone {
                 self.ends[k]
             }
         };
-        Zone {
-            ends: [0, 1].map(follow),
-        }
+        let ends = [0, 1].map(follow);
+        Zone { ends }
     }
 
     /// Its middle half.
     pub fn middle_half(self) -> Zone {
         let [left, right] = self.ends;
         let quarter = 0.25 * (right - left);
-        Zone {
-            ends: [left + quarter, right - quarter],
-        }
+        let ends = [left + quarter, right - quarter];
+        Zone { ends }
     }
 
     /// True for an x in the zone (m).
