@@ -44,21 +44,10 @@ const LEFT: f64 = 78.0;
 const BELOW: f64 = 46.0;
 const EDGE: f64 = 12.0;
 
-/// Words along the axes.
-#[derive(Clone, Copy)]
-pub struct Labels<'a> {
-    /// Words along x.
-    pub x: &'a str,
-    /// Words along y.
-    pub y: &'a str,
-    /// True for a logarithmic axis; what is not positive is not drawn.
-    pub log_y: bool,
-}
-
-/// One dot for each point, pale enough that their density shows.
-pub fn cloud(labels: Labels, points: &[(f64, f64)]) -> String {
+/// One dot for each point, over axes with these words along x and y, pale enough that their density shows.
+pub fn cloud(words: [&str; 2], points: &[(f64, f64)]) -> String {
     let stride = points.len().div_ceil(DOTS_MAX).max(1);
-    let (axes, mut svg) = frame(labels, points.iter(), 0);
+    let (axes, mut svg) = frame(words, false, points.iter(), 0);
     let dots = points.iter().step_by(stride).map(|point| {
         let [x, y] = axes.at(*point);
         format!("M{x:.1} {y:.1}h0")
@@ -68,10 +57,10 @@ pub fn cloud(labels: Labels, points: &[(f64, f64)]) -> String {
     page(&axes, &svg)
 }
 
-/// Lines, and their legend above the axes.
-pub fn plot(labels: Labels, curves: &[PlotCurve]) -> String {
+/// Lines over axes with these words along x and y, and their legend above. On a logarithmic axis what is not positive is not drawn.
+pub fn plot(words: [&str; 2], log_y: bool, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
-    let (axes, mut svg) = frame(labels, points, curves.len());
+    let (axes, mut svg) = frame(words, log_y, points, curves.len());
     for (k, curve) in curves.iter().enumerate() {
         let style = STYLES[curve.style % STYLES.len()];
         let is_gap = |(x, y): &(f64, f64)| x.is_nan() || y.is_nan();
@@ -89,17 +78,18 @@ pub fn plot(labels: Labels, curves: &[PlotCurve]) -> String {
 
 /// Axes that hold these points, drawn below so many lines of a legend.
 fn frame<'a>(
-    labels: Labels,
+    [words_x, words_y]: [&str; 2],
+    log_y: bool,
     points: impl Iterator<Item = &'a (f64, f64)> + Clone,
     lines: usize,
 ) -> (AxisPair, Svg) {
     let heights = points.clone().map(|point| point.1);
     let top = EDGE + LEGEND_LINE * lines as f64;
     let axes = AxisPair {
-        x: PlotAxis::around(labels.x, points.map(|point| point.0), 7),
-        y: match labels.log_y {
-            true => PlotAxis::logarithmic(labels.y, heights),
-            false => PlotAxis::around(labels.y, heights, 6),
+        x: PlotAxis::around(words_x, points.map(|point| point.0), 7),
+        y: match log_y {
+            true => PlotAxis::logarithmic(words_y, heights),
+            false => PlotAxis::around(words_y, heights, 6),
         },
         across: [LEFT, SIZE[0] - EDGE],
         down: [top, top + SIZE[1] - BELOW - EDGE],
@@ -142,12 +132,8 @@ mod tests {
             points: [1.0, 2.0, f64::NAN, 3.0, 4.0].map(|y| (y, y)).to_vec(),
             style: 0,
         };
-        let labels = Labels {
-            x: "x",
-            y: "y",
-            log_y: false,
-        };
-        assert_eq!(plot(labels, &[curve]).matches("<polyline").count(), 2);
+        let svg = plot(["x", "y"], false, &[curve]);
+        assert_eq!(svg.matches("<polyline").count(), 2);
     }
 
     #[test]

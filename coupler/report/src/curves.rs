@@ -7,7 +7,7 @@ use super::units::with_unit;
 use coordinator::error::Error;
 use draw::axis::range;
 use draw::picture::Picture;
-use draw::plot::{BACKGROUND, Labels, PlotCurve, cloud, plot};
+use draw::plot::{BACKGROUND, PlotCurve, cloud, plot};
 use runs::files::RunFiles;
 use runs::table::Table;
 
@@ -244,16 +244,12 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
             ..curve
         }));
     }
-    let words = Labels {
-        x: chart.x.0,
-        y: chart.y.words(),
-        log_y: matches!(chart.y, YAxis::Log(_)),
-    };
+    let is_log = matches!(chart.y, YAxis::Log(_));
     Some(Picture {
         file: chart.file.clone(),
         caption: chart.caption.clone(),
         alternative,
-        svg: plot(words, &curves),
+        svg: plot([chart.x.0, chart.y.words()], is_log, &curves),
     })
 }
 
@@ -326,11 +322,7 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
         let label = format!("pressure, mean, {name}");
         curves.push(mean(label, OTHERS, &x, &pressure));
     }
-    let labels = Labels {
-        x: "x (mm)",
-        y: "traction on the surface (MPa)",
-        log_y: false,
-    };
+    let words = ["x (mm)", "traction on the surface (MPa)"];
     let largest = pressure.iter().copied().fold(0.0, f64::max);
     Some(Picture {
         file: "profile.svg".into(),
@@ -340,7 +332,7 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
             x.len(),
             with_unit(largest, "Pa")
         ),
-        svg: plot(labels, &curves),
+        svg: plot(words, false, &curves),
     })
 }
 
@@ -350,16 +342,11 @@ pub(super) fn sliding_over_velocity(signals: &Table) -> Option<Picture> {
     let moving = velocity.zip(column(signals, "sn_pct")?);
     let moving = moving.filter(|(v, _)| **v != 0.0);
     let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
-    let labels = Labels {
-        x: "wheel velocity (mm/s)",
-        y: "Sn (%)",
-        log_y: false,
-    };
     Some(Picture {
         file: "sliding-velocity.svg".into(),
         caption: "Share of sliding nodes Sn over the velocity of the wheel, a dot a window".into(),
         alternative: format!("Cloud of {} dots.", points.len()),
-        svg: cloud(labels, &points),
+        svg: cloud(["wheel velocity (mm/s)", "Sn (%)"], &points),
     })
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::{Kind, larger};
 
 use super::replayed::Drift;
-use draw::plot::{Labels, PlotCurve, plot};
+use draw::plot::{PlotCurve, plot};
 
 /// Kinds of answers that are drawn.
 const DRAWN: [(Kind, &str); 4] = [
@@ -56,10 +56,6 @@ pub fn picture(drift: &[Drift]) -> String {
         })
         .filter(|curve| !curve.points.is_empty())
         .collect();
-    let labels = Labels {
-        x: "window (open loop: the other side says what it said before)",
-        y: "largest deviation, relative",
-        log_y: true,
-    };
-    plot(labels, &curves)
+    let along = "window (open loop: the other side says what it said before)";
+    plot([along, "largest deviation, relative"], true, &curves)
 }
