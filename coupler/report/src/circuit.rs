@@ -26,48 +26,31 @@ const STATIONS: [([f64; 4], &str, &str); 5] = [
     ([20.0, 200.0, 180.0, 290.0], "outside", "around the zone"),
 ];
 
-/// An arrow of the circuit.
-struct Flow {
-    /// Its tail and its tip (pixels).
-    ends: [[f64; 2]; 2],
-    words: &'static str,
-    /// The accounts whose sum it carries.
-    accounts: &'static [&'static str],
-}
-
-const fn flow(
-    from: [f64; 2],
-    to: [f64; 2],
-    words: &'static str,
-    accounts: &'static [&'static str],
-) -> Flow {
-    Flow {
-        ends: [from, to],
-        words,
-        accounts,
-    }
-}
+/// An arrow of the circuit: its tail and its tip (pixels), words, and the accounts whose sum it carries.
+type Flow = ([[f64; 2]; 2], &'static str, &'static [&'static str]);
 
 const LEFT_THE_ZONE: &[&str] = &["q_ejected_kg", "q_left_by_zone_kg"];
 
 #[rustfmt::skip]
 const FLOWS: [Flow; 9] = [
-    flow([420.0, 80.0], [420.0, 200.0], "Qs, detached", &["q_source_kg"]),
-    flow([560.0, 200.0], [560.0, 80.0], "attached again", &["q_reattached_kg"]),
-    flow([650.0, 220.0], [800.0, 220.0], "left", LEFT_THE_ZONE),
-    flow([800.0, 270.0], [650.0, 270.0], "Qr, came back", &["q_recirculated_kg"]),
-    flow([840.0, 290.0], [840.0, 390.0], "Qw", &["q_wear_kg"]),
-    flow([920.0, 390.0], [920.0, 290.0], "after all", &["q_wear_returned_kg"]),
-    flow([490.0, 390.0], [490.0, 290.0], "Qe, fed in", &["q_external_kg"]),
-    flow([180.0, 220.0], [330.0, 220.0], "came", &["q_entered_kg"]),
-    flow([180.0, 270.0], [330.0, 270.0], "taken in", &["q_entered_by_zone_kg"]),
+    ([[420.0, 80.0], [420.0, 200.0]], "Qs, detached", &["q_source_kg"]),
+    ([[560.0, 200.0], [560.0, 80.0]], "attached again", &["q_reattached_kg"]),
+    ([[650.0, 220.0], [800.0, 220.0]], "left", LEFT_THE_ZONE),
+    ([[800.0, 270.0], [650.0, 270.0]], "Qr, came back", &["q_recirculated_kg"]),
+    ([[840.0, 290.0], [840.0, 390.0]], "Qw", &["q_wear_kg"]),
+    ([[920.0, 390.0], [920.0, 290.0]], "after all", &["q_wear_returned_kg"]),
+    ([[490.0, 390.0], [490.0, 290.0]], "Qe, fed in", &["q_external_kg"]),
+    ([[180.0, 220.0], [330.0, 220.0]], "came", &["q_entered_kg"]),
+    ([[180.0, 270.0], [330.0, 270.0]], "taken in", &["q_entered_by_zone_kg"]),
 ];
 
 /// The circuit of a run whose summary has its accounts; none without them. Only what passed is blue.
 pub fn circuit(summary: &Value) -> Option<Picture> {
     let results = &summary["results"];
     let of = |account: &&str| results[*account].as_f64();
-    let masses = FLOWS.iter().map(|flow| flow.accounts.iter().map(of).sum());
+    let masses = FLOWS
+        .iter()
+        .map(|(.., accounts)| accounts.iter().map(of).sum());
     let masses: Vec<f64> = masses.collect::<Option<_>>()?;
     let result = |name: &str| results[name].as_f64().map_or("none".into(), mass);
     let mut svg = Svg::default();
@@ -94,7 +77,7 @@ pub fn circuit(summary: &Value) -> Option<Picture> {
     );
     text(&mut svg, &anywhere, [20.0, 430.0], Anchor::Start, 11.0);
     let each = FLOWS.iter().zip(&masses);
-    let each = each.map(|(flow, mass_kg)| format!("{} {}", flow.words, mass(*mass_kg)));
+    let each = each.map(|((_, words, _), mass_kg)| format!("{words} {}", mass(*mass_kg)));
     Some(Picture {
         file: "circuit.svg".into(),
         caption: "The tribological circuit: masses of third body that passed until the end of the run (Berthier's circuit; Renouf, Saulot and Berthier 2006, figure 1)".into(),
@@ -120,18 +103,17 @@ fn text(svg: &mut Svg, words: &str, [x, y]: [f64; 2], anchor: Anchor, size: f64)
 }
 
 /// An arrow, and beside its middle what it carries.
-fn arrow(svg: &mut Svg, flow: &Flow, mass_kg: f64) {
+fn arrow(svg: &mut Svg, ([from, to], words, _): &Flow, mass_kg: f64) {
     let colour = if mass_kg == 0.0 { GREY } else { BLUE };
-    let [from, to] = flow.ends;
     let along = [0, 1].map(|k| (to[k] - from[k]).clamp(-1.0, 1.0));
     let [half, length] = HEAD;
     let root = [0, 1].map(|k| to[k] - length * along[k]);
     let side = [half * along[1], half * along[0]];
     let corner = |sign: f64| [0, 1].map(|k| root[k] + sign * side[k]);
     let stroke = format!("stroke=\"{colour}\" stroke-width=\"2\"");
-    svg.line(&stroke, [from, root]);
+    svg.line(&stroke, [*from, root]);
     let filled = format!("style=\"fill:{colour}\"");
-    svg.line(&filled, [to, corner(1.0), corner(-1.0)]);
+    svg.line(&filled, [*to, corner(1.0), corner(-1.0)]);
     let [x, y] = [0, 1].map(|k| 0.5 * (from[k] + to[k]));
     // Left of an arrow downwards, right of one upwards, above a level one.
     let (x, heights, anchor) = match along {
@@ -139,7 +121,7 @@ fn arrow(svg: &mut Svg, flow: &Flow, mass_kg: f64) {
         [0.0, _] => (x + 10.0, [y - 9.0, y + 9.0], Anchor::Start),
         _ => (x, [y - 26.0, y - 9.0], Anchor::Middle),
     };
-    text(svg, flow.words, [x, heights[0]], anchor, 11.5);
+    text(svg, words, [x, heights[0]], anchor, 11.5);
     text(svg, &mass(mass_kg), [x, heights[1]], anchor, 11.0);
 }
 

@@ -101,6 +101,8 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         other: others.transpose()?,
     };
     let beside = other.map(|other| compare::distances(run, other));
+    let charts =
+        |title, charts: Vec<_>| Section::of_pictures(title, Vec::new(), plots(&tables, &charts));
     let mut all = vec![
         Section::of_text("Verdict", verdict::judged(run)),
         Section::of_text(
@@ -108,28 +110,15 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
             beside.transpose()?.unwrap_or_default(),
         ),
         Section::of_text("Provenance", provenance::provenance(run)),
-        Section {
-            maps: scene(run)?,
-            ..Section::new("Scene")
-        },
-        Section {
-            maps: body::status(run)?,
-            plots: contact(run, &tables, other),
-            ..Section::new("Load, friction and contact")
-        },
-        Section {
-            maps: third_body(run)?,
-            plots: layer(run, &tables),
-            ..Section::new("Third body")
-        },
-        Section {
-            plots: plots(&tables, &ledger::interfaces(run)),
-            ..Section::new("Interfaces")
-        },
-        Section {
-            plots: plots(&tables, &ledger::energies(run)),
-            ..Section::new("Energies")
-        },
+        Section::of_pictures("Scene", scene(run)?, Vec::new()),
+        Section::of_pictures(
+            "Load, friction and contact",
+            body::status(run)?,
+            contact(run, &tables, other),
+        ),
+        Section::of_pictures("Third body", third_body(run)?, layer(run, &tables)),
+        charts("Interfaces", ledger::interfaces(run)),
+        charts("Energies", ledger::energies(run)),
         Section::of_text("Steps against their bounds", verdict::steps(run)),
         Section {
             maps: Vec::from_iter(times::times(run)),

@@ -21,18 +21,20 @@ pub struct Section {
 
 impl Section {
     /// An empty one.
-    pub fn new(title: &str) -> Section {
+    pub fn of_text(title: &str, text: String) -> Section {
         Section {
             title: title.into(),
+            text,
             ..Section::default()
         }
     }
 
-    /// A section of paragraphs and tables.
-    pub fn of_text(title: &str, text: String) -> Section {
+    /// A section of pictures.
+    pub fn of_pictures(title: &str, maps: Vec<Picture>, plots: Vec<Picture>) -> Section {
         Section {
-            text,
-            ..Section::new(title)
+            maps,
+            plots,
+            ..Section::of_text(title, String::new())
         }
     }
 
@@ -166,7 +168,7 @@ mod tests {
         };
         let section = Section {
             plots: vec![picture],
-            ..Section::new("<script>alert(1)</script>")
+            ..Section::of_text("<script>alert(1)</script>", String::new())
         };
         let html = page("</title><script>", "", &[section]);
         assert!(
