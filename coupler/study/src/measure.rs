@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use runs::curve::{Curve, Distance};
+use runs::curve::Curve;
 use runs::files::RunFiles;
 use runs::steps::Steps;
 use runs::table::Table;
@@ -107,11 +107,8 @@ impl Measure {
                     .into(),
             );
         }
-        if self
-            .bin_m
-            .is_some_and(|bin| !(bin > 0.0 && bin.is_finite()))
-            || (self.bin_m.is_some() && table != "profile")
-        {
+        let is_width = |bin: f64| table == "profile" && bin > 0.0 && bin.is_finite();
+        if !self.bin_m.is_none_or(is_width) {
             return Err("`bin_m` is the positive width of the bins of a traction".into());
         }
         match exact {
@@ -168,18 +165,15 @@ impl Measure {
             }
             ReferenceNumbers::Run(reference) => reference,
         };
-        let found = match table {
-            "results" => return relative(result(run, name)?, result(reference, name)?),
-            "signals" => {
-                let own = column(&run.signals, "t_s", name)?;
-                let other = column(&reference.signals, "t_s", name)?;
-                if let Some(at) = self.at_s {
-                    let at = |curve: &Curve| curve.at(at).ok_or(format!("nothing at {at:e} s"));
-                    return relative(at(&own)?, at(&other)?);
-                }
-                own.distance(&other)?
+        let found = match (table, self.at_s) {
+            ("results", _) | (_, Some(_)) => {
+                return relative(self.number(run)?, self.number(reference)?);
             }
-            _ => traction([run, reference], name, self.bin_m)?,
+            ("signals", None) => {
+                let [own, other] = [run, reference].map(|run| column(&run.signals, "t_s", name));
+                own?.distance(&other?)?
+            }
+            _ => steps(run, name)?.distance(&steps(reference, name)?, self.bin_m),
         };
         let relative = match self.norm {
             Norm::Max => found.max_rel,
@@ -187,11 +181,6 @@ impl Measure {
         };
         relative.ok_or("the reference is 0 throughout".into())
     }
-}
-
-fn traction(runs: [&RunFiles; 2], name: &str, bin: Option<f64>) -> Result<Distance, String> {
-    let [own, other] = runs.map(|run| steps(run, name));
-    Ok(own?.distance(&other?, bin))
 }
 
 fn steps(run: &RunFiles, name: &str) -> Result<Steps, String> {
