@@ -7,7 +7,7 @@ use super::front::{MeasureFront, Trade};
 use super::measure::percent;
 use super::settings::{StudySetting, short};
 use super::varied_keys::VariedKey;
-use draw::axis::{AxisPair, Grid, PlotAxis};
+use draw::axis::{AxisPair, Grid, PlotAxis, range};
 use draw::colour::shade;
 use draw::svg::{Anchor, Svg};
 
@@ -22,6 +22,9 @@ const LINE_LETTERS: usize = 112;
 /// Colours of measures, dark enough to be told apart in grey.
 const COLOURS: [&str; 5] = ["#14468c", "#be5014", "#28823c", "#782882", "#5a5a5a"];
 const BLACK: &str = "#000";
+/// The first of them, as line and as area.
+const STROKE: &str = "stroke=\"#14468c\" stroke-width=\"2\"";
+const FILL: &str = "fill=\"#14468c\"";
 /// Part of the smallest error that is drawn for one of 0, which has no logarithm.
 const BOTTOM: f64 = 0.3;
 
@@ -43,10 +46,9 @@ pub(super) fn fronts(
     settings: &[StudySetting],
     results: &Results,
 ) -> String {
-    let relative = results.reference(0).is_some();
-    let cost = match relative {
-        true => "processor time over that of the reference",
-        false => "processor time (s)",
+    let cost = match results.reference(0) {
+        Some(_) => "processor time over that of the reference",
+        None => "processor time (s)",
     };
     let mut page = Page::new(panels.len(), 2);
     for panel in panels {
@@ -96,17 +98,13 @@ fn draw_front(svg: &mut Svg, axes: &AxisPair, panel: &MeasureFront) {
         let cross = format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
         svg.path(&format!("stroke=\"{}\"", COLOURS[1]), &cross);
     }
-    let line = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
-    svg.line(&line, panel.front.iter().map(at));
+    svg.line(STROKE, panel.front.iter().map(at));
     for trade in &panel.front {
-        svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(trade), 4.0);
+        svg.circle(FILL, at(trade), 4.0);
     }
     if let Some(knee) = panel.knee {
-        svg.circle(
-            &format!("fill=\"none\" {line}"),
-            at(&panel.front[knee]),
-            9.0,
-        );
+        let ring = format!("fill=\"none\" {STROKE}");
+        svg.circle(&ring, at(&panel.front[knee]), 9.0);
     }
 }
 
@@ -209,11 +207,8 @@ pub fn means(means: &[EnsembleMean]) -> String {
     let mut page = Page::new(panels.len(), longest);
     for panel in panels {
         let name = &panel[0].name;
-        let mut x = PlotAxis::linear(
-            "setting, as numbered below",
-            [0.5, panel.len() as f64 + 0.5],
-            2,
-        );
+        let ends = [0.5, panel.len() as f64 + 0.5];
+        let mut x = PlotAxis::linear("setting, as numbered below", ends, 2);
         x.ticks = (1..=panel.len())
             .map(|k| (k as f64, k.to_string()))
             .collect();
@@ -233,57 +228,64 @@ pub fn means(means: &[EnsembleMean]) -> String {
 /// values.svg of a study of one key: a panel a measure, means over the scenes with their intervals along the values of the key, joined where
 /// these are numbers, the values of single scenes pale. `None` where settings differ by more or less than one key.
 pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
-    let points = means.iter().filter(|of| !of.chosen.is_empty());
-    let single = points.map(|of| match &of.chosen[..] {
-        [(key, value)] => Some((of, *key, value.as_str())),
-        _ => None,
-    });
-    let single: Vec<(&EnsembleMean, usize, &str)> = single.collect::<Option<_>>()?;
-    let (_, key, _) = *single.first()?;
-    if single.iter().any(|(_, other, _)| *other != key) {
+    let points = points(means)?;
+    let (_, [(key, _)]) = points.first()?;
+    if points.iter().any(|(_, [(other, _)])| other != key) {
         return None;
     }
-    let title = [short(&keys[key].key), &keys[key].note].join(" ");
-    let panels: Vec<_> = single.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
+    let title = title(&keys[*key]);
+    let panels: Vec<_> = points.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
     let mut page = Page::new(panels.len(), 1);
     for panel in panels {
-        let numbers = panel.iter().map(|(.., value)| value.parse().ok());
+        let numbers = panel.iter().map(|(_, [(_, value)])| value.parse().ok());
         let numbers: Option<Vec<f64>> = numbers.collect();
         let numeric = numbers.is_some();
         let places = numbers.unwrap_or_else(|| (1..=panel.len()).map(|k| k as f64).collect());
-        let positive = places.iter().all(|x| *x > 0.0);
-        let [low, high] = [f64::min, f64::max].map(|end| places.iter().copied().reduce(end));
-        let wide = high.zip(low).is_some_and(|(high, low)| high > MANY * low);
-        let mut x = match positive && wide && numeric {
-            true => PlotAxis::logarithmic(title.trim(), places.iter().copied()),
-            false => PlotAxis::around(title.trim(), places.iter().copied(), 5),
+        let ends = range(places.iter().copied());
+        let wide = ends.is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
+        let mut x = match wide && numeric {
+            true => PlotAxis::logarithmic(&title, places.iter().copied()),
+            false => PlotAxis::around(&title, places.iter().copied(), 5),
         };
         if !numeric {
             let ticks = places.iter().zip(panel);
             x.ticks = ticks
-                .map(|(x, (.., value))| (*x, value.to_string()))
+                .map(|(x, (_, [(_, value)]))| (*x, value.clone()))
                 .collect();
         }
-        let ends = panel.iter().flat_map(|(of, ..)| of.reach());
+        let ends = panel.iter().flat_map(|(of, _)| of.reach());
         let axes = [x, PlotAxis::around(&panel[0].0.name, ends, 5)];
         page.draw(&axes, |svg, axes| {
-            let style = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
-            let mut line: Vec<(f64, f64)> = places
-                .iter()
-                .copied()
-                .zip(panel.iter().map(|(of, ..)| of.mean))
-                .collect();
+            let means = places.iter().zip(panel);
+            let mut line: Vec<(f64, f64)> = means.map(|(x, (of, _))| (*x, of.mean)).collect();
             line.sort_by(|a, b| a.0.total_cmp(&b.0));
             if numeric {
-                svg.line(&style, line.iter().map(|point| axes.at(*point)));
+                svg.line(STROKE, line.iter().map(|point| axes.at(*point)));
             }
-            for (x, (of, ..)) in places.iter().zip(panel) {
+            for (x, (of, _)) in places.iter().zip(panel) {
                 draw_mean(svg, axes, *x, of);
             }
         });
         page.words(BLACK, &panel[0].0.name);
     }
     Some(page.svg())
+}
+
+/// The means of settings that choose values of so many keys, with these and their values; the reference aside. `None` where a setting
+/// chooses more or fewer.
+fn points<const N: usize>(
+    means: &[EnsembleMean],
+) -> Option<Vec<(&EnsembleMean, &[(usize, String); N])>> {
+    let points = means.iter().filter(|of| !of.chosen.is_empty());
+    points
+        .map(|of| Some((of, of.chosen[..].try_into().ok()?)))
+        .collect()
+}
+
+/// Words along the axis of a key.
+fn title(vary: &Vary) -> String {
+    let words = [short(&vary.key), &vary.note].join(" ");
+    words.trim().into()
 }
 
 /// A mean with its interval, the values that it is of pale.
@@ -293,25 +295,19 @@ fn draw_mean(svg: &mut Svg, axes: &AxisPair, x: f64, of: &EnsembleMean) {
         svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
     }
     let bar = [of.mean - of.half_width, of.mean + of.half_width].map(at);
-    let style = format!("stroke=\"{}\" stroke-width=\"2\"", COLOURS[0]);
-    svg.line(&style, bar);
-    svg.circle(&format!("fill=\"{}\"", COLOURS[0]), at(of.mean), 5.0);
+    svg.line(STROKE, bar);
+    svg.circle(FILL, at(of.mean), 5.0);
 }
 
 /// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
 /// and half of its 95 % interval. `None` where the keys make no grid.
 pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
-    let points = means.iter().filter(|of| !of.chosen.is_empty());
-    let pairs = points.map(|of| match &of.chosen[..] {
-        [one, two] => Some((of, [one, two])),
-        _ => None,
-    });
-    let pairs: Vec<(&EnsembleMean, [&(usize, String); 2])> = pairs.collect::<Option<_>>()?;
+    let pairs = points(means)?;
     let (_, [up, right]) = pairs.first()?;
     let values = |side: usize| {
-        let mut values: Vec<&str> = Vec::new();
+        let mut values: Vec<&String> = Vec::new();
         for (_, chosen) in &pairs {
-            if !values.contains(&chosen[side].1.as_str()) {
+            if !values.contains(&&chosen[side].1) {
                 values.push(&chosen[side].1);
             }
         }
@@ -321,10 +317,8 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     if rows.len() < 2 || columns.len() < 2 {
         return None;
     }
-    let axis = |key: usize, values: &[&str]| {
-        let vary = &keys[key];
-        let words = [short(&vary.key), &vary.note].join(" ");
-        let mut axis = PlotAxis::linear(words.trim(), [0.0, values.len() as f64], 2);
+    let axis = |key: usize, values: &[&String]| {
+        let mut axis = PlotAxis::linear(&title(&keys[key]), [0.0, values.len() as f64], 2);
         let ticks = values.iter().enumerate();
         axis.ticks = ticks
             .map(|(k, value)| (k as f64 + 0.5, value.to_string()))
@@ -335,25 +329,16 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     let panels: Vec<_> = pairs.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
     let mut page = Page::new(panels.len(), 1);
     for panel in panels {
-        let all = panel.iter().map(|(of, _)| of.mean);
-        let [low, high] = [
-            all.clone().fold(f64::INFINITY, f64::min),
-            all.fold(f64::NEG_INFINITY, f64::max),
-        ];
+        let [low, high] = range(panel.iter().map(|(of, _)| of.mean)).unwrap_or_default();
         page.draw(&axes, |svg, axes| {
-            for (of, [up, right]) in panel {
-                let place = |values: &[&str], value: &str| values.iter().position(|v| *v == value);
-                let (Some(row), Some(column)) = (place(&rows, &up.1), place(&columns, &right.1))
-                else {
-                    continue;
-                };
-                let [x, y] = [column, row].map(|k| k as f64);
+            for (of, [(_, up), (_, right)]) in panel {
+                let [x, y] = [(&columns, right), (&rows, up)].map(|(values, own)| {
+                    let place = values.iter().position(|value| *value == own);
+                    place.unwrap_or_default() as f64
+                });
                 let ([left, bottom], [end, top]) = (axes.at((x, y)), axes.at((x + 1.0, y + 1.0)));
-                let share = if high > low {
-                    (of.mean - low) / (high - low)
-                } else {
-                    0.0
-                };
+                let wide = if high > low { high - low } else { 1.0 };
+                let share = (of.mean - low) / wide;
                 let style = format!("fill=\"{}\" stroke=\"#fff\"", shade(MAP_SHADE * share));
                 svg.rectangle(&style, [left, top], [end - left, bottom - top]);
                 let ink = if share > 0.7 { "#fff" } else { BLACK };
@@ -365,12 +350,8 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
                     1 => String::new(),
                     _ => format!("+- {}", three_digits(of.half_width)),
                 };
-                svg.styled_text(
-                    &format!("font-size=\"10\" {style}"),
-                    below,
-                    Anchor::Middle,
-                    &half,
-                );
+                let style = format!("font-size=\"10\" {style}");
+                svg.styled_text(&style, below, Anchor::Middle, &half);
             }
         });
         page.words(BLACK, &panel[0].0.name);
