@@ -24,9 +24,9 @@ use study::plan::{Plan, Task, TaskRole, runs};
 use study::pool;
 use study::pool::TaskCommand;
 use study::progress::StudyProgress;
-use study::slurm::{Slurm, SlurmArrays, array_name};
+use study::slurm::{Slurm, array_name, ended, queue};
 use study::stored::{StoredStudy, serves_budgets};
-use study::task::{SILENT, TaskFolder, TaskStage};
+use study::task::{SILENT, TaskFolder, TaskOutcome, TaskStage};
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
@@ -115,17 +115,43 @@ struct ExecTaskArguments {
 /// A study with its folder.
 struct Opened {
     plan: Plan,
+    tasks: Vec<Task>,
     folder: PathBuf,
+}
+
+impl Opened {
+    /// Name that its arrays of Slurm begin with.
+    fn array_name(&self) -> String {
+        array_name(&self.plan.file.study.name, &self.folder, &self.tasks)
+    }
+
+    /// Writes a file of its folder.
+    fn write(&self, name: &str, text: &str) -> Result<PathBuf, Error> {
+        let path = self.folder.join(name);
+        fs::create_dir_all(&self.folder).map_err(Error::output(path.display()))?;
+        write_whole(&path, text.as_bytes())?;
+        Ok(path)
+    }
 }
 
 impl PlaceArguments {
     fn open(&self) -> Result<Opened, Error> {
+        let (plan, folder) = self.plan()?;
+        let tasks = plan.tasks()?;
+        Ok(Opened {
+            plan,
+            tasks,
+            folder,
+        })
+    }
+
+    fn plan(&self) -> Result<(Plan, PathBuf), Error> {
         let plan = Plan::read(&self.file, self.small, &self.set)?;
         let small = if self.small { "-small" } else { "" };
         let named = || PathBuf::from(format!("runs/study-{}{small}", plan.file.study.name));
         let folder = self.out.clone().unwrap_or_else(named);
         let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
-        Ok(Opened { folder, plan })
+        Ok((plan, folder))
     }
 
     /// The process that does a task of it, of those that this list has.
@@ -158,60 +184,50 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
         StudyVerb::Plan(place) => plan(&place.open()?, registry),
         StudyVerb::Run { place, engine } => run(place, engine, registry),
-        StudyVerb::Status(place) => {
-            let opened = place.open()?;
-            status(&opened, &opened.plan.tasks()?)
-        }
-        StudyVerb::Collect(place) => {
-            let opened = place.open()?;
-            collect(&opened, &opened.plan.tasks()?)
-        }
+        StudyVerb::Status(place) => status(&place.open()?),
+        StudyVerb::Collect(place) => collect(&place.open()?),
         StudyVerb::Exec(arguments) => exec(arguments, registry),
     }
 }
 
-fn threads_of(opened: &Opened) -> u16 {
-    opened.plan.file.study.threads.max(1)
+fn threads_of(plan: &Plan) -> u16 {
+    plan.file.study.threads.max(1)
 }
 
-fn quiet<'a>(opened: &Opened, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {
-    let mut options = options(None, threads_of(opened).into(), registry)?;
+fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {
+    let mut options = options(None, threads_of(plan).into(), registry)?;
     options.progress = false;
     Ok(options)
 }
 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
 fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
-    let tasks = opened.plan.tasks()?;
-    if let Some((_, why)) = refused(opened, &tasks, registry).next() {
+    if let Some((_, why)) = refused(opened, registry).next() {
         return Err(why);
     }
-    let planned = keep_list(opened, &tasks)?;
-    print(&listed(opened, &tasks))?;
-    let forecast = foretell(opened, &tasks, registry)?;
+    let planned = keep_list(opened)?;
+    print(&listed(opened))?;
+    let tasks = &opened.tasks;
+    let forecast = foretell(opened, tasks, registry)?;
     tell(&format!(
         "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
-        runs(&tasks).len(),
+        runs(tasks).len(),
         tasks.len(),
         planned.display(),
         forecast.wall_s,
         forecast.memory_bytes as f64 * 1e-6
     ));
-    if let Some(words) = serves_budgets(&opened.plan.file, &tasks) {
+    if let Some(words) = serves_budgets(&opened.plan.file, tasks) {
         tell(&words);
     }
     Ok(0)
 }
 
 /// The tasks that `check` refuses, of those that are the first with a value of a key.
-fn refused<'a>(
-    opened: &Opened,
-    tasks: &'a [Task],
-    registry: &Registry,
-) -> impl Iterator<Item = (&'a Task, Error)> {
+fn refused<'a>(opened: &'a Opened, registry: &Registry) -> impl Iterator<Item = (&'a Task, Error)> {
     let mut seen = BTreeSet::new();
-    let threads = threads_of(opened).into();
-    tasks.iter().filter_map(move |task| {
+    let threads = threads_of(&opened.plan).into();
+    opened.tasks.iter().filter_map(move |task| {
         let values = task.values.iter().enumerate();
         let new = values.filter(|value| seen.insert(*value)).count();
         let why = || check(&task.loaded, registry, threads).err();
@@ -221,7 +237,7 @@ fn refused<'a>(
 
 /// Foretells the cost of the first task, and refuses measures that it does not report.
 fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Forecast, Error> {
-    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
+    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened.plan, registry)?)?;
     let measures = &opened.plan.file.measure;
     let (results, of_cycles) = (results::names(), results::of_full_cycles());
     let checked = forecast.check(measures, &tasks[0], &results, &of_cycles);
@@ -229,79 +245,70 @@ fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Fore
     Ok(forecast)
 }
 
-fn listed(opened: &Opened, tasks: &[Task]) -> String {
-    let keys = opened.plan.file.vary.iter().map(|v| v.key.clone());
-    let head: Vec<String> = ["index", "id", "role"]
-        .map(String::from)
-        .into_iter()
-        .chain(keys)
-        .collect();
-    let rows = tasks.iter().map(|task| {
+fn listed(opened: &Opened) -> String {
+    let mut head = vec!["index", "id", "role"];
+    head.extend(opened.plan.file.vary.iter().map(|vary| vary.key.as_str()));
+    let rows = opened.tasks.iter().map(|task| {
         let mut cells = vec![task.index.to_string(), task.id.clone(), task.role.word()];
         cells.extend(task.values.iter().cloned());
         line(&cells)
     });
-    (line(&head) + &rows.collect::<String>())
-        .trim_end()
-        .to_string()
+    let text = line(&head) + &rows.collect::<String>();
+    text.trim_end().to_string()
 }
 
 /// Keeps the list of tasks under a name of its own: whoever does one of them compares.
-fn keep_list(opened: &Opened, tasks: &[Task]) -> Result<PathBuf, Error> {
-    let name = array_name(&opened.plan.file.study.name, &opened.folder, tasks);
-    let path = opened
-        .folder
-        .join(format!("tasks-{}.csv", &name[name.len() - 12..]));
-    write(&path, &(listed(opened, tasks) + "\n"))?;
-    Ok(path)
+fn keep_list(opened: &Opened) -> Result<PathBuf, Error> {
+    let name = opened.array_name();
+    let name = format!("tasks-{}.csv", &name[name.len() - 12..]);
+    opened.write(&name, &(listed(opened) + "\n"))
 }
 
 fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) -> VerbResult {
     let opened = place.open()?;
-    let tasks = opened.plan.tasks()?;
-    let planned = keep_list(&opened, &tasks)?;
+    let planned = keep_list(&opened)?;
     let exec = place.exec(&opened, &planned, registry)?;
     if engine.retry {
-        forget_failed(&opened, &tasks)?;
+        forget_failed(&opened)?;
     }
     let watch = listen()?;
     let stopped = || watch.interrupted().is_some();
-    for (task, why) in refused(&opened, &tasks, registry) {
+    for (task, why) in refused(&opened, registry) {
         if task.index == 0 {
             return Err(why);
         }
         tell(&format!("task {} will be refused: {why}", task.index));
     }
-    let mut progress = StudyProgress::new(&tasks, &opened.plan.file.measure, &opened.folder);
-    let forecast = foretell(&opened, &tasks, registry)?;
+    let tasks = &opened.tasks;
+    let mut progress = StudyProgress::new(tasks, &opened.plan.file.measure, &opened.folder);
+    let forecast = foretell(&opened, tasks, registry)?;
+    let threads_each = threads_of(&opened.plan);
     match engine.engine {
         Engine::Local => {
-            let cores = threads(None) / usize::from(threads_of(&opened));
+            let cores = threads(None) / usize::from(threads_each);
             let jobs = engine.jobs.map_or(cores, usize::from);
             pool::run(&mut progress, &exec, jobs, stopped)?;
         }
         Engine::Slurm => {
             let slurm = Slurm {
                 exec,
-                arrays: SlurmArrays {
-                    name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
-                },
+                name: opened.array_name(),
                 folder: opened.folder.clone(),
                 throttle: engine.jobs,
-                ask: forecast.ask(threads_of(&opened)),
+                ask: forecast.ask(threads_each),
                 extra: engine.sbatch.clone(),
                 silent: Duration::from_secs(engine.silent_s),
             };
             slurm.run(&mut progress, stopped)?;
         }
     }
-    let code = collect(&opened, &tasks)?;
+    let code = collect(&opened)?;
     watch.interrupted().map_or(Ok(code), Err)
 }
 
 /// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.
-fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
-    for task in runs(tasks) {
+fn forget_failed(opened: &Opened) -> Result<(), Error> {
+    for task in runs(&opened.tasks) {
         let folder = TaskFolder::new(&opened.folder, &task.id);
         let done = matches!(folder.stage()?, TaskStage::Done(_));
         if done && !matches!(finished(&opened.folder, task), Ok(Some(_))) {
@@ -312,34 +319,39 @@ fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
 }
 
 /// Writes and prints what came out; the exit code is that of a failed check where a run is missing or damaged, or the reference does not stand.
-fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
-    let results = Results::read(&opened.plan, tasks, &opened.folder)?;
-    write(&opened.folder.join("results.csv"), &results.csv())?;
+fn collect(opened: &Opened) -> VerbResult {
+    let results = Results::read(&opened.plan, &opened.tasks, &opened.folder)?;
     let digest = Digest::new(&results);
-    if let Some(front) = digest.front_csv() {
-        write(&opened.folder.join("front.csv"), &front)?;
-    }
-    if let Some(means) = digest.means_csv() {
-        write(&opened.folder.join("means.csv"), &means)?;
+    let tables = [
+        ("results.csv", Some(results.csv())),
+        ("front.csv", digest.front_csv()),
+        ("means.csv", digest.means_csv()),
+    ];
+    for (name, text) in tables {
+        if let Some(text) = text {
+            opened.write(name, &text)?;
+        }
     }
     let rows = results.rows.iter();
     let missing = rows.filter(|row| row.exit_code.is_none()).count();
     if missing < results.rows.len() {
         for (name, svg) in digest.pictures() {
-            write(&opened.folder.join(name), &svg)?;
+            opened.write(name, &svg)?;
         }
         let text = digest.text();
-        write(&opened.folder.join("digest.txt"), &(text.clone() + "\n"))?;
+        opened.write("digest.txt", &(text.clone() + "\n"))?;
         print(&text)?;
-        match StoredStudy::of(&opened.plan, tasks, &results) {
+        match StoredStudy::of(&opened.plan, &opened.tasks, &results) {
             // Nobody who asks for values wants a budget.
             _ if !opened.plan.file.reference.is_given() => {}
-            Ok(stored) => write(&opened.folder.join("study.json"), &(stored.json() + "\n"))?,
+            Ok(stored) => {
+                opened.write("study.json", &(stored.json() + "\n"))?;
+            }
             Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
         }
         print("")?;
     }
-    let code = status(opened, tasks)?;
+    let code = status(opened)?;
     let fell = |row: &StudyRow| {
         row.status == DAMAGED || (row.role == TaskRole::Reference && !row.is_trusted())
     };
@@ -348,15 +360,11 @@ fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
 }
 
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
-fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
-    let runs = runs(tasks);
-    let name = array_name(&opened.plan.file.study.name, &opened.folder, tasks);
-    let slurm = SlurmArrays { name };
-    let queue = if opened.folder.join("slurm").exists() {
-        slurm.queue(&runs).unwrap_or_default()
-    } else {
-        Default::default()
-    };
+fn status(opened: &Opened) -> VerbResult {
+    let runs = runs(&opened.tasks);
+    let in_slurm = opened.folder.join("slurm").exists();
+    let queue = in_slurm.then(|| queue(&opened.array_name(), &runs).ok());
+    let queue = queue.flatten().unwrap_or_default();
     let [mut waiting, mut running, mut suspect, mut failed, mut fine] = [0; 5];
     let mut lines = Vec::new();
     for task in &runs {
@@ -364,37 +372,28 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
         let stage = folder.stage()?;
         let queued = queue.get(&task.index);
         let job = queued.map(|queued| format!(", {} in Slurm is {}", queued.job, queued.state));
-        let attempts = folder.attempts();
-        match &stage {
+        let (index, attempts) = (task.index, folder.attempts());
+        match stage {
             TaskStage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
             TaskStage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
-            TaskStage::Done(outcome) => {
+            TaskStage::Done(TaskOutcome {
+                status, message, ..
+            }) => {
                 failed += 1;
-                lines.push(format!(
-                    "task {} {}: {}",
-                    task.index, outcome.status, outcome.message
-                ));
+                lines.push(format!("task {index} {status}: {message}"));
             }
             TaskStage::Running => {
                 running += 1;
-                let beat = folder.heartbeat();
-                lines.push(format!(
-                    "task {} is done by {}{}",
-                    task.index,
-                    beat.trim(),
-                    job.unwrap_or_default()
-                ));
+                let (beat, job) = (folder.heartbeat(), job.unwrap_or_default());
+                lines.push(format!("task {index} is done by {}{job}", beat.trim()));
             }
             TaskStage::Waiting => {
                 waiting += 1;
                 let last = folder.last_job().filter(|_| queued.is_none());
-                let ended = last.map(|job| format!(", {job} ended as {}", slurm.ended(&job)));
+                let ended = last.map(|job| format!(", {job} ended as {}", ended(&job)));
                 if attempts > 0 || queued.is_some() {
                     let job = job.or(ended).unwrap_or_default();
-                    lines.push(format!(
-                        "task {} waits after {attempts} attempts{job}",
-                        task.index
-                    ));
+                    lines.push(format!("task {index} waits after {attempts} attempts{job}"));
                 }
             }
         }
@@ -404,7 +403,7 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
         opened.plan.file.study.name,
         opened.folder.display(),
         runs.len(),
-        tasks.len(),
+        opened.tasks.len(),
     ))?;
     for line in lines {
         print(&line)?;
@@ -413,23 +412,16 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
     Ok(if left { CHECK_FAILED } else { 0 })
 }
 
-/// Writes a file, and its folder where there is none.
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder).map_err(Error::output(path.display()))?;
-    write_whole(path, text.as_bytes())
-}
-
 /// Does one task; the exit code is that of its run.
 fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     if let Some(parent) = arguments.parent {
         end_with_parent(parent, Signal::SIGTERM).map_err(Refusal::from)?;
     }
-    let opened = arguments.place.open()?;
-    let Some(task) = opened.plan.task(arguments.index)? else {
+    let (plan, folder) = arguments.place.plan()?;
+    let Some(task) = plan.task(arguments.index)? else {
         let problem = format!(
             "the study has the tasks 0 to {}, got {}",
-            opened.plan.task_count() - 1,
+            plan.task_count() - 1,
             arguments.index
         );
         return Err(Refusal::argument("--index", problem).into());
@@ -445,19 +437,15 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
             return Err(Refusal::file(planned, problem).into());
         }
     }
-    let folder = TaskFolder::new(&opened.folder, &task.id);
-    match folder.execute(&task.loaded, task.keep_logs, &quiet(&opened, registry)?)? {
-        TaskStage::Done(outcome) => {
-            print(&format!("{} {}", outcome.status, outcome.message))?;
-            Ok(outcome.exit_code)
-        }
-        TaskStage::Running => {
-            print("another process does this task")?;
-            Ok(0)
-        }
-        TaskStage::Waiting => {
-            print("stopped; the task is to be done anew")?;
-            Ok(CHECK_FAILED)
-        }
-    }
+    let (folder, options) = (TaskFolder::new(&folder, &task.id), quiet(&plan, registry)?);
+    let (said, code) = match folder.execute(&task.loaded, task.keep_logs, &options)? {
+        TaskStage::Done(outcome) => (
+            format!("{} {}", outcome.status, outcome.message),
+            outcome.exit_code,
+        ),
+        TaskStage::Running => ("another process does this task".into(), 0),
+        TaskStage::Waiting => ("stopped; the task is to be done anew".into(), CHECK_FAILED),
+    };
+    print(&said)?;
+    Ok(code)
 }

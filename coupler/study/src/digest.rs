@@ -72,15 +72,6 @@ impl<'a> Digest<'a> {
 
     /// front.csv: the fronts of all measures, cheapest first, where there is a reference.
     pub fn front_csv(&self) -> Option<String> {
-        self.is_held().then(|| self.fronts_csv())
-    }
-
-    /// True where runs are held against a reference: without one there are no errors, and nothing to trade for them.
-    fn is_held(&self) -> bool {
-        self.results.file.reference.is_given()
-    }
-
-    fn fronts_csv(&self) -> String {
         let mut lines = line(&["measure", "setting", "cost", "error", "floor", "knee"]);
         for of in &self.fronts {
             for (index, trade) in of.front.iter().enumerate() {
@@ -94,7 +85,12 @@ impl<'a> Digest<'a> {
                 ]);
             }
         }
-        lines
+        self.is_held().then_some(lines)
+    }
+
+    /// True where runs are held against a reference: without one there are no errors, and nothing to trade for them.
+    fn is_held(&self) -> bool {
+        self.results.file.reference.is_given()
     }
 
     /// front.svg and knobs.svg where there is a reference; with several scenes, or without a reference, means.svg, values.svg over one key

@@ -37,13 +37,6 @@ pub struct SlurmRequest {
     pub cores: u16,
 }
 
-/// The arrays of one study in Slurm's queue.
-#[derive(Clone, Debug)]
-pub struct SlurmArrays {
-    /// Name that they begin with.
-    pub name: String,
-}
-
 /// The engine of one study.
 #[derive(Clone, Debug)]
 pub struct Slurm {
@@ -51,8 +44,8 @@ pub struct Slurm {
     pub exec: TaskCommand,
     /// The folder of the study.
     pub folder: PathBuf,
-    /// Its arrays in Slurm's queue.
-    pub arrays: SlurmArrays,
+    /// Name that its arrays in Slurm's queue begin with.
+    pub name: String,
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
     /// Resources asked for a task.
@@ -110,13 +103,13 @@ impl Slurm {
                 tell(&format!(
                     "{} runs are left to Slurm; the same command goes on with them, `scancel --name={}` ends them",
                     left.len(),
-                    self.arrays.names(&left).join(",")
+                    array_names(&self.name, &left)
                 ));
                 return Ok(());
             }
             if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
                 let first = looked.replace(Instant::now()).is_none();
-                match self.arrays.queue(&left) {
+                match queue(&self.name, &left) {
                     // One that never answered is not there.
                     Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
                     Err(_) => {}
@@ -176,7 +169,7 @@ impl Slurm {
                 continue;
             }
             if let Some(job) = known.job.take() {
-                let state = self.arrays.ended(&job);
+                let state = ended(&job);
                 let too_little = ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str());
                 known.factor *= if too_little { 2 } else { 1 };
                 tell(&format!(
@@ -223,7 +216,7 @@ impl Slurm {
         let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
         let mut arguments = vec![
             "--parsable".to_string(),
-            format!("--job-name={}-{offset}", self.arrays.name),
+            format!("--job-name={}-{offset}", self.name),
             format!("--array={}{throttle}", ranges(local)),
             format!("--cpus-per-task={}", self.ask.cores),
             format!("--mem={megabytes}M"),
@@ -251,48 +244,39 @@ impl Slurm {
     }
 }
 
-impl SlurmArrays {
-    /// Names that arrays of these tasks can have.
-    fn names(&self, tasks: &[&Task]) -> Vec<String> {
-        let most = indices_most();
-        let offsets = tasks.iter().map(|task| task.index / most * most);
-        let offsets: BTreeSet<usize> = offsets.collect();
-        offsets
-            .iter()
-            .map(|offset| format!("{}-{offset}", self.name))
-            .collect()
-    }
+/// Names that arrays of these tasks can have, with commas between them.
+fn array_names(name: &str, tasks: &[&Task]) -> String {
+    let most = indices_most();
+    let offsets = tasks.iter().map(|task| task.index / most * most);
+    let offsets: BTreeSet<usize> = offsets.collect();
+    let names = offsets.iter().map(|offset| format!("{name}-{offset}"));
+    Vec::from_iter(names).join(",")
+}
 
-    /// States of these tasks in Slurm's queue, by index.
-    ///
-    /// # Errors
-    /// Slurm does not answer.
-    pub fn queue(&self, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
-        let names = format!("--name={}", self.names(tasks).join(","));
-        let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
-        Ok(parse_queue(&slurm("squeue", &arguments)?))
-    }
+/// States of these tasks in Slurm's queue, by index, in arrays whose name begins so.
+///
+/// # Errors
+/// Slurm does not answer.
+pub fn queue(name: &str, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
+    let names = format!("--name={}", array_names(name, tasks));
+    let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
+    Ok(parse_queue(&slurm("squeue", &arguments)?))
+}
 
-    /// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounts where it keeps some.
-    pub fn ended(&self, job: &str) -> String {
-        let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
-        let shown = shown.unwrap_or_default();
-        let mut words = shown.split_whitespace();
-        let state = words.find_map(|word| word.strip_prefix("JobState="));
-        if let Some(state) = state {
-            return state.to_string();
-        }
-        let accounts = [
-            "--noheader",
-            "--allocations",
-            "--format=State",
-            "--jobs",
-            job,
-        ];
-        let accounts = slurm("sacct", &accounts).unwrap_or_default();
-        let state = accounts.split_whitespace().next();
-        state.unwrap_or("no longer known to Slurm").to_string()
+/// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounts where it keeps some.
+pub fn ended(job: &str) -> String {
+    let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
+    let shown = shown.unwrap_or_default();
+    let mut words = shown.split_whitespace();
+    let state = words.find_map(|word| word.strip_prefix("JobState="));
+    if let Some(state) = state {
+        return state.to_string();
     }
+    let format = "--format=State";
+    let accounts = ["--noheader", "--allocations", format, "--jobs", job];
+    let accounts = slurm("sacct", &accounts).unwrap_or_default();
+    let state = accounts.split_whitespace().next();
+    state.unwrap_or("no longer known to Slurm").to_string()
 }
 
 /// Number of indices that an array may have.
