@@ -25,7 +25,7 @@ pub const COSTS: [&str; 6] = [
 ];
 
 /// A run of the study, done or not.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct StudyRow {
     /// Index of its task.
     pub index: usize,
@@ -147,23 +147,17 @@ impl Results {
         let floors = distances().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
         let values = measures().map(|(k, m)| (format!("value_{}", m.name), row.numbers[k]));
         let named = |(name, cell): (&str, String)| (name.to_string(), cell);
+        let exit_code = row.exit_code.map_or(String::new(), |code| code.to_string());
         let first = [
             ("index", row.index.to_string()),
             ("id", row.id.clone()),
             ("status", row.status.clone()),
-            (
-                "exit_code",
-                row.exit_code.map_or(String::new(), |code| code.to_string()),
-            ),
+            ("exit_code", exit_code),
             ("attempts", row.attempts.to_string()),
         ];
         let keys = self.file.vary.iter().map(|vary| vary.key.clone());
-        let costs = COSTS.map(|name| {
-            (
-                name,
-                row.cost.get(name).map_or(String::new(), f64::to_string),
-            )
-        });
+        let cost = |name: &str| row.cost.get(name).map_or(String::new(), f64::to_string);
+        let costs = COSTS.map(|name| (name, cost(name)));
         let last = [
             ("hash_exchange", row.hashes[0].clone()),
             ("hash_state", row.hashes[1].clone()),
@@ -177,12 +171,8 @@ impl Results {
         ];
         let mut cells: Vec<(String, String)> = first.map(named).into();
         cells.extend(keys.zip(row.values.iter().cloned()));
-        cells.extend(
-            errors
-                .chain(floors)
-                .chain(values)
-                .map(|(name, value)| (name, number(value))),
-        );
+        let numbers = errors.chain(floors).chain(values);
+        cells.extend(numbers.map(|(name, value)| (name, number(value))));
         cells.extend(costs.into_iter().chain(last).map(named));
         cells.extend(of_reference.map(named).into_iter().filter(|_| held));
         cells
@@ -211,10 +201,8 @@ fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&RunFiles>)
     for row in rows {
         row.floors.clone_from(&floors);
         if unknown {
-            add(
-                &mut row.message,
-                "the floor of noise is not known: a perturbed reference did not complete",
-            );
+            let why = "the floor of noise is not known: a perturbed reference did not complete";
+            add(&mut row.message, why);
         }
         let parts = row.cost.iter().filter_map(|(name, number)| {
             let whole = whole.get(name).filter(|whole| **whole > 0.0)?;
@@ -277,11 +265,9 @@ fn row(
         TaskStage::Done(done) => (done.status, Some(done.exit_code), done.message),
     };
     let run = finished(folder, task).unwrap_or_else(|why| {
+        let why = format!("{why}; `study run --retry` does the run anew");
         status = DAMAGED.into();
-        add(
-            &mut message,
-            &format!("{why}; `study run --retry` does the run anew"),
-        );
+        add(&mut message, &why);
         None
     });
     let mut row = StudyRow {
@@ -297,11 +283,8 @@ fn row(
         deviations: vec![None; measures.len()],
         numbers: vec![None; measures.len()],
         floors: vec![None; measures.len()],
-        cost: BTreeMap::new(),
-        cost_rel: BTreeMap::new(),
-        hashes: Default::default(),
-        warnings: String::new(),
         message,
+        ..StudyRow::default()
     };
     let Some(run) = run else {
         return Ok(row);
@@ -339,10 +322,8 @@ fn row(
 fn warnings(run: &RunFiles) -> String {
     let told = run.list("warnings").filter_map(|warning| {
         let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);
-        Some(format!(
-            "{code} at {position}: {}",
-            warning["value"].as_f64()?
-        ))
+        let value = warning["value"].as_f64()?;
+        Some(format!("{code} at {position}: {value}"))
     });
     told.collect::<Vec<String>>().join("; ")
 }
@@ -363,14 +344,11 @@ pub fn line(cells: &[impl AsRef<str>]) -> String {
 
 /// A cell as RFC 4180 has it.
 fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!(
-            "\"{}\"",
-            cell.replace('"', "\"\"").replace(['\n', '\r'], " ")
-        )
-    } else {
-        cell.to_string()
+    if !cell.contains([',', '"', '\n', '\r']) {
+        return cell.to_string();
     }
+    let cell = cell.replace('"', "\"\"").replace(['\n', '\r'], " ");
+    format!("\"{cell}\"")
 }
 
 #[cfg(test)]

@@ -123,10 +123,8 @@ pub fn csv(means: &[EnsembleMean]) -> String {
         "difference_half_width_95",
     ]);
     for of in means {
-        let number = |k: usize| {
-            of.difference
-                .map_or(String::new(), |d| format!("{:e}", d[k]))
-        };
+        let difference = of.difference.map(|both| both.map(|x| format!("{x:e}")));
+        let [difference, its_half_width] = difference.unwrap_or_default();
         let numbers = [of.mean, of.deviation, of.half_width].map(|x| format!("{x:e}"));
         let [mean, mut deviation, mut half_width] = numbers;
         if of.values.len() == 1 {
@@ -140,8 +138,8 @@ pub fn csv(means: &[EnsembleMean]) -> String {
             mean,
             deviation,
             half_width,
-            number(0),
-            number(1),
+            difference,
+            its_half_width,
         ]);
     }
     text
@@ -154,11 +152,7 @@ pub fn words(of: &EnsembleMean) -> String {
         None => String::new(),
         Some([difference, half]) => {
             let share = 100.0 * difference / (of.mean - difference);
-            let chance = if difference.abs() > half {
-                "beyond"
-            } else {
-                "within"
-            };
+            let chance = ["within", "beyond"][usize::from(difference.abs() > half)];
             format!(": {share:+.0} % from the reference, {chance} chance")
         }
     };

@@ -13,7 +13,7 @@ use coordinator::scenario::load::{Loaded, load};
 use coordinator::scenario::overrides::value_at;
 
 /// Part of a task in its study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TaskRole {
     /// The others are held against it.
@@ -21,6 +21,7 @@ pub enum TaskRole {
     /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
     Perturbed(u64),
     /// One of the runs that are measured.
+    #[default]
     Point,
 }
 

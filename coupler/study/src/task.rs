@@ -6,7 +6,7 @@
 //! tasks may run on any machines that see the folder. On the machine that does a task the lock tells whether it lives, on others its
 //! heartbeat.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -170,18 +170,19 @@ impl TaskFolder {
 
     /// The lock; `None` while another process holds it.
     fn lock(&self) -> Result<Option<Flock<File>>, Error> {
-        let path = self.path.join("lock");
-        let file = OpenOptions::new()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(&path)
-            .map_err(Error::output(path.display()))?;
+        let (file, path) = self.open("lock")?;
         match Flock::lock(file, FlockArg::LockExclusiveNonblock) {
             Ok(lock) => Ok(Some(lock)),
             Err((_, Errno::EWOULDBLOCK)) => Ok(None),
             Err((_, errno)) => Err(Error::output(path.display())(errno.into())),
         }
+    }
+
+    /// One of its files, to write to its end.
+    fn open(&self, name: &str) -> Result<(File, PathBuf), Error> {
+        let path = self.path.join(name);
+        let file = File::options().create(true).append(true).open(&path);
+        Ok((file.map_err(Error::output(path.display()))?, path))
     }
 
     /// Runs the scenario of the task, unless that is done already or another process does it. Exchange log and checkpoints are kept if asked for.
@@ -269,35 +270,33 @@ impl TaskFolder {
     /// Counts the attempt, and removes what killed ones have left. Returns its number.
     fn begin(&self) -> Result<usize, Error> {
         for attempt in 1..=self.attempts() {
-            let left = self.path.join(format!("attempt-{attempt}"));
-            if left.exists() {
-                fs::remove_dir_all(&left).map_err(Error::output(left.display()))?;
-            }
+            remove(&self.path.join(format!("attempt-{attempt}")))?;
         }
-        let attempts = self.path.join("attempts");
-        let mut file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&attempts)
-            .map_err(Error::output(attempts.display()))?;
+        let (mut file, path) = self.open("attempts")?;
         let job = own_job().map_or(String::new(), |job| format!(" {job}"));
         writeln!(file, "{} {}{job}", own_host(), std::process::id())
-            .map_err(Error::output(attempts.display()))?;
+            .map_err(Error::output(path.display()))?;
         Ok(self.attempts())
     }
 
     /// Gives the run directory its name, if a run directory came about, and writes down what came of it.
     fn finish(&self, out: &Path, outcome: &TaskOutcome) -> Result<(), Error> {
         let run = self.run();
-        if run.exists() {
-            fs::remove_dir_all(&run).map_err(Error::output(run.display()))?;
-        }
+        remove(&run)?;
         if out.exists() {
             fs::rename(out, &run).map_err(Error::output(run.display()))?;
         }
         let text = serde_json::to_string_pretty(outcome).unwrap_or_default();
         write_whole(&self.path.join("task.json"), text.as_bytes())
     }
+}
+
+/// Removes a folder, if it is there.
+fn remove(folder: &Path) -> Result<(), Error> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(Error::output(folder.display()))?;
+    }
+    Ok(())
 }
 
 fn modified(path: &Path) -> Option<SystemTime> {
