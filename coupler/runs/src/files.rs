@@ -110,9 +110,7 @@ impl RunFiles {
     /// The keys of its scenario; none where that cannot be read.
     pub fn scenario_table(&self) -> toml::Table {
         let text = std::fs::read_to_string(self.path.join("scenario.toml"));
-        text.ok()
-            .and_then(|text| text.parse().ok())
-            .unwrap_or_default()
+        text.unwrap_or_default().parse().unwrap_or_default()
     }
 
     /// Its own copy of its scenario.
@@ -180,10 +178,8 @@ impl RunFiles {
 
     /// Names of the phases of the load, in their order.
     pub fn phases(&self) -> Vec<&str> {
-        let names = self
-            .list("phases")
-            .filter_map(|phase| phase["name"].as_str());
-        names.collect()
+        let phases = self.list("phases");
+        phases.filter_map(|phase| phase["name"].as_str()).collect()
     }
 
     /// The moments that the participants marked for a picture, then the end of the run.
@@ -260,20 +256,14 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
     let path = run.join("summary.json");
     if !path.exists() {
         let begun = run.join("manifest.json").exists();
-        let (place, problem) = match (begun, run.is_dir()) {
-            (true, _) => (
-                &*path,
-                "is missing: the run goes on, or was killed (`thirdbody resume` goes on with it)",
-            ),
-            (_, true) => (
-                run,
-                "is no run directory: it has neither summary.json nor manifest.json",
-            ),
-            _ => (
-                run,
-                "there is no such folder: give a run directory, as runs/latest",
-            ),
+        let problem = match (begun, run.is_dir()) {
+            (true, _) => {
+                "is missing: the run goes on, or was killed (`thirdbody resume` goes on with it)"
+            }
+            (_, true) => "is no run directory: it has neither summary.json nor manifest.json",
+            _ => "there is no such folder: give a run directory, as runs/latest",
         };
+        let place = if begun { &path } else { run };
         return Err(Refusal::file(place, problem).into());
     }
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;

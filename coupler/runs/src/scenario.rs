@@ -41,39 +41,36 @@ impl Setup {
     /// The setup in the `scenario.toml` of a run directory.
     pub fn of(run: &Path) -> Setup {
         let text = std::fs::read_to_string(run.join("scenario.toml")).unwrap_or_default();
-        text.parse()
-            .map_or_else(|_| Setup::default(), |table| Setup::from(&table))
+        Setup::from(&text.parse().unwrap_or_default())
     }
 
     fn from(table: &Table) -> Setup {
-        let participants: Vec<&Value> = list(table, "participant").collect();
-        let carrier = participants.iter().find(|p| config(p, "wheel").is_some());
-        let name = |p: &&Value| text(p, "name");
-        let wheel = carrier.and_then(|p| {
-            let wheel = config(p, "wheel")?;
-            let smooth = text(wheel, "face") != "disks";
-            smooth.then(|| SmoothWheel {
-                participant: name(p),
-                radius_m: wheel.get("radius_m").and_then(number).unwrap_or(0.0),
-            })
-        });
-        let joined = list(table, "interface").filter_map(|interface| {
-            let [a, b] = interface.get("between")?.as_array()?.as_slice() else {
-                return None;
-            };
-            Some([a.as_str()?.to_string(), b.as_str()?.to_string()])
-        });
-        let motion = carrier.and_then(|p| config(p, "wheel")?.get("frequency_hz"));
+        let list = |key| {
+            let list = table.get(key).and_then(Value::as_array);
+            list.into_iter().flatten()
+        };
+        let name = |participant: &Value| key::<String>(Some(participant), "name");
+        let wheel = |p: &Value| Some((name(p), p.get("config")?.get("wheel").cloned()?));
+        let (wheel_of, wheel) = list("participant").find_map(wheel).unzip();
+        let wheel = wheel.as_ref();
+        let smooth = key::<String>(wheel, "face") != "disks";
+        let joined = list("interface").filter_map(|interface| key(Some(interface), "between"));
         let run = table.get("run");
         Setup {
-            name: run.map_or_else(String::new, |run| text(run, "name")),
+            name: key(run, "name"),
             transport: key(run, "transport"),
             plausible: key(run, "plausible"),
-            wheel,
-            wheel_of: carrier.map(name),
-            wheel_hz: motion.and_then(number).filter(|hz| *hz > 0.0),
+            wheel: wheel_of
+                .clone()
+                .filter(|_| smooth)
+                .map(|participant| SmoothWheel {
+                    participant,
+                    radius_m: key(wheel, "radius_m"),
+                }),
+            wheel_of,
+            wheel_hz: Some(key(wheel, "frequency_hz")).filter(|hz| *hz > 0.0),
             joined: joined.collect(),
-            participants: participants.iter().map(name).collect(),
+            participants: list("participant").map(name).collect(),
         }
     }
 
@@ -108,24 +105,6 @@ fn key<'a, T: Deserialize<'a> + Default>(table: Option<&Value>, key: &str) -> T 
     let value = table.and_then(|table| table.get(key)).cloned();
     let read = value.and_then(|value| value.try_into().ok());
     read.unwrap_or_default()
-}
-
-fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = &'a Value> {
-    let list = table.get(key).and_then(Value::as_array);
-    list.into_iter().flatten()
-}
-
-fn text(value: &Value, key: &str) -> String {
-    let text = value.get(key).and_then(Value::as_str);
-    text.unwrap_or_default().to_string()
-}
-
-fn number(value: &Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|n| n as f64))
-}
-
-fn config<'a>(participant: &'a Value, key: &str) -> Option<&'a Value> {
-    participant.get("config")?.get(key)
 }
 
 #[cfg(test)]

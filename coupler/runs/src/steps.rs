@@ -20,12 +20,9 @@ impl Steps {
     pub fn around(positions: &[f64], numbers: &[f64]) -> Option<Steps> {
         let (first, last) = (*positions.first()?, *positions.last()?);
         let middles = positions.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let edges: Vec<f64> = std::iter::once(first)
-            .chain(middles)
-            .chain([last])
-            .collect();
+        let edges = std::iter::once(first).chain(middles).chain([last]);
         Some(Steps {
-            edges,
+            edges: edges.collect(),
             numbers: numbers.to_vec(),
         })
     }
