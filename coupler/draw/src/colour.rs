@@ -91,17 +91,15 @@ pub fn full_scale(value: f64) -> f64 {
     let exponent = value.log10().floor();
     let halves = (2.0 * value / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
     // Through its text, so that it is the number nearest to the decimal one.
-    format!("{}e{exponent}", 0.5 * halves)
-        .parse()
-        .unwrap_or(value)
+    let rounded = format!("{}e{exponent}", 0.5 * halves);
+    rounded.parse().unwrap_or(value)
 }
 
 /// End of a scale of pressures (MPa) of which this is the largest (Pa); 1 MPa where nothing is pressed.
 pub fn full_mpa(largest_pa: f64) -> f64 {
-    if largest_pa > 0.0 {
-        1e-6 * full_scale(largest_pa)
-    } else {
-        1.0
+    match largest_pa > 0.0 {
+        true => 1e-6 * full_scale(largest_pa),
+        false => 1.0,
     }
 }
 

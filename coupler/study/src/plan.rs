@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
 use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
@@ -13,8 +11,7 @@ use coordinator::scenario::load::{Loaded, load};
 use coordinator::scenario::overrides::value_at;
 
 /// Part of a task in its study.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TaskRole {
     /// The others are held against it.
     Reference,
@@ -95,10 +92,10 @@ impl Plan {
         let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let small = Some(&file.small)
-            .filter(|_| small)
-            .cloned()
-            .unwrap_or_default();
+        let small = match small {
+            true => file.small.clone(),
+            false => Small::default(),
+        };
         let common = [&file.study.set[..], &small.set, set].concat();
         let axes = axes(&file, &small).map_err(|why| Refusal::file(path, why))?;
         let count = count(&file, &axes);
@@ -109,12 +106,12 @@ impl Plan {
             return Err(Refusal::file(path, why).into());
         }
         let scenario = found(&beside, &file.study.scenario);
-        let perturbations = match &file.reference.set {
-            Some(set) => {
-                let loaded = || load(&scenario, &[&common[..], set].concat());
-                perturbations(file.reference.perturbed(), loaded, path)?
+        let perturbations = match (&file.reference.set, file.reference.perturbed()) {
+            (Some(set), 1..) => {
+                let loaded = load(&scenario, &[&common[..], set].concat())?;
+                perturbations(file.reference.perturbed(), &loaded, path)?
             }
-            None => Vec::new(),
+            _ => Vec::new(),
         };
         let mut entries = Vec::new();
         for (scene, of_scene) in scenes(&file.vary, &axes).into_iter().enumerate() {
@@ -153,11 +150,8 @@ impl Plan {
                 _ => &Vec::new(),
             };
             let points = points(&file.vary, &axes, &of_scene, file.study.mode);
-            entries.extend(
-                points
-                    .iter()
-                    .map(|point| entry(TaskRole::Point, base, point)),
-            );
+            let points = points.iter();
+            entries.extend(points.map(|point| entry(TaskRole::Point, base, point)));
         }
         Ok(Plan {
             file,
@@ -245,21 +239,12 @@ fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
         let same = shipped.filter(|p| p.kind == kind);
         same.map(|p| p.name.as_str()).collect()
     };
-    let all = PERTURBED_KINDS.map(of_kind);
-    let mut all = all.into_iter().filter(|names| !names.is_empty());
-    all.next().unwrap_or_default()
+    let mut all = PERTURBED_KINDS.into_iter().map(of_kind);
+    all.find(|names| !names.is_empty()).unwrap_or_default()
 }
 
 /// Overrides of each perturbed reference.
-fn perturbations(
-    count: u64,
-    loaded: impl Fn() -> Result<Loaded, Error>,
-    path: &Path,
-) -> Result<Vec<Vec<String>>, Error> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
-    let loaded = loaded()?;
+fn perturbations(count: u64, loaded: &Loaded, path: &Path) -> Result<Vec<Vec<String>>, Error> {
     let names = perturbed_participants(&loaded.scenario);
     if names.is_empty() {
         let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0, and no floor of noise is told";
@@ -350,8 +335,9 @@ fn points(
         Mode::Grid => combined(axes, scene, |k| !vary[k].scene),
         Mode::OneAtATime => {
             let varied = (0..axes.len()).filter(|k| !vary[*k].scene);
-            let points = varied.flat_map(|varied| combined(axes, scene, |k| k == varied));
-            points.collect()
+            varied
+                .flat_map(|varied| combined(axes, scene, |k| k == varied))
+                .collect()
         }
     }
 }

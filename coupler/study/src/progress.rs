@@ -106,13 +106,11 @@ impl<'a> StudyProgress<'a> {
         for measure in self.measures {
             if let Err(why) = measure.number(&run) {
                 let name = &measure.name;
-                let problem = format!(
-                    "measure `{name}`: {why} in the {}, which has ended",
-                    match task.role {
-                        TaskRole::Reference => "reference",
-                        _ => "first run",
-                    }
-                );
+                let place = match task.role {
+                    TaskRole::Reference => "reference",
+                    _ => "first run",
+                };
+                let problem = format!("measure `{name}`: {why} in the {place}, which has ended");
                 return Err(Refusal::file(&run.path, problem).into());
             }
         }
