@@ -45,7 +45,10 @@ pub fn bench(program: &Path) -> Result<Vec<ExchangeRow>, Error> {
         for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
             let mut bench = Bench::start(program, processes - 1, mode, wait)?;
             for doubles in [100, 1_000, 10_000] {
-                let (p50_us, p99_us) = bench.time(doubles)?;
+                let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
+                let (p50_us, p99_us) = time_turns(WARM_UP, TIMED, |turn| {
+                    bench.round_trip(turn % (processes - 1), &frame)
+                })?;
                 rows.push(ExchangeRow {
                     doubles,
                     mode,
@@ -133,14 +136,6 @@ impl Bench {
             idle_deadline_s: PATIENCE.as_secs_f64(),
             config: Value::Null,
         }
-    }
-
-    /// Median and 99th percentile (us) of the round trips with this many doubles.
-    fn time(&mut self, doubles: usize) -> Result<(f64, f64), Error> {
-        let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
-        time_turns(WARM_UP, TIMED, |turn| {
-            self.round_trip(turn % self.links.len(), &frame)
-        })
     }
 
     fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {

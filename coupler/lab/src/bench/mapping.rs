@@ -3,6 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use nalgebra::DVector;
 use serde::Serialize;
 
 use coordinator::error::{Error, Refusal};
@@ -73,6 +74,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Mappin
     let moved = mapping.motion(&motion);
     let pressed = mapping.force(&components(points.len(), |i| segment(&places, i)));
     let inner = inside(&nodes, &places);
+    let pressed_inside = DVector::from_iterator(inner.len(), inner.map(|i| pressed[2 * i + 1]));
     Ok(MappingRow {
         mapping: kind,
         line,
@@ -87,8 +89,8 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Mappin
             nodal.iter().zip(&motion).map(|(f, v)| f * v),
             force.iter().zip(&moved).map(|(f, v)| f * v),
         ),
-        ripple: spread(inner.clone().map(|i| pressed[2 * i + 1])),
-        empty_nodes: inner.filter(|i| pressed[2 * i + 1] == 0.0).count(),
+        ripple: pressed_inside.variance().sqrt() / pressed_inside.mean(),
+        empty_nodes: pressed_inside.iter().filter(|p| **p == 0.0).count(),
         application_ns: time(&mapping, &force, &motion),
     })
 }
@@ -101,18 +103,15 @@ fn uneven(count: usize) -> Vec<f64> {
 
 /// Length that a point stands for: halfway to its neighbours.
 fn segment(places: &[f64], i: usize) -> f64 {
-    let left = i
-        .checked_sub(1)
-        .map_or(-LENGTH_M - places[0], |i| places[i]);
-    let right = places.get(i + 1);
-    let right = right.map_or(LENGTH_M - places[i], |place| *place);
-    0.5 * (right - left)
+    let left = i.checked_sub(1).map(|i| places[i]);
+    let right = places.get(i + 1).copied();
+    let ends = [-LENGTH_M - places[0], LENGTH_M - places[i]];
+    0.5 * (right.unwrap_or(ends[1]) - left.unwrap_or(ends[0]))
 }
 
 fn components(count: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
-    (0..count)
-        .flat_map(|i| [-2.0 * value(i), value(i)])
-        .collect()
+    let pairs = (0..count).map(|i| [-2.0 * value(i), value(i)]);
+    pairs.flatten().collect()
 }
 
 fn y(vector: &[f64]) -> impl Iterator<Item = f64> + '_ {
@@ -132,15 +131,6 @@ fn inside(nodes: &[[f64; 2]], places: &[f64]) -> std::ops::Range<usize> {
     let (low, high) = (places[0] + margin, places[places.len() - 1] - margin);
     let below = |limit: f64| nodes.iter().filter(|node| node[0] < limit).count();
     below(low)..below(high)
-}
-
-/// Standard deviation over mean.
-fn spread(values: impl Iterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.collect();
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares = values.iter().map(|value| (value - mean).powi(2));
-    (squares.sum::<f64>() / count).sqrt() / mean
 }
 
 fn time(mapping: &Mapping, force: &[f64], motion: &[f64]) -> f64 {

@@ -31,9 +31,12 @@ struct Piece {
 /// A rail of finite elements alone, until 0.4 ms.
 const RAIL: &[&str] = &["run.end_s=0.4e-3", "participant.rail.config.element=q4_2x2"];
 /// A layer alone, until 0.6 ms.
-const LAYER: &[&str] = &["run.end_s=0.6e-3"];
+const SHORT: &[&str] = &["run.end_s=0.6e-3"];
 /// A coupled run, until 0.6 ms.
-const COUPLED: &[&str] = &["run.end_s=0.6e-3"];
+/// Contacts with friction and without bonds.
+const FRICTION: &[&str] = &[
+    "participant.third-body.config.law={kind='coulomb',friction=0.3,contact_stiffness_pa=2.255e11,tangential_stiffness_ratio=0.5}",
+];
 
 /// The pieces. One in use changes what a run computes, not only what a step of it costs.
 const PIECES: [Piece; 7] = [
@@ -63,24 +66,20 @@ const PIECES: [Piece; 7] = [
     Piece {
         name: "friction",
         scenario: "layer-alone",
-        base: LAYER,
+        base: SHORT,
         without: &[
             "participant.third-body.config.law={kind='signorini',contact_stiffness_pa=2.255e11}",
         ],
         idle: Some(&[
             "participant.third-body.config.law={kind='coulomb',friction=0.0,contact_stiffness_pa=2.255e11,tangential_stiffness_ratio=0.5}",
         ]),
-        used: &[
-            "participant.third-body.config.law={kind='coulomb',friction=0.3,contact_stiffness_pa=2.255e11,tangential_stiffness_ratio=0.5}",
-        ],
+        used: FRICTION,
     },
     Piece {
         name: "cohesion",
         scenario: "layer-alone",
-        base: LAYER,
-        without: &[
-            "participant.third-body.config.law={kind='coulomb',friction=0.3,contact_stiffness_pa=2.255e11,tangential_stiffness_ratio=0.5}",
-        ],
+        base: SHORT,
+        without: FRICTION,
         idle: None,
         used: &[
             "participant.third-body.config.law={kind='cohesion',friction=0.3,contact_stiffness_pa=2.255e11,tangential_stiffness_ratio=0.5,cn_pa_per_m=6.4e15,ct_pa_per_m=2.56e15,w_j_per_m2=15625.0,b_pa_m_s=0.0,p=1.0,h_prime='one',alert_m=8e-6,bonds_min=2}",
@@ -89,7 +88,7 @@ const PIECES: [Piece; 7] = [
     Piece {
         name: "recording",
         scenario: "quick",
-        base: COUPLED,
+        base: SHORT,
         without: &["run.output.exchange=false"],
         idle: None,
         used: &["run.output.exchange=true"],
@@ -97,7 +96,7 @@ const PIECES: [Piece; 7] = [
     Piece {
         name: "fields",
         scenario: "quick",
-        base: COUPLED,
+        base: SHORT,
         without: &["run.output.fields=false"],
         idle: Some(&["run.output.fields=true"]),
         used: &["run.output.fields_every_s=0.5e-4"],
@@ -105,7 +104,7 @@ const PIECES: [Piece; 7] = [
     Piece {
         name: "checkpoints",
         scenario: "quick",
-        base: COUPLED,
+        base: SHORT,
         without: &["run.checkpoint_every_windows=0"],
         idle: Some(&["run.checkpoint_every_windows=1000000"]),
         used: &["run.checkpoint_every_windows=100"],
@@ -136,12 +135,8 @@ pub struct PieceRow {
 pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<PieceRow>, Error> {
     let mut rows = Vec::new();
     for piece in &PIECES {
-        let kinds = [
-            Some(piece.without),
-            Some(piece.without),
-            piece.idle,
-            Some(piece.used),
-        ];
+        let without = Some(piece.without);
+        let kinds = [without, without, piece.idle, Some(piece.used)];
         let mut times: [Vec<f64>; 4] = Default::default();
         for _ in 0..TURNS {
             for (times, kind) in times.iter_mut().zip(kinds) {
