@@ -186,7 +186,7 @@ fn table(rows: &[CaseRow]) -> String {
             .seeds
             .map(|[a, b]| format!("; seeds {a:.4e} to {b:.4e}"));
         let paper = row.published.map(|paper| format!("; paper {paper:.4e}"));
-        let basis = row.basis.map(|basis| format!("; {}", basis.word()));
+        let basis = row.basis.map(|basis| format!("; {basis}"));
         let more: String = [seeds, paper, basis].into_iter().flatten().collect();
         format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source}{more})")
     }));

@@ -1,5 +1,6 @@
 //! `expected.toml`: what must come out of a scene, and who says so.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -112,13 +113,9 @@ pub enum Basis {
     Calibrated,
 }
 
-impl Basis {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Basis::Predicted => "predicted",
-            Basis::Calibrated => "calibrated",
-        }
+impl fmt::Display for Basis {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(formatter)
     }
 }
 
@@ -147,12 +144,10 @@ impl Number {
                 at_s: None,
                 bin_m: self.bin_m,
             };
-            return measure
-                .deviation(run, ReferenceNumbers::Run(reference?))
-                .ok();
+            let held = ReferenceNumbers::Run(reference?);
+            return measure.deviation(run, held).ok();
         }
-        let parts = self.path.split_once('.');
-        match parts {
+        match self.path.split_once('.') {
             Some(("signals", path)) => of_signals(&run.signals, path),
             Some(("cost", name)) => run.cost().get(name).copied(),
             _ => run.number(&self.path),
@@ -172,20 +167,16 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
         let open = case.number.iter().any(Number::needs_reference);
-        if case.reference_scene.is_some() && case.reference.is_none() {
-            let problem = format!(
-                "case `{}`: reference_scene without reference; write reference = [] where it has no overrides",
-                case.name
-            );
-            return Err(refuse(problem));
-        }
-        if open != case.reference.is_some() {
-            let name = &case.name;
-            let problem = format!(
-                "case `{name}`: a reference goes with numbers without `expected`, or with a norm"
-            );
-            return Err(refuse(problem));
-        }
+        let problem = match &case.reference {
+            None if case.reference_scene.is_some() => {
+                "reference_scene without reference; write reference = [] where it has no overrides"
+            }
+            reference if open != reference.is_some() => {
+                "a reference goes with numbers without `expected`, or with a norm"
+            }
+            _ => continue,
+        };
+        return Err(refuse(format!("case `{}`: {problem}", case.name)));
     }
     Ok(expected)
 }

@@ -8,7 +8,7 @@ use report::pictures;
 use report::provenance::quoted;
 use report::units::{four, with_unit_of};
 
-use super::case::{Basis, Number};
+use super::case::Number;
 use super::suite::{CaseOutcome, CaseRow};
 use coordinator::error::Error;
 
@@ -25,10 +25,8 @@ pub fn write(
     command: &str,
     cases: &[CaseOutcome],
 ) -> Result<&'static str, Error> {
-    let sections = cases
-        .iter()
-        .enumerate()
-        .map(|(number, case)| section(number, case));
+    let sections = cases.iter().enumerate();
+    let sections = sections.map(|(number, case)| section(number, case));
     let sections = sections.collect::<Result<Vec<Section>, Error>>()?;
     let rows = || cases.iter().flat_map(|case| &case.rows);
     let (judged, told) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.told);
@@ -38,11 +36,10 @@ pub fn write(
     let cost = |name| -> f64 { runs().filter_map(|run| run.cost().get(name).copied()).sum() };
     let manifest = runs().next().map(|run| run.manifest()).unwrap_or_default();
     let made_by = ["software", "build", "git", "processor", "cores"].map(|key| {
-        manifest[key]
-            .as_str()
-            .map_or(manifest[key].to_string(), String::from)
+        let text = manifest[key].as_str().map(String::from);
+        escape(&text.unwrap_or(manifest[key].to_string()))
     });
-    let [software, build, git, processor, cores] = made_by.map(|text| escape(&text));
+    let [software, build, git, processor, cores] = made_by;
     let head = format!(
         "<div class=\"verdict {class}\"><p>{} of {} rows hold; {} more are told and not judged. The runs took {} of wall-clock and {} of \
          processor time.</p></div><pre>{}</pre><p>{software}, build {build}, git {git}; {processor}, {cores} cores.</p>",
@@ -73,16 +70,12 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
     };
     let case = &outcome.case;
     // The end and the warnings come before the numbers, which a run that did not come to its end has none of.
-    let (ends, numbers) = outcome
-        .rows
-        .split_at(outcome.rows.len() - outcome.rows.len().saturating_sub(2));
+    let (ends, numbers) = outcome.rows.split_at(outcome.rows.len().min(2));
     let ends = ends.iter().map(|row| ended(&outcome.name, row));
     let rows = case.number.iter().zip(numbers);
     let rows = rows.map(|(number, row)| cells(number, row));
-    let cpu = outcome
-        .runs
-        .iter()
-        .filter_map(|(run, _)| run.cost().get("cpu_s").copied());
+    let runs = outcome.runs.iter();
+    let cpu = runs.filter_map(|(run, _)| run.cost().get("cpu_s").copied());
     let mut parts = vec![
         paragraph(&outcome.above),
         paragraph(&case.text),
@@ -129,10 +122,8 @@ fn repeated(outcome: &CaseOutcome) -> String {
     let (case, scenario) = (&outcome.case, &outcome.scenario);
     // The path as it is below the folder of the scenes, without the way there and back from the file of the suite.
     let mut name = Vec::new();
-    for part in scenario
-        .components()
-        .filter_map(|part| part.as_os_str().to_str())
-    {
+    let parts = scenario.components();
+    for part in parts.filter_map(|part| part.as_os_str().to_str()) {
         match part {
             ".." => drop(name.pop()),
             "scenarios" => name.clear(),
@@ -145,11 +136,8 @@ fn repeated(outcome: &CaseOutcome) -> String {
         set.push(format!("run.seed=S   # S = {}", seeds.join(", ")));
     }
     let set = set.iter().map(|set| format!(" \\\n    --set {set}"));
-    format!(
-        "thirdbody run {}{}",
-        name.join("/"),
-        set.collect::<String>()
-    )
+    let set: String = set.collect();
+    format!("thirdbody run {}{set}", name.join("/"))
 }
 
 /// An end or a set of warnings that is not as it must be, or warnings that may be there.
@@ -158,21 +146,10 @@ fn ended(case: &str, row: &CaseRow) -> String {
     if row.holds && none {
         return String::new();
     }
-    let what = row
-        .name
-        .strip_prefix(case)
-        .unwrap_or(&row.name)
-        .trim_start_matches(": ");
-    let wrong = if row.holds {
-        ""
-    } else {
-        " <b>does not hold</b>"
-    };
-    format!(
-        "<p>{}{wrong}: {}</p>",
-        escape(what),
-        escape(&row.ours.to_string())
-    )
+    let what = row.name.strip_prefix(case).unwrap_or(&row.name);
+    let what = escape(what.trim_start_matches(": "));
+    let wrong = [" <b>does not hold</b>", ""][usize::from(row.holds)];
+    format!("<p>{what}{wrong}: {}</p>", escape(&row.ours.to_string()))
 }
 
 /// The cells of a number: SI units with prefixes by its name, a norm without.
@@ -211,7 +188,7 @@ fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
         reference,
         row.published.map_or(String::new(), show),
         difference.map_or(String::new(), |part| format!("{part:+.1} %")),
-        row.basis.map_or("", Basis::word).into(),
+        row.basis.map_or(String::new(), |basis| basis.to_string()),
         verdict.into(),
     ]
 }

@@ -24,7 +24,7 @@ use study::task::{TaskFolder, TaskOutcome, TaskStage};
 const LOOK: Duration = Duration::from_secs(1);
 
 /// One line of the table.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct CaseRow {
     /// Scene, case and number.
     pub name: String,
@@ -80,12 +80,10 @@ pub struct SuiteOptions<'a> {
 
 /// Runs all cases of all scenes below `folder`, in the order of their names.
 pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>, Error> {
-    let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map_err(Error::input(folder.display()))?
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|path| path.join("expected.toml").is_file())
-        .collect();
+    let entries = std::fs::read_dir(folder).map_err(Error::input(folder.display()))?;
+    let paths = entries.flatten().map(|entry| entry.path());
+    let scenes = paths.filter(|path| path.join("expected.toml").is_file());
+    let mut scenes: Vec<PathBuf> = scenes.collect();
     scenes.sort();
     let mut cases = Vec::new();
     for scene in &scenes {
@@ -139,11 +137,8 @@ fn run_case(
     let mut rows = vec![ending(&case, &ends)];
     if whole.len() == seeds.len() {
         rows.push(warnings(&case, &whole));
-        rows.extend(
-            case.number
-                .iter()
-                .map(|number| judged(&case, number, &whole)),
-        );
+        let numbers = case.number.iter();
+        rows.extend(numbers.map(|number| judged(&case, number, &whole)));
     }
     for row in &mut rows {
         row.name = format!("{name}: {}", row.name);
@@ -220,12 +215,8 @@ fn ending(case: &SuiteCase, ends: &[TaskOutcome]) -> CaseRow {
         Some(end) => json!(end.exit_code),
         None => json!(case.exit_code),
     };
-    case_row(
-        case,
-        "exit code",
-        [ours, json!(case.exit_code)],
-        wrong.is_none(),
-    )
+    let values = [ours, json!(case.exit_code)];
+    case_row(case, "exit code", values, wrong.is_none())
 }
 
 /// The warnings of runs that came to their ends.
@@ -259,18 +250,16 @@ fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
         true => ours.is_some(),
         false => ours
             .zip(*expected)
-            .is_some_and(|(ours, expected)| number.holds(ours, expected)),
+            .is_some_and(|(ours, of)| number.holds(ours, of)),
     };
     let all = |k: usize| -> Vec<f64> { pairs.iter().filter_map(|pair| pair[k]).collect() };
     let least = all(0).into_iter().reduce(|a, b| -larger(-a, -b));
     let most = all(0).into_iter().reduce(larger);
+    let ends = least.zip(most).map(<[f64; 2]>::from);
     let name = number.of.as_ref().unwrap_or(&number.path);
     let values = [0, 1].map(|k| json!(median(all(k))));
     CaseRow {
-        seeds: least
-            .zip(most)
-            .filter(|_| pairs.len() > 1)
-            .map(<[f64; 2]>::from),
+        seeds: ends.filter(|_| pairs.len() > 1),
         published: number.published,
         basis: number.basis,
         told: number.told,
@@ -282,12 +271,9 @@ fn case_row(case: &SuiteCase, name: &str, [ours, expected]: [Value; 2], holds: b
     CaseRow {
         name: name.into(),
         ours,
-        seeds: None,
         expected,
-        published: None,
-        basis: None,
         source: case.source.clone(),
         holds,
-        told: false,
+        ..CaseRow::default()
     }
 }
