@@ -85,35 +85,35 @@ pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
     let Some(start) = run.fields(before, ".vtp")? else {
         return Ok(None);
     };
-    let (from, wheel) = (numbers(&start, "points"), flags(&start, "wheel"));
     let mut moments = Vec::new();
     while let Some(arrays) = run.fields(&format!("{last}-{}", moments.len() + 1), ".vtp")? {
-        let points = numbers(&arrays, "points").iter().zip(from);
-        let moved: Vec<f64> = points.map(|(now, then)| now - then).collect();
-        let Some(wheel) = mean_x(&moved, &wheel) else {
-            return Ok(None);
-        };
-        moments.push((wheel, moved));
+        moments.push(arrays);
     }
+    Ok(displaced([before, last], &start, &moments))
+}
+
+/// The picture of the displacements since the end of the first of two phases; none where the wheel moves to one side only.
+fn displaced([before, last]: [&str; 2], start: &Arrays, moments: &[Arrays]) -> Option<Picture> {
+    let (from, wheel) = (numbers(start, "points"), flags(start, "wheel"));
+    let moved = moments.iter().map(|arrays| {
+        let points = numbers(arrays, "points").iter().zip(from);
+        let moved: Vec<f64> = points.map(|(now, then)| now - then).collect();
+        Some((mean_x(&moved, &wheel)?, moved))
+    });
+    let moved: Vec<(f64, Vec<f64>)> = moved.collect::<Option<_>>()?;
     let by = |order: fn(f64) -> f64| {
-        let all = moments.iter();
+        let all = moved.iter();
         all.max_by(|(a, _), (b, _)| order(*a).total_cmp(&order(*b)))
     };
-    let chosen = [by(|x| x), by(|x| -x.abs()), by(|x| -x)];
-    let ([Some(right), Some(middle), Some(left)], Some(cells)) = (chosen, GrainCells::of(&start))
-    else {
-        return Ok(None);
-    };
+    let chosen @ [right, middle, left] = [by(|x| x)?, by(|x| -x.abs())?, by(|x| -x)?];
     if std::ptr::eq(right, middle) || std::ptr::eq(middle, left) {
-        return Ok(None);
+        return None;
     }
-    let chosen = [right, middle, left];
+    let cells = GrainCells::of(start)?;
     let fields = chosen.map(|(_, moved)| cells.means(moved));
-    let Some(longest) = longest(&fields) else {
-        return Ok(None);
-    };
+    let longest = longest(&fields)?;
     let (size, limit) = (cells.size, with_unit(longest, "m"));
-    Ok(Some(Picture {
+    Some(Picture {
         file: "displacement.svg".into(),
         caption: format!(
             "Displacements of the grains in `{last}` since the end of `{before}`, means over cells of {size:.2} mm; the longest arrows stand for {limit} and more."
@@ -122,7 +122,7 @@ pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
         svg: cells.draw(&fields, longest, |k| {
             format!("the wheel at {:.4} mm", 1e3 * chosen[k].0)
         }),
-    }))
+    })
 }
 
 /// Mean x of the vectors of the marked disks.
