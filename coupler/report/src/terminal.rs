@@ -53,49 +53,44 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
     ];
     let changed = changed(&run);
     lines.extend(changed.iter().map(|line| format!("set       {line}")));
-    lines.extend([
-        format!(
-            "simulated {} in {} windows",
-            with_unit(number("sim_time_s"), "s"),
-            four(number("windows"))
-        ),
-        format!("wall      {}", span(number("wall_s"))),
-    ]);
+    let (time, windows) = (
+        with_unit(number("sim_time_s"), "s"),
+        four(number("windows")),
+    );
+    lines.push(format!("simulated {time} in {windows} windows"));
+    lines.push(format!("wall      {}", span(number("wall_s"))));
     if warnings.is_empty() && run.text("status") == "completed" {
         lines.push("warnings  none".into());
     }
-    if !warnings.is_empty() {
-        lines.push("Warnings".into());
-        lines.extend(
-            warnings
-                .iter()
-                .map(|warning| format!("  {}", warning.line())),
-        );
-    }
+    let warnings = warnings.iter();
+    let warnings = warnings.map(|warning| format!("  {}", warning.line()));
+    lines.extend(headed("Warnings", warnings));
     lines.extend(judged(&run, all));
     if !all {
         lines.extend(first(&run));
-        lines.push(format!(
-            "next: thirdbody report {}",
-            quoted(&path.display().to_string())
-        ));
+        let path = quoted(&path.display().to_string());
+        lines.push(format!("next: thirdbody report {path}"));
         return lines.join("\n");
     }
     let coupling = run.entries("coupling");
     let rest = coupling.filter(|(name, _)| !is_balance("coupling", name));
-    let rest =
-        rest.filter_map(|(name, value)| Some(row(name, &with_unit_of(name, value.as_f64()?))));
-    let rest: Vec<String> = rest.collect();
-    if !rest.is_empty() {
-        lines.push("Coupling".into());
-        lines.extend(rest);
-    }
+    let rest = rest.filter_map(|(name, value)| Some(value_row(name, value.as_f64()?)));
+    lines.extend(headed("Coupling", rest));
     for group in groups(&run) {
-        lines.push(group.title.into());
         let rows = group.results.iter();
-        lines.extend(rows.map(|(name, value, _)| row(name, &with_unit_of(name, *value))));
+        let rows = rows.map(|(name, value, _)| value_row(name, *value));
+        lines.extend(headed(group.title, rows));
     }
     lines.join("\n")
+}
+
+/// Lines with a head; none where there are no lines.
+fn headed(head: &str, lines: impl Iterator<Item = String>) -> Vec<String> {
+    let mut lines: Vec<String> = lines.collect();
+    if !lines.is_empty() {
+        lines.insert(0, head.into());
+    }
+    lines
 }
 
 /// The results that people ask for first, and what they are; the first ones of a scene that has none of these.
@@ -109,14 +104,11 @@ fn first(run: &RunFiles) -> Vec<String> {
     if shown.is_empty() {
         shown = all.iter().take(SHOWN).collect();
     }
-    let lines = shown.iter().map(|(name, value, sentence)| {
-        format!("{}  {sentence}", row(name, &with_unit_of(name, *value)))
-    });
-    let mut lines: Vec<String> = lines.collect();
-    let rest = all.len() - lines.len();
-    if !lines.is_empty() {
-        lines.insert(0, "Results".into());
-    }
+    let lines = shown
+        .iter()
+        .map(|(name, value, sentence)| format!("{}  {sentence}", value_row(name, *value)));
+    let mut lines = headed("Results", lines);
+    let rest = all.len() - shown.len();
     if rest > 0 {
         lines.push(format!("  {rest} more: --all, summary.json, or the report"));
     }
@@ -135,11 +127,11 @@ fn judged(run: &RunFiles, all: bool) -> Vec<String> {
             });
             row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
         });
-    let mut lines: Vec<String> = rows.collect();
-    if !lines.is_empty() {
-        lines.insert(0, "Balances".into());
-    }
-    lines
+    headed("Balances", rows)
+}
+
+fn value_row(name: &str, value: f64) -> String {
+    row(name, &with_unit_of(name, value))
 }
 
 fn row(name: &str, value: &str) -> String {
