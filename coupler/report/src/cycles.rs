@@ -15,11 +15,8 @@ const ROUNDING: f64 = 1e-6;
 pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3]) {
     let end = t.len() - 1;
     // The last report before the wheel moves is the start of its first loop.
-    let mut positions = x.iter();
-    let began = positions
-        .position(|x| *x != 0.0)
-        .unwrap_or(0)
-        .saturating_sub(1);
+    let began = x.iter().position(|x| *x != 0.0);
+    let began = began.unwrap_or(0).saturating_sub(1);
     let last = last_cycle(run, t);
     let is_last = |row: usize| last.is_some_and(|[from, to]| (from..=to).contains(&row));
     let is_other = |row: usize| match last {
@@ -27,29 +24,25 @@ pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3
         None => true,
     };
     let among = |rows: &dyn Fn(usize) -> bool| {
-        let values = force.iter().enumerate();
-        let values = values.map(|(row, f)| {
-            if row >= began && rows(row) {
-                *f
-            } else {
-                f64::NAN
-            }
-        });
+        let chosen = |row: usize| row >= began && rows(row);
+        let values = (0..force.len()).map(|row| number_or_gap(force, row, chosen(row)));
         Vec::from_iter(values)
     };
-    let columns = [(LAST, among(&is_last)), (OTHERS, among(&is_other))];
-    let means = means(&written(run), t);
-    for (name, values) in columns.into_iter().chain([(MEAN, means)]) {
-        signals.add(name, values);
-    }
+    signals.add(LAST, among(&is_last));
+    signals.add(OTHERS, among(&is_other));
+    signals.add(MEAN, means(&written(run), t));
+}
+
+/// The number of a row; a gap of a curve where it is not chosen.
+pub(super) fn number_or_gap(numbers: &[f64], row: usize, chosen: bool) -> f64 {
+    if chosen { numbers[row] } else { f64::NAN }
 }
 
 /// The reports with which the last full cycle begins and ends.
 fn last_cycle(run: &RunFiles, t: &[f64]) -> Option<[usize; 2]> {
-    let mut phases = run
-        .list("phases")
-        .filter(|phase| phase["name"] == "cycling");
-    let (start, hz) = (phases.next()?["t0_s"].as_f64()?, run.scenario().wheel_hz?);
+    let mut phases = run.list("phases");
+    let cycling = phases.find(|phase| phase["name"] == "cycling")?;
+    let (start, hz) = (cycling["t0_s"].as_f64()?, run.scenario().wheel_hz?);
     let full = (hz * (t.last()? - start) + ROUNDING).floor();
     let report = |cycle: f64| t.partition_point(|t| hz * (t - start) < cycle - ROUNDING);
     (full >= 1.0).then(|| [full - 1.0, full].map(|cycle| report(cycle).min(t.len() - 1)))

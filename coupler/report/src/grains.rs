@@ -25,7 +25,7 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
         let pressure = arrays.get("hydrostatic_pressure_pa")?;
         Some((deformed_extent(arrays)?, arrays, pressure))
     });
-    let mut shown = vec![Map::to_scale(cells.extent(), "Cells of the grains' stress")];
+    let mut shown = vec![Map::to_scale(cells.extent, "Cells of the grains' stress")];
     shown.extend(body.iter().map(|body| Map::to_scale(body.0, "Continuum")));
     let full = cells.full_pa();
     let scale = ColourScale {
@@ -54,8 +54,9 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
 struct StressCells {
     /// Centres (mm) and pressure (Pa).
     all: Vec<([f64; 2], f64)>,
-    /// Their size (mm).
+    /// Their size (mm), and what they cover.
     size: f64,
+    extent: Extent,
 }
 
 impl StressCells {
@@ -67,26 +68,12 @@ impl StressCells {
         let centres = x.iter().zip(y).map(|(x, y)| [1e3 * x, 1e3 * y]);
         let steps = y.windows(2).chain(x.windows(2));
         let steps = steps.map(|pair| (pair[1] - pair[0]).abs());
-        let size = 1e3
-            * steps
-                .filter(|step| *step > 1e-9)
-                .fold(f64::INFINITY, f64::min);
+        let size = 1e3 * steps.filter(|step| *step > 1e-9).reduce(f64::min)?;
         Some(StressCells {
+            extent: Extent::around(centres.clone().map(|centre| (centre, 0.5 * size)))?,
             all: centres.zip(p.iter().copied()).collect(),
             size,
         })
-        .filter(|cells| cells.size.is_finite())
-    }
-
-    fn extent(&self) -> Extent {
-        let circles = self.all.iter();
-        let circles = circles.map(|(centre, _)| (*centre, 0.5 * self.size));
-        let nothing = [0.0, 1.0];
-        let nothing = Extent {
-            x: nothing,
-            y: nothing,
-        };
-        Extent::around(circles).unwrap_or(nothing)
     }
 
     fn full_pa(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Profiles across a layer of grains: velocity, solid fraction and stress in slices, means over intervals.
 
 use super::curves::{Chart, Tables, YAxis, over_time, plots};
+use super::cycles::number_or_gap;
 use super::units::four;
 use draw::picture::Picture;
 use runs::files::RunFiles;
@@ -11,9 +12,8 @@ const WHOLE: f64 = 0.9;
 
 /// The profiles of the first participant that wrote them: those of the last whole interval before paler ones of the earlier intervals.
 pub(super) fn profiles(run: &RunFiles) -> Vec<Picture> {
-    let files = run.field_files("-profile.csv");
-    let tables = files.iter().map(|file| Table::read_whole_rows(file));
-    let found = tables.filter_map(|slices| drawn(&slices)).next();
+    let mut files = run.field_files("-profile.csv").into_iter();
+    let found = files.find_map(|file| drawn(&Table::read_whole_rows(&file)));
     found.unwrap_or_default()
 }
 
@@ -41,13 +41,7 @@ fn drawn(slices: &Table) -> Option<Vec<Picture>> {
         let numbers = slices.get(&column)?;
         // With a gap after each interval.
         let among = |chosen: &dyn Fn(usize) -> bool| {
-            let number = |row: &usize| {
-                if chosen(*row) {
-                    numbers[*row]
-                } else {
-                    f64::NAN
-                }
-            };
+            let number = |row: &usize| number_or_gap(numbers, *row, chosen(*row));
             let intervals = rows.chunk_by(|a, b| starts[*a] == starts[*b]);
             let all = intervals.flat_map(|rows| rows.iter().map(number).chain([f64::NAN]));
             Vec::from_iter(all)
