@@ -64,10 +64,8 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
         let there = radii.filter(|(_, radius)| **radius > 0.0);
         let bodies: Vec<usize> = there.map(|(disk, _)| body(arrays, disk)).collect();
         let third = bodies.iter().filter(|body| **body > 0).count();
-        format!(
-            "At the {words} {third} of {} grains are third body.",
-            bodies.len()
-        )
+        let all = bodies.len();
+        format!("At the {words} {third} of {all} grains are third body.")
     });
     let moments = shown.iter().map(|(words, ..)| format!("at the {words}"));
     Ok(Some(Picture {

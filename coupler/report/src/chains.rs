@@ -102,33 +102,26 @@ fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     if tension > 0 {
         caption += " Orange and dashed: tension in bonds.";
     }
-    if drawn.len() < links.len() {
-        caption += &format!(
-            " The strongest {} of {} are drawn.",
-            drawn.len(),
-            links.len()
-        );
+    let (drawn, all) = (drawn.len(), links.len());
+    if drawn < all {
+        caption += &format!(" The strongest {drawn} of {all} are drawn.");
     }
     Some(Picture {
         file: "chains.svg".into(),
         caption,
-        alternative: format!("{} contacts and bonds, {tension} in tension.", links.len()),
+        alternative: format!("{all} contacts and bonds, {tension} in tension."),
         svg,
     })
 }
 
 fn stroke(panel: &mut Panel, link: &Link, full: f64) {
     let share = (link.force.abs() / full).min(1.0);
-    let class = (share * CLASSES).ceil() / CLASSES;
-    let line = if link.force < 0.0 {
-        "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\""
-    } else {
-        "stroke=\"#12355b\" stroke-linecap=\"round\""
+    let width = WIDEST * ((share * CLASSES).ceil() / CLASSES);
+    let line = match link.force < 0.0 {
+        true => "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\"",
+        false => "stroke=\"#12355b\" stroke-linecap=\"round\"",
     };
-    let style = format!(
-        "fill=\"none\" {line} stroke-width=\"{:.2}\"",
-        WIDEST * class
-    );
+    let style = format!("fill=\"none\" {line} stroke-width=\"{width:.2}\"");
     link.draw(panel, &style);
 }
 
@@ -147,23 +140,17 @@ fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     };
     let stride = bonds.len().div_ceil(LINES_MAX).max(1);
     let svg = maps(shown, Some(&scale), |panel, _| {
-        for (link, adhesion) in bonds
-            .iter()
-            .filter(|(_, adhesion)| *adhesion > 0.0)
-            .step_by(stride)
-        {
-            let style = format!(
-                "fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"",
-                scale.colour(*adhesion)
-            );
+        let held = bonds.iter().filter(|(_, adhesion)| *adhesion > 0.0);
+        for (link, adhesion) in held.step_by(stride) {
+            let colour = scale.colour(*adhesion);
+            let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"");
             link.draw(panel, &style);
         }
     });
     let mean = bonds.iter().map(|(_, adhesion)| adhesion).sum::<f64>() / bonds.len() as f64;
-    let every = if stride > 1 {
-        format!(" Every {stride}th is drawn.")
-    } else {
-        String::new()
+    let every = match stride {
+        1 => String::new(),
+        _ => format!(" Every {stride}th is drawn."),
     };
     Some(Picture {
         file: "adhesion.svg".into(),

@@ -34,14 +34,10 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     html += &curves("Traction on the surface", &found.profile);
     let pairs = |title: &str, head: [&str; 4], all: &BTreeMap<String, NumberPair>, of: OfPair| {
         let rows = all.iter().map(|(name, pair)| {
-            let [own, other] =
-                pair.map(|x| x.map_or("none".into(), |x| escape(&with_unit_of(name, x))));
-            [
-                escape(name),
-                own,
-                other,
-                of(*pair).map_or(String::new(), four),
-            ]
+            let shown = |x: f64| escape(&with_unit_of(name, x));
+            let [own, other] = pair.map(|x| x.map_or("none".into(), shown));
+            let last = of(*pair).map_or(String::new(), four);
+            [escape(name), own, other, last]
         });
         format!("<h3>{title}</h3>{}", table(head, &[1, 2, 3], rows))
     };
@@ -66,15 +62,10 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
     for (name, compared) in all {
         match compared {
             Ok(distance) if distance.max == 0.0 => same += 1,
-            Ok(distance) => {
-                let part = |x: Option<f64>| x.map_or("none".into(), four);
-                rows.push([
-                    escape(name),
-                    escape(&with_unit_of(name, distance.rms)),
-                    part(distance.l2_rel),
-                    escape(&with_unit_of(name, distance.max)),
-                    part(distance.max_rel),
-                ]);
+            Ok(d) => {
+                let [rms, max] = [d.rms, d.max].map(|x| escape(&with_unit_of(name, x)));
+                let [l2, part] = [d.l2_rel, d.max_rel].map(|x| x.map_or("none".into(), four));
+                rows.push([escape(name), rms, l2, max, part]);
             }
             Err(why) => without.entry(why).or_default().push(escape(name)),
         }
@@ -84,19 +75,9 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
         html += &format!("<p>{same} of {} are the same.</p>", all.len());
     }
     for (why, names) in without {
-        html += &format!(
-            "<p>{} cannot be compared, {}: {}.</p>",
-            names.len(),
-            escape(why),
-            names.join(", ")
-        );
+        let (count, why, names) = (names.len(), escape(why), names.join(", "));
+        html += &format!("<p>{count} cannot be compared, {why}: {names}.</p>");
     }
-    let head = [
-        "curve",
-        "rms",
-        "L2, relative",
-        "largest",
-        "largest, relative",
-    ];
-    html + &table(head, &[1, 2, 3, 4], rows)
+    let [l2, part] = ["L2, relative", "largest, relative"];
+    html + &table(["curve", "rms", l2, "largest", part], &[1, 2, 3, 4], rows)
 }

@@ -29,8 +29,9 @@ pub(super) fn provenance(run: &RunFiles) -> String {
     };
     let code = |text: &str| format!("<code>{text}</code>");
     let hash = |name: &str| code(&escape(run.hash(name).unwrap_or_default()));
-    let software = ["software", "build", "git"].map(manifest);
+    let [software, build, git] = ["software", "build", "git"].map(manifest);
     let [host, cores, processor] = ["host", "cores", "processor"].map(manifest);
+    let scene = format!("{}, hash {}", manifest("scenario_file"), hash("scenario"));
     let mut machine = vec![host, format!("{cores} cores"), processor];
     machine.retain(|part| !part.is_empty());
     let transport = match scenario.exists() {
@@ -38,17 +39,8 @@ pub(super) fn provenance(run: &RunFiles) -> String {
         false => String::new(),
     };
     let rows = [
-        (
-            "software",
-            format!(
-                "{}, build {}, git {}",
-                software[0], software[1], software[2]
-            ),
-        ),
-        (
-            "scenario",
-            format!("{}, hash {}", manifest("scenario_file"), hash("scenario")),
-        ),
+        ("software", format!("{software}, build {build}, git {git}")),
+        ("scenario", scene),
         ("seed", manifest("seed")),
         ("threads of each participant", manifest("threads")),
         ("transport", transport),
@@ -104,14 +96,8 @@ pub(super) fn processes(run: &RunFiles) -> String {
         }
         _ => None,
     };
-    let head = [
-        "process",
-        "kind",
-        "processor time",
-        "work",
-        "each",
-        "memory, at most",
-    ];
+    let [time, memory] = ["processor time", "memory, at most"];
+    let head = ["process", "kind", time, "work", "each", memory];
     table(head, &[2, 4, 5], rows.chain(coordinator))
 }
 

@@ -57,11 +57,7 @@ pub fn of_full_cycles() -> Vec<&'static str> {
 pub fn explained(name: &str) -> Option<String> {
     let (entries, last) = (entries(), name.rsplit('.').next()?);
     let entry = &entries[number(&entries, name).or_else(|| number(&entries, last))?];
-    let kind = if entry.group == SIGNALS {
-        "signal"
-    } else {
-        "result"
-    };
+    let kind = ["result", "signal"][usize::from(entry.group == SIGNALS)];
     Some(format!("{name} (a {kind}): {}", entry.sentence))
 }
 

@@ -40,7 +40,6 @@ pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
 impl Scene {
     fn picture(&self, extents: &[Extent], moment: &str) -> Picture {
         let disks = self.circles().count();
-        let drawn = disks.min(DISKS_MAX);
         let largest = self.largest_pa();
         let mut what = match (&self.continuum, &self.grains) {
             (Some(_), Some(_)) => {
@@ -55,11 +54,9 @@ impl Scene {
         if self.grains.as_ref().is_some_and(glued) {
             what += " Thick outlines: glued grains.";
         }
-        if drawn < disks {
-            what += &format!(
-                " Every {}th of {disks} grains is drawn.",
-                disks.div_ceil(DISKS_MAX)
-            );
+        let stride = disks.div_ceil(DISKS_MAX);
+        if stride > 1 {
+            what += &format!(" Every {stride}th of {disks} grains is drawn.");
         }
         let scale = ColourScale {
             quantity: "pressure (MPa)".into(),
@@ -68,17 +65,15 @@ impl Scene {
         };
         let shown = Map::of_middles(extents);
         let svg = maps(&shown, Some(&scale), |panel, _| self.draw(panel, &scale));
-        let alternative = format!(
-            "Map of {disks} grains and {} elements; largest pressure in the continuum {}.",
-            self.continuum
-                .as_ref()
-                .map_or(0, |a| numbers(a, "connectivity").len() / 4),
-            largest.map_or("none".into(), |pa| with_unit(pa, "Pa")),
-        );
+        let elements = self.continuum.iter();
+        let elements: usize = elements.map(|a| numbers(a, "connectivity").len() / 4).sum();
+        let largest = largest.map_or("none".into(), |pa| with_unit(pa, "Pa"));
         Picture {
             file: "scene.svg".into(),
             caption: what,
-            alternative,
+            alternative: format!(
+                "Map of {disks} grains and {elements} elements; largest pressure in the continuum {largest}."
+            ),
             svg,
         }
     }

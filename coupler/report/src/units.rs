@@ -52,11 +52,7 @@ pub(super) fn with_unit(value: f64, unit: &str) -> String {
         return "not a number".into();
     }
     if PLAIN.contains(&unit) {
-        let space = if unit == "°" || unit.is_empty() {
-            ""
-        } else {
-            " "
-        };
+        let space = ["", " "][usize::from(!["", "°"].contains(&unit))];
         return format!("{}{space}{unit}", four(value));
     }
     if value == 0.0 {
@@ -88,10 +84,9 @@ pub fn four(value: f64) -> String {
     }
     let decimals = (3 - size).max(0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
-    } else {
-        text
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
     }
 }
 

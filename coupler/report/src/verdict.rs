@@ -28,11 +28,9 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
     let damage = damage.map_or(String::new(), |damage| {
         format!("<p>{}</p>", escape(&sentence(&damage.to_string())))
     });
+    let (extent, set) = (extent(run), set(run));
     format!(
-        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{}</strong></p>{damage}<p>{}</p></div>{}",
-        ended,
-        extent(run),
-        set(run)
+        "<div class=\"verdict {class}\" role=\"status\"><p><strong>{ended}</strong></p>{damage}<p>{extent}</p></div>{set}"
     )
 }
 
@@ -69,18 +67,11 @@ fn extent(run: &RunFiles) -> String {
     let windows = run.number("windows").unwrap_or(0.0);
     let repeats = run.number("repeats_mean");
     let repeats = repeats.map_or(String::new(), |mean| {
-        format!(
-            ", {} repeat{} each",
-            four(mean),
-            if mean == 1.0 { "" } else { "s" }
-        )
+        let s = if mean == 1.0 { "" } else { "s" };
+        format!(", {} repeat{s} each", four(mean))
     });
-    format!(
-        "{} of simulated time in {} windows{repeats}; it took {}.",
-        with_unit(simulated, "s"),
-        four(windows),
-        span(wall)
-    )
+    let (simulated, windows, wall) = (with_unit(simulated, "s"), four(windows), span(wall));
+    format!("{simulated} of simulated time in {windows} windows{repeats}; it took {wall}.")
 }
 
 /// A balance with its bound and what it means.
@@ -190,16 +181,11 @@ pub(super) fn judged(run: &RunFiles) -> String {
         ]
     });
     let warnings = run.list("warnings").map(|warning| {
-        let text = |key: &str| escape(warning[key].as_str().unwrap_or_default());
-        let number = |key: &str| warning[key].as_f64().map_or(String::new(), four);
-        let code = format!("<code>{}</code>", text("code"));
-        [
-            code,
-            text("where"),
-            number("value"),
-            number("bound"),
-            text("text"),
-        ]
+        let [code, place, text] =
+            ["code", "where", "text"].map(|key| escape(warning[key].as_str().unwrap_or_default()));
+        let [value, bound] =
+            ["value", "bound"].map(|key| warning[key].as_f64().map_or(String::new(), four));
+        [format!("<code>{code}</code>"), place, value, bound, text]
     });
     let warnings = table(["code", "where", "value", "bound", ""], &[2, 3], warnings);
     let mut html = String::new();
