@@ -213,11 +213,8 @@ pub(super) fn cycle_flows(run: &RunFiles) -> Vec<Picture> {
 /// The column of this name, or the first participant's or interface's.
 pub(super) fn column<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     let ending = format!(".{name}");
-    let own = signals.get(name);
-    own.or_else(|| {
-        let found = signals.chosen(|key| key.ends_with(&ending));
-        found.first().map(|(_, numbers)| *numbers)
-    })
+    let found = || Some(signals.chosen(|key| key.ends_with(&ending)).first()?.1);
+    signals.get(name).or_else(found)
 }
 
 /// The same, of a signal that is a number other than zero somewhere.

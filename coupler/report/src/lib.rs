@@ -154,10 +154,8 @@ fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Pic
     let mut all = plots(tables, &curves::wheel());
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(plots(tables, &ledger::loops(&tables.own)));
-    all.extend(curves::traction(
-        run,
-        other.map(|other| (other, name(other))),
-    ));
+    let other = other.map(|other| (other, name(other)));
+    all.extend(curves::traction(run, other));
     all.extend(plots(tables, &[curves::sliding()]));
     all.extend(curves::sliding_over_velocity(&tables.own));
     all

@@ -60,34 +60,26 @@ fn make(run: &RunFiles, bytes: usize) -> Result<String, Error> {
     let attempt = |room: usize| Material::of(run)?.page(run, room);
     let mut room = bytes.saturating_sub(PLAYER.len() + TEXTS);
     let mut made = attempt(room)?;
-    while made.html.len() > bytes && room > 0 {
+    while made.0.len() > bytes && room > 0 {
         room = if room > 10_000 { room / 10 * 9 } else { 0 };
         made = attempt(room)?;
     }
-    let used = made.html.len() as f64 / bytes as f64;
-    if made.whole || used > 0.9 {
-        return Ok(made.html);
+    let (html, whole) = made;
+    let used = html.len() as f64 / bytes as f64;
+    if whole || used > 0.9 {
+        return Ok(html);
     }
-    let more = attempt((0.97 * room as f64 / used) as usize)?;
-    let fits = more.html.len() <= bytes;
-    Ok(if fits { more.html } else { made.html })
+    let (more, _) = attempt((0.97 * room as f64 / used) as usize)?;
+    Ok(if more.len() <= bytes { more } else { html })
 }
 
 /// What makes more frames, of a run that wrote few.
 fn few(files: &FieldFiles) -> Option<String> {
     let moments = &files.moments;
-    let end = moments
-        .iter()
-        .filter_map(|moment| moment.time_s)
-        .fold(0.0, f64::max);
+    let times = moments.iter().filter_map(|moment| moment.time_s);
+    let end = times.fold(0.0, f64::max);
     let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
     (moments.len() < FEW).then(|| format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", moments.len()))
-}
-
-/// A page, and if everything is in it.
-struct Made {
-    html: String,
-    whole: bool,
 }
 
 /// Everything that a run left for a movie.
@@ -116,8 +108,8 @@ impl Material {
         })
     }
 
-    /// The page with as much as fits into so many bytes of data.
-    fn page(mut self, run: &RunFiles, room: usize) -> Result<Made, Error> {
+    /// The page with as much as fits into so many bytes of data, and if everything is in it.
+    fn page(mut self, run: &RunFiles, room: usize) -> Result<(String, bool), Error> {
         let whole = self.scene.content(self.files.moments.len());
         let kept = whole.within(room, self.scene.outline());
         let views = views(&self.scene, self.focus, self.setup.wheel_of.is_some());
@@ -145,8 +137,7 @@ impl Material {
             words: &words,
             more,
         });
-        let whole = kept == whole;
-        Ok(Made { html, whole })
+        Ok((html, kept == whole))
     }
 
     fn words(
@@ -198,10 +189,9 @@ impl Material {
             _ => String::new(),
         };
         let [low, high] = ranges.pressure_pa.map(|pressure| 1e-6 * pressure);
+        let (frames, bodies) = (kept.frames, bodies.join("; "));
         format!(
-            "Animation of {} frames{span}: {}, coloured by pressure from {low} to {high} MPa, with displacements drawn larger than they are.",
-            kept.frames,
-            bodies.join("; ")
+            "Animation of {frames} frames{span}: {bodies}, coloured by pressure from {low} to {high} MPa, with displacements drawn larger than they are."
         )
     }
 }
@@ -232,10 +222,8 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
         true => " and goes through them in a minute",
         false => "",
     };
-    let [elements, grains] = [
-        "elements are drawn, those nearest to the contact, and the outline",
-        "grains are drawn, those nearest to the contact",
-    ];
+    let elements = "elements are drawn, those nearest to the contact, and the outline";
+    let grains = "grains are drawn, those nearest to the contact";
     let moments = "moments are shown, evenly chosen";
     note(kept.frames, whole.frames, moments, minute);
     note(kept.elements, whole.elements, elements, "");
@@ -271,10 +259,9 @@ fn accuracy(scene: &Scene, ranges: &MovieRanges) -> String {
         parts.join(", ")
     );
     if !scene.grains.is_empty() {
-        let lines = format!(
+        text += &format!(
             " Contact forces are the strongest {LINES_MOST} between grains of a frame, those below 1 % of its largest left out."
         );
-        text.push_str(&lines);
     }
     text + " Nothing is interpolated between moments."
 }

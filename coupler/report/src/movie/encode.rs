@@ -48,11 +48,8 @@ impl Codes {
         if self.absent == u32::from(u8::MAX) {
             code = code.clamp(0.0, f64::from(self.absent - 1));
         }
-        if (0.0..f64::from(self.absent)).contains(&code) {
-            code as u32
-        } else {
-            self.absent
-        }
+        let inside = (0.0..f64::from(self.absent)).contains(&code);
+        if inside { code as u32 } else { self.absent }
     }
 
     /// What the page needs to turn codes into numbers that are so many times as large.
@@ -75,13 +72,9 @@ pub fn base64(bytes: impl Iterator<Item = u8>) -> String {
         let byte = |k: usize| u32::from(three.get(k).copied().unwrap_or(0));
         let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
         for letter in 0..4 {
-            let six = bits >> (18 - 6 * letter) & 63;
+            let six = LETTERS[(bits >> (18 - 6 * letter) & 63) as usize];
             let there = letter <= three.len();
-            text.push(if there {
-                LETTERS[six as usize] as char
-            } else {
-                '='
-            });
+            text.push(if there { six as char } else { '=' });
         }
     }
     text

@@ -52,9 +52,8 @@ impl FieldFiles {
     /// # Errors
     /// There are none.
     pub fn of(run: &Path, setup: &Setup) -> Result<FieldFiles, Error> {
-        let folder = run.join("fields");
         let mut record = FieldFiles {
-            folder,
+            folder: run.join("fields"),
             sources: Vec::new(),
             moments: Vec::new(),
         };
@@ -118,10 +117,8 @@ impl FieldFiles {
         };
         let own = present.iter().filter(|file| !longer(file));
         let mut files: Vec<&String> = own.collect();
-        files.sort_by_key(|file| {
-            let modified = self.folder.join(file).metadata().and_then(|m| m.modified());
-            modified.ok()
-        });
+        let modified = |file: &&String| self.folder.join(file).metadata()?.modified();
+        files.sort_by_key(|file| modified(file).ok());
         files.into_iter().map(|file| (file.clone(), None)).collect()
     }
 
@@ -183,11 +180,9 @@ fn participants(present: &BTreeSet<String>, setup: &Setup) -> Vec<String> {
     let mut all = setup.participants.clone();
     let collections = present.iter().filter_map(|file| file.strip_suffix(".pvd"));
     let parts = |name: &&str| [CONTACTS, INTERFACE].iter().any(|end| name.ends_with(end));
-    let others = collections
-        .filter(|name| !parts(name))
-        .filter(|name| !setup.participants.iter().any(|known| known == name));
-    let others: Vec<String> = others.map(String::from).collect();
-    all.extend(others);
+    let known = |name: &&str| setup.participants.iter().any(|known| known == name);
+    let others = collections.filter(|name| !parts(name) && !known(name));
+    all.extend(others.map(String::from));
     all
 }
 

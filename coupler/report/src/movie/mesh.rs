@@ -51,10 +51,8 @@ impl QuadMesh {
 
     /// The edges that belong to one element only.
     pub fn outline(&self) -> Vec<[u32; 2]> {
-        self.outer_edges()
-            .into_iter()
-            .map(|edge| edge.ends)
-            .collect()
+        let edges = self.outer_edges().into_iter();
+        edges.map(|edge| edge.ends).collect()
     }
 
     /// The nodes along a side from left to right: those of outer edges that face up or down more than sideways.
@@ -106,15 +104,14 @@ struct OuterEdge {
 /// The height of a line of nodes at a position, straight between them and constant beyond its ends; `None` without nodes.
 pub fn height(line: &[[f64; 2]], x: f64) -> Option<f64> {
     let next = line.partition_point(|node| node[0] < x);
-    let (Some(left), Some(right)) = (
-        next.checked_sub(1).and_then(|k| line.get(k)),
-        line.get(next),
-    ) else {
-        let end = if next == 0 { line.first() } else { line.last() };
-        return end.map(|node| node[1]);
-    };
-    let share = (x - left[0]) / (right[0] - left[0]);
-    Some(left[1] + share * (right[1] - left[1]))
+    let (before, after) = line.split_at(next);
+    match (before.last(), after.first()) {
+        (Some(left), Some(right)) => {
+            let share = (x - left[0]) / (right[0] - left[0]);
+            Some(left[1] + share * (right[1] - left[1]))
+        }
+        (left, right) => left.or(right).map(|end| end[1]),
+    }
 }
 
 #[cfg(test)]

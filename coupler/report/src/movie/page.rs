@@ -50,7 +50,8 @@ pub fn page(movie: &Movie) -> String {
         ("STATUS", escape(&words.status)),
         ("DESCRIPTION", escape(&words.description)),
         ("NOTES", notes.collect()),
-        ("DATA", script_safe(&data(movie).to_string())),
+        // It ends no script element, whatever its texts are.
+        ("DATA", data(movie).to_string().replace('<', "\\u003c")),
     ];
     let mut html = String::new();
     // One pass: what a scenario puts into a text is never taken for a mark.
@@ -60,11 +61,6 @@ pub fn page(movie: &Movie) -> String {
         html.push_str(value.map_or(part, |(_, value)| value));
     }
     html
-}
-
-/// JSON that ends no script element, whatever its texts are.
-fn script_safe(json: &str) -> String {
-    json.replace('<', "\\u003c")
 }
 
 fn data(movie: &Movie) -> Value {
@@ -87,10 +83,8 @@ fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
     let numbers = |all: &mut dyn Iterator<Item = u32>| whole(all.map(index));
     let at = |k: usize| {
         let up = if k == 1 { body.position.up } else { 0.0 };
-        let values = || {
-            let all = nodes.iter();
-            all.map(|node| body.mesh.nodes[*node as usize][k] + up)
-        };
+        let place = |node: &u32| body.mesh.nodes[*node as usize][k] + up;
+        let values = || nodes.iter().map(place);
         let scale = Codes::fine(of(values()));
         json!([scale.json(1e3), scale.encode(values())])
     };
@@ -118,8 +112,7 @@ fn disks(body: &GrainBody, over: &Over<GrainShot>, movie: &Movie) -> Value {
     let radius = Codes::fine([0.0, ranges.radius_m]);
     let kept = |name: &str| {
         let marks = flags(&body.first, name);
-        let codes = body.kept.iter().map(|grain| u8::from(marks[*grain]));
-        base64(codes)
+        base64(body.kept.iter().map(|grain| u8::from(marks[*grain])))
     };
     let first = over.iter().flatten().next();
     let still = first.map_or(&[][..], |shot| &shot.radius);

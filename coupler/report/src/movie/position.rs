@@ -38,17 +38,14 @@ pub fn beside(
     joint: &JoinedSet,
     grains: &JoinedGrains,
 ) -> Result<MeshPosition, String> {
-    let side = if joint.partner_set == "lid" {
-        MeshSide::Bottom
-    } else {
-        MeshSide::Top
+    let side = match joint.partner_set {
+        "lid" => MeshSide::Bottom,
+        _ => MeshSide::Top,
     };
     let nodes = mesh.side(side);
     let line: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
-    let gaps: Option<Vec<f64>> = grains
-        .of(side)
-        .map(|grain| height(&line, grain[0]).map(|y| grain[1] - y))
-        .collect();
+    let gap = |grain: &[f64; 2]| Some(grain[1] - height(&line, grain[0])?);
+    let gaps: Option<Vec<f64>> = grains.of(side).map(gap).collect();
     let gaps = gaps.filter(|gaps| !gaps.is_empty());
     let gaps = gaps.ok_or("has no glued grains beside it that would tell its place")?;
     let far = gaps.iter().fold(0.0, |far: f64, gap| far.max(gap.abs()));
@@ -86,9 +83,8 @@ impl JoinedGrains {
         let mut free = self.free.clone();
         free.sort_by(|a, b| a[0].total_cmp(&b[0]));
         self.glued.iter().filter(move |grain| {
-            let below = self
-                .middle(&free, grain[0])
-                .is_none_or(|middle| grain[1] < middle);
+            let middle = self.middle(&free, grain[0]);
+            let below = middle.is_none_or(|middle| grain[1] < middle);
             below == (side == MeshSide::Top)
         })
     }

@@ -50,12 +50,10 @@ impl Scene {
         let mut scene = Scene::default();
         for source in files.sources.iter().filter(|source| source.grains) {
             if let Some(first) = scene.first(files, source) {
-                let kept = (0..points(&first).len()).collect();
-                let source = source.clone();
                 scene.grains.push(GrainBody {
-                    source,
+                    source: source.clone(),
+                    kept: (0..points(&first).len()).collect(),
                     first,
-                    kept,
                 });
             }
         }
@@ -91,27 +89,24 @@ impl Scene {
             return;
         };
         let Some(mesh) = QuadMesh::of(&first) else {
-            self.note(format!(
-                "`{name}` is not drawn: its cells are no quadrilaterals"
-            ));
-            return;
+            let why = "its cells are no quadrilaterals";
+            return self.note(format!("`{name}` is not drawn: {why}"));
         };
-        match self.position(&mesh, setup, name, only) {
-            Err(why) => self.note(format!("`{name}` is not drawn: it {why}")),
-            Ok(position) => {
-                let notes = position.note.iter();
-                self.notes
-                    .extend(notes.map(|note| format!("`{name}` {note}")));
-                let partner = setup.partner(name).map(|joint| joint.partner.to_string());
-                self.meshes.push(MeshBody {
-                    kept: (0..mesh.quads.len()).collect(),
-                    source: source.clone(),
-                    partner: partner.filter(|_| position.carries.is_some()),
-                    mesh,
-                    position,
-                });
-            }
-        }
+        let position = match self.position(&mesh, setup, name, only) {
+            Err(why) => return self.note(format!("`{name}` is not drawn: it {why}")),
+            Ok(position) => position,
+        };
+        let note = position.note.as_ref();
+        self.notes
+            .extend(note.map(|note| format!("`{name}` {note}")));
+        let partner = setup.partner(name).map(|joint| joint.partner.to_string());
+        self.meshes.push(MeshBody {
+            kept: (0..mesh.quads.len()).collect(),
+            source: source.clone(),
+            partner: partner.filter(|_| position.carries.is_some()),
+            mesh,
+            position,
+        });
     }
 
     fn position(
@@ -195,12 +190,12 @@ impl Scene {
 fn middle(bearing: &[([f64; 2], f64)]) -> [f64; 2] {
     let mean = |weight: &dyn Fn(f64) -> f64| {
         let sum: f64 = bearing.iter().map(|(_, pressure)| weight(*pressure)).sum();
-        let part = |k: usize| {
-            let parts = bearing.iter();
-            let parts = parts.map(|(at, pressure)| weight(*pressure) * at[k]);
-            parts.sum::<f64>()
+        let parts = |k: usize| {
+            bearing
+                .iter()
+                .map(move |(at, pressure)| weight(*pressure) * at[k])
         };
-        (sum > 0.0).then(|| [part(0) / sum, part(1) / sum])
+        (sum > 0.0).then(|| [0, 1].map(|k| parts(k).sum::<f64>() / sum))
     };
     let borne = mean(&|pressure| pressure.max(0.0).powi(2));
     borne.or_else(|| mean(&|_| 1.0)).unwrap_or_default()
@@ -244,7 +239,7 @@ impl MeshBody {
 
     /// The line of nodes that carries what lies along it: grains, or the wheel on top.
     pub fn line(&self) -> Vec<u32> {
-        self.mesh
-            .side(self.position.carries.unwrap_or(MeshSide::Top))
+        let side = self.position.carries.unwrap_or(MeshSide::Top);
+        self.mesh.side(side)
     }
 }

@@ -52,10 +52,9 @@ impl Track {
             let ends = ["interface_fx_n", "interface_fy_n"];
             let forces = columns.chosen(|name| ends.iter().any(|end| name.ends_with(end)));
             signals.extend(forces.into_iter().map(|(name, values)| {
+                let name = name.trim_end_matches("_n");
                 Signal {
-                    label: name
-                        .trim_end_matches("_n")
-                        .replace("interface_f", "interface force "),
+                    label: name.replace("interface_f", "interface force "),
                     unit: "N",
                     values: values.to_vec(),
                 }
@@ -98,10 +97,8 @@ impl Track {
     /// The signals for the strip.
     pub fn strip(&self) -> Value {
         let json = |signal: &Signal| {
-            let rows = extremes(&signal.values);
-            let points = rows
-                .into_iter()
-                .filter_map(|row| Some([1e3 * self.times_s.get(row)?, *signal.values.get(row)?]));
+            let point = |row| Some([1e3 * self.times_s.get(row)?, *signal.values.get(row)?]);
+            let points = extremes(&signal.values).into_iter().filter_map(point);
             json!({
                 "label": signal.label,
                 "unit": signal.unit,
