@@ -57,9 +57,8 @@ impl Recording {
 
     /// Messages of the first so many blocks.
     fn before(&self, blocks: u64) -> usize {
-        let last = (blocks as usize).checked_sub(1);
-        last.and_then(|last| self.ends.get(last))
-            .map_or(0, |end| *end)
+        let end = |blocks: usize| self.ends.get(blocks.checked_sub(1)?);
+        end(blocks as usize).copied().unwrap_or(0)
     }
 }
 

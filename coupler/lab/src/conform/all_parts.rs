@@ -34,9 +34,8 @@ pub fn repeats(trial: &RuleTrial) -> RuleFinding {
     for (index, answer) in first.iter().enumerate() {
         let (window, repeat) = (index / 2, index % 2);
         if let Some(why) = difference(&trial.plain.answers[window], answer) {
-            return broken(format!(
-                "window {window}, iteration {repeat}: the answer {why}"
-            ));
+            let place = format!("window {window}, iteration {repeat}");
+            return broken(format!("{place}: the answer {why}"));
         }
     }
     trial.compare_life(&last)
@@ -84,11 +83,10 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
     let names: Vec<&String> = own.signals.iter().chain(terms).collect();
     let due = names.len();
     for (window, report) in trial.plain.reports.iter().enumerate() {
-        if report.len() != due {
-            return broken(format!(
-                "window {window}: {} values, {due} were announced",
-                report.len()
-            ));
+        let came = report.len();
+        if came != due {
+            let why = format!("{came} values, {due} were announced");
+            return broken(format!("window {window}: {why}"));
         }
         if let Some(at) = report.iter().position(|value| !value.is_finite()) {
             let (name, value) = (names[at], report[at]);
@@ -106,11 +104,8 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
 
 /// The work that it books against the work that was exchanged.
 pub fn work(trial: &RuleTrial) -> RuleFinding {
-    let booked = |role: &Role| {
-        let mut terms = trial.tested.description.ledger.iter();
-        terms.any(|t| t.role == *role)
-    };
-    let offers = booked(&Role::InterfaceWork);
+    let mut terms = trial.tested.description.ledger.iter();
+    let offers = terms.any(|term| term.role == Role::InterfaceWork);
     offered(offers, "its ledger has no term `interface_work`")?;
     let (mut exchanged, mut sizes, mut worst) = (0.0, 0.0, (0.0, 0));
     for (index, answer) in trial.plain.answers.iter().enumerate() {

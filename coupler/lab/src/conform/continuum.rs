@@ -43,13 +43,7 @@ pub fn early(trial: &RuleTrial) -> RuleFinding {
 const LOADS: u64 = 2;
 
 /// Motions under one force that stays: of two windows, and of one that is as long as both.
-struct Pair {
-    first: Vec<f64>,
-    second: Vec<f64>,
-    both: Vec<f64>,
-}
-
-fn pair(trial: &RuleTrial) -> Result<Pair, Error> {
+fn pair(trial: &RuleTrial) -> Result<[Vec<f64>; 3], Error> {
     let load = trial.loads.of_window(0, 0);
     let mut launch = trial.begin()?;
     let (first, _) = launch.go(&launch.window(0), &load)?;
@@ -57,20 +51,16 @@ fn pair(trial: &RuleTrial) -> Result<Pair, Error> {
     let clock = &trial.tested.clock;
     let long = clock.window(0, 0, 2 * clock.substeps);
     let both = trial.begin()?.ask(&long, &load)?;
-    Ok(Pair {
-        first,
-        second,
-        both,
-    })
+    Ok([first, second, both])
 }
 
 /// The second of two windows, against the whole motion of both.
 pub fn increments(trial: &RuleTrial) -> RuleFinding {
-    let pair = pair(trial)?;
-    let sum = minus(&pair.both, &pair.first);
+    let [first, second, both] = pair(trial)?;
+    let sum = minus(&both, &first);
+    let off = greatest(&minus(&second, &sum)) / greatest(&both);
     // A body that does not move on has increments of zero, and its totals are those of the first window.
-    let off = greatest(&minus(&pair.second, &sum)) / greatest(&pair.both);
-    let total = apart(&pair.second, &pair.both);
+    let total = apart(&second, &both);
     if total < off {
         return broken(format!(
             "the second of two windows is answered with the motion of both, as far as {total:.1e}: these are displacements since the start"
@@ -85,15 +75,14 @@ pub fn increments(trial: &RuleTrial) -> RuleFinding {
 pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.step_s.is_some();
     offered(offers, "it has no step of its own: a window is one")?;
-    let pair = pair(trial)?;
-    let windows = pair.first.iter().zip(&pair.second);
-    let sum: Vec<f64> = windows.map(|(a, b)| a + b).collect();
+    let [first, second, both] = pair(trial)?;
+    let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+    let one = trial.tested.clock.substeps;
     let what = format!(
-        "windows of {0} + {0} and of {1} substeps differ by",
-        trial.tested.clock.substeps,
-        2 * trial.tested.clock.substeps
+        "windows of {one} + {one} and of {} substeps differ by",
+        2 * one
     );
-    within(&what, apart(&sum, &pair.both), ROUNDING)
+    within(&what, apart(&sum, &both), ROUNDING)
 }
 
 /// The motion under a load, less that without one.
@@ -126,10 +115,8 @@ pub fn passive(trial: &RuleTrial) -> RuleFinding {
 
 /// Columns against the answers to forces, for whole and half windows.
 pub fn columns(trial: &RuleTrial) -> RuleFinding {
-    offered(
-        trial.tested.description.capabilities.columns,
-        "it has no columns",
-    )?;
+    let offers = trial.tested.description.capabilities.columns;
+    offered(offers, "it has no columns")?;
     let clock = &trial.tested.clock;
     let half = clock.substeps / 2;
     let mut worst = 0.0;
@@ -146,11 +133,8 @@ pub fn columns(trial: &RuleTrial) -> RuleFinding {
         let off = apart(expected.as_slice(), &moved);
         worst = larger(worst, off);
     }
-    within(
-        "columns times a load differ from the answer to it by",
-        worst,
-        LINEAR,
-    )
+    let what = "columns times a load differ from the answer to it by";
+    within(what, worst, LINEAR)
 }
 
 /// Velocities that go up in a straight line and stay.
@@ -202,9 +186,8 @@ pub fn select(trial: &RuleTrial) -> RuleFinding {
         return not_tested("it has one point");
     }
     let pick = |vector: &[f64]| -> Vec<f64> {
-        let components = vector.iter().enumerate();
-        let components = components.filter(|(i, _)| chosen(i / 2));
-        components.map(|(_, value)| *value).collect()
+        let components = (0..vector.len()).filter(|i| chosen(i / 2));
+        components.map(|i| vector[i]).collect()
     };
     let mut all = trial.begin()?;
     let mut some = Launch::exchanging(trial.tested, 1, chosen)?;
@@ -220,9 +203,7 @@ pub fn select(trial: &RuleTrial) -> RuleFinding {
         let (part, _) = some.go(&window, &own)?;
         worst = larger(worst, apart(&part, &pick(&whole)));
     }
-    let what = format!(
-        "{} of {points} points answer otherwise by",
-        points.div_ceil(2)
-    );
+    let some = points.div_ceil(2);
+    let what = format!("{some} of {points} points answer otherwise by");
     within(&what, worst, ROUNDING)
 }

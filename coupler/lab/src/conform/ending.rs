@@ -28,21 +28,17 @@ pub fn farewell(trial: &RuleTrial) -> RuleFinding {
         (Part::MotionDriven, _) | (_, None) => WINDOWS,
         _ => WINDOWS * u64::from(tested.clock.substeps),
     };
-    if outcome.steps < due {
-        return broken(format!(
-            "it counts {} steps, {due} were committed",
-            outcome.steps
-        ));
+    let (steps, hash) = (outcome.steps, &outcome.state_hash);
+    if steps < due {
+        return broken(format!("it counts {steps} steps, {due} were committed"));
     }
-    let hash = &outcome.state_hash;
     if hash.is_empty() && !tested.description.capabilities.resume {
         return Ok("it has no hash of its state, and no checkpoints".into());
     }
     if hash.len() != 64 || !hash.chars().all(|c| c.is_ascii_hexdigit()) {
-        return broken(format!(
-            "its state hash `{}` is not of 64 hexadecimal digits",
-            hash.escape_debug()
-        ));
+        let hash = hash.escape_debug();
+        let why = format!("its state hash `{hash}` is not of 64 hexadecimal digits");
+        return broken(why);
     }
     let other = trial.live(1, &mut |launch, window, _| {
         let load = trial.loads.of_window(window.index, 1);
@@ -54,7 +50,7 @@ pub fn farewell(trial: &RuleTrial) -> RuleFinding {
             "another load led to other answers and to the same state hash: it must be over every number that can change a later bit",
         );
     }
-    Ok(format!("{} steps", outcome.steps))
+    Ok(format!("{steps} steps"))
 }
 
 /// Times of the farewell against the launch.
@@ -139,10 +135,9 @@ pub fn shutdown(trial: &RuleTrial) -> RuleFinding {
     let mut launch = trial.begin()?;
     launch.hang_up();
     if launch.outlives(NOTICE) {
-        return broken(format!(
-            "it lives on {} s after the coordinator has closed the connection",
-            NOTICE.as_secs()
-        ));
+        let s = NOTICE.as_secs();
+        let why = format!("it lives on {s} s after the coordinator has closed the connection");
+        return broken(why);
     }
     Ok("after SIGTERM, after its farewell, and when the coordinator has gone".into())
 }

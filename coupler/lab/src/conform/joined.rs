@@ -30,12 +30,8 @@ pub fn joins(tested: &TestedParticipant) -> RuleFinding {
         if let Some(warning) = plausible::surfaces(bounds, patch).first() {
             return broken(warning.line());
         }
-        said.push(format!(
-            "`{}`: {} nodes, {} points",
-            patch.name,
-            patch.nodes.len(),
-            patch.points.len()
-        ));
+        let (nodes, points) = (patch.nodes.len(), patch.points.len());
+        said.push(format!("`{}`: {nodes} nodes, {points} points", patch.name));
     }
     Ok(said.join(", "))
 }

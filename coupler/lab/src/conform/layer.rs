@@ -70,9 +70,8 @@ pub fn convergence(trial: &RuleTrial) -> RuleFinding {
         };
         let refuse = |why: String| broken(format!("window {index}: {why}"));
         if !(iterations >= 0.0 && residual >= 0.0 && [0.0, 1.0].contains(&converged)) {
-            return refuse(format!(
-                "iterations {iterations}, residual {residual}, converged {converged}"
-            ));
+            let told = format!("iterations {iterations}, residual {residual}");
+            return refuse(format!("{told}, converged {converged}"));
         }
         if converged == 0.0 {
             return refuse(format!(

@@ -92,8 +92,7 @@ impl<'a> RuleTrial<'a> {
             ("report", &self.plain.reports, reports),
         ];
         for (what, plain, other) in pairs {
-            for (index, other) in other.iter().enumerate() {
-                let window = first + index;
+            for (window, other) in (first..).zip(other) {
                 if let Some(why) = difference(&plain[window], other) {
                     return broken(format!("window {window}: the {what} {why}"));
                 }
@@ -225,11 +224,8 @@ fn loads(tested: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
         }
         Part::MotionDriven => {
             let radius_m = mean(&surface.radius_m);
-            let size_m = if radius_m > 0.0 {
-                2.0 * radius_m
-            } else {
-                spacing_m
-            };
+            let round = radius_m > 0.0;
+            let size_m = if round { 2.0 * radius_m } else { spacing_m };
             let direction = into(tested).unwrap_or([0.0, 1.0]);
             TrialLoads::velocities(points, size_m, direction, tested.clock.window_s())
         }
@@ -239,19 +235,14 @@ fn loads(tested: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
 
 /// The first difference of two vectors in their bits.
 pub fn difference(plain: &[f64], other: &[f64]) -> Option<String> {
-    if plain.len() != other.len() {
-        return Some(format!(
-            "has {} numbers instead of {}",
-            other.len(),
-            plain.len()
-        ));
+    let (came, due) = (other.len(), plain.len());
+    if came != due {
+        return Some(format!("has {came} numbers instead of {due}"));
     }
     let mut pairs = plain.iter().zip(other);
     let at = pairs.position(|(one, two)| one.to_bits() != two.to_bits())?;
-    Some(format!(
-        "has {:e} instead of {:e} at entry {at}",
-        other[at], plain[at]
-    ))
+    let (came, due) = (other[at], plain[at]);
+    Some(format!("has {came:e} instead of {due:e} at entry {at}"))
 }
 
 /// Sum of products.

@@ -137,10 +137,9 @@ pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
 /// Holds if the value is at most the bound.
 pub fn within(what: &str, value: f64, bound: f64) -> RuleFinding {
     let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
-    if exceeds(value, bound) {
-        broken(said)
-    } else {
-        Ok(said)
+    match exceeds(value, bound) {
+        true => broken(said),
+        false => Ok(said),
     }
 }
 

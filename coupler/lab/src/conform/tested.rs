@@ -103,10 +103,9 @@ pub enum Part {
 impl Part {
     /// The part of a participant that is joined with others.
     pub fn joined(description: &Description) -> Part {
-        if description.capabilities.advance {
-            Part::ForceDriven
-        } else {
-            Part::MotionDriven
+        match description.capabilities.advance {
+            true => Part::ForceDriven,
+            false => Part::MotionDriven,
         }
     }
 }
@@ -184,8 +183,8 @@ fn step_of_other_side(
     let mut all = launcher.scenario().participant.iter();
     let names = interface.participants();
     let other = all.find(|other| other.name != participant.name && names.contains(&&*other.name));
-    let other = other
-        .ok_or_else(|| Refusal::from(Unfit::interface(&interface.name, "joins one participant")))?;
+    let alone = || Refusal::from(Unfit::interface(&interface.name, "joins one participant"));
+    let other = other.ok_or_else(alone)?;
     let (_, greeted) = launcher.launch(other, 1)?;
     Ok(step_of(interface, &other.name, greeted.description.step_s)?)
 }

@@ -40,22 +40,18 @@ pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
 
 /// An SVG of the drift over the windows.
 pub fn picture(drift: &[Drift]) -> String {
-    let curves: Vec<PlotCurve> = DRAWN
-        .iter()
-        .enumerate()
-        .map(|(style, (kind, label))| {
-            let windows = by_window(drift, *kind).into_iter();
-            let finite = windows.filter(|(_, rel)| rel.is_finite());
-            PlotCurve {
-                label: label.to_string(),
-                points: finite
-                    .map(|(window, rel)| (window as f64, rel.max(FLOOR)))
-                    .collect(),
-                style,
-            }
-        })
-        .filter(|curve| !curve.points.is_empty())
-        .collect();
+    let curves = DRAWN.iter().enumerate().map(|(style, (kind, label))| {
+        let windows = by_window(drift, *kind).into_iter();
+        let finite = windows.filter(|(_, rel)| rel.is_finite());
+        let points = finite.map(|(window, rel)| (window as f64, rel.max(FLOOR)));
+        PlotCurve {
+            label: label.to_string(),
+            points: points.collect(),
+            style,
+        }
+    });
+    let drawn = curves.filter(|curve| !curve.points.is_empty());
+    let curves: Vec<PlotCurve> = drawn.collect();
     let along = "window (open loop: the other side says what it said before)";
     plot([along, "largest deviation, relative"], true, &curves)
 }
