@@ -86,17 +86,21 @@ const FAULTS: [(&str, Option<f64>, Fault); 18] = [
     }),
     ("coordinator killed", AT_ONCE, kills::coordinator),
     ("everything killed", AT_ONCE, kills::everything),
-    ("participant stopped for 1 s", None, |t| {
-        stops::participant_for(t, 1.0)
-    }),
+    (
+        "participant stopped for 1 s",
+        None,
+        stops::participant_for_1_s,
+    ),
     (
         "participant stopped for ever",
         BY_DEADLINE,
         stops::participant_for_ever,
     ),
-    ("coordinator stopped for 3 s", None, |t| {
-        stops::coordinator_for(t, 3.0)
-    }),
+    (
+        "coordinator stopped for 3 s",
+        None,
+        stops::coordinator_for_3_s,
+    ),
     (
         "coordinator stopped for ever",
         BY_DEADLINE,

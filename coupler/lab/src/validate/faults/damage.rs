@@ -66,10 +66,9 @@ pub fn log(trial: &mut FaultTrial) -> FaultResult {
 pub fn checkpoint(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
     let all = file::list(&trial.path("out").join(FOLDER));
-    let skipped = if trial.index.is_multiple_of(2) {
-        0
-    } else {
-        all.len().saturating_sub(1)
+    let skipped = match trial.index % 2 {
+        0 => 0,
+        _ => all.len().saturating_sub(1),
     };
     for found in &all[skipped..] {
         let harms = [Harm::Flip, Harm::Cut];

@@ -29,11 +29,11 @@ fn pause(trial: &mut FaultTrial, time_s: f64) -> Result<(), Wrong> {
 }
 
 /// Stops a participant for a while. Right: the run completes bit-equal.
-pub fn participant_for(trial: &mut FaultTrial, time_s: f64) -> FaultResult {
+pub fn participant_for_1_s(trial: &mut FaultTrial) -> FaultResult {
     trial.begin(&[])?;
     if let Some(pid) = trial.participant(trial.participant_name())? {
         send(pid, Signal::SIGSTOP);
-        pause(trial, time_s)?;
+        pause(trial, 1.0)?;
         send(pid, Signal::SIGCONT);
     }
     completed(trial)
@@ -69,10 +69,10 @@ pub fn participant_for_ever(trial: &mut FaultTrial) -> FaultResult {
 
 /// Stops the coordinator for longer than it would wait for an answer. Right: the run completes bit-equal, it has waited for
 /// nobody.
-pub fn coordinator_for(trial: &mut FaultTrial, time_s: f64) -> FaultResult {
+pub fn coordinator_for_3_s(trial: &mut FaultTrial) -> FaultResult {
     trial.begin(&[])?;
     trial.signal(Signal::SIGSTOP);
-    pause(trial, time_s)?;
+    pause(trial, 3.0)?;
     trial.signal(Signal::SIGCONT);
     completed(trial)
 }

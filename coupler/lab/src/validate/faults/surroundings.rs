@@ -81,11 +81,10 @@ pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
     let detection_s = start.elapsed().as_secs_f64();
     match status.code() {
         Some(0) => trial.completed(),
-        Some(129) if hung_up => Ok(FaultOutcome::after(
-            detection_s,
-            "ended in order",
-            resumes(trial)?,
-        )),
+        Some(129) if hung_up => {
+            let lost = resumes(trial)?;
+            Ok(FaultOutcome::after(detection_s, "ended in order", lost))
+        }
         _ => Err(format!("{status} {}", trial.log()).into()),
     }
 }

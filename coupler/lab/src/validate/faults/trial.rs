@@ -232,15 +232,15 @@ impl FaultTrial<'_> {
     /// Waits for the end of what was started last.
     pub fn end(&mut self) -> Result<ExitStatus, Wrong> {
         let start = Instant::now();
-        let mut status = None;
-        while status.is_none() {
+        loop {
             self.look(start)?;
             let child = self.child.as_mut().expect("it was started");
             let waited = child.try_wait();
-            status = waited.map_err(Error::input("waiting for a process"))?;
+            if let Some(status) = waited.map_err(Error::input("waiting for a process"))? {
+                self.child = None;
+                return Ok(status);
+            }
         }
-        self.child = None;
-        Ok(status.expect("it ended"))
     }
 
     /// Pauses for a moment; refuses to do so for ever, and after a signal.
@@ -365,9 +365,9 @@ impl FaultTrial<'_> {
     pub fn hashes(&self, out: &str) -> [Value; 2] {
         let summary = self.json(&format!("{out}/summary.json"));
         let completed = summary["exit_code"] == 0;
-        ["exchange", "state"].map(|of| {
-            let hash = completed.then(|| summary["hashes"][of].clone());
-            hash.unwrap_or_default()
+        ["exchange", "state"].map(|of| match completed {
+            true => summary["hashes"][of].clone(),
+            false => Value::Null,
         })
     }
 

@@ -96,30 +96,6 @@ struct State {
     v: Vec<f64>,
 }
 
-impl State {
-    fn outcome(&self) -> Outcome {
-        let mut hasher = blake3::Hasher::new();
-        for value in self.u.iter().chain(&self.v) {
-            hasher.update(&value.to_le_bytes());
-        }
-        Outcome {
-            state_hash: hasher.finalize().to_hex().to_string(),
-            ..Outcome::default()
-        }
-    }
-}
-
-/// A point of a set at a position of its own.
-fn point(x_m: f64, mass_kg: f64) -> Surface {
-    Surface {
-        x_m: vec![x_m],
-        y_m: vec![0.0],
-        mass_kg: vec![mass_kg],
-        radius_m: vec![0.0],
-        length_m: vec![1.0],
-    }
-}
-
 /// A mass on a spring, or masses on a compliant boundary: what it describes decides what it is asked for.
 #[derive(Default)]
 struct Body {
@@ -201,7 +177,13 @@ impl Node for Body {
         };
         self.committed.u.extend([0.0; 2]);
         self.committed.v.extend([velocity, 0.25 * velocity]);
-        Ok(point(0.0, mass_kg))
+        Ok(Surface {
+            x_m: vec![0.0],
+            y_m: vec![0.0],
+            mass_kg: vec![mass_kg],
+            radius_m: vec![0.0],
+            length_m: vec![1.0],
+        })
     }
 
     fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
@@ -281,6 +263,13 @@ impl Node for Body {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        Ok(self.committed.outcome())
+        let mut hasher = blake3::Hasher::new();
+        for value in self.committed.u.iter().chain(&self.committed.v) {
+            hasher.update(&value.to_le_bytes());
+        }
+        Ok(Outcome {
+            state_hash: hasher.finalize().to_hex().to_string(),
+            ..Outcome::default()
+        })
     }
 }

@@ -66,17 +66,15 @@ impl Simulation {
             let options = RunOptions::quiet(Some(out.path()), &registry, PROGRAM.as_ref());
             let ended = run(&loaded, &options);
             let end = hashes(ended)?;
-            let mut reference = Reference {
-                loaded,
-                end,
-                messages: 0,
-            };
-            let (ended, traces) = attempt(&reference.loaded, NetworkFaults::none(), wrap, None);
-            reference.messages = traces.messages;
-            if hashes(ended)? != reference.end {
+            let (ended, traces) = attempt(&loaded, NetworkFaults::none(), wrap, None);
+            if hashes(ended)? != end {
                 return Err("a simulated network in fair weather changes the bits".into());
             }
-            Ok(reference)
+            Ok(Reference {
+                loaded,
+                end,
+                messages: traces.messages,
+            })
         });
         Ok(Simulation {
             references: references.collect::<Result<_, String>>()?,
@@ -89,12 +87,8 @@ impl Simulation {
         let reference = &self.references[(seed % self.references.len() as u64) as usize];
         let network_faults = NetworkFaults::new(seed, reference.messages);
         let out = Scratch::in_memory("schedule", fresh_run_id());
-        let (ended, traces) = attempt(
-            &reference.loaded,
-            network_faults,
-            self.wrap,
-            Some(out.path()),
-        );
+        let (loaded, place) = (&reference.loaded, Some(out.path()));
+        let (ended, traces) = attempt(loaded, network_faults, self.wrap, place);
         let judged = self.judge(reference, ended, &traces, out.path());
         judged.map_err(|why| format!("schedule {seed}, faults {:?}: {why}", traces.faults))
     }
@@ -206,13 +200,8 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
         Ok(Peer::new(&participant.name, link, OtherEnd::Simulated(end)))
     });
     let peers = peers.collect::<Result<_, Error>>()?;
-    Ok(Peers::new(
-        peers,
-        None,
-        launcher.run_id,
-        scenario,
-        Watch::default(),
-    ))
+    let (run_id, watch) = (launcher.run_id, Watch::default());
+    Ok(Peers::new(peers, None, run_id, scenario, watch))
 }
 
 /// Exit code and hashes of a run that came to its end.
