@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use super::common::ScenarioArguments;
-use super::start::options;
+use super::start::rehearse;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell;
 use coordinator::participants::Registry;
-use coordinator::run::session::{RunBudget, fresh_run_id, run};
+use coordinator::run::session::RunBudget;
 use coordinator::rundir::BUILD;
 use coordinator::scenario::load::Loaded;
-use kit::scratch::Scratch;
 use study::budget::{Budget, Candidate, SceneSettings, covering};
 
 /// Arguments that choose the fidelity of a run.
@@ -62,13 +61,11 @@ impl BudgetArguments {
             }
         };
         tell(&choice.words(chosen));
-        Ok((
-            scenario.with(&chosen.setting.set)?,
-            Some(RunBudget {
-                told: choice.told(chosen, text, wall_s),
-                wall_s: limit,
-            }),
-        ))
+        let budget = RunBudget {
+            told: choice.told(chosen, text, wall_s),
+            wall_s: limit,
+        };
+        Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
     }
 }
 
@@ -108,11 +105,7 @@ fn within_wall<'a, 'b>(
 
 /// Wall-clock time of a run, as its first second foretells it. A run that is over within that second takes no longer.
 fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Result<f64, Error> {
-    let scratch = Scratch::new("budget", fresh_run_id());
-    let mut options = options(Some(scratch.path()), threads, registry)?;
-    options.progress = false;
-    options.dry_run = true;
-    let ended = run(loaded, &options)?;
+    let ended = rehearse(loaded, threads, registry)?;
     let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
     match (told, ended.error) {
         (Some(told), _) => Ok(told.wall_s),

@@ -3,17 +3,16 @@
 use serde_json::Value;
 
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
-use super::start::options;
+use super::start::rehearse;
 use coordinator::cost::prediction::CostPrediction;
 use coordinator::error::Error;
 use coordinator::participants::Registry;
 use coordinator::plausible::Warning;
 use coordinator::run::check::check as check_scenario;
-use coordinator::run::session::{Ended, fresh_run_id, run};
+use coordinator::run::session::Ended;
 use coordinator::scenario::load::Loaded;
 use coordinator::scenario::schema::schema;
 use coordinator::summary::Summary;
-use kit::scratch::Scratch;
 
 /// Set-up (s) that a check waits for: a large sample that is not kept yet takes minutes.
 const SETUP_S: f64 = 8.0;
@@ -58,13 +57,9 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         ))?;
         return Ok(0);
     }
-    let scratch = Scratch::new("check", fresh_run_id());
-    let mut options = options(Some(scratch.path()), threads, registry)?;
-    options.progress = false;
-    options.dry_run = true;
     let deadlines = &mut loaded.scenario.run.deadlines;
     deadlines.setup_s = deadlines.setup_s.min(SETUP_S);
-    let (lines, refused) = foretold(run(&loaded, &options)?)?;
+    let (lines, refused) = foretold(rehearse(&loaded, threads, registry)?)?;
     for line in lines {
         print(&line)?;
     }
@@ -86,23 +81,14 @@ fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     let early = summary.warnings.iter().filter(early);
     let foreseen = summary.foreseen.iter().cloned();
     let mut lines: Vec<String> = early.map(Warning::line).chain(foreseen).collect();
-    match (
-        summary.spent.as_ref().and_then(|spent| spent.told),
-        ended.error,
-    ) {
+    let told = summary.spent.as_ref().and_then(|spent| spent.told);
+    match (told, ended.error) {
         (_, Some(error @ Error::Interrupted { .. })) => Err(error),
         (Some(cost), _) => {
             lines.extend(cost_lines(summary, &cost));
             Ok((lines, None))
         }
-        (
-            None,
-            Some(Error::Deadline {
-                peer,
-                key: "setup_s",
-                ..
-            }),
-        ) => {
+        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
             lines.push(format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
             ));
@@ -127,11 +113,10 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
         let each_us = |key: &str| 1e6 * number(&coupling[key]) / cost.windows as f64;
         let logged = value["log"]["messages"].as_u64();
         let messages = logged.map(|count| format!(", {count} messages until then"));
+        let messages = messages.unwrap_or_default();
+        let [own, wait] = ["own_wall_s", "wait_s"].map(each_us);
         lines.push(format!(
-            "cost: coupler: {:.0} us of its own and {:.0} us of waiting for frames a window{}",
-            each_us("own_wall_s"),
-            each_us("wait_s"),
-            messages.unwrap_or_default()
+            "cost: coupler: {own:.0} us of its own and {wait:.0} us of waiting for frames a window{messages}"
         ));
     }
     lines.push(format!(

@@ -55,23 +55,17 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         return Err(damage.into());
     }
     let origin = restart_point(run, &loaded, arguments.from)?;
-    match &origin {
-        Some(origin) => tell(&format!("goes on from {}", origin.path.display())),
-        None => tell(&format!(
-            "{}: no checkpoint to go on from, the run begins again",
-            run.display()
-        )),
-    }
-    let mut options = options(
-        arguments.out.as_deref(),
-        threads(arguments.threads),
-        registry,
-    )?;
+    let begins = "no checkpoint to go on from, the run begins again";
+    tell(&match &origin {
+        Some(origin) => format!("goes on from {}", origin.path.display()),
+        None => format!("{}: {begins}", run.display()),
+    });
+    let (out, threads) = (arguments.out.as_deref(), threads(arguments.threads));
+    let mut options = options(out, threads, registry)?;
+    options.progress = true;
     options.strict = arguments.ending.strict;
-    conclude(
-        run_from(&loaded, &options, origin.as_ref())?,
-        arguments.ending,
-    )
+    let ended = run_from(&loaded, &options, origin.as_ref())?;
+    conclude(ended, arguments.ending)
 }
 
 /// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.

@@ -7,7 +7,9 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use super::common::own_program;
 use coordinator::error::Error;
 use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::RunOptions;
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
+use coordinator::scenario::load::Loaded;
+use kit::scratch::Scratch;
 
 /// Options of a run that is started here and shows its progress.
 pub(super) fn options<'a>(
@@ -18,9 +20,20 @@ pub(super) fn options<'a>(
     Ok(RunOptions {
         threads,
         watch: listen()?,
-        progress: true,
         ..RunOptions::quiet(out, registry, &own_program()?)
     })
+}
+
+/// Runs the first windows of a scenario, which foretell its cost, in a folder that does not stay.
+pub(super) fn rehearse(
+    loaded: &Loaded,
+    threads: usize,
+    registry: &Registry,
+) -> Result<Ended, Error> {
+    let scratch = Scratch::new("rehearsal", fresh_run_id());
+    let mut options = options(Some(scratch.path()), threads, registry)?;
+    options.dry_run = true;
+    run(loaded, &options)
 }
 
 /// Signals that end a run in order.

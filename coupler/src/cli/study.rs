@@ -195,9 +195,7 @@ fn threads_of(plan: &Plan) -> u16 {
 }
 
 fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {
-    let mut options = options(None, threads_of(plan).into(), registry)?;
-    options.progress = false;
-    Ok(options)
+    options(None, threads_of(plan).into(), registry)
 }
 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
