@@ -33,24 +33,11 @@ enum Language {
 }
 
 /// Files of a participant, with the name that they have here.
-type Files = &'static [(&'static str, &'static str)];
+/// Files of the skeleton in Rust, which is a shipped scene.
+const RUST: [&str; 3] = ["Cargo.toml", "src/main.rs", "scenario.toml"];
 
-const RUST: Files = &[
-    (
-        "Cargo.toml",
-        include_str!("../../../scenarios/foreign/rust-bed/Cargo.toml"),
-    ),
-    (
-        "src/main.rs",
-        include_str!("../../../scenarios/foreign/rust-bed/src/main.rs"),
-    ),
-    (
-        "scenario.toml",
-        include_str!("../../../scenarios/foreign/rust-bed/scenario.toml"),
-    ),
-];
-
-const PYTHON: Files = &[
+/// Files of the skeleton in Python.
+const PYTHON: [(&str, &str); 2] = [
     (
         "node.py",
         include_str!("../../../protocol/python/skeleton/node.py"),
@@ -70,9 +57,14 @@ pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
         let problem = "is there already: give another name, or another folder with --into";
         return Err(Refusal::file(folder, problem).into());
     }
-    let (files, old, protocol) = match arguments.language {
-        Language::Rust => (RUST, "rust-bed", Some(protocol(arguments)?)),
-        Language::Python => (PYTHON, "skeleton", None),
+    let shipped = |file| scenes::text(&format!("foreign/rust-bed/{file}")).map(|text| (file, text));
+    let (files, old, protocol): (Vec<_>, _, _) = match arguments.language {
+        Language::Rust => (
+            RUST.into_iter().filter_map(shipped).collect(),
+            "rust-bed",
+            Some(protocol(arguments)?),
+        ),
+        Language::Python => (PYTHON.into(), "skeleton", None),
     };
     for (place, text) in files {
         let path = folder.join(place);
