@@ -40,10 +40,8 @@ pub struct CompareArguments {
 
 /// Prints the distances of signals, tractions and results from those of the reference, and the costs of both.
 pub fn compare(arguments: &CompareArguments) -> VerbResult {
-    if let Some(bin_m) = arguments
-        .bin_m
-        .filter(|bin| !(*bin > 0.0 && bin.is_finite()))
-    {
+    let is_length = |bin_m: f64| bin_m > 0.0 && bin_m.is_finite();
+    if let Some(bin_m) = arguments.bin_m.filter(|bin_m| !is_length(*bin_m)) {
         let problem = format!("must be a positive length, got {bin_m}");
         return Err(Refusal::argument("--bin-m", problem).into());
     }
@@ -97,23 +95,15 @@ fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Err
     let (own, other) = map
         .split_once('=')
         .ok_or_else(|| refuse("must be OWN=OTHER, two columns of signals.csv or profile.csv"))?;
-    let of = |run: &RunFiles| {
-        let tables = [Some(&run.signals), run.profile.as_ref()]
-            .into_iter()
-            .flatten();
-        tables.filter(|table| table.get(own).is_some()).count()
-    };
-    if of(run) == 0 {
+    let mut tables = [Some(&run.signals), run.profile.as_ref()].into_iter();
+    if !tables.any(|table| table.is_some_and(|table| table.get(own).is_some())) {
         return Err(refuse("the run has no such column"));
     }
     let tables = [Some(&mut reference.signals), reference.profile.as_mut()];
-    let renamed = tables
-        .into_iter()
-        .flatten()
-        .map(|table| table.rename(other, own));
-    match renamed.filter(|renamed| *renamed).count() {
-        0 => Err(refuse("the reference has no such column")),
-        _ => Ok(()),
+    let renamed = tables.map(|table| table.is_some_and(|table| table.rename(other, own)));
+    match renamed.contains(&true) {
+        true => Ok(()),
+        false => Err(refuse("the reference has no such column")),
     }
 }
 
@@ -133,17 +123,14 @@ fn tables(comparison: &Comparison, all: bool) -> String {
             let _ = writeln!(text, "  {key:<58}{run:>20}{reference:>20}");
         }
     }
-    let moved = |(_, compared): &&(String, Compared)| match compared {
+    let moved = |compared: &Compared| match compared {
         Ok(d) => d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
         Err(_) => false,
     };
-    let told = |rows: &[(String, Compared)]| -> Vec<(String, Compared)> {
-        rows.iter()
-            .filter(|row| all || moved(row))
-            .cloned()
-            .collect()
-    };
-    let [signals, profile] = [&comparison.signals, &comparison.profile].map(|rows| told(rows));
+    let [mut signals, mut profile] = [comparison.signals.clone(), comparison.profile.clone()];
+    for rows in [&mut signals, &mut profile] {
+        rows.retain(|(_, compared)| all || moved(compared));
+    }
     let mut results = comparison.results.clone();
     results.retain(|_, pair| all || difference(*pair).is_some_and(|part| part >= TOLD));
     let rows = |of: &Comparison| of.signals.len() + of.profile.len() + of.results.len();
@@ -196,12 +183,8 @@ fn pairs(
     let _ = writeln!(text, "\n{title:<44}{run:>16}{reference:>16}{last:>12}");
     let told = |number: Option<f64>| number.map_or("-".into(), |x| format!("{x:.6e}"));
     for (name, numbers) in rows {
-        let [run, reference] = numbers.map(told);
-        let _ = writeln!(
-            text,
-            "  {name:<42}{run:>16}{reference:>16}{:>12}",
-            relative(of(*numbers))
-        );
+        let ([run, reference], last) = (numbers.map(told), relative(of(*numbers)));
+        let _ = writeln!(text, "  {name:<42}{run:>16}{reference:>16}{last:>12}");
     }
 }
 

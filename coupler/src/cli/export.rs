@@ -65,14 +65,10 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
     let is_long = out.extension().is_some_and(|ending| ending == "csv");
     let bytes = bytes(&log, &selection, is_long)?;
     if bytes > MANY_BYTES {
-        let less = if is_long {
-            "a folder in place of the file, "
-        } else {
-            ""
-        };
+        let less = ["", "a folder in place of the file, "][usize::from(is_long)];
+        let megabytes = bytes as f64 * 1e-6;
         tell(&format!(
-            "about {:.0} MB of text; {less}--every 10, --node or --kind make it less",
-            bytes as f64 * 1e-6
+            "about {megabytes:.0} MB of text; {less}--every 10, --node or --kind make it less"
         ));
     }
     let exported = match is_long {
@@ -138,17 +134,14 @@ fn windows(text: &str) -> Result<Windows, String> {
 }
 
 fn kind_named(name: &str) -> Result<Kind, Error> {
-    let kinds = Kind::WORDS
-        .into_iter()
-        .filter(|(kind, _)| kind.is_exchange());
-    let same = |(_, known): &(Kind, &str)| known.eq_ignore_ascii_case(name);
-    if let Some((kind, _)) = kinds.clone().find(same) {
-        return Ok(kind);
+    let mut kinds = Kind::WORDS.to_vec();
+    kinds.retain(|(kind, _)| kind.is_exchange());
+    let mut all = kinds.iter();
+    if let Some((kind, _)) = all.find(|(_, known)| known.eq_ignore_ascii_case(name)) {
+        return Ok(*kind);
     }
-    let names: Vec<&str> = kinds.map(|(_, name)| name).collect();
-    let problem = format!(
-        "no such kind of message; {}",
-        proposal(name, "kinds", &names)
-    );
+    let names: Vec<&str> = kinds.iter().map(|(_, name)| *name).collect();
+    let meant = proposal(name, "kinds", &names);
+    let problem = format!("no such kind of message; {meant}");
     Err(Refusal::argument(format!("--kind {name}"), problem).into())
 }

@@ -64,18 +64,13 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
     ];
     lines.extend(summary.streams.iter().map(|stream| {
         // What the coupler sends goes to one of them.
-        let to = match stream.sender.as_str() {
-            COUPLER => format!(" -> {}", stream.receiver),
-            _ => String::new(),
+        let name = match stream.sender.as_str() {
+            COUPLER => format!("{} -> {}", stream.topic, stream.receiver),
+            _ => stream.topic.clone(),
         };
-        format!(
-            "{:<44} {:>9} {:>13}  {} to {}",
-            format!("{}{to}", stream.topic),
-            stream.messages,
-            stream.bytes,
-            stream.first_window,
-            stream.last_window
-        )
+        let (messages, bytes) = (stream.messages, stream.bytes);
+        let (first, last) = (stream.first_window, stream.last_window);
+        format!("{name:<44} {messages:>9} {bytes:>13}  {first} to {last}")
     }));
     lines.push(match &summary.non_finite {
         None => "all numbers are finite".into(),
@@ -92,9 +87,10 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
 
 /// `2833 x 1, 4 x 2`: windows by a number that they have.
 fn counts(of: &BTreeMap<u32, u64>) -> String {
-    let each = of.iter();
-    let each = each.map(|(number, windows)| format!("{windows} x {number}"));
-    each.collect::<Vec<_>>().join(", ")
+    let each = of
+        .iter()
+        .map(|(number, windows)| format!("{windows} x {number}"));
+    Vec::from_iter(each).join(", ")
 }
 
 fn json(summary: &LogSummary, checkpoints: &[u64]) -> Value {

@@ -115,11 +115,8 @@ fn known(name: &str) -> Result<String, Error> {
     }
     scenes::study_folder(plain).ok_or_else(|| {
         let meant = scenes::meant(plain, false).or_else(|| scenes::meant(plain, true));
-        let meant = meant.map(|near| format!("; did you mean `{near}`?"));
-        let problem = format!(
-            "is no scene or study that `thirdbody scenes` lists{}",
-            meant.unwrap_or_default()
-        );
+        let meant = meant.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+        let problem = format!("is no scene or study that `thirdbody scenes` lists{meant}");
         Refusal::argument(name, problem).into()
     })
 }

@@ -218,18 +218,16 @@ fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<Stri
         names.push("coupler".into());
     } else {
         let known = names.join(", ");
-        let set = |name: &String| {
+        names.retain(|name| {
             let prefix = format!("participant.{name}.config.");
-            let mut keys = arguments.set.iter();
-            keys.any(|key| key.starts_with(&prefix))
-        };
-        names.retain(set);
+            arguments.set.iter().any(|key| key.starts_with(&prefix))
+        });
         if names.is_empty() {
-            return Err(Refusal::argument(
-                format!("--set {}", arguments.set.join(" --set ")),
-                format!("a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {known}"),
-            )
-            .into());
+            let set = format!("--set {}", arguments.set.join(" --set "));
+            let problem = format!(
+                "a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {known}"
+            );
+            return Err(Refusal::argument(set, problem).into());
         }
     }
     Ok(arguments.node.clone().map_or(names, |name| vec![name]))
@@ -239,10 +237,8 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
     let mut lines = Vec::new();
     let early = |damage| format!("the log ends early, its valid part is replayed: {damage}");
     lines.extend(recording.damage.as_ref().map(early));
-    lines.extend(
-        how.from
-            .map(|origin| format!("from {}", origin.path.display())),
-    );
+    let from = |origin: &RestartPoint| format!("from {}", origin.path.display());
+    lines.extend(how.from.map(from));
     if how.open_loop {
         lines.push("open loop: the other side says what it said to the logged solver".into());
     }
@@ -251,25 +247,15 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
         Some(tolerance) => format!("identical within {tolerance:e}"),
     };
     for replayed in results {
-        let mismatch = replayed.mismatch.as_ref().map(ToString::to_string);
-        let found = mismatch.as_ref().unwrap_or(&found);
-        let Replayed {
-            who,
-            equal,
-            last_window,
-            ..
-        } = replayed;
-        lines.push(if compared_nothing(replayed) {
-            format!("{who}: nothing was compared, the log holds no answer to it")
-        } else {
-            match &replayed.mismatch {
-                None => {
-                    format!("{who}: {equal} messages equal, up to window {last_window}: {found}")
-                }
-                Some(_) => format!(
-                    "{who}: {found}; {equal} messages equal in all {} windows",
-                    last_window + 1
-                ),
+        let (who, equal, last) = (&replayed.who, replayed.equal, replayed.last_window);
+        lines.push(match &replayed.mismatch {
+            _ if compared_nothing(replayed) => {
+                format!("{who}: nothing was compared, the log holds no answer to it")
+            }
+            None => format!("{who}: {equal} messages equal, up to window {last}: {found}"),
+            Some(mismatch) => {
+                let all = last + 1;
+                format!("{who}: {mismatch}; {equal} messages equal in all {all} windows")
             }
         });
         let drifts = drift::table(&replayed.drift).into_iter();

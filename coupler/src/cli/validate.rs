@@ -69,14 +69,12 @@ enum Suite {
 
 /// Runs a suite; exit code 8 if a row does not hold. Scenes on the disk go before those that ship.
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
+    let word = arguments.suite.to_possible_value();
+    let suite = word.as_ref().map_or("", |word| word.get_name());
     let folder = match arguments.suite {
-        Suite::Verification => "verification",
-        Suite::Benchmarks => "benchmarks",
-        Suite::Extremes => "extremes",
-        Suite::Variants => "variants",
         Suite::Scenes => "",
-        Suite::Paper => "paper",
         Suite::Faults => return faults(arguments),
+        _ => suite,
     };
     let mut scenes = Path::new("scenarios").join(folder);
     let unpacked = Scratch::new("scenes", fresh_run_id());
@@ -96,7 +94,6 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     };
     let cases = run_suite(&scenes, &runs)?;
     if let Some(out) = &arguments.out {
-        let suite = if folder.is_empty() { "scenes" } else { folder };
         let full = if arguments.full { " --full" } else { "" };
         let only = match arguments.only.as_str() {
             "" => String::new(),
@@ -161,11 +158,8 @@ fn fault_table(rows: &[FaultRow]) -> String {
         )
     }));
     let failed = rows.iter().filter(|row| !row.holds).count();
-    let seed = rows.first().map_or(0, |row| row.seed);
-    lines.push(format!(
-        "seed {seed}, {} rows, {failed} do not hold",
-        rows.len()
-    ));
+    let (seed, all) = (rows.first().map_or(0, |row| row.seed), rows.len());
+    lines.push(format!("seed {seed}, {all} rows, {failed} do not hold"));
     lines.join("\n")
 }
 
@@ -182,9 +176,8 @@ fn table(rows: &[CaseRow]) -> String {
         };
         let (ours, expected) = (number(&row.ours), number(&row.expected));
         let (name, source) = (&row.name, &row.source);
-        let seeds = row
-            .seeds
-            .map(|[a, b]| format!("; seeds {a:.4e} to {b:.4e}"));
+        let seeds = |[a, b]: [f64; 2]| format!("; seeds {a:.4e} to {b:.4e}");
+        let seeds = row.seeds.map(seeds);
         let paper = row.published.map(|paper| format!("; paper {paper:.4e}"));
         let basis = row.basis.map(|basis| format!("; {basis}"));
         let more: String = [seeds, paper, basis].into_iter().flatten().collect();
