@@ -127,15 +127,6 @@ pub(super) fn restart_point(
     Ok(origin)
 }
 
-/// Prints JSON, or the same for a person.
-pub(super) fn print_either(
-    json: bool,
-    value: impl FnOnce() -> String,
-    text: impl FnOnce() -> String,
-) -> Result<(), Error> {
-    print(&if json { value() } else { text() })
-}
-
 /// Leave to use a log that is not whole.
 #[derive(Debug, clap::Args)]
 pub struct RecoverArgument {
@@ -161,11 +152,10 @@ pub(super) fn print_rows<R: Serialize + ?Sized>(
     json: bool,
     table: impl FnOnce(&R) -> String,
 ) -> Result<(), Error> {
-    print_either(
-        json,
-        || json!({ "results": rows }).to_string(),
-        || table(rows),
-    )
+    print(&match json {
+        true => json!({ "results": rows }).to_string(),
+        false => table(rows),
+    })
 }
 
 /// Path of this program, to be started again as a participant.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use super::common::{VerbResult, print_either};
+use super::common::{VerbResult, print};
 use coordinator::error::{Error, Refusal};
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
@@ -60,32 +60,28 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
     let measured = measured.map(|m| (m.name.clone(), m.deviation(&run, held)));
     let measured = measured.map(|(name, found)| (name, found.map(f64::abs)));
     let measured: BTreeMap<String, Result<f64, String>> = measured.collect();
-    print_either(
-        arguments.json,
-        || {
-            let mut json = comparison.json();
-            for (name, found) in &measured {
-                json["measures"][name] = match found {
-                    Ok(error) => json!({ "error": error }),
-                    Err(why) => json!({ "why": why }),
-                };
-            }
-            json.to_string()
-        },
-        || {
-            let runs = [
-                ("run", arguments.run.display(), &run),
-                ("reference", arguments.reference.display(), &reference),
-            ];
-            let heads =
-                runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.text("status")));
-            let errors = measured.iter().map(|(name, found)| match found {
-                Ok(error) => format!("error_{name:<36}{error:>12.3e}\n"),
-                Err(why) => format!("error_{name:<36}{why}\n"),
-            });
-            heads.concat() + &errors.collect::<String>() + &tables(&comparison, arguments.all)
-        },
-    )?;
+    if arguments.json {
+        let mut json = comparison.json();
+        for (name, found) in &measured {
+            json["measures"][name] = match found {
+                Ok(error) => json!({ "error": error }),
+                Err(why) => json!({ "why": why }),
+            };
+        }
+        print(&json.to_string())?;
+        return Ok(0);
+    }
+    let runs = [
+        ("run", arguments.run.display(), &run),
+        ("reference", arguments.reference.display(), &reference),
+    ];
+    let heads = runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.text("status")));
+    let errors = measured.iter().map(|(name, found)| match found {
+        Ok(error) => format!("error_{name:<36}{error:>12.3e}\n"),
+        Err(why) => format!("error_{name:<36}{why}\n"),
+    });
+    let tables = tables(&comparison, arguments.all);
+    print(&(heads.concat() + &errors.collect::<String>() + &tables))?;
     Ok(0)
 }
 

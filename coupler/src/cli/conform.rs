@@ -1,6 +1,6 @@
 //! `thirdbody conform`: the rules of the wire, tried on one participant.
 
-use super::common::{VerbResult, own_program, print, print_either};
+use super::common::{VerbResult, own_program, print};
 use super::start::listen;
 use coordinator::error::CHECK_FAILED;
 use coordinator::output::tell;
@@ -59,11 +59,11 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     let rows = try_rules(&loaded, &arguments.participant, command, &options, seen)?;
     let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
     let broken: Vec<String> = broken.map(|row| row.rule.to_string()).collect();
-    print_either(
-        arguments.json,
-        || serde_json::json!({ "results": rows }).to_string(),
-        || conclusion(&arguments.participant, &broken),
-    )?;
+    print(&match (arguments.json, &broken[..]) {
+        (true, _) => serde_json::json!({ "results": rows }).to_string(),
+        (false, []) => format!("`{}` breaks no rule that was tried", arguments.participant),
+        (false, _) => format!("`{}` breaks: {}", arguments.participant, broken.join(", ")),
+    })?;
     Ok(if all_hold(&rows) { 0 } else { CHECK_FAILED })
 }
 
@@ -75,11 +75,4 @@ fn line(row: &ConformRow) -> String {
         RuleVerdict::NotTested => "not tested",
     };
     format!("{:<12} {verdict:<12} {}", row.rule, row.why)
-}
-
-fn conclusion(participant: &str, broken: &[String]) -> String {
-    match broken {
-        [] => format!("`{participant}` breaks no rule that was tried"),
-        _ => format!("`{participant}` breaks: {}", broken.join(", ")),
-    }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::common::{RecoverArgument, VerbResult, log_of, print_either};
+use super::common::{RecoverArgument, VerbResult, log_of, print};
 use coordinator::run::checkpoint::{FOLDER, file};
 use exchange_log::COUPLER;
 use exchange_log::{LogError, LogSummary, summarize};
@@ -29,11 +29,10 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let summary = summarize(&path, true)?;
     let found = file::list(&arguments.path.join(FOLDER)).into_iter();
     let checkpoints: Vec<u64> = found.map(|found| found.window).collect();
-    print_either(
-        arguments.json,
-        || json(&summary, &checkpoints).to_string(),
-        || describe(&summary, &checkpoints),
-    )?;
+    print(&match arguments.json {
+        true => json(&summary, &checkpoints).to_string(),
+        false => describe(&summary, &checkpoints),
+    })?;
     let torn = summary.damage.as_ref().is_some_and(LogError::is_torn);
     let killed = torn && !path.with_file_name("summary.json").exists();
     match summary.damage {

@@ -6,8 +6,8 @@ use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::common::{
-    RecoverArgument, VerbResult, file_of, foreign, log_of, own_program, print_either,
-    refuse_commands, restart_point, thread_count,
+    RecoverArgument, VerbResult, file_of, foreign, log_of, own_program, print, refuse_commands,
+    restart_point, thread_count,
 };
 use coordinator::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
@@ -97,11 +97,10 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     if how.open_loop {
         draw(arguments, &results)?;
     }
-    print_either(
-        arguments.json,
-        || json(&summary, &recording, &results, &how).to_string(),
-        || table(&recording, &results, &how),
-    )?;
+    print(&match arguments.json {
+        true => json(&summary, &recording, &results, &how).to_string(),
+        false => table(&recording, &results, &how),
+    })?;
     if let Some(damage) = recording.damage.filter(|_| corrupt) {
         let code = Code::LogCorrupt.word();
         tell(&format!("error[{code}]: exchange log: {damage}"));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::budget::BudgetArguments;
-use super::common::{ScenarioArguments, VerbResult, print_either};
+use super::common::{ScenarioArguments, VerbResult, print};
 use super::start::options;
 use ::report::terminal::table;
 use coordinator::participants::Registry;
@@ -50,14 +50,11 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
 
 /// Prints what came of a run; the exit code is the run's.
 pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
-    let printed = print_either(
-        ending.json,
-        || ended.summary.to_json(),
-        || {
-            let summary = &ended.summary;
-            table(&ended.path, summary.value(), &summary.warnings, ending.all)
-        },
-    );
+    let summary = &ended.summary;
+    let printed = print(&match ending.json {
+        true => summary.to_json(),
+        false => table(&ended.path, summary.value(), &summary.warnings, ending.all),
+    });
     let code = ended.summary.exit_code;
     ended.error.map_or(printed, Err).map(|()| code)
 }
