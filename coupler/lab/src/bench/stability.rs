@@ -13,6 +13,7 @@
 //! - [`limits`](mod@limits): where growth begins, foreseen and found;
 //! - [`picture`]: the map drawn.
 
+use std::fmt;
 use std::path::Path;
 
 use coordinator::error::Error;
@@ -125,25 +126,26 @@ impl Findings {
 
     /// For a person.
     pub fn table(&self) -> String {
-        format!(
-            "cells                                        {}\n\
-             unstable                                     {}\n\
-             unstable, dual Schur, velocity at theta = 1  {}\n\
-             predicted stable, but unstable               {}\n\
-             predicted unstable, but stable               {}\n\
-             cells run through the real coupler           {}\n\
-             largest departure of its forces, relative    {:.1e}\n\
-             limits foreseen and found                    {}\n\
-             largest difference of the two, relative      {:.4}",
-            self.cells,
-            self.unstable,
-            self.unstable_default,
-            self.missed,
-            self.false_alarms,
-            self.sampled,
-            self.departure,
-            self.limits,
-            self.limit_difference_rel
-        )
+        let rows: [(&str, &dyn fmt::Display); 9] = [
+            ("cells", &self.cells),
+            ("unstable", &self.unstable),
+            (
+                "unstable, dual Schur, velocity at theta = 1",
+                &self.unstable_default,
+            ),
+            ("predicted stable, but unstable", &self.missed),
+            ("predicted unstable, but stable", &self.false_alarms),
+            ("cells run through the real coupler", &self.sampled),
+            (
+                "largest departure of its forces, relative",
+                &format!("{:.1e}", self.departure),
+            ),
+            ("limits foreseen and found", &self.limits),
+            (
+                "largest difference of the two, relative",
+                &format!("{:.4}", self.limit_difference_rel),
+            ),
+        ];
+        Vec::from_iter(rows.map(|(words, found)| format!("{words:<45}{found}"))).join("\n")
     }
 }

@@ -133,36 +133,29 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
     let offers = !trial.tested.description.ledger.is_empty();
     offered(offers, "it keeps no ledger")?;
     let slow = |index| trial.loads.slow(index, SLOW_WINDOWS, part);
-    let slow = defects(trial, SLOW_WINDOWS, slow)?;
-    within("dissipated energy fell again by", slow.fell, BALANCE)?;
+    let [fell, defect, _] = defects(trial, SLOW_WINDOWS, slow)?;
+    within("dissipated energy fell again by", fell, BALANCE)?;
     let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
-    let said = within(&what, slow.defect, BALANCE)?;
+    let said = within(&what, defect, BALANCE)?;
     if part != Part::ForceDriven {
         return Ok(said);
     }
     let load = trial.loads.of_window(0, 0);
-    let sudden = defects(trial, SUDDEN_WINDOWS, |_| load.clone())?;
+    let [_, defect, in_equilibrium] = defects(trial, SUDDEN_WINDOWS, |_| load.clone())?;
     // One that is always in equilibrium has no mass to bear what the force does beyond its mean over the motion.
-    let defect = sudden.defect.min(sudden.defect_in_equilibrium);
+    let defect = defect.min(in_equilibrium);
     let sudden = within("under a sudden load", defect, BALANCE)?;
     Ok(format!("{said}; {sudden}"))
 }
 
-/// Errors of a ledger under some loads, relative to the work that was done or the energy that was stored, whichever is larger.
-struct LedgerDefects {
-    /// Largest fall of the dissipated energy again.
-    fell: f64,
-    /// Largest part of the work that is neither stored nor dissipated, or is so twice.
-    defect: f64,
-    /// The same of the work of the mean of the forces at the ends of each window.
-    defect_in_equilibrium: f64,
-}
-
+/// Errors of a ledger under some loads, relative to the work that was done or the energy that was stored, whichever is larger: the largest
+/// fall of the dissipated energy again; the largest part of the work that is neither stored nor dissipated, or is so twice; and the same of
+/// the work of the mean of the forces at the ends of each window.
 fn defects(
     trial: &RuleTrial,
     windows: u64,
     load: impl Fn(u64) -> Vec<f64>,
-) -> Result<LedgerDefects, Stop> {
+) -> Result<[f64; 3], Stop> {
     let mut launch = trial.begin()?;
     let (mut gross, mut stored, mut excess) = (0.0, 0.0, 0.0);
     let (mut work, mut lost): (f64, f64) = (0.0, 0.0);
@@ -188,11 +181,7 @@ fn defects(
     if scale == 0.0 {
         return not_tested("no work was done");
     }
-    Ok(LedgerDefects {
-        fell: fell / scale,
-        defect: defect / scale,
-        defect_in_equilibrium: in_equilibrium / scale,
-    })
+    Ok([fell, defect, in_equilibrium].map(|joules| joules / scale))
 }
 
 /// Fields are written in the middle of a launch.

@@ -78,10 +78,8 @@ pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let [first, second, both] = pair(trial)?;
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
     let one = trial.tested.clock.substeps;
-    let what = format!(
-        "windows of {one} + {one} and of {} substeps differ by",
-        2 * one
-    );
+    let two = 2 * one;
+    let what = format!("windows of {one} + {one} and of {two} substeps differ by");
     within(&what, apart(&sum, &both), ROUNDING)
 }
 
@@ -151,12 +149,11 @@ pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     }
     let force = trial.loads.of_window(0, 0);
     let moved = response(trial, &first, &force)?;
-    let wanted: Vec<f64> = (0..force.len())
-        .map(|i| match impedance[(i, i)] {
-            0.0 => 0.0,
-            _ => 2.0 * moved[i] / length,
-        })
-        .collect();
+    let wanted = (0..force.len()).map(|i| match impedance[(i, i)] {
+        0.0 => 0.0,
+        _ => 2.0 * moved[i] / length,
+    });
+    let wanted: Vec<f64> = wanted.collect();
     let unloaded = launch.follow(&first, &trial.loads.none())?;
     let answer = launch.follow(&first, &wanted)?;
     let again = launch.follow(&first, &wanted)?;

@@ -153,11 +153,6 @@ impl Number {
             _ => run.number(&self.path),
         }
     }
-
-    /// True where it is held against a run.
-    fn needs_reference(&self) -> bool {
-        self.norm.is_some() || self.expected.is_none() && !self.told
-    }
 }
 
 /// Reads `expected.toml`.
@@ -166,7 +161,9 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let refuse = |why: String| Error::from(Refusal::file(path, why));
     let expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
-        let open = case.number.iter().any(Number::needs_reference);
+        // True of what is held against a run.
+        let is_open = |of: &Number| of.norm.is_some() || of.expected.is_none() && !of.told;
+        let open = case.number.iter().any(is_open);
         let problem = match &case.reference {
             None if case.reference_scene.is_some() => {
                 "reference_scene without reference; write reference = [] where it has no overrides"

@@ -155,12 +155,9 @@ fn ended(case: &str, row: &CaseRow) -> String {
 /// The cells of a number: SI units with prefixes by its name, a norm without.
 fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
     // Of a column of signals the last word is which of its values.
-    let path = match number.path.starts_with("signals.") {
-        true => number
-            .path
-            .rsplit_once('.')
-            .map_or("", |(column, _)| column),
-        false => &number.path,
+    let path = match number.path.rsplit_once('.') {
+        Some((column, _)) if number.path.starts_with("signals.") => column,
+        _ => &number.path,
     };
     let unit = if number.norm.is_some() { "" } else { path };
     let show = |x: f64| with_unit_of(unit, x);

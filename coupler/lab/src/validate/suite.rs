@@ -1,6 +1,5 @@
 //! Running the cases of a folder of scenes.
 
-use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -89,8 +88,9 @@ pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>,
     for scene in &scenes {
         let expected = read(&scene.join("expected.toml"))?;
         let mut above = expected.text;
+        let folder = scene.file_name().unwrap_or_default().to_string_lossy();
         for case in expected.case {
-            let name = format!("{}: {}", name_of(scene), case.name);
+            let name = format!("{folder}: {}", case.name);
             if name.contains(&runs.only) && (runs.full || !case.full) {
                 let above = std::mem::take(&mut above);
                 let elsewhere = case.scene.as_ref().or(expected.scene.as_ref());
@@ -105,11 +105,6 @@ pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>,
         return Err(Refusal::argument(argument, problem).into());
     }
     Ok(cases)
-}
-
-/// A scene as its folder is named.
-fn name_of(scene: &Path) -> Cow<'_, str> {
-    scene.file_name().unwrap_or_default().to_string_lossy()
 }
 
 fn run_case(

@@ -37,12 +37,7 @@ impl UnitBar {
             _ => 0.0,
         });
         let end_node = DVector::from_fn(end + 1, |i, _| f64::from(u8::from(i == end)));
-        Response::new(
-            self.step_s,
-            substeps,
-            &k,
-            &(&end_node / END_MASS_KG),
-            &end_node,
-        )
+        let push = &end_node / END_MASS_KG;
+        Response::new(self.step_s, substeps, &k, &push, &end_node)
     }
 }

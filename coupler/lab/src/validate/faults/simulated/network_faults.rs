@@ -47,11 +47,6 @@ impl NetworkFaults {
         }
     }
 
-    /// No faults at all.
-    pub fn none() -> NetworkFaults {
-        NetworkFaults::default()
-    }
-
     /// The fault that befalls this message.
     pub fn fault(&mut self, message: u64) -> Option<NetworkFault> {
         let due = match self.only {

@@ -66,7 +66,7 @@ impl Simulation {
             let options = RunOptions::quiet(Some(out.path()), &registry, PROGRAM.as_ref());
             let ended = run(&loaded, &options);
             let end = hashes(ended)?;
-            let (ended, traces) = attempt(&loaded, NetworkFaults::none(), wrap, None);
+            let (ended, traces) = attempt(&loaded, NetworkFaults::default(), wrap, None);
             if hashes(ended)? != end {
                 return Err("a simulated network in fair weather changes the bits".into());
             }
@@ -120,7 +120,7 @@ impl Simulation {
             return Ok(ScheduleEnd::Named);
         };
         let out = Scratch::in_memory("resumed", fresh_run_id());
-        let network = Network::new(NetworkFaults::none());
+        let network = Network::new(NetworkFaults::default());
         let ended = run_behind(&network, loaded, self.wrap, out.path(), Some(&restart));
         network.end();
         if hashes(ended)? != reference.end {
