@@ -116,13 +116,11 @@ impl AxisPair {
         ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (number, label) in &ticks {
             let x = left + (right - left) * self.x.share(*number);
-            svg.path(
-                style,
-                &match grid {
-                    Grid::Lines => format!("M{x:.1} {top:.1}V{bottom:.1}"),
-                    Grid::Ticks => format!("M{x:.1} {bottom:.1}v5"),
-                },
-            );
+            let mark = match grid {
+                Grid::Lines => format!("M{x:.1} {top:.1}V{bottom:.1}"),
+                Grid::Ticks => format!("M{x:.1} {bottom:.1}v5"),
+            };
+            svg.path(style, &mark);
             let half = 0.5 * LETTER * label.chars().count() as f64;
             if x - half >= free {
                 svg.text([x, bottom + 17.0], Anchor::Middle, label);
@@ -131,13 +129,11 @@ impl AxisPair {
         }
         for (number, label) in &self.y.ticks {
             let y = bottom - (bottom - top) * self.y.share(*number);
-            svg.path(
-                style,
-                &match grid {
-                    Grid::Lines => format!("M{left:.1} {y:.1}H{right:.1}"),
-                    Grid::Ticks => format!("M{left:.1} {y:.1}h-5"),
-                },
-            );
+            let mark = match grid {
+                Grid::Lines => format!("M{left:.1} {y:.1}H{right:.1}"),
+                Grid::Ticks => format!("M{left:.1} {y:.1}h-5"),
+            };
+            svg.path(style, &mark);
             svg.text([left - 8.0, y + 4.5], Anchor::End, label);
         }
         let mut frame = format!("M{left:.1} {top:.1}V{bottom:.1}H{right:.1}");
@@ -180,10 +176,9 @@ fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
 /// A number of three digits, as short as it can be.
 pub fn number(x: f64) -> String {
     let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
-    if (1e-3..1e5).contains(&rounded.abs()) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
+    match (1e-3..1e5).contains(&rounded.abs()) {
+        true => format!("{rounded}"),
+        false => format!("{rounded:e}"),
     }
 }
 

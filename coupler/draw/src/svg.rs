@@ -32,10 +32,9 @@ impl Svg {
     pub fn line(&mut self, style: &str, points: impl IntoIterator<Item = [f64; 2]>) {
         let points = points.into_iter().map(|[x, y]| format!("{x:.1} {y:.1}"));
         let points = Vec::from_iter(points).join(" ");
-        let _ = write!(
-            self.inside,
+        self.raw(&format!(
             "<polyline fill=\"none\" {style} points=\"{points}\"/>"
-        );
+        ));
     }
 
     /// A box by its upper left corner and its size.
@@ -63,10 +62,8 @@ impl Svg {
             Anchor::End => " text-anchor=\"end\"",
         };
         let (space, words) = (if style.is_empty() { "" } else { " " }, escape(words));
-        let _ = write!(
-            self.inside,
-            "<text x=\"{x}\" y=\"{y}\"{anchor}{space}{style}>{words}</text>"
-        );
+        let start = format!("<text x=\"{x}\" y=\"{y}\"{anchor}{space}{style}>");
+        self.raw(&format!("{start}{words}</text>"));
     }
 
     /// Text that reads upwards, its middle at a position.

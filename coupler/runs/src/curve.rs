@@ -86,10 +86,8 @@ impl Curve<'_> {
         positions.extend([start, end]);
         positions.sort_by(f64::total_cmp);
         positions.dedup();
-        let pairs: Option<Vec<[f64; 2]>> = positions
-            .iter()
-            .map(|x| Some([self.at(*x)?, reference.at(*x)?]))
-            .collect();
+        let pair = |x: &f64| Some([self.at(*x)?, reference.at(*x)?]);
+        let pairs: Option<Vec<[f64; 2]>> = positions.iter().map(pair).collect();
         let pairs = pairs.ok_or("its places are not in order")?;
         let [mut of_d, mut of_reference] = [0.0; 2];
         for (x, y) in positions.windows(2).zip(pairs.windows(2)) {

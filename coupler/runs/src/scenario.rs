@@ -53,20 +53,18 @@ impl Setup {
         let wheel = |p: &Value| Some((name(p), p.get("config")?.get("wheel").cloned()?));
         let (wheel_of, wheel) = list("participant").find_map(wheel).unzip();
         let wheel = wheel.as_ref();
-        let smooth = key::<String>(wheel, "face") != "disks";
+        let is_smooth = key::<String>(wheel, "face") != "disks";
+        let smooth = wheel_of.clone().filter(|_| is_smooth);
         let joined = list("interface").filter_map(|interface| key(Some(interface), "between"));
         let run = table.get("run");
         Setup {
             name: key(run, "name"),
             transport: key(run, "transport"),
             plausible: key(run, "plausible"),
-            wheel: wheel_of
-                .clone()
-                .filter(|_| smooth)
-                .map(|participant| SmoothWheel {
-                    participant,
-                    radius_m: key(wheel, "radius_m"),
-                }),
+            wheel: smooth.map(|participant| SmoothWheel {
+                participant,
+                radius_m: key(wheel, "radius_m"),
+            }),
             wheel_of,
             wheel_hz: Some(key(wheel, "frequency_hz")).filter(|hz| *hz > 0.0),
             joined: joined.collect(),

@@ -64,10 +64,8 @@ impl Steps {
                     .collect()
             }
         };
-        let means: Vec<[f64; 3]> = bins
-            .iter()
-            .map(|bin| [bin[1] - bin[0], self.mean(*bin), reference.mean(*bin)])
-            .collect();
+        let means = |bin: &[f64; 2]| [bin[1] - bin[0], self.mean(*bin), reference.mean(*bin)];
+        let means: Vec<[f64; 3]> = bins.iter().map(means).collect();
         let sum = |of: &dyn Fn(&[f64; 3]) -> f64| means.iter().map(of).sum::<f64>();
         let largest =
             |of: &dyn Fn(&[f64; 3]) -> f64| means.iter().map(of).map(f64::abs).fold(0.0, larger);

@@ -41,11 +41,9 @@ impl Table {
         for (row, line) in lines.enumerate() {
             let cells: Vec<&str> = line.split(',').collect();
             if cells.len() != names.len() {
+                let (line, cells, columns) = (row + 2, cells.len(), names.len());
                 return Err(format!(
-                    "line {} has {} cells, and the first line names {} columns",
-                    row + 2,
-                    cells.len(),
-                    names.len()
+                    "line {line} has {cells} cells, and the first line names {columns} columns"
                 ));
             }
             for (column, cell) in columns.iter_mut().zip(cells) {
