@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use serde_json::Value;
 
 use super::common::{VerbResult, own_program, print, print_rows};
 use super::start::listen;
@@ -127,7 +128,7 @@ fn solver(registry: &Registry, kind: &str, json: bool) -> Result<(), Error> {
 }
 
 /// Rows of any columns: the names of the first row, then the values.
-fn table(rows: &serde_json::Value) -> String {
+fn table(rows: &Value) -> String {
     let rows = rows.as_array().into_iter().flatten();
     let rows: Vec<_> = rows.filter_map(|row| row.as_object()).collect();
     let Some(first) = rows.first() else {
@@ -146,21 +147,17 @@ fn table(rows: &serde_json::Value) -> String {
 
 /// Errors of rounding keep their size, everyday numbers their look.
 fn short(number: f64) -> String {
-    if number != 0.0 && number.abs() < 0.05 {
-        format!("{number:.1e}")
-    } else if number.abs() < 1.0 {
-        format!("{number:.3}")
-    } else {
-        format!("{number:.1}")
+    match number.abs() {
+        size if size > 0.0 && size < 0.05 => format!("{number:.1e}"),
+        size if size < 1.0 => format!("{number:.3}"),
+        _ => format!("{number:.1}"),
     }
 }
 
-fn cell(value: &serde_json::Value) -> String {
+fn cell(value: &Value) -> String {
     match value {
-        serde_json::Value::String(text) => text.clone(),
-        serde_json::Value::Number(number) if number.is_f64() => {
-            short(number.as_f64().unwrap_or_default())
-        }
+        Value::String(text) => text.clone(),
+        Value::Number(number) if number.is_f64() => short(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
     }
 }

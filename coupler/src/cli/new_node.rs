@@ -32,11 +32,10 @@ enum Language {
     Python,
 }
 
-/// Files of a participant, with the name that they have here.
 /// Files of the skeleton in Rust, which is a shipped scene.
 const RUST: [&str; 3] = ["Cargo.toml", "src/main.rs", "scenario.toml"];
 
-/// Files of the skeleton in Python.
+/// Files of the skeleton in Python, with the names that they have here.
 const PYTHON: [(&str, &str); 2] = [
     (
         "node.py",

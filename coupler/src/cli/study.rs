@@ -417,30 +417,24 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     }
     let (plan, folder) = arguments.place.plan()?;
     let Some(task) = plan.task(arguments.index)? else {
-        let problem = format!(
-            "the study has the tasks 0 to {}, got {}",
-            plan.task_count() - 1,
-            arguments.index
-        );
+        let (last, index) = (plan.task_count() - 1, arguments.index);
+        let problem = format!("the study has the tasks 0 to {last}, got {index}");
         return Err(Refusal::argument("--index", problem).into());
     };
     if let Some(planned) = &arguments.planned {
         let list = fs::read_to_string(planned).map_err(Error::input(planned.display()))?;
-        let own = format!("{},{},", task.index, task.id);
+        let (index, id) = (task.index, &task.id);
+        let own = format!("{index},{id},");
         if !list.lines().any(|line| line.starts_with(&own)) {
             let problem = format!(
-                "has no task {} with the id {}: study, scenario or build have changed since it was planned; run the study again",
-                task.index, task.id
+                "has no task {index} with the id {id}: study, scenario or build have changed since it was planned; run the study again"
             );
             return Err(Refusal::file(planned, problem).into());
         }
     }
     let (folder, options) = (TaskFolder::new(&folder, &task.id), quiet(&plan, registry)?);
     let (said, code) = match folder.execute(&task.loaded, task.keep_logs, &options)? {
-        TaskStage::Done(outcome) => (
-            format!("{} {}", outcome.status, outcome.message),
-            outcome.exit_code,
-        ),
+        TaskStage::Done(done) => (format!("{} {}", done.status, done.message), done.exit_code),
         TaskStage::Running => ("another process does this task".into(), 0),
         TaskStage::Waiting => ("stopped; the task is to be done anew".into(), CHECK_FAILED),
     };

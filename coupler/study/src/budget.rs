@@ -46,9 +46,8 @@ impl Budget {
             let (number, factor) = unit.unwrap_or((value, 1.0));
             return Ok(Budget::Wall(positive(number, factor)?));
         }
-        let (number, factor) = value
-            .strip_suffix('%')
-            .map_or((value, 1.0), |number| (number, 0.01));
+        let part = value.strip_suffix('%').map(|number| (number, 0.01));
+        let (number, factor) = part.unwrap_or((value, 1.0));
         let error = positive(number, factor)?;
         if error >= 1.0 {
             return Err(format!(
@@ -70,13 +69,6 @@ pub struct Candidate<'a> {
     pub setting: &'a StoredSetting,
     /// Its error by each measure.
     pub predictions: Vec<ErrorPrediction>,
-}
-
-impl Candidate<'_> {
-    /// The largest bound of all measures.
-    fn worst(&self) -> f64 {
-        self.predictions.iter().map(|p| p.bound).fold(0.0, f64::max)
-    }
 }
 
 /// The settings of a study for a scene.
@@ -123,10 +115,8 @@ impl<'a> SceneSettings<'a> {
             })
         };
         // What the reference is not warned of, and a setting is, says that it errs in more than is measured.
-        let stand = study
-            .settings
-            .iter()
-            .filter(|setting| setting.warned.is_empty());
+        let all = study.settings.iter();
+        let stand = all.filter(|setting| setting.warned.is_empty());
         let candidates: Vec<Candidate> = stand.filter_map(candidate).collect();
         if candidates.iter().all(|c| c.setting.set == study.reference) {
             let problem = format!(
@@ -157,10 +147,9 @@ impl<'a> SceneSettings<'a> {
             let floor = self.study.floor(*index);
             if error < floor {
                 let name = &self.study.measures[*index].name;
+                let [error, floor] = [error, floor].map(percent);
                 let problem = format!(
-                    "{} % is below the floor of noise: references that differ by 1e-12 of a radius lie {} % apart by `{name}`, and less is no error",
-                    percent(error),
-                    percent(floor)
+                    "{error} % is below the floor of noise: references that differ by 1e-12 of a radius lie {floor} % apart by `{name}`, and less is no error"
                 );
                 return Err(refuse(problem).into());
             }
@@ -176,7 +165,9 @@ impl<'a> SceneSettings<'a> {
     /// The settings by what they are known for, the most accurate first.
     pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
         let mut all: Vec<&Candidate> = self.candidates.iter().collect();
-        let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
+        // The largest bound of all measures.
+        let worst = |c: &Candidate| c.predictions.iter().map(|p| p.bound).fold(0.0, f64::max);
+        let key = |c: &Candidate| (worst(c), c.setting.cpu_rel);
         all.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
         all
     }
@@ -216,19 +207,17 @@ impl<'a> SceneSettings<'a> {
         }
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
+            let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
             format!(
-                "{} {} % (below {} % in 39 of 40 scenes)",
-                measure.name,
-                percent(prediction.expected),
-                percent(prediction.bound)
+                "{} {expected} % (below {bound} % in 39 of 40 scenes)",
+                measure.name
             )
         });
+        let errors = Vec::from_iter(errors).join(", ");
+        let StoredSetting { words, cpu_rel, .. } = chosen.setting;
         format!(
-            "budget: study `{}` has {} for it: {:.3} of the processor time of its reference; expected errors against a reference of this scene: {}",
-            self.study.study,
-            chosen.setting.words,
-            chosen.setting.cpu_rel,
-            errors.collect::<Vec<String>>().join(", ")
+            "budget: study `{}` has {words} for it: {cpu_rel:.3} of the processor time of its reference; expected errors against a reference of this scene: {errors}",
+            self.study.study
         )
     }
 }

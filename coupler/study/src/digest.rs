@@ -145,11 +145,8 @@ impl<'a> Digest<'a> {
     fn trades(&self, text: &mut String) {
         for of in &self.fronts {
             let floor = self.results.file.reference.floor_words(of.floor);
-            let _ = writeln!(
-                text,
-                "\nfront of error_{} (floor of noise {floor})",
-                of.measure
-            );
+            let name = &of.measure;
+            let _ = writeln!(text, "\nfront of error_{name} (floor of noise {floor})");
             let _ = writeln!(text, "  {:>10}  {:>10}  setting", "cost", "error %");
             for (index, trade) in of.front.iter().enumerate() {
                 let words = self.settings[trade.setting].words(self.results);
@@ -158,14 +155,11 @@ impl<'a> Digest<'a> {
                 let _ = writeln!(text, "  {:>10.4}  {error:>10}  {words}{mark}", trade.cost);
             }
         }
-        let _ = writeln!(
-            text,
-            "\ncost is processor time{}",
-            match self.results.reference(0) {
-                Some(_) => " over that of the reference",
-                None => " in seconds",
-            }
-        );
+        let unit = match self.results.reference(0) {
+            Some(_) => "over that of the reference",
+            None => "in seconds",
+        };
+        let _ = writeln!(text, "\ncost is processor time {unit}");
         let _ = writeln!(text, "\nknobs");
         for key in &self.keys {
             for line in key.lines(&self.measures) {

@@ -237,10 +237,8 @@ impl StudyFile {
         } = &self.reference;
         let given = [set.is_some(), run.is_some(), value.is_some()];
         if given.iter().filter(|given| **given).count() > 1 {
-            return Err(
-                "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers), or none"
-                    .into(),
-            );
+            let why = "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers), or none";
+            return Err(why.into());
         }
         if set.is_none() && self.reference.perturbed() > 0 {
             return Err("reference.perturb: perturbs a reference of the study's own; without a `set` there is none to perturb, so remove the key".into());
@@ -306,19 +304,14 @@ impl Vary {
                 "{count} values, and a study has at most {MOST_RUNS} runs"
             ));
         }
-        match (&self.values, &self.log, self.seeds, &self.case) {
-            (Some(values), None, None, None) => Ok(values.iter().map(choice).collect()),
-            (None, Some(log), None, None) => {
-                let numbers = log.numbers()?.into_iter();
-                Ok(numbers.map(|x| choice(&x.into())).collect())
-            }
-            (None, None, Some(count), None) => {
-                let seeds = 1..=count as i64;
-                Ok(seeds.map(|seed| choice(&seed.into())).collect())
-            }
-            (None, None, None, Some(cases)) => Ok(cases.iter().map(case).collect()),
-            _ => Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
-        }
+        let values: Vec<toml::Value> = match (&self.values, &self.log, self.seeds, &self.case) {
+            (Some(values), None, None, None) => values.clone(),
+            (None, Some(log), None, None) => log.numbers()?.into_iter().map(Into::into).collect(),
+            (None, None, Some(count), None) => (1..=count as i64).map(Into::into).collect(),
+            (None, None, None, Some(cases)) => return Ok(cases.iter().map(case).collect()),
+            _ => return Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
+        };
+        Ok(values.iter().map(choice).collect())
     }
 }
 

@@ -14,11 +14,8 @@ pub struct Trade {
 /// Those that none beats, cheapest first: each costs more and errs less than the one before it.
 pub fn front(trades: &[Trade]) -> Vec<Trade> {
     let mut sorted = trades.to_vec();
-    sorted.sort_by(|a, b| {
-        (a.cost, a.error)
-            .partial_cmp(&(b.cost, b.error))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    let by_error = |a: &Trade, b: &Trade| a.error.total_cmp(&b.error);
+    sorted.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(by_error(a, b)));
     let mut front: Vec<Trade> = Vec::new();
     for trade in sorted {
         if front.last().is_none_or(|last| trade.error < last.error) {

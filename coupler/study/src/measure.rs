@@ -102,10 +102,8 @@ impl Measure {
             _ => self.norm != Norm::At && self.at_s.is_none(),
         };
         if !fits {
-            return Err(
-                "a result has the norm `at`, a signal `l2`, `max` or `at` with `at_s`, a traction `l2` or `max`"
-                    .into(),
-            );
+            let why = "a result has the norm `at`, a signal `l2`, `max` or `at` with `at_s`, a traction `l2` or `max`";
+            return Err(why.into());
         }
         let is_width = |bin: f64| table == "profile" && bin > 0.0 && bin.is_finite();
         if !self.bin_m.is_none_or(is_width) {

@@ -100,10 +100,9 @@ impl Slurm {
                 return Ok(());
             }
             if stopped() {
+                let (count, names) = (left.len(), array_names(&self.name, &left));
                 tell(&format!(
-                    "{} runs are left to Slurm; the same command goes on with them, `scancel --name={}` ends them",
-                    left.len(),
-                    array_names(&self.name, &left)
+                    "{count} runs are left to Slurm; the same command goes on with them, `scancel --name={names}` ends them"
                 ));
                 return Ok(());
             }
@@ -149,9 +148,9 @@ impl Slurm {
                 }
                 let _ = slurm("scancel", &["--signal=KILL", &queued.job]);
                 let _ = slurm("scancel", &[&queued.job]);
+                let (index, Queued { job, state }) = (task.index, queued);
                 tell(&format!(
-                    "task {}: {} is {} and shows no sign of life",
-                    task.index, queued.job, queued.state
+                    "task {index}: {job} is {state} and shows no sign of life"
                 ));
             } else {
                 let fresh = known.last.is_some_and(|last| last.elapsed() < SHOWN);
@@ -172,9 +171,9 @@ impl Slurm {
                 let state = ended(&job);
                 let too_little = ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str());
                 known.factor *= if too_little { 2 } else { 1 };
+                let index = task.index;
                 tell(&format!(
-                    "task {}: {job} ended as {state}, and is submitted again",
-                    task.index
+                    "task {index}: {job} ended as {state}, and is submitted again"
                 ));
             }
             known.factor = known.factor.max(1);
@@ -236,11 +235,9 @@ impl Slurm {
     fn script(&self, offset: usize) -> String {
         let words = std::iter::once(self.exec.program.as_os_str())
             .chain(self.exec.arguments.iter().map(|word| word.as_os_str()));
-        let words: Vec<String> = words.map(|word| quoted(&word.to_string_lossy())).collect();
-        format!(
-            "#!/bin/sh\nexec {} $((SLURM_ARRAY_TASK_ID + {offset}))\n",
-            words.join(" ")
-        )
+        let words = words.map(|word| quoted(&word.to_string_lossy()));
+        let words = Vec::from_iter(words).join(" ");
+        format!("#!/bin/sh\nexec {words} $((SLURM_ARRAY_TASK_ID + {offset}))\n")
     }
 }
 

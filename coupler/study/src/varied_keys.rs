@@ -127,9 +127,8 @@ impl VariedKey {
             let told: Vec<String> = cost.into_iter().chain(errors).collect();
             format!("  {}: {}", position.value, told.join(", "))
         };
-        std::iter::once(head)
-            .chain(self.positions.iter().map(line))
-            .collect()
+        let lines = self.positions.iter().map(line);
+        std::iter::once(head).chain(lines).collect()
     }
 
     /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
@@ -150,9 +149,8 @@ impl VariedKey {
                 text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
             }
         }
-        let failed: Vec<&str> = (self.positions.iter().filter(|position| position.failed))
-            .map(|position| position.value.as_str())
-            .collect();
+        let failed = self.positions.iter().filter(|position| position.failed);
+        let failed: Vec<&str> = failed.map(|position| position.value.as_str()).collect();
         if !failed.is_empty() {
             text += &format!("; not completed without suspicion at {}", failed.join(", "));
         }
