@@ -18,32 +18,23 @@ const TO_SCALE: f64 = 0.95;
 /// Angle of the head of an arrow to its shaft (rad), and its length over that.
 const HEAD: [f64; 2] = [0.45, 0.35];
 
-/// A vector that the files of grains hold, and the words of its picture.
-struct Vector {
-    name: &'static str,
-    file: &'static str,
-    what: &'static str,
-    unit: &'static str,
-    /// "Slower", "shorter": of most arrows.
-    less: &'static str,
-}
-
-/// Velocities (Renouf, Saulot and Berthier 2006, figure 10), and displacements since the start of the run.
-const VECTORS: [Vector; 2] = [
-    Vector {
-        name: "velocity_m_per_s",
-        file: "velocity.svg",
-        what: "Velocities of the grains at the",
-        unit: "m/s",
-        less: "slower",
-    },
-    Vector {
-        name: "displacement_since_start_m",
-        file: "moved.svg",
-        what: "Displacements of the grains since the start of the run, at the",
-        unit: "m",
-        less: "shorter",
-    },
+/// Vectors that the files of grains hold: the name of each, its file, words, unit, and what most arrows are beside the longest. Velocities
+/// (Renouf, Saulot and Berthier 2006, figure 10), and displacements since the start of the run.
+const VECTORS: [[&str; 5]; 2] = [
+    [
+        "velocity_m_per_s",
+        "velocity.svg",
+        "Velocities of the grains at the",
+        "m/s",
+        "slower",
+    ],
+    [
+        "displacement_since_start_m",
+        "moved.svg",
+        "Displacements of the grains since the start of the run, at the",
+        "m",
+        "shorter",
+    ],
 ];
 
 /// The vectors at the last of the moments that has grains.
@@ -54,21 +45,17 @@ pub fn at_last(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     let Some(cells) = GrainCells::of(&arrays) else {
         return Ok(Vec::new());
     };
-    let picture = |vector: &Vector| {
-        let field = cells.means(numbers(&arrays, vector.name));
+    let picture = |[name, file, what, unit, less]: &[&str; 5]| {
+        let field = cells.means(numbers(&arrays, name));
         let longest = longest(std::slice::from_ref(&field))?;
-        let (size, limit) = (cells.size, with_unit(longest, vector.unit));
+        let (size, limit) = (cells.size, with_unit(longest, unit));
+        let (all, at) = (field.len(), &moment.words);
         Some(Picture {
-            file: vector.file.into(),
+            file: file.to_string(),
             caption: format!(
-                "{} {}, means over cells of {size:.2} mm; the longest arrows stand for {limit} and more.",
-                vector.what, moment.words
+                "{what} {at}, means over cells of {size:.2} mm; the longest arrows stand for {limit} and more."
             ),
-            alternative: format!(
-                "{} arrows; 95 of 100 are {} than {limit}.",
-                field.len(),
-                vector.less
-            ),
+            alternative: format!("{all} arrows; 95 of 100 are {less} than {limit}."),
             svg: cells.draw(&[field], longest, |_| String::new()),
         })
     };

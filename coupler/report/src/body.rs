@@ -50,14 +50,11 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
         true => "",
         false => " Both axes have scales of their own.",
     };
+    let (elements, most) = (values.len(), with_unit(largest, "Pa"));
     Some(Picture {
         file,
         caption: format!("Hydrostatic pressure -tr(σ)/3 in the whole body {words}.{scales}"),
-        alternative: format!(
-            "Map of {} elements; largest pressure of an element {}.",
-            values.len(),
-            with_unit(largest, "Pa")
-        ),
+        alternative: format!("Map of {elements} elements; largest pressure of an element {most}."),
         svg: maps(&[Map::of(extent, "")], Some(&scale), |panel, _| {
             draw_elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));
         }),
@@ -97,15 +94,14 @@ fn contact(file: &str, words: &str, arrays: &Arrays, nodes: &[ContactNode]) -> P
         mark(panel, nodes);
     });
     let slipping = nodes.iter().filter(|node| node.slips).count();
+    let (all, most) = (nodes.len(), with_unit(largest, "m"));
     Picture {
         file: file.into(),
         caption: format!(
             "Contact nodes and displacement of the body at the {words}: filled nodes slip, hollow ones stick."
         ),
         alternative: format!(
-            "{slipping} of {} nodes in contact slip; largest mean displacement of an element {}.",
-            nodes.len(),
-            with_unit(largest, "m")
+            "{slipping} of {all} nodes in contact slip; largest mean displacement of an element {most}."
         ),
         svg,
     }

@@ -147,7 +147,8 @@ fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
             link.draw(panel, &style);
         }
     });
-    let mean = bonds.iter().map(|(_, adhesion)| adhesion).sum::<f64>() / bonds.len() as f64;
+    let all = bonds.len();
+    let mean = bonds.iter().map(|(_, adhesion)| adhesion).sum::<f64>() / all as f64;
     let every = match stride {
         1 => String::new(),
         _ => format!(" Every {stride}th is drawn."),
@@ -157,10 +158,7 @@ fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
         caption: format!(
             "Bonds at the {words} by their intensity of adhesion: 1 is whole, 0 is broken.{every}"
         ),
-        alternative: format!(
-            "{whole} bonds with adhesion, mean over {} links {mean:.3}.",
-            bonds.len()
-        ),
+        alternative: format!("{whole} bonds with adhesion, mean over {all} links {mean:.3}."),
         svg,
     })
 }

@@ -65,16 +65,11 @@ pub fn circuit(summary: &Value) -> Option<Picture> {
     }
     let held = format!("third body: {}", result("third_body_zone_kg"));
     text(&mut svg, &held, [490.0, 244.0], Anchor::Middle, 12.0);
-    let internal = format!(
-        "Qi, through x = 0: {} net, {} in both directions",
-        result("q_internal_net_kg"),
-        result("q_internal_abs_kg")
-    );
+    let [net, both] = ["q_internal_net_kg", "q_internal_abs_kg"].map(result);
+    let internal = format!("Qi, through x = 0: {net} net, {both} in both directions");
     text(&mut svg, &internal, [490.0, 268.0], Anchor::Middle, 10.0);
-    let anywhere = format!(
-        "detached anywhere: {}; real masses since the start, kg",
-        result("q_detached_total_kg")
-    );
+    let detached = result("q_detached_total_kg");
+    let anywhere = format!("detached anywhere: {detached}; real masses since the start, kg");
     text(&mut svg, &anywhere, [20.0, 430.0], Anchor::Start, 11.0);
     let each = FLOWS.iter().zip(&masses);
     let each = each.map(|((_, words, _), mass_kg)| format!("{words} {}", mass(*mass_kg)));
@@ -89,10 +84,9 @@ pub fn circuit(summary: &Value) -> Option<Picture> {
 const BOX: &str = "fill=\"none\" stroke=\"#000\"";
 
 fn mass(kg: f64) -> String {
-    if kg == 0.0 {
-        "0 kg".into()
-    } else {
-        format!("{kg:.2e} kg")
+    match kg {
+        0.0 => "0 kg".into(),
+        kg => format!("{kg:.2e} kg"),
     }
 }
 

@@ -21,10 +21,8 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     } else {
         "Distances are over those of the other run: L2 over its length, largest over its largest value."
     };
-    let mut html = format!(
-        "<p>Held against <code>{}</code>. {same}</p>",
-        escape(&other.path.display().to_string())
-    );
+    let path = escape(&other.path.display().to_string());
+    let mut html = format!("<p>Held against <code>{path}</code>. {same}</p>");
     let keys = found.keys.iter().map(|(key, [reference, own])| {
         let shown = |value: &Option<String>| escape(value.as_deref().unwrap_or("not given"));
         [escape(key), shown(own), shown(reference)]

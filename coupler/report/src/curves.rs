@@ -321,13 +321,12 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
     }
     let words = ["x (mm)", "traction on the surface (MPa)"];
     let largest = pressure.iter().copied().fold(0.0, f64::max);
+    let (nodes, most) = (x.len(), with_unit(largest, "Pa"));
     Some(Picture {
         file: "profile.svg".into(),
         caption: "Traction on the surface at the end of the hold".into(),
         alternative: format!(
-            "Pressure and shear over x at {} nodes; largest pressure {}.",
-            x.len(),
-            with_unit(largest, "Pa")
+            "Pressure and shear over x at {nodes} nodes; largest pressure {most}."
         ),
         svg: plot(words, false, &curves),
     })

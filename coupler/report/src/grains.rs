@@ -27,7 +27,8 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
     });
     let mut shown = vec![Map::to_scale(cells.extent, "Cells of the grains' stress")];
     shown.extend(body.iter().map(|body| Map::to_scale(body.0, "Continuum")));
-    let full = cells.full_pa();
+    let pressures = cells.all.iter().map(|(_, p)| *p).collect();
+    let full = full_scale(quantile(pressures, SHOWN).unwrap_or(0.0));
     let scale = ColourScale {
         quantity: "p = trace/3 (MPa)".into(),
         end: 1e-6 * full,
@@ -74,11 +75,6 @@ impl StressCells {
             all: centres.zip(p.iter().copied()).collect(),
             size,
         })
-    }
-
-    fn full_pa(&self) -> f64 {
-        let pressures = self.all.iter().map(|(_, p)| *p);
-        full_scale(quantile(pressures.collect(), SHOWN).unwrap_or(0.0))
     }
 
     fn draw(&self, panel: &mut Panel, scale: &ColourScale) {

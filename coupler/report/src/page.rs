@@ -101,11 +101,8 @@ pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
 
 /// A picture with its caption, its text alternative being part of the drawing.
 fn figure(picture: &Picture) -> String {
-    format!(
-        "<figure>{}<figcaption>{}</figcaption></figure>",
-        accessible(picture),
-        names(&escape(&picture.caption))
-    )
+    let (svg, caption) = (accessible(picture), names(&escape(&picture.caption)));
+    format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>")
 }
 
 /// Escaped text whose names, between backticks, are set as code.

@@ -89,24 +89,24 @@ pub(super) struct ResultGroup<'a> {
 /// The results of a run as the page orders them.
 pub(super) fn groups(run: &RunFiles) -> Vec<ResultGroup<'_>> {
     let entries = entries();
-    let mut known: Vec<(usize, &str, f64)> = run
-        .entries("results")
-        .filter_map(|(name, value)| Some((name.as_str(), value.as_f64()?)))
-        .map(|(name, value)| (number(&entries, name).unwrap_or(entries.len()), name, value))
-        .collect();
-    known.sort_by_key(|(number, name, _)| (*number, *name));
-    let title = |number: usize| entries.get(number).map_or(OTHERS, |entry| entry.group);
-    let sentence = |number: usize| entries.get(number).map_or("", |entry| entry.sentence);
-    let chunks = known.chunk_by(|a, b| title(a.0) == title(b.0));
-    chunks
-        .map(|chunk| ResultGroup {
-            title: title(chunk[0].0),
-            results: chunk
-                .iter()
-                .map(|(number, name, value)| (*name, *value, sentence(*number)))
-                .collect(),
-        })
-        .collect()
+    let place = |name: &str| number(&entries, name).unwrap_or(entries.len());
+    let known = run.entries("results");
+    let known = known.filter_map(|(name, value)| Some((place(name), &**name, value.as_f64()?)));
+    let mut known: Vec<(usize, &str, f64)> = known.collect();
+    known.sort_by_key(|(place, name, _)| (*place, *name));
+    let title = |place: usize| entries.get(place).map_or(OTHERS, |entry| entry.group);
+    let sentence = |place: usize| entries.get(place).map_or("", |entry| entry.sentence);
+    let groups = known
+        .chunk_by(|a, b| title(a.0) == title(b.0))
+        .map(|group| {
+            let results = group.iter();
+            let results = results.map(|(place, name, value)| (*name, *value, sentence(*place)));
+            ResultGroup {
+                title: title(group[0].0),
+                results: results.collect(),
+            }
+        });
+    groups.collect()
 }
 
 /// Tables of the results of a run, a group each.

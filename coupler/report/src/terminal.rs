@@ -53,10 +53,8 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
     ];
     let changed = changed(&run);
     lines.extend(changed.iter().map(|line| format!("set       {line}")));
-    let (time, windows) = (
-        with_unit(number("sim_time_s"), "s"),
-        four(number("windows")),
-    );
+    let time = with_unit(number("sim_time_s"), "s");
+    let windows = four(number("windows"));
     lines.push(format!("simulated {time} in {windows} windows"));
     lines.push(format!("wall      {}", span(number("wall_s"))));
     if warnings.is_empty() && run.text("status") == "completed" {

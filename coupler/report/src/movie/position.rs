@@ -63,12 +63,9 @@ pub fn beside(
         ));
     }
     let up = gaps.iter().sum::<f64>() / gaps.len() as f64;
+    let (mm, set, partner, other) = (1e3 * up, joint.set, joint.partner, joint.partner_set);
     let note = format!(
-        "has a frame of its own: drawn {:.3} mm higher, where its {} meets the grains glued to it (`{}.{}`)",
-        1e3 * up,
-        joint.set,
-        joint.partner,
-        joint.partner_set
+        "has a frame of its own: drawn {mm:.3} mm higher, where its {set} meets the grains glued to it (`{partner}.{other}`)"
     );
     Ok(MeshPosition {
         up,
