@@ -22,10 +22,7 @@ pub fn bars<const N: usize>(
 ) -> String {
     let mut svg = Svg::default();
     for (k, [words, colour, _]) in kinds.iter().enumerate() {
-        let x = LEFT + ENTRY * k as f64;
-        let style = format!("fill=\"{colour}\" stroke=\"#444\"");
-        svg.rectangle(&style, [x, 6.0], [18.0, 12.0]);
-        svg.text([x + 24.0, 17.0], Anchor::Start, words);
+        svg.swatch(colour, [LEFT + ENTRY * k as f64, 6.0], words);
     }
     for (row, (name, parts)) in bars.iter().enumerate() {
         let y = 30.0 + ROW * row as f64;

@@ -56,9 +56,7 @@ impl ColourScale {
         }
         if let Some(word) = self.below {
             svg.raw(HATCH);
-            let style = format!("fill=\"{BELOW}\" stroke=\"#444\"");
-            svg.rectangle(&style, [60.0, 8.0], [18.0, 12.0]);
-            svg.text([84.0, 19.0], Anchor::Start, word);
+            svg.swatch(BELOW, [60.0, 8.0], word);
         }
     }
 }

@@ -204,9 +204,7 @@ pub fn maps_of_kinds(
     let mut svg = Svg::default();
     let mut x = SPACE[0];
     for [colour, words] in kinds {
-        let style = format!("fill=\"{colour}\" stroke=\"#444\"");
-        svg.rectangle(&style, [x, 8.0], [18.0, 12.0]);
-        svg.text([x + 24.0, 19.0], Anchor::Start, words);
+        svg.swatch(colour, [x, 8.0], words);
         x += 60.0 + LETTER * words.chars().count() as f64;
     }
     draw_below(svg, BAR, maps, content)

@@ -1,7 +1,5 @@
 //! A drawing while it is written. Lengths are in pixels, y points downwards; a style is the text of SVG attributes.
 
-use std::fmt::Write as _;
-
 /// The end of a text that stands at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
@@ -25,7 +23,7 @@ pub struct Svg {
 impl Svg {
     /// A path by its data.
     pub fn path(&mut self, style: &str, data: &str) {
-        let _ = write!(self.inside, "<path {style} d=\"{data}\"/>");
+        self.raw(&format!("<path {style} d=\"{data}\"/>"));
     }
 
     /// A line through points.
@@ -41,6 +39,13 @@ impl Svg {
     pub fn rectangle(&mut self, style: &str, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
         let [x, y, width, height] = [x, y, width, height].map(short);
         self.path(style, &format!("M{x} {y}h{width}v{height}h-{width}z"));
+    }
+
+    /// A small area of this colour with words beside it, as legends have them.
+    pub fn swatch(&mut self, colour: &str, [x, y]: [f64; 2], words: &str) {
+        let style = format!("fill=\"{colour}\" stroke=\"#444\"");
+        self.rectangle(&style, [x, y], [18.0, 12.0]);
+        self.text([x + 24.0, y + 11.0], Anchor::Start, words);
     }
 
     /// A circle.
@@ -69,10 +74,9 @@ impl Svg {
     /// Text that reads upwards, its middle at a position.
     pub fn upright_text(&mut self, [x, y]: [f64; 2], words: &str) {
         let ([x, y], words) = ([x, y].map(short), escape(words));
-        let _ = write!(
-            self.inside,
+        self.raw(&format!(
             "<text transform=\"translate({x} {y}) rotate(-90)\" text-anchor=\"middle\">{words}</text>"
-        );
+        ));
     }
 
     /// Finished SVG as a part of this drawing.
