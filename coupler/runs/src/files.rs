@@ -115,7 +115,7 @@ impl RunFiles {
 
     /// Its own copy of its scenario.
     pub fn scenario(&self) -> Setup {
-        Setup::of(&self.path)
+        Setup::from(&self.scenario_table())
     }
 
     /// A text of the summary, such as its `status`.

@@ -1,8 +1,6 @@
 //! The parts of a scenario that pages go by, read from the run's own copy as far as it can be read: a run may be older than this
 //! program, and its files may be gone.
 
-use std::path::Path;
-
 use coordinator::scenario::{Plausible, TransportKind};
 use serde::Deserialize;
 use toml::{Table, Value};
@@ -38,13 +36,8 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// The setup in the `scenario.toml` of a run directory.
-    pub fn of(run: &Path) -> Setup {
-        let text = std::fs::read_to_string(run.join("scenario.toml")).unwrap_or_default();
-        Setup::from(&text.parse().unwrap_or_default())
-    }
-
-    fn from(table: &Table) -> Setup {
+    /// The setup in a `scenario.toml`.
+    pub fn from(table: &Table) -> Setup {
         let list = |key| {
             let list = table.get(key).and_then(Value::as_array);
             list.into_iter().flatten()
