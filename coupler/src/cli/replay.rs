@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::common::{
@@ -258,7 +257,7 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
             }
         });
         let drifts = drift::table(&replayed.drift).into_iter();
-        lines.extend(drifts.map(|(kind, last, largest)| {
+        lines.extend(drifts.map(|(_, kind, last, largest)| {
             format!("  drift of {kind}: {last:.3e} in the last window, {largest:.3e} at most")
         }));
     }
@@ -299,10 +298,8 @@ fn json(
 /// By kind: the drift in the last window, the largest, and that of each window.
 fn drifts(replayed: &Replayed) -> Value {
     let rows = drift::table(&replayed.drift).into_iter();
-    let rows = rows.map(|(name, last, largest)| {
-        let mut known = Kind::WORDS.iter();
-        let kind = known.find(|(_, word)| word.eq_ignore_ascii_case(name));
-        let windows = kind.map(|(kind, _)| drift::by_window(&replayed.drift, *kind));
+    let rows = rows.map(|(kind, name, last, largest)| {
+        let windows = drift::by_window(&replayed.drift, kind);
         let value = json!({ "last_rel": last, "max_rel": largest, "windows": windows });
         (name.to_string(), value)
     });

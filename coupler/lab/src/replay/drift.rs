@@ -29,11 +29,12 @@ pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
 }
 
 /// The drift at the last window and the largest of all, by kind.
-pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
+pub fn table(drift: &[Drift]) -> Vec<(Kind, &'static str, f64, f64)> {
     let rows = DRAWN.iter().filter_map(|(kind, name)| {
         let windows = by_window(drift, *kind);
         let last = *windows.values().last()?;
-        Some((*name, last, windows.values().copied().fold(0.0, larger)))
+        let most = windows.values().copied().fold(0.0, larger);
+        Some((*kind, *name, last, most))
     });
     rows.collect()
 }
