@@ -22,5 +22,3 @@ pub mod faults;
 pub mod page;
 mod signals;
 pub mod suite;
-
-pub use suite::run_suite;

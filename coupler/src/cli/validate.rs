@@ -13,8 +13,8 @@ use coordinator::run::session::{RunOptions, fresh_run_id};
 use kit::scratch::Scratch;
 use lab::validate::faults::row::FaultRow;
 use lab::validate::faults::{Campaign, run_campaign};
-use lab::validate::suite::{CaseRow, SuiteOptions};
-use lab::validate::{page, run_suite};
+use lab::validate::page;
+use lab::validate::suite::{CaseRow, SuiteOptions, run_suite};
 use report::provenance::quoted;
 use scenes::{FILES, kept};
 

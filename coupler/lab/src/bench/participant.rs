@@ -1,7 +1,5 @@
 //! Time from a request of the coupler to the answer of any participant.
 
-use std::cell::OnceCell;
-
 use serde::Serialize;
 
 use super::time_turns;
@@ -11,7 +9,6 @@ use crate::conform::tested::{ConformOptions, Part, ScenarioLauncher, TestedParti
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::{Loaded, parse};
 use coordinator::scenario::source::ScenarioSource;
-use scheme::clock::Clock;
 
 /// Windows that pass before counting starts.
 const WARM_UP: usize = 200;
@@ -58,23 +55,17 @@ pub fn bench(
     let launcher = ScenarioLauncher::new(loaded, options);
     let (peers, greeted) = launcher.launch(&participant, 1)?;
     drop(peers);
-    let description = greeted.description;
-    let tested = if loaded.scenario.interface.is_empty() {
-        TestedParticipant {
-            launcher: &launcher,
-            participant: &participant,
-            part: Part::joined(&description),
-            sets: description.sets.first().cloned().into_iter().collect(),
-            clock: Clock {
-                step_s: description.step_s.unwrap_or(1e-6),
-                substeps: 1,
-            },
-            description,
-            boundary: OnceCell::new(),
-        }
-    } else {
-        TestedParticipant::new(&launcher, &participant, description)?
-    };
+    let mut description = greeted.description;
+    let no_interface = loaded.scenario.interface.is_empty();
+    if no_interface {
+        description.step_s.get_or_insert(1e-6);
+    }
+    let mut tested = TestedParticipant::new(&launcher, &participant, description)?;
+    if no_interface {
+        tested.part = Part::joined(&tested.description);
+        tested.sets = tested.description.sets.iter().take(1).cloned().collect();
+        tested.clock.substeps = 1;
+    }
     if tested.part == Part::Alone || !tested.description.capabilities.rollback {
         let problem = "takes part in no interface, or cannot be asked for a window twice: there is no exchange to time";
         return Err(Refusal::participant(name, problem).into());

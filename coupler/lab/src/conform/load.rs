@@ -51,13 +51,9 @@ impl TrialLoads {
     /// The load of a window; another `draw` gives another one for the same window.
     pub fn of_window(&self, index: u64, draw: u64) -> Vec<f64> {
         let mut random = Random::new(index.wrapping_mul(1_000_003).wrapping_add(draw));
-        let mut load = Vec::with_capacity(2 * self.points);
-        for _ in 0..self.points {
-            for mean in self.mean {
-                load.push(self.scale * (mean + self.chance * (2.0 * random.share() - 1.0)));
-            }
-        }
-        load
+        let mut drawn = |mean| mean + self.chance * (2.0 * random.share() - 1.0);
+        let means = self.mean.iter().cycle().take(2 * self.points);
+        means.map(|mean| self.scale * drawn(mean)).collect()
     }
 
     /// Forces that grow from nothing and go back to it in `windows`; velocities that come and go.
