@@ -40,22 +40,19 @@ pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
             &[("repeats", "repeats")],
         );
     }
-    let solve = |file: &str, caption: &str, y: YAxis, line: (&str, &str)| {
-        over_time(file, caption, y, &[line])
-    };
     charts.extend([
         works(&run.signals),
-        solve(
+        over_time(
             "contact-residual.svg",
             "Residual of the contact solve of each window, which is held against its tolerance",
             YAxis::Log("residual"),
-            ("true residual", "true_residual"),
+            &[("true residual", "true_residual")],
         ),
-        solve(
+        over_time(
             "contact-iterations.svg",
             "Iterations of the contact solve of each window",
             YAxis::Linear("iterations", 1.0),
-            ("iterations", "iterations"),
+            &[("iterations", "iterations")],
         ),
     ]);
     charts

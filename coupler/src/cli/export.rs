@@ -10,9 +10,7 @@ use coordinator::error::{Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
 use exchange_log::export::{Selection, bytes, long, wide};
 use exchange_log::timing;
-use exchange_log::timing::TIMING;
 use exchange_log::trace;
-use exchange_log::trace::Windows;
 
 /// Size of tables (bytes) that is told before they are written.
 const MANY_BYTES: u64 = 50_000_000;
@@ -40,7 +38,7 @@ pub struct ExportArguments {
     trace: bool,
     /// Only the time of these windows, from A to B, both included.
     #[arg(long, value_name = "A..B", requires = "trace", value_parser = windows)]
-    windows: Option<Windows>,
+    windows: Option<trace::Windows>,
     #[command(flatten)]
     damaged: RecoverArgument,
 }
@@ -96,7 +94,7 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
 }
 
 fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
-    let file = file_of(&arguments.run, TIMING);
+    let file = file_of(&arguments.run, timing::TIMING);
     if !file.is_file() {
         let problem = "no such file: runs with run.output.exchange = false and runs of older builds have no wall-clock times; give a run directory, or run the scenario again";
         return Err(Refusal::file(file, problem).into());
@@ -124,7 +122,7 @@ fn refuse_existing(out: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn windows(text: &str) -> Result<Windows, String> {
+fn windows(text: &str) -> Result<trace::Windows, String> {
     let ends = text.split_once("..").map(|(first, last)| [first, last]);
     let numbers = ends.map(|ends| ends.map(|end| end.trim().parse::<u64>().ok()));
     match numbers {

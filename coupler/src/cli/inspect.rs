@@ -7,8 +7,7 @@ use serde_json::{Value, json};
 
 use super::common::{RecoverArgument, VerbResult, log_of, print};
 use coordinator::run::checkpoint::{FOLDER, file};
-use exchange_log::COUPLER;
-use exchange_log::{LogError, LogSummary, summarize};
+use exchange_log::{COUPLER, LogError, LogSummary, summarize};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]

@@ -112,16 +112,9 @@ impl EnsembleMean {
 
 /// means.csv.
 pub fn csv(means: &[EnsembleMean]) -> String {
-    let mut text = line(&[
-        "measure",
-        "setting",
-        "scenes",
-        "mean",
-        "standard_deviation",
-        "half_width_95",
-        "difference",
-        "difference_half_width_95",
-    ]);
+    let mut text = String::from(
+        "measure,setting,scenes,mean,standard_deviation,half_width_95,difference,difference_half_width_95\n",
+    );
     for of in means {
         let difference = of.difference.map(|both| both.map(|x| format!("{x:e}")));
         let [difference, its_half_width] = difference.unwrap_or_default();

@@ -182,13 +182,11 @@ impl StudyFile {
     /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
     /// be that of a shipped one.
     pub fn locate(path: &Path) -> PathBuf {
-        let named = Path::new("scenarios/studies").join(path);
-        if path.is_dir() {
-            path.join(STUDY)
-        } else if !path.exists() && named.join(STUDY).is_file() {
-            named.join(STUDY)
-        } else {
-            path.to_path_buf()
+        let named = Path::new("scenarios/studies").join(path).join(STUDY);
+        match path.exists() {
+            true if path.is_dir() => path.join(STUDY),
+            false if named.is_file() => named,
+            _ => path.to_path_buf(),
         }
     }
 

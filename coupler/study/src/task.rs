@@ -130,10 +130,9 @@ impl TaskFolder {
         }
         let free = self.lock()?.is_some() && !self.lives_elsewhere();
         // It may have ended between the two looks.
-        let otherwise = if free {
-            TaskStage::Waiting
-        } else {
-            TaskStage::Running
+        let otherwise = match free {
+            true => TaskStage::Waiting,
+            false => TaskStage::Running,
         };
         Ok(self.done().unwrap_or(otherwise))
     }

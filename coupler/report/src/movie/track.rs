@@ -73,10 +73,8 @@ impl Track {
         let next = self.times_s.partition_point(|t| *t < time_s);
         let near = [next.checked_sub(1), Some(next)].into_iter().flatten();
         let rows = near.filter(|row| *row < self.times_s.len());
-        rows.min_by(|a, b| {
-            let far = |row: usize| (self.times_s[row] - time_s).abs();
-            far(*a).total_cmp(&far(*b))
-        })
+        let far = |row: &usize| (self.times_s[*row] - time_s).abs();
+        rows.min_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
     /// The numbers beside a frame at a time (s): of the nearest row, with the time of that row.
