@@ -101,14 +101,12 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         other: others.transpose()?,
     };
     let beside = other.map(|other| compare::distances(run, other));
+    let beside = beside.transpose()?;
     let charts =
         |title, charts: Vec<_>| Section::of_pictures(title, Vec::new(), plots(&tables, &charts));
     let mut all = vec![
         Section::of_text("Verdict", verdict::judged(run)),
-        Section::of_text(
-            "Beside another run",
-            beside.transpose()?.unwrap_or_default(),
-        ),
+        Section::of_text("Beside another run", beside.unwrap_or_default()),
         Section::of_text("Provenance", provenance::provenance(run)),
         Section::of_pictures("Scene", scene(run)?, Vec::new()),
         Section::of_pictures(

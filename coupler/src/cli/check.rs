@@ -88,7 +88,14 @@ fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
             lines.extend(cost_lines(summary, &cost));
             Ok((lines, None))
         }
-        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
+        (
+            None,
+            Some(Error::Deadline {
+                peer,
+                key: "setup_s",
+                ..
+            }),
+        ) => {
             lines.push(format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
             ));

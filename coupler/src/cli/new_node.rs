@@ -56,13 +56,10 @@ pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
         let problem = "is there already: give another name, or another folder with --into";
         return Err(Refusal::file(folder, problem).into());
     }
-    let shipped = |file| scenes::text(&format!("foreign/rust-bed/{file}")).map(|text| (file, text));
+    let shipped = |file| Some((file, scenes::text(&format!("foreign/rust-bed/{file}"))?));
+    let rust = RUST.into_iter().filter_map(shipped);
     let (files, old, protocol): (Vec<_>, _, _) = match arguments.language {
-        Language::Rust => (
-            RUST.into_iter().filter_map(shipped).collect(),
-            "rust-bed",
-            Some(protocol(arguments)?),
-        ),
+        Language::Rust => (rust.collect(), "rust-bed", Some(protocol(arguments)?)),
         Language::Python => (PYTHON.into(), "skeleton", None),
     };
     for (place, text) in files {

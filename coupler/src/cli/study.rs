@@ -25,7 +25,7 @@ use study::pool::{self, TaskCommand};
 use study::progress::StudyProgress;
 use study::slurm::{Slurm, array_name, ended, queue};
 use study::stored::{StoredStudy, serves_budgets};
-use study::task::{SILENT, TaskFolder, TaskOutcome, TaskStage};
+use study::task::{SILENT, TaskFolder, TaskStage};
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
@@ -373,11 +373,9 @@ fn status(opened: &Opened) -> VerbResult {
         match stage {
             TaskStage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
             TaskStage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
-            TaskStage::Done(TaskOutcome {
-                status, message, ..
-            }) => {
+            TaskStage::Done(done) => {
                 failed += 1;
-                lines.push(format!("task {index} {status}: {message}"));
+                lines.push(format!("task {index} {}: {}", done.status, done.message));
             }
             TaskStage::Running => {
                 running += 1;

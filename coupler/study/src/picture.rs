@@ -271,15 +271,15 @@ pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     Some(page.svg())
 }
 
+/// A mean with the keys that its setting chooses values of, and the values.
+type Point<'a, const N: usize> = (&'a EnsembleMean, &'a [(usize, String); N]);
+
 /// The means of settings that choose values of so many keys, with these and their values; the reference aside. `None` where a setting
 /// chooses more or fewer.
-fn points<const N: usize>(
-    means: &[EnsembleMean],
-) -> Option<Vec<(&EnsembleMean, &[(usize, String); N])>> {
+fn points<const N: usize>(means: &[EnsembleMean]) -> Option<Vec<Point<'_, N>>> {
     let points = means.iter().filter(|of| !of.chosen.is_empty());
-    points
-        .map(|of| Some((of, of.chosen[..].try_into().ok()?)))
-        .collect()
+    let points = points.map(|of| Some((of, of.chosen[..].try_into().ok()?)));
+    points.collect()
 }
 
 /// Words along the axis of a key.
