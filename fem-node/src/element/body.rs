@@ -390,6 +390,4 @@ fn structured_row(layout: Layout, u: &[f64], row: usize) -> CornerRows<'_> {
 
 mod nonlinear;
 #[cfg(test)]
-pub(super) mod plastic_tests;
-#[cfg(test)]
-mod tests;
+pub(super) mod tests;

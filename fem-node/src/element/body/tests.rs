@@ -1,5 +1,7 @@
 //! Lumped masses, the kernels against the matrices, and forces under large rotations.
 
+pub(in crate::element) mod plastic;
+
 use super::*;
 
 #[test]

@@ -4,7 +4,7 @@ use super::*;
 use crate::config::choice::{ElementKind, Plane};
 use crate::config::material::MaterialConfig;
 use crate::element::body::Body;
-use crate::element::body::plastic_tests::{PlasticRow, wobbly};
+use crate::element::body::tests::plastic::{PlasticRow, wobbly};
 use crate::element::points::FLOWED;
 use crate::element::supports::Supports;
 use crate::material::nonlinear::plain::respond;

@@ -1,10 +1,10 @@
 //! Plasticity that an element does not use, and the bound that says so.
 
-use super::super::linear::BoundedRow;
-use super::super::points::{FLOWED, YieldCandidates};
-use super::*;
 use crate::config::choice::Plane;
 use crate::config::material::MaterialConfig;
+use crate::element::body::*;
+use crate::element::linear::BoundedRow;
+use crate::element::points::{FLOWED, YieldCandidates};
 use crate::element::shape::{GAUSS_POINTS, jacobian};
 use crate::material::j2::J2;
 use crate::output::probe;
@@ -18,7 +18,7 @@ const KINDS: [ElementKind; 3] = [
 const THICKNESS: f64 = 0.7;
 
 /// Numbers in -1..1 that look like chance.
-pub(in super::super) struct Chance(u64);
+pub(in crate::element) struct Chance(u64);
 
 impl Chance {
     fn next(&mut self) -> f64 {
@@ -31,7 +31,7 @@ impl Chance {
 }
 
 /// One row of elements, no two alike and no side parallel to another.
-pub(in super::super) fn wobbly(columns: usize) -> Mesh {
+pub(in crate::element) fn wobbly(columns: usize) -> Mesh {
     let mut chance = Chance(columns as u64);
     let shift: Vec<f64> = (0..4 * (columns + 1))
         .map(|_| 0.3 * chance.next())
@@ -43,17 +43,17 @@ pub(in super::super) fn wobbly(columns: usize) -> Mesh {
 }
 
 /// A row of elements under plasticity.
-pub(in super::super) struct PlasticRow {
-    pub(in super::super) body: Body,
-    pub(in super::super) elastic: Elastic,
-    pub(in super::super) plastic: J2,
+pub(in crate::element) struct PlasticRow {
+    pub(in crate::element) body: Body,
+    pub(in crate::element) elastic: Elastic,
+    pub(in crate::element) plastic: J2,
     kind: ElementKind,
     mesh: Mesh,
 }
 
 /// What a step of a row leaves: forces and history.
 #[derive(Debug, PartialEq)]
-pub(in super::super) struct Step {
+pub(in crate::element) struct Step {
     forces: Vec<[f64; 8]>,
     history: Vec<f64>,
     dissipated: Vec<f64>,
@@ -62,12 +62,12 @@ pub(in super::super) struct Step {
 
 impl Step {
     /// Number of elements that have flowed.
-    pub(in super::super) fn flowed(&self) -> usize {
+    pub(in crate::element) fn flowed(&self) -> usize {
         self.flowed.iter().filter(|flowed| **flowed).count()
     }
 
     /// Equal within so much of the largest number of each kind.
-    pub(in super::super) fn agrees_with(&self, other: &Step, tolerance: f64) {
+    pub(in crate::element) fn agrees_with(&self, other: &Step, tolerance: f64) {
         let flat = |step: &Step| step.forces.concat();
         let pairs = [
             (flat(self), flat(other)),
@@ -84,7 +84,7 @@ impl Step {
 }
 
 impl PlasticRow {
-    pub(in super::super) fn new(kind: ElementKind, mesh: &Mesh) -> PlasticRow {
+    pub(in crate::element) fn new(kind: ElementKind, mesh: &Mesh) -> PlasticRow {
         let material = MaterialConfig {
             yield_pa: Some(0.5),
             hardening_pa: Some(0.3),
@@ -112,7 +112,7 @@ impl PlasticRow {
     }
 
     /// A step to the field of a seed from no strain, by these forces of the row.
-    pub(in super::super) fn run(
+    pub(in crate::element) fn run(
         &self,
         scale: f64,
         forces: impl FnMut(StrainPath, &mut RowForces),
