@@ -57,14 +57,11 @@ pub fn proposal(word: &str, together: &str, candidates: &[&str]) -> String {
     }
 }
 
-/// Reads a participant's own keys into its configuration type, see [`read_keys`].
-pub fn read_config<T: DeserializeOwned>(config: &serde_json::Value) -> Result<T, ConfigError> {
-    read_keys(config)
-}
-
-/// Reads a table of keys into its type. Unknown and missing keys and wrong types are errors that name the key; for an unknown key the
+/// Reads a table of keys, such as the configuration of a participant, into its type. Unknown and missing keys and wrong types are errors that name the key; for an unknown key the
 /// nearest valid one is proposed.
-pub fn read_keys<'a, T: DeserializeOwned>(table: impl Deserializer<'a>) -> Result<T, ConfigError> {
+pub fn read_config<'a, T: DeserializeOwned>(
+    table: impl Deserializer<'a>,
+) -> Result<T, ConfigError> {
     serde_path_to_error::deserialize(table).map_err(|error| {
         let path = error.path().to_string();
         let message = error.inner().to_string();

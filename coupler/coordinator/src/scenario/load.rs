@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use kit::ConfigError;
-use kit::keys::read_keys;
+use kit::keys::read_config;
 use kit::limits::finite;
 use serde::de::DeserializeOwned;
 
@@ -126,7 +126,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     numbers
         .try_for_each(|(key, value)| finite(&key, value.as_float().unwrap_or(0.0)))
         .map_err(refused)?;
-    let scenario: Scenario = read_keys(table.clone()).map_err(refused)?;
+    let scenario: Scenario = read_config(table.clone()).map_err(refused)?;
     check(&scenario).map_err(refused)?;
     let shipped = scenario
         .run
@@ -160,7 +160,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let table: Result<toml::Table, _> = text.parse();
     let table = table.map_err(|error: toml::de::Error| error.to_string())?;
-    read_keys(table).map_err(|error| error.to_string())
+    read_config(table).map_err(|error| error.to_string())
 }
 
 /// Where a scenario was found.
