@@ -40,6 +40,8 @@ VECTORS = ("displacement_m", "displacement_since_start_m", "velocity_m_per_s", "
 def parts(run):
     """The file of each part at the last time of fields.pvd, and that time (s)."""
     path = run / "fields.pvd"
+    if not path.exists() and any(run.glob("fields/*.vtkhdf")):
+        sys.exit(f"{run} has its fields as VTKHDF: open fields/*.vtkhdf in ParaView; this script reads those of run.output.fields_format = \"vtk-xml\"")
     if not path.exists():
         sys.exit(f"{path} is not there: the run wrote no fields (run.output.fields = false?), or is no run directory")
     sets = list(ElementTree.parse(path).getroot().iter("DataSet"))

@@ -55,6 +55,30 @@ fn an_unknown_key_names_its_line_and_its_neighbour() {
     );
 }
 
+/// The suites run a program that was built without the feature `vtkhdf`.
+#[test]
+fn a_format_of_fields_that_the_program_does_not_have_is_refused_with_how_to_build_it() {
+    let with = |word: &str| format!("output.fields_format = \"{word}\"\nthickness_m = 1e-3");
+    text_refused(
+        "thickness_m = 1e-3",
+        &with("vtkhdf"),
+        &[
+            "run.output.fields_format",
+            "cargo install --locked --path coupler --features vtkhdf",
+            "changed.toml",
+        ],
+    );
+    text_refused(
+        "thickness_m = 1e-3",
+        &with("vtkhfd"),
+        &[
+            "run.output.fields_format",
+            "`vtk-xml`",
+            "did you mean `vtkhdf`?",
+        ],
+    );
+}
+
 #[test]
 fn a_missing_key_is_named() {
     text_refused(

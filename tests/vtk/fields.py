@@ -2,6 +2,7 @@
 
 check README RUN ...    steps, times, files, arrays and ranges of each run
 same RUN RUN            the files of two runs, byte by byte
+vtkhdf RUN RUN          the steps and arrays of the files of VTKHDF of the second run, bit by bit those of the series of the first
 none RUN                a run that was told to write none
 views FOLDER ...        pictures that show something
 """
@@ -13,8 +14,10 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
 READERS = {".vtu": vtkXMLUnstructuredGridReader, ".vtp": vtkXMLPolyDataReader}
@@ -172,6 +175,69 @@ def same(one, other):
     print(f"{one.name}, {other.name}: {len(names[0]) + 1} files, the same bytes")
 
 
+def mesh(data):
+    """Points and cells as arrays: of polygons all kinds of cells."""
+    found = {"points": data.GetPoints().GetData()}
+    kinds = ("Verts", "Lines", "Polys", "Strips") if data.IsA("vtkPolyData") else ("Cells",)
+    for kind in kinds:
+        cells = getattr(data, f"Get{kind}")()
+        found |= {f"{kind} connectivity": cells.GetConnectivityArray(), f"{kind} offsets": cells.GetOffsetsArray()}
+    return found
+
+
+def whole(data):
+    """All arrays of a dataset, mesh included, as NumPy has them."""
+    found = {name: vtk_to_numpy(array) for name, array in [*mesh(data).items(), *arrays(data).items()]}
+    return {**found, "types": np.array([data.GetCellType(cell) for cell in range(data.GetNumberOfCells())])}
+
+
+def vtkhdf(series, gathered):
+    """The same steps with the same points, cells and data, types of their numbers included."""
+    folder = gathered / "fields"
+    left = [path.name for path in folder.iterdir() if path.suffix in READERS or path.suffix in (".pvd", ".part")]
+    require(not left and not (gathered / "fields.pvd").exists(), f"{gathered}: {left or 'fields.pvd'} beside the files of VTKHDF")
+    told = json.loads((gathered / "summary.json").read_text())["fields"]
+    paths = sorted(folder.glob("*.vtkhdf"), key=lambda path: path.stem)
+    size = sum(path.stat().st_size for path in paths)
+    require([len(paths), size] == [told["files"], told["bytes"]], f"{gathered}: {len(paths)} files of {size} bytes, summary.json tells {told['files']} of {told['bytes']}")
+    expected = {}
+    for time, part, path in sets(series / "fields.pvd"):
+        expected.setdefault(part, []).append((time, path))
+    require(sorted(expected) == [path.stem for path in paths], f"{gathered}: parts {[path.stem for path in paths]}, the series has {sorted(expected)}")
+    compared = 0
+    for path in paths:
+        messages = vtkStringOutputWindow()
+        vtkOutputWindow.SetInstance(messages)
+        reader = vtkHDFReader()
+        reader.SetFileName(str(path))
+        reader.UpdateInformation()
+        own = expected[path.stem]
+        # One step is none to VTK.
+        temporal = bool(reader.GetHasTemporalData()) == (len(own) > 1)
+        require(temporal and reader.GetNumberOfSteps() == len(own), f"{path}: {reader.GetNumberOfSteps()} steps, the series has {len(own)}")
+        # From the end to the start as well: a step does not depend on the one that was read before.
+        for step in [*range(len(own)), *reversed(range(len(own)))]:
+            time, xml = own[step]
+            reader.SetStep(step)
+            reader.Update()
+            require(len(own) == 1 or reader.GetTimeValue() == time, f"{path}: step {step} is at {reader.GetTimeValue()}, {xml.name} at {time}")
+            ours, theirs = whole(read(xml)), whole(reader.GetOutput())
+            require(ours.keys() == theirs.keys(), f"{path}, step {step}: {sorted(theirs)}, {xml.name} has {sorted(ours)}")
+            for name, values in ours.items():
+                other = theirs[name]
+                alike = (values.dtype, values.shape) == (other.dtype, other.shape)
+                # Cells of one kind may be counted in fewer bits; their numbers are whole.
+                alike = alike or " " in name and values.shape == other.shape
+                require(alike, f"{path}, step {step}: {name} is {other.dtype} {other.shape}, in {xml.name} {values.dtype} {values.shape}")
+                bits = values.tobytes() == other.astype(values.dtype).tobytes()
+                require(bits, f"{path}, step {step}: {name} differs from {xml.name}")
+                compared += 1
+        said = messages.GetOutput().strip()
+        require(not said and reader.GetErrorCode() == 0, f"{path}: VTK says {said or reader.GetErrorCode()}")
+    before = json.loads((series / "summary.json").read_text())["fields"]
+    print(f"{gathered.name}: {compared} arrays as in {before['files']} files of {before['bytes']} bytes, in {len(paths)} of {size}")
+
+
 def none(run):
     """No file, and no word of any."""
     left = list((run / "fields").iterdir()) + list(run.glob("*.pvd"))
@@ -202,8 +268,8 @@ def main(verb, *words):
         documented = set(re.findall(r"`(\w+)`", section))
         for run in paths[1:]:
             check(run, documented)
-    elif verb == "same":
-        same(*paths)
+    elif verb in ("same", "vtkhdf"):
+        {"same": same, "vtkhdf": vtkhdf}[verb](*paths)
     else:
         for path in paths:
             {"none": none, "views": views}[verb](path)

@@ -1,7 +1,7 @@
 //! Files and lines that come about while a run goes on:
 //!
 //! - [`signals`]: one row a window; [`table`]: size, rows and hash of a table; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
-//! - [`vtk_arrays`]: the fields read again;
+//! - [`vtk_arrays`]: the fields read again; `vtkhdf`, a feature: gathered in one file a part;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
@@ -22,6 +22,8 @@ pub mod state;
 pub mod stderr;
 pub mod table;
 pub mod vtk_arrays;
+#[cfg(feature = "vtkhdf")]
+pub mod vtkhdf;
 
 pub use count::Count;
 pub use progress::Progress;

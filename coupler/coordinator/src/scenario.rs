@@ -131,6 +131,20 @@ pub struct Output {
     pub fields_every_s: Option<f64>,
     /// Write fields, at the ends of phases and of the run at least, and the tables beside them.
     pub fields: bool,
+    /// Files that the fields of a run have once it is over: one of VTK XML a part and moment, or one of VTKHDF a part, for which the program
+    /// is built with the feature `vtkhdf`.
+    pub fields_format: FieldsFormat,
+}
+
+/// Files of the fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldsFormat {
+    /// One file of VTK XML a part and moment.
+    #[default]
+    VtkXml,
+    /// One file of VTKHDF a part.
+    Vtkhdf,
 }
 
 impl Default for Output {
@@ -142,6 +156,7 @@ impl Default for Output {
             alone_steps: 100,
             fields_every_s: None,
             fields: true,
+            fields_format: FieldsFormat::default(),
         }
     }
 }

@@ -93,6 +93,14 @@ fn save(path: &Path, text: &str) -> Result<(), Error> {
     std::fs::write(path, text).map_err(Error::output(path.display()))
 }
 
+/// What is to say of fields that are not read.
+fn unread_fields(run: &RunFiles) -> String {
+    match run.field_files(".vtkhdf").is_empty() {
+        true => String::new(),
+        false => "<p>The fields are files of VTKHDF, which a report does not read: its pictures of them are left out. ParaView opens them; with <code>run.output.fields_format = \"vtk-xml\"</code> they are drawn.</p>".into(),
+    }
+}
+
 /// The sections that the run has something for.
 fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Error> {
     let others = other.map(|other| Ok::<_, Error>((curves::signals(other)?, name(other))));
@@ -108,7 +116,10 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
         Section::of_text("Verdict", verdict::judged(run)),
         Section::of_text("Beside another run", beside.unwrap_or_default()),
         Section::of_text("Provenance", provenance::provenance(run)),
-        Section::of_pictures("Scene", scene(run)?, Vec::new()),
+        Section {
+            maps: scene(run)?,
+            ..Section::of_text("Scene", unread_fields(run))
+        },
         Section::of_pictures(
             "Load, friction and contact",
             body::status(run)?,

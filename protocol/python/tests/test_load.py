@@ -137,6 +137,7 @@ class Load(Program):
     def test_what_is_missing_is_said(self):
         folder = self.copy("without")
         (folder / "exchange.mcap").unlink()
+        (folder / "fields" / "third-body.pvd").rename(folder / "fields" / "third-body.vtkhdf")
         run = thirdbody.load(folder)
         for problem, words, ask in [
             (FileNotFoundError, "exchange.mcap is missing.*removed", lambda: run.interface()),
@@ -144,6 +145,7 @@ class Load(Program):
             (KeyError, "no participant `wheel`; participants: rail, third-body", lambda: run.fields("wheel")),
             (KeyError, "no moment `hold` of `rail`; moments: end", lambda: run.fields("rail")["hold"]),
             (KeyError, "no array `speed`; arrays: points_m", lambda: run.fields("rail")["end"]["speed"]),
+            (FileNotFoundError, "third-body.vtkhdf beside it.*h5py", lambda: run.fields("third-body")),
             (KeyError, "no column `speed`; columns: t_s", lambda: run.signals.column("speed")),
             (FileNotFoundError, "profile-top.csv is missing; status of the run", lambda: run.profile_of("top")),
             (FileNotFoundError, "neither summary.json nor manifest.json", lambda: thirdbody.load(self.work)),

@@ -63,6 +63,9 @@ class Fields:
         self.participant = participant
         if not listed.is_file():
             known = sorted(path.stem for path in folder.glob("*.pvd"))
+            if (folder / f"{participant}.vtkhdf").is_file():
+                hint = f"{participant}.vtkhdf beside it has these fields: h5py or VTK reads it, this package what run.output.fields_format = \"vtk-xml\" leaves"
+                raise FileNotFoundError(f"{listed} is missing; {hint}")
             hint = f"participants with fields: {', '.join(known)}" if known else "no participant wrote any: the run ended before its first moment"
             raise FileNotFoundError(f"{listed} is missing; {hint}")
         tree = _parse(listed, listed.read_bytes())

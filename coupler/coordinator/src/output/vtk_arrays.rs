@@ -19,15 +19,36 @@ const APPENDED: &[u8] = b"<AppendedData";
 /// Longest markup whose ranges are looked for (bytes); ours has 4 000.
 const MARKUP: u64 = 64 << 10;
 
+/// A data array as a file holds it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StoredArray {
+    /// The section that it stands in: `Points`, `Cells`, `PointData`.
+    pub section: String,
+    /// Its name.
+    pub name: String,
+    /// Type of its numbers, by its name in VTK.
+    pub kind: String,
+    /// Numbers of a tuple.
+    pub components: usize,
+    /// The numbers.
+    pub numbers: Vec<f64>,
+}
+
 /// Reads every array. Those that share a name (connectivity of several kinds of cells) keep the last one's numbers.
 pub fn read(path: &Path) -> Result<Arrays> {
+    let arrays = stored(path)?.into_iter();
+    Ok(arrays.map(|array| (array.name, array.numbers)).collect())
+}
+
+/// Reads every array, with its section and type.
+pub fn stored(path: &Path) -> Result<Vec<StoredArray>> {
     let bytes = fs::read(path).map_err(Error::input(path.display()))?;
     let damaged = |why: String| Refusal::file(path, format!("{why}; run the scenario again"));
     let markup = find(&bytes, APPENDED).unwrap_or(bytes.len());
     let (markup, appended) = bytes.split_at(markup);
     let text = String::from_utf8_lossy(markup);
-    let mut arrays = Arrays::new();
-    for part in text.split("<DataArray ").skip(1) {
+    let mut arrays = Vec::new();
+    for (section, part) in in_sections(&text) {
         let (tag, rest) = part
             .split_once('>')
             .ok_or_else(|| damaged("an unfinished DataArray".into()))?;
@@ -37,10 +58,31 @@ pub fn read(path: &Path) -> Result<Arrays> {
             None => as_text(rest),
             Some(offset) => appended_numbers(&text, appended, tag, offset),
         };
-        let numbers = numbers.map_err(|why| damaged(format!("array {name} {why}")))?;
-        arrays.insert(name.to_string(), numbers);
+        let components = attribute(tag, "NumberOfComponents").map(str::parse);
+        arrays.push(StoredArray {
+            section: section.into(),
+            name: name.into(),
+            kind: attribute(tag, "type").unwrap_or_default().into(),
+            components: components.and_then(Result::ok).unwrap_or(1),
+            numbers: numbers.map_err(|why| damaged(format!("array {name} {why}")))?,
+        });
     }
     Ok(arrays)
+}
+
+/// The markup of each array, from its first attribute on, behind the name of its section: `Points`, `Verts`, `CellData`.
+fn in_sections(markup: &str) -> Vec<(&str, &str)> {
+    let is_section = |name: &&str| name.ends_with('s') || name.ends_with("Data");
+    let mut section = "";
+    let parts: Vec<&str> = markup.split("<DataArray ").collect();
+    let pairs = parts.windows(2).map(|pair| {
+        // The tag that is opened last; those that are closed begin with a slash.
+        let tags = pair[0].rsplit('<').filter(|tag| !tag.starts_with('/'));
+        let mut names = tags.filter_map(|tag| tag.split([' ', '>']).next());
+        section = names.find(is_section).unwrap_or(section);
+        (section, pair[1])
+    });
+    pairs.collect()
 }
 
 /// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
@@ -53,14 +95,9 @@ pub fn ranges(path: &Path) -> Result<ArrayRanges> {
         return Ok(ArrayRanges::new());
     };
     let text = String::from_utf8_lossy(&start[..markup]);
-    let sections = ["PointData", "CellData"].map(|section| {
-        let inside = text.split_once(&format!("<{section}>"));
-        let inside = inside.and_then(|(_, rest)| rest.split_once(&format!("</{section}>")));
-        inside.map_or("", |(inside, _)| inside)
-    });
-    let tags = sections.iter();
-    let tags = tags.flat_map(|text| text.split("<DataArray ").skip(1));
-    let named = tags.filter_map(|tag| {
+    let tags = in_sections(&text).into_iter();
+    let data = tags.filter(|(section, _)| ["PointData", "CellData"].contains(section));
+    let named = data.filter_map(|(_, tag)| {
         let bounds = ["RangeMin", "RangeMax"].map(|key| attribute(tag, key)?.parse().ok());
         let [least, largest] = bounds;
         Some((

@@ -1,10 +1,13 @@
 //! Everything that can be said of a scenario without starting anything.
 
+use kit::keys::refuse_if;
+
 use crate::error::Result;
 use crate::participants::Registry;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
 use crate::plausible::Warning;
+use crate::scenario::FieldsFormat;
 use crate::scenario::load::Loaded;
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
@@ -31,6 +34,14 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         let key = "run.output.fields_every_s";
         warnings.push(Warning::advice("unused_key", key, text));
     }
+    let key = "run.output.fields_format";
+    refuse_if(
+        output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
+        key,
+        "= \"vtkhdf\" is of the feature `vtkhdf`, which this program was built without",
+        "build it with that: cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
+    )
+    .map_err(|error| loaded.source.error(key, error))?;
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme).expect("it is a word");
         let name = &interface.name;

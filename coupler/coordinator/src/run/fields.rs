@@ -42,7 +42,8 @@ struct Part {
     /// Ends of the names that its files may have.
     endings: &'static [&'static str],
     collection: Collection,
-    last: Option<PathBuf>,
+    /// The files that it lists, with their times (s).
+    moments: Vec<(f64, PathBuf)>,
 }
 
 impl<'a> Fields<'a> {
@@ -61,7 +62,7 @@ impl<'a> Fields<'a> {
             stem: stem.into(),
             endings,
             collection: Collection::new(rundir.fields().join(format!("{stem}{more}.pvd"))),
-            last: None,
+            moments: Vec::new(),
         };
         let participants = scenario.participant.iter().flat_map(|participant| {
             let name = &participant.name;
@@ -172,7 +173,7 @@ impl<'a> Fields<'a> {
             let set = |index, file: &str| collection::data_set(time_s, (index, &part.name), file);
             sets += &set(index, &format!("fields/{file}"));
             part.collection.add(&set(0, &file))?;
-            part.last = Some(folder.join(file));
+            part.moments.push((time_s, folder.join(file)));
             self.told.files += 1;
             self.told.bytes += bytes;
         }
@@ -215,11 +216,43 @@ impl<'a> Fields<'a> {
         }
         let mut told = self.told.clone();
         for part in &self.parts {
-            if let Some(path) = &part.last {
+            if let Some((_, path)) = part.moments.last() {
                 told.last.insert(part.name.clone(), ranges(path)?);
             }
         }
         Ok(Some(told))
+    }
+
+    /// Once the run is over, gathers the files of each part in one of VTKHDF, if the scenario asks for that.
+    ///
+    /// # Errors
+    /// A file cannot be read, written or gathered: those of the participants stay.
+    #[cfg(feature = "vtkhdf")]
+    pub fn gather(&self, told: &mut Option<FieldsSummary>) -> Result<()> {
+        let asked = self.run.output.fields_format == crate::scenario::FieldsFormat::Vtkhdf;
+        let Some(told) = told.as_mut().filter(|_| asked) else {
+            return Ok(());
+        };
+        let (start, folder) = (Instant::now(), self.rundir.fields());
+        let parts = self.parts.iter().filter(|part| !part.moments.is_empty());
+        let mut gone = vec![self.rundir.path().join("fields.pvd")];
+        (told.files, told.bytes) = (0, 0);
+        for part in parts {
+            let path = folder.join(format!("{}.vtkhdf", part.name));
+            crate::output::vtkhdf::write(&path, &part.moments)?;
+            told.files += 1;
+            told.bytes += path.metadata().map_or(0, |file| file.len());
+            let names = self.snapshot_times.iter().map(|moment| &*moment.name);
+            let names = names.chain([AT_THE_END]);
+            let files = names.filter_map(|name| part.file(&folder, name));
+            gone.extend(files.map(|(file, _)| folder.join(file)));
+            gone.push(path.with_extension("pvd"));
+        }
+        for path in gone {
+            std::fs::remove_file(&path).map_err(crate::error::Error::output(path.display()))?;
+        }
+        told.wall_s += start.elapsed().as_secs_f64();
+        Ok(())
     }
 }
 

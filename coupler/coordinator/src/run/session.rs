@@ -334,7 +334,12 @@ impl RunSession<'_> {
         });
         let proven = plausible::refuse_contradiction(&judged);
         self.warn(judged);
-        proven
+        proven?;
+        #[cfg(feature = "vtkhdf")]
+        if !self.options.dry_run {
+            outputs.fields.gather(&mut self.summary.fields)?;
+        }
+        Ok(())
     }
 
     /// Takes over the log and the outputs of the resumed run. From the adoption of its checkpoint on, this run

@@ -64,7 +64,7 @@ impl FieldFiles {
         }
         record.put_in_order();
         if record.moments.is_empty() {
-            let problem = "holds no fields (*.vtu, *.vtp) to show. Run the scenario to the end of a phase of its load, or with --set run.output.fields_every_s=5e-5; a participant that is a program of its own may write none";
+            let problem = "holds no fields (*.vtu, *.vtp) to show. Run the scenario to the end of a phase of its load, or with --set run.output.fields_every_s=5e-5; a participant that is a program of its own may write none, and files of VTKHDF (run.output.fields_format) are not read";
             return Err(Refusal::file(&record.folder, problem).into());
         }
         Ok(record)
