@@ -72,9 +72,8 @@ fn a_format_of_fields_that_the_program_does_not_have_is_refused_with_how_to_buil
         "thickness_m = 1e-3",
         &with("vtkhfd"),
         &[
-            "run.output.fields_format",
-            "`vtk-xml`",
-            "did you mean `vtkhdf`?",
+            "`vtkhfd` is not one of the choices",
+            "choices: vtk-xml, vtkhdf",
         ],
     );
 }

@@ -1,6 +1,7 @@
 //! Everything that can be said of a scenario without starting anything.
 
 use kit::keys::refuse_if;
+use protocol::Cause;
 
 use crate::error::Result;
 use crate::participants::Registry;
@@ -38,10 +39,10 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     refuse_if(
         output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
         key,
-        "= \"vtkhdf\" is of the feature `vtkhdf`, which this program was built without",
-        "build it with that: cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
+        "`vtkhdf` needs the feature `vtkhdf`, which this program was built without",
+        "build it so: cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
     )
-    .map_err(|error| loaded.source.error(key, error))?;
+    .map_err(|error| loaded.source.error(key, error.because(Cause::InvalidValue)))?;
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme).expect("it is a word");
         let name = &interface.name;
