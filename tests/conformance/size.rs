@@ -5,14 +5,14 @@ use std::path::Path;
 
 use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sources};
 
-/// Lines of all crates together: what they were when the layers became crates. It only goes down, and has to come to 57 000.
-const ALL: usize = 59_271;
+/// Lines of all crates together, without the room that issues name for themselves.
+const ALL: usize = 57_000;
 
 /// Lines of the largest crate.
 const CRATE: usize = 14_000;
 
 /// Room that an open issue names for itself, by its name and the crate that takes it.
-const ROOM: [(&str, &str, usize); 18] = [
+const ROOM: [(&str, &str, usize); 17] = [
     ("A third body that converges", "dem-node", 690),
     ("A third body that converges", "report", 210),
     ("A third body that converges", "study", 200),
@@ -21,8 +21,6 @@ const ROOM: [(&str, &str, usize); 18] = [
     ("Honest to the end, second part", "lab", 150),
     ("Honest to the end, second part", "others", 450),
     ("Five minutes for a cycle", "dem-node", 600),
-    // Threads on cores of their own: more than the issue names, to be cut before it is done.
-    ("Five minutes for a cycle", "above its room", 39),
     ("Grains meet the whole surface", "dem-node", 1_217),
     ("Grains meet the whole surface", "fem-node", 209),
     ("Grains meet the whole surface", "others", 63),

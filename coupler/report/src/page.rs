@@ -20,7 +20,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// An empty one.
+    /// A section of text.
     pub fn of_text(title: &str, text: String) -> Section {
         Section {
             title: title.into(),
