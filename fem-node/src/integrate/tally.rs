@@ -38,7 +38,7 @@ pub(crate) struct Sums {
 pub(crate) struct Tally {
     blocks: Vec<Sums>,
     /// a M a at the start of the window.
-    starts: Vec<f64>,
+    pub(crate) starts: Vec<f64>,
 }
 
 impl Tally {
@@ -126,11 +126,6 @@ impl Tally {
                 self.starts[to] = piece.starts.get(from).copied().unwrap_or_default();
             }
         }
-    }
-
-    /// a M a at the start of the window.
-    pub(crate) fn start_inertia(&self) -> f64 {
-        self.starts.iter().sum()
     }
 }
 

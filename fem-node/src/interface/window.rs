@@ -405,7 +405,7 @@ impl WindowRun {
         let (model, before) = (window.model, &window.committed.ledger);
         let (b, h) = (model.scheme.damping, model.scheme.step);
         let sums = self.tally.total();
-        let d_product = sums.inertia - self.tally.start_inertia();
+        let d_product = sums.inertia - self.tally.starts.iter().sum::<f64>();
         let loss = (b - 0.5) * sums.numerical - 0.25 * b * h * h * d_product;
         let wheel = self.wheel.as_ref().map(|run| &run.state);
         let correction = model.law.as_ref();
