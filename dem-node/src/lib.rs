@@ -126,8 +126,7 @@
 //! # Limits
 //!
 //! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts, and overlaps beyond 0.3 of a radius are
-//! warned of. Clusters are
-//! not solved by the conjugate gradient. Bonds are made at the start, and by healing between pairs that stay the same as they roll, which segments of
+//! warned of. Bonds are made at the start, and by healing between pairs that stay the same as they roll, which segments of
 //! faces do not. With friction a rigid packing may have many
 //! solutions; sweeps find one of them, the same for any number of threads. Pressures of single grains and of rough faces vary with the
 //! seed; means over many grains do so less.

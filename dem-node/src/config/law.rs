@@ -234,7 +234,8 @@ impl LawConfig {
 
     /// The numbers that pairs may have of their own, below `key`.
     fn validate_contacts(&self, key: &str) -> Result<(), ConfigError> {
-        let key = |name: &str| format!("{key}.{name}");
+        let table = key;
+        let key = |name: &str| format!("{table}.{name}");
         let stiffness = self.contact_stiffness_pa;
         positive(&key("contact_stiffness_pa"), stiffness, "Pa")?;
         let rolling = self.rolling.map(|rolling| rolling.coefficient);
@@ -247,6 +248,13 @@ impl LawConfig {
             healing.validate(&key("healing"))?;
         }
         within(&key("restitution"), self.restitution, [0.0, 1.0])?;
+        within(&key("damping"), self.damping, [0.14, 1.0])?;
+        refuse_if(
+            self.damping.is_some() && stiffness.is_none(),
+            &key("damping"),
+            "is for springs, and rigid contacts have none: the key would have no effect",
+            &format!("write {table}.restitution instead, or give {table}.contact_stiffness_pa"),
+        )?;
         let ratio = self.tangential_stiffness_ratio;
         positive(&key("tangential_stiffness_ratio"), ratio, "")
     }
@@ -347,13 +355,6 @@ impl LawConfig {
 
     /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
-        within("law.damping", self.damping, [0.14, 1.0])?;
-        refuse_if(
-            self.damping.is_some() && self.contact_stiffness_pa.is_none(),
-            "law.damping",
-            "is for springs, and rigid contacts have none: the key would have no effect",
-            "write law.restitution instead, or give law.contact_stiffness_pa",
-        )?;
         self.refuse_rigid_options_of_springs()?;
         self.validate_names()?;
         refuse_if(
