@@ -86,7 +86,7 @@ fn model((element, kind, _): &Case, mesh: &serde_json::Value) -> Result<Model, C
         material["yield_pa"] = json!(1e3);
         material["hardening_pa"] = json!(2e9);
     }
-    let config: FemConfig = read_config(&json!({
+    let config: FemConfig = read_config(json!({
         "element": element, "mesh": mesh, "material": material, "base": "free",
         "time": {"step_s": "auto", "damping": 0.75},
     }))?;

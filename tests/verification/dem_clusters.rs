@@ -360,7 +360,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
         json!({"kind": "nsgs", "tolerance": 1e-2, "max_iterations": 20_000, "min_iterations": 1});
     let overrides = json!({"gravity_m_per_s2": [2.0, -G], "solver": solver});
     let config: config::DemConfig =
-        kit::read_config(&scene(law, 5e-3, sample, overrides)).expect("it is valid");
+        kit::read_config(scene(law, 5e-3, sample, overrides)).expect("it is valid");
     let mut by_pcg = config.clone();
     by_pcg.solver.algorithm = config::solver::Algorithm::Pcg;
     let run = |config: &config::DemConfig, threads: usize| {

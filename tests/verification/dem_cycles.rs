@@ -70,7 +70,7 @@ fn a_sliding_wheel_has_the_work_and_the_friction_of_each_cycle() {
         fields: Some(folder.clone()),
         ..setting(1)
     };
-    let config = kit::read_config(&slider(2.5)).expect("it is valid");
+    let config = kit::read_config(slider(2.5)).expect("it is valid");
     let mut dem = dem_node::Dem::new(&config, &setting).expect("it can be prepared");
     march(&mut dem, 0, BEFORE + 5 * CYCLE / 2);
     let results = dem.finish().expect("it ends").results;

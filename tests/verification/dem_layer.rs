@@ -174,7 +174,7 @@ fn config(changes: Value) -> Value {
 #[test]
 fn the_seed_of_the_run_is_used_unless_the_sample_has_its_own() {
     let free = |changes: Value, seed: u64| {
-        let config: DemConfig = kit::read_config(&config(changes)).expect("it is valid");
+        let config: DemConfig = kit::read_config(config(changes)).expect("it is valid");
         assert!(matches!(config.sample, SampleConfig::Layer(_)));
         sample::prepare(&config, seed)
             .expect("the recipe works")

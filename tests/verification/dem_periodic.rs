@@ -283,7 +283,7 @@ fn a_layer_without_ends_carries_the_wheel_everywhere() {
 
 #[test]
 fn the_bed_of_a_strip_has_no_walls() {
-    let config: DemConfig = kit::read_config(&layer(json!({}))).expect("it is valid");
+    let config: DemConfig = kit::read_config(layer(json!({}))).expect("it is valid");
     let SampleConfig::Layer(recipe) = &config.sample else {
         panic!("it is a layer");
     };

@@ -44,7 +44,7 @@ fn config(changes: Value) -> Value {
 }
 
 fn rail(changes: Value, seed: u64) -> Sample {
-    let config: DemConfig = kit::read_config(&config(changes)).expect("it is valid");
+    let config: DemConfig = kit::read_config(config(changes)).expect("it is valid");
     config.validate().expect("it is valid");
     sample::prepare(&config, seed).expect("it comes to rest")
 }
@@ -194,7 +194,7 @@ fn the_seed_decides_every_bit_and_threads_none() {
     );
     assert_ne!(bits(&rail(json!({}), 7)), bits(&rail(json!({}), 8)));
     let after = |threads: usize| {
-        let config = kit::read_config(&config(json!({}))).expect("it is valid");
+        let config = kit::read_config(config(json!({}))).expect("it is valid");
         let setting = Setting {
             threads,
             ..setting(1)
@@ -368,6 +368,6 @@ fn faces_that_cannot_be_are_refused() {
 
 #[test]
 fn rails_are_read_as_such() {
-    let config: DemConfig = kit::read_config(&config(json!({}))).expect("it is valid");
+    let config: DemConfig = kit::read_config(config(json!({}))).expect("it is valid");
     assert!(matches!(config.sample, SampleConfig::Rail(_)));
 }

@@ -48,7 +48,7 @@ fn a_disk_between_plates_has_the_force_times_its_height_over_the_volume() {
         fields: Some(folder.clone()),
         ..setting(1)
     };
-    let config = kit::read_config(&squeezed(squeeze, region())).expect("it is valid");
+    let config = kit::read_config(squeezed(squeeze, region())).expect("it is valid");
     let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
     march(&mut dem, 0, 3);
     let results = dem.finish().expect("it ends").results;

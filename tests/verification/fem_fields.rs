@@ -14,7 +14,7 @@ use crate::vtk_file::array;
 
 fn loaded(fields: Option<std::path::PathBuf>) -> FemNode {
     let load = json!({"boundary": {"top": {"traction_pa": [0.0, -1e6]}}});
-    let config: FemConfig = read_config(&with(block(), load)).expect("valid");
+    let config: FemConfig = read_config(with(block(), load)).expect("valid");
     let setting = Setting {
         fields,
         ..setting(1)
@@ -59,7 +59,7 @@ fn contacts_of_the_upper_edge_are_shown() {
         "wheel": {"load_n": 500.0, "mass_kg": 1e-3, "ramp_s": 0.0, "hold_s": 1e-4},
         "contact": {"friction": 0.3},
     });
-    let config: FemConfig = read_config(&with(block(), wheel)).expect("valid");
+    let config: FemConfig = read_config(with(block(), wheel)).expect("valid");
     let setting = Setting {
         fields: Some(folder.clone()),
         ..setting(1)

@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::fem_bodies::{paper, quick, rail, small};
 
 fn mesh(sizes: Value) -> (Mesh, MeshConfig) {
-    let config: FemConfig = read_config(&rail(sizes)).expect("valid");
+    let config: FemConfig = read_config(rail(sizes)).expect("valid");
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("it names no file");
     };

@@ -28,7 +28,7 @@ fn shipped(scene: &str) -> Value {
 
 #[test]
 fn the_small_scene_has_the_pressure_the_sliding_and_the_loop_of_the_reference() {
-    let config: FemConfig = read_config(&shipped("wheel-rail-fe-small")).expect("valid");
+    let config: FemConfig = read_config(shipped("wheel-rail-fe-small")).expect("valid");
     let mut rail = FemNode::new(&config, &setting(1)).expect("valid");
     let mut worst = 0.0_f64;
     run(&mut rail, |node, report| {

@@ -307,7 +307,7 @@ fn it_does_not_matter_which_of_the_two_is_round() {
 
 #[test]
 fn a_static_analysis_cannot_be_coupled() {
-    let config: FemConfig = read_config(&loaded(small(), 1.0, 0.0)).expect("valid");
+    let config: FemConfig = read_config(loaded(small(), 1.0, 0.0)).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("valid");
     let refused = node.couple("top").expect_err("it has no windows").message;
     assert!(refused.contains("analysis"), "{refused}");
@@ -411,7 +411,7 @@ fn a_wheel_that_sinks_in_to_half_of_its_width_is_refused_by_name() {
 
 #[test]
 fn an_interface_of_a_static_analysis_is_refused_by_name() {
-    let config: FemConfig = read_config(&loaded(small(), 1.0, 0.0)).expect("the keys are valid");
+    let config: FemConfig = read_config(loaded(small(), 1.0, 0.0)).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     assert!(node.describe().sets.contains(&"top".to_string()));
     let error = node.couple("top").expect_err("it takes no steps");

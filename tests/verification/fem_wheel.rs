@@ -71,7 +71,7 @@ pub fn balance(node: &FemNode, report: &[f64]) -> f64 {
 #[test]
 fn the_profile_belongs_to_the_end_of_the_hold() {
     let folder = std::env::temp_dir().join(format!("fem-profile-{}", std::process::id()));
-    let config: FemConfig = read_config(&wheel_rail(0.1)).expect("valid");
+    let config: FemConfig = read_config(wheel_rail(0.1)).expect("valid");
     let setting = Setting {
         fields: Some(folder.clone()),
         ..setting(1)

@@ -253,7 +253,7 @@ impl LawConfig {
             self.damping.is_some() && stiffness.is_none(),
             &key("damping"),
             "is for springs, and rigid contacts have none: the key would have no effect",
-            &format!("write {table}.restitution instead, or give {table}.contact_stiffness_pa"),
+            format!("write {table}.restitution instead, or give {table}.contact_stiffness_pa"),
         )?;
         let ratio = self.tangential_stiffness_ratio;
         positive(&key("tangential_stiffness_ratio"), ratio, "")

@@ -213,7 +213,7 @@ mod tests {
 
     /// A wheel of 8 000 N, 0.5 ms of ramp and 0.4 ms of hold, then 2.25 cycles of 50 um at 300 Hz.
     fn cycled() -> FemWheelConfig {
-        read_config(&json!({
+        read_config(json!({
             "load_n": 8000.0, "mass_kg": 1.0, "ramp_s": 5e-4, "hold_s": 4e-4,
             "amplitude_m": 5e-5, "frequency_hz": 300.0, "cycles": 2.25,
         }))
@@ -233,7 +233,7 @@ mod tests {
             ..cycled()
         };
         let contact: ContactConfig =
-            read_config(&json!({"friction": 0.3})).expect("the key is valid");
+            read_config(json!({"friction": 0.3})).expect("the key is valid");
         Wheel::new(&config, &contact, &mesh, &body, 0.25, 0.0)
     }
 

@@ -11,9 +11,9 @@
 //! | a participant killed | [`kills::participant`], 1 s |
 //! | the coordinator killed | [`kills::coordinator`], 1 s |
 //! | everything killed | [`kills::everything`], 1 s |
-//! | a participant stopped for 1 s | [`stops::participant_for`] |
+//! | a participant stopped for 1 s | [`stops::participant_for_1_s`] |
 //! | a participant stopped for ever | [`stops::participant_for_ever`], `answer_s` + 1 s |
-//! | the coordinator stopped for 3 s | [`stops::coordinator_for`] |
+//! | the coordinator stopped for 3 s | [`stops::coordinator_for_3_s`] |
 //! | the coordinator stopped for ever | [`stops::coordinator_for_ever`], `idle_s` + 1 s |
 //! | jitter | [`stops::jitter`] |
 //! | jitter in the middle of long frames | [`stops::long_frames`] |
