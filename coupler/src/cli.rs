@@ -186,9 +186,10 @@ fn usage(told: &clap::Error) -> ExitCode {
     let plain = told.to_string();
     let plain = plain.trim_start_matches("error: ").trim_end();
     let object = error_object(Code::Usage.ending(), Code::Usage, plain);
-    let text = match std::io::stderr().is_terminal() {
-        true => told.render().ansi().to_string(),
-        false => told.render().to_string(),
+    let text = if std::io::stderr().is_terminal() {
+        told.render().ansi().to_string()
+    } else {
+        told.render().to_string()
     };
     let headed = format!("error[{}]:", Code::Usage.word());
     tell_of("error", object, || {

@@ -176,10 +176,10 @@ fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
 /// A number of three digits, as short as it can be.
 pub fn number(x: f64) -> String {
     let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
-    match (1e-3..1e5).contains(&rounded.abs()) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
+    if (1e-3..1e5).contains(&rounded.abs()) {
+        return format!("{rounded}");
     }
+    format!("{rounded:e}")
 }
 
 /// Round numbers within a range: multiples of 1, 2 or 5 times a power of ten, at most about `count` of them.

@@ -95,10 +95,10 @@ pub fn full_scale(value: f64) -> f64 {
 
 /// End of a scale of pressures (MPa) of which this is the largest (Pa); 1 MPa where nothing is pressed.
 pub fn full_mpa(largest_pa: f64) -> f64 {
-    match largest_pa > 0.0 {
-        true => 1e-6 * full_scale(largest_pa),
-        false => 1.0,
+    if largest_pa > 0.0 {
+        return 1e-6 * full_scale(largest_pa);
     }
+    1.0
 }
 
 #[cfg(test)]

@@ -117,9 +117,10 @@ fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
 fn stroke(panel: &mut Panel, link: &Link, full: f64) {
     let share = (link.force.abs() / full).min(1.0);
     let width = WIDEST * ((share * CLASSES).ceil() / CLASSES);
-    let line = match link.force < 0.0 {
-        true => "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\"",
-        false => "stroke=\"#12355b\" stroke-linecap=\"round\"",
+    let line = if link.force < 0.0 {
+        "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\""
+    } else {
+        "stroke=\"#12355b\" stroke-linecap=\"round\""
     };
     let style = format!("fill=\"none\" {line} stroke-width=\"{width:.2}\"");
     link.draw(panel, &style);

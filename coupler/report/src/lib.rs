@@ -93,12 +93,12 @@ fn save(path: &Path, text: &str) -> Result<(), Error> {
     std::fs::write(path, text).map_err(Error::output(path.display()))
 }
 
-/// What is to say of fields that are not read.
+/// Tells that the run has its fields as VTKHDF, which a report does not read.
 fn unread_fields(run: &RunFiles) -> String {
-    match run.field_files(".vtkhdf").is_empty() {
-        true => String::new(),
-        false => "<p>The fields are files of VTKHDF, which a report does not read: its pictures of them are left out. ParaView opens them; with <code>run.output.fields_format = \"vtk-xml\"</code> they are drawn.</p>".into(),
+    if run.field_files(".vtkhdf").is_empty() {
+        return String::new();
     }
+    "<p>The fields are files of VTKHDF, which a report does not read: its pictures of them are left out. ParaView opens them; with <code>run.output.fields_format = \"vtk-xml\"</code> they are drawn.</p>".into()
 }
 
 /// The sections that the run has something for.

@@ -84,10 +84,10 @@ pub fn four(value: f64) -> String {
     }
     let decimals = (3 - size).max(0) as usize;
     let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
+    if !text.contains('.') {
+        return text;
     }
+    text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 /// A whole number, its thousands apart.

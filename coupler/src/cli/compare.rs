@@ -97,10 +97,10 @@ fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Err
     }
     let tables = [Some(&mut reference.signals), reference.profile.as_mut()];
     let renamed = tables.map(|table| table.is_some_and(|table| table.rename(other, own)));
-    match renamed.contains(&true) {
-        true => Ok(()),
-        false => Err(refuse("the reference has no such column")),
+    if !renamed.contains(&true) {
+        return Err(refuse("the reference has no such column"));
     }
+    Ok(())
 }
 
 /// Relative distance from which something is told without being asked for.

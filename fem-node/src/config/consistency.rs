@@ -154,7 +154,7 @@ impl FemConfig {
         )
     }
 
-    /// What sets of the boundary have beside a prescribed motion, a load over time or a ramp: such motions and loads need time, a motion
+    /// Checks sets with a prescribed motion, a load over time or a ramp: such motions and loads need time, a motion
     /// leaves nothing for a contact to find, and a static start carries the full tractions, which a ramp would take away again.
     fn check_boundary(&self) -> Result<(), ConfigError> {
         self.refuse_set(

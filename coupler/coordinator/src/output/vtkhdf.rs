@@ -19,7 +19,7 @@ const POLYGONS: Groups = &[
     ("Strips", "Strips/"),
 ];
 
-/// What begins anew with each mesh, as the names of its datasets have it.
+/// Parts of the names of the datasets of offsets that count meshes, points, cells and corners of cells.
 const STARTS: [&str; 4] = ["Part", "Point", "Cell", "ConnectivityId"];
 /// Arrays of cells.
 const CELLS: [&str; 3] = ["connectivity", "offsets", "types"];
@@ -99,7 +99,7 @@ impl Datasets {
         self.append(name, "Int64", 1, numbers);
     }
 
-    /// Where the mesh, its points, its cells and their numbers of points begin.
+    /// Appends a mesh; returns its offsets in the order of [`STARTS`].
     fn append_mesh(&mut self, groups: Groups, mesh: &[StoredArray]) -> Vec<Vec<f64>> {
         let meshes = self.rows("NumberOfPoints");
         let mut starts = vec![vec![meshes], vec![self.rows("Points")], vec![], vec![]];

@@ -40,7 +40,7 @@ pub const CHANGED_KEY: &str = "changed";
 /// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
 
-/// What a manifest keeps under this key.
+/// The value that the text of a manifest has under this key.
 pub fn of_manifest<T: DeserializeOwned>(manifest: &str, key: &str) -> Option<T> {
     let mut manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
     serde_json::from_value(manifest.get_mut(key)?.take()).ok()

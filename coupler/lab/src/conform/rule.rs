@@ -137,10 +137,10 @@ pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
 /// Holds if the value is at most the bound.
 pub fn within(what: &str, value: f64, bound: f64) -> RuleFinding {
     let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
-    match exceeds(value, bound) {
-        true => broken(said),
-        false => Ok(said),
+    if exceeds(value, bound) {
+        return broken(said);
     }
+    Ok(said)
 }
 
 /// True above the bound, and for what is no number.

@@ -103,10 +103,10 @@ pub enum Part {
 impl Part {
     /// The part of a participant that is joined with others.
     pub fn joined(description: &Description) -> Part {
-        match description.capabilities.advance {
-            true => Part::ForceDriven,
-            false => Part::MotionDriven,
+        if description.capabilities.advance {
+            return Part::ForceDriven;
         }
+        Part::MotionDriven
     }
 }
 

@@ -365,10 +365,8 @@ impl FaultTrial<'_> {
     pub fn hashes(&self, out: &str) -> [Value; 2] {
         let summary = self.json(&format!("{out}/summary.json"));
         let completed = summary["exit_code"] == 0;
-        ["exchange", "state"].map(|of| match completed {
-            true => summary["hashes"][of].clone(),
-            false => Value::Null,
-        })
+        let hash = |of: &str| completed.then(|| summary["hashes"][of].clone());
+        ["exchange", "state"].map(|of| hash(of).unwrap_or_default())
     }
 
     /// Refuses a run that did not complete with the hashes of the undisturbed one.
