@@ -35,6 +35,8 @@ pub mod run;
 pub mod scenes;
 mod start;
 pub mod study;
+mod study_new;
+pub mod tune;
 pub mod validate;
 
 /// Concurrent FE-DEM co-simulation of wheel, third body and rail.
@@ -87,6 +89,8 @@ enum Verb {
     Compare(compare::CompareArguments),
     /// Run a scenario many times with other numbers, and hold the runs against a reference.
     Study(crate::cli::study::StudyArguments),
+    /// Find the cheapest setting of a scene that keeps an error, store it for `run --budget`, and run the scene with it.
+    Tune(tune::TuneArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
     /// Write completions of this command for a shell.
@@ -144,6 +148,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Report(arguments) => crate::cli::report::report(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Study(arguments) => crate::cli::study::study(&arguments, registry),
+        Verb::Tune(arguments) => tune::tune(&arguments, registry),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),

@@ -11,6 +11,7 @@ use coordinator::run::session::RunBudget;
 use coordinator::rundir::BUILD;
 use coordinator::scenario::load::Loaded;
 use study::budget::{Budget, Candidate, SceneSettings, covering};
+use study::stored::StoredStudy;
 
 /// Arguments that choose the fidelity of a run.
 #[derive(Debug, clap::Args)]
@@ -39,34 +40,52 @@ impl BudgetArguments {
             return Ok((loaded, None));
         };
         let budget = Budget::parse(text).map_err(|why| Refusal::argument("--budget", why))?;
-        let (study, at) = covering(self.study.as_deref(), &loaded.resolved)?;
-        if study.build != BUILD {
-            tell(&format!(
-                "study `{}` was made by another build, {}: its errors are taken to hold for this one",
-                study.study, study.build
-            ));
+        let mut refused = None;
+        for (study, at) in covering(self.study.as_deref(), &loaded.resolved)? {
+            match chosen(&budget, text, (&study, &at), scenario, registry) {
+                Ok(chosen) => return Ok(chosen),
+                Err(error @ Error::Interrupted { .. }) => return Err(error),
+                Err(error) => refused = refused.or(Some(error)),
+            }
         }
-        let choice = SceneSettings::new(&study, &at)?;
-        let (chosen, wall_s, limit) = match &budget {
-            Budget::Error { measure, error } => {
-                (choice.within_error(measure.as_deref(), *error)?, None, None)
-            }
-            Budget::Wall(limit) => {
-                let foretell = |candidate: &Candidate| {
-                    let loaded = scenario.with(&candidate.setting.set)?;
-                    foretold_wall_s(&loaded, scenario.threads(), registry)
-                };
-                let (chosen, wall_s) = within_wall(&choice, *limit, foretell)?;
-                (chosen, Some(wall_s), Some(*limit))
-            }
-        };
-        tell(&choice.words(chosen));
-        let budget = RunBudget {
-            told: choice.told(chosen, text, wall_s),
-            wall_s: limit,
-        };
-        Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
+        Err(refused.unwrap_or_else(|| Refusal::argument("--budget", "no study covers it").into()))
     }
+}
+
+/// The scenario with the setting that a study has for a budget, and what to tell of it.
+fn chosen(
+    budget: &Budget,
+    text: &str,
+    (study, at): (&StoredStudy, &[f64]),
+    scenario: &ScenarioArguments,
+    registry: &Registry,
+) -> Result<(Loaded, Option<RunBudget>), Error> {
+    let choice = SceneSettings::new(study, at)?;
+    let (chosen, wall_s, limit) = match budget {
+        Budget::Error { measure, error } => {
+            (choice.within_error(measure.as_deref(), *error)?, None, None)
+        }
+        Budget::Wall(limit) => {
+            let foretell = |candidate: &Candidate| {
+                let loaded = scenario.with(&candidate.setting.set)?;
+                foretold_wall_s(&loaded, scenario.threads(), registry)
+            };
+            let (chosen, wall_s) = within_wall(&choice, *limit, foretell)?;
+            (chosen, Some(wall_s), Some(*limit))
+        }
+    };
+    if study.build != BUILD {
+        tell(&format!(
+            "study `{}` was made by another build, {}: its errors are taken to hold for this one",
+            study.study, study.build
+        ));
+    }
+    tell(&choice.words(chosen));
+    let budget = RunBudget {
+        told: choice.told(chosen, text, wall_s),
+        wall_s: limit,
+    };
+    Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
 }
 
 /// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they
@@ -104,7 +123,11 @@ fn within_wall<'a, 'b>(
 }
 
 /// Wall-clock time of a run, as its first second foretells it. A run that is over within that second takes no longer.
-fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Result<f64, Error> {
+pub(super) fn foretold_wall_s(
+    loaded: &Loaded,
+    threads: usize,
+    registry: &Registry,
+) -> Result<f64, Error> {
     let ended = rehearse(loaded, threads, registry)?;
     let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
     match (told, ended.error) {
@@ -117,7 +140,6 @@ fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use study::stored::StoredStudy;
 
     /// Settings of 8, 4, 2 and 1 s, the more costly the more accurate.
     fn study() -> StoredStudy {

@@ -57,6 +57,16 @@ impl ScenarioArguments {
     }
 }
 
+/// A scenario as it is found from any folder: a path in full, a name as it is.
+pub(super) fn from_anywhere(scenario: &str) -> String {
+    let path = Path::new(scenario);
+    let full = path
+        .exists()
+        .then(|| std::path::absolute(path).ok())
+        .flatten();
+    full.map_or(scenario.to_string(), |path| path.display().to_string())
+}
+
 /// The folder in which prepared samples and files of shipped scenes are kept: as asked, `none` for nowhere, or one in the user's cache.
 pub(super) fn cache_folder(asked: Option<PathBuf>) -> Option<PathBuf> {
     match asked {

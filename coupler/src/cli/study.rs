@@ -10,6 +10,7 @@ use protocol::participate::end_with_parent;
 
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
+use super::study_new::{self, NewStudyArguments};
 use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::output::tell;
 use coordinator::participants::Registry;
@@ -36,6 +37,8 @@ pub struct StudyArguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum StudyVerb {
+    /// Write a study of the numerical choices of a scene, and foretell what it costs.
+    New(NewStudyArguments),
     /// List the tasks of a study, and foretell what one costs.
     Plan(PlaceArguments),
     /// Do all tasks that are not done, then write results.csv, front.csv and the pictures.
@@ -55,7 +58,7 @@ enum StudyVerb {
 
 /// The study and its folder.
 #[derive(Debug, clap::Args)]
-struct PlaceArguments {
+pub(super) struct PlaceArguments {
     /// The study: a folder with study.toml, a file, or a name that `thirdbody scenes` lists.
     file: PathBuf,
     /// The study in small, as its file says.
@@ -112,9 +115,9 @@ struct ExecTaskArguments {
 }
 
 /// A study with its folder.
-struct Opened {
-    plan: Plan,
-    tasks: Vec<Task>,
+pub(super) struct Opened {
+    pub(super) plan: Plan,
+    pub(super) tasks: Vec<Task>,
     folder: PathBuf,
 }
 
@@ -134,7 +137,17 @@ impl Opened {
 }
 
 impl PlaceArguments {
-    fn open(&self) -> Result<Opened, Error> {
+    /// The study of a file, in this folder.
+    pub(super) fn of(file: &Path, folder: &Path) -> PlaceArguments {
+        PlaceArguments {
+            file: file.to_path_buf(),
+            small: false,
+            set: Vec::new(),
+            out: Some(folder.to_path_buf()),
+        }
+    }
+
+    pub(super) fn open(&self) -> Result<Opened, Error> {
         let (plan, folder) = self.plan()?;
         let tasks = plan.tasks()?;
         Ok(Opened {
@@ -154,7 +167,7 @@ impl PlaceArguments {
     }
 
     /// The process that does a task of it, of those that this list has.
-    fn exec(
+    pub(super) fn exec(
         &self,
         opened: &Opened,
         planned: &Path,
@@ -181,6 +194,7 @@ impl PlaceArguments {
 /// Plans, runs, or looks at a study.
 pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
+        StudyVerb::New(arguments) => study_new::new(arguments, registry),
         StudyVerb::Plan(place) => plan(&place.open()?, registry),
         StudyVerb::Run { place, engine } => run(place, engine, registry),
         StudyVerb::Status(place) => status(&place.open()?),
@@ -198,7 +212,7 @@ fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Erro
 }
 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
-fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
+pub(super) fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     if let Some((_, why)) = refused(opened, registry).next() {
         return Err(why);
     }
@@ -255,7 +269,7 @@ fn listed(opened: &Opened) -> String {
 }
 
 /// Keeps the list of tasks under a name of its own: whoever does one of them compares.
-fn keep_list(opened: &Opened) -> Result<PathBuf, Error> {
+pub(super) fn keep_list(opened: &Opened) -> Result<PathBuf, Error> {
     let name = opened.array_name();
     let name = format!("tasks-{}.csv", &name[name.len() - 12..]);
     opened.write(&name, &(listed(opened) + "\n"))

@@ -78,23 +78,29 @@ pub struct SceneSettings<'a> {
     candidates: Vec<Candidate<'a>>,
 }
 
-/// The first stored study that covers a scene: the one of this path, or of those that are known.
+/// The stored studies that cover a scene, with where the scene lies in each: the one of this path, or of those that are known.
 ///
 /// # Errors
 /// None does; says of each why not.
-pub fn covering(path: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
+pub fn covering(
+    path: Option<&Path>,
+    resolved: &str,
+) -> Result<Vec<(StoredStudy, Vec<f64>)>, Error> {
     let own = path.map(|path| StoredStudy::read(path).map(|study| (path.to_path_buf(), study)));
     let known = own.is_none().then(known).into_iter().flatten();
-    let mut why = Vec::new();
+    let (mut found, mut why) = (Vec::new(), Vec::new());
     for study in own.into_iter().chain(known) {
         let (path, study) = study?;
         match study.locate(resolved) {
-            Ok(at) => return Ok((study, at)),
+            Ok(at) => found.push((study, at)),
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
     }
+    if !found.is_empty() {
+        return Ok(found);
+    }
     let problem = format!(
-        "no study covers this scene, so that nothing is known about its errors: {}; run a study of it, or give one with --study",
+        "no study covers this scene, so that nothing is known about its errors: {}; `thirdbody tune` makes one, or give one with --study",
         why.join("; ")
     );
     Err(Refusal::argument("--budget", problem).into())
@@ -162,6 +168,12 @@ impl<'a> SceneSettings<'a> {
         })?)
     }
 
+    /// The setting with these overrides.
+    pub fn with(&self, set: &[String]) -> Option<&Candidate<'a>> {
+        let mut all = self.candidates.iter();
+        all.find(|candidate| candidate.setting.set == set)
+    }
+
     /// The settings by what they are known for, the most accurate first.
     pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
         let mut all: Vec<&Candidate> = self.candidates.iter().collect();
@@ -181,6 +193,7 @@ impl<'a> SceneSettings<'a> {
                 "expected": prediction.expected,
                 "bound": prediction.bound,
                 "floor": median(self.study.floors[index].clone()).unwrap_or(0.0),
+                "reference_misses": self.study.reference_misses.get(index),
             });
             (measure.name.clone(), error)
         });
@@ -208,12 +221,20 @@ impl<'a> SceneSettings<'a> {
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
-            format!(
-                "{} {expected} % (below {bound} % in 39 of 40 scenes)",
-                measure.name
-            )
+            let scenes = match self.study.seedless {
+                true => "with any seed".into(),
+                false => format!("below {bound} % in 39 of 40 scenes"),
+            };
+            format!("{} {expected} % ({scenes})", measure.name)
         });
-        let errors = Vec::from_iter(errors).join(", ");
+        let mut errors = Vec::from_iter(errors).join(", ");
+        let missed = self.study.measures.iter().zip(&self.study.reference_misses);
+        let missed =
+            missed.map(|(measure, missed)| format!("{} {} %", measure.name, percent(*missed)));
+        let missed = Vec::from_iter(missed).join(", ");
+        if !missed.is_empty() {
+            errors += &format!("; by extrapolation the reference itself misses {missed}");
+        }
         let StoredSetting { words, cpu_rel, .. } = chosen.setting;
         format!(
             "budget: study `{}` has {words} for it: {cpu_rel:.3} of the processor time of its reference; expected errors against a reference of this scene: {errors}",
@@ -330,11 +351,7 @@ mod tests {
             .locate("[run]\nseed = 77\n[x]\ny = 2\n")
             .expect_err("y differs");
         assert_eq!(other, "it has x.y = 1, and this scene 2");
-        assert!(
-            study
-                .locate("[x]\ny = 1\n")
-                .expect_err("it has no seed")
-                .contains("run.seed")
-        );
+        // A scene that names no seed has the default one.
+        assert_eq!(study.locate("[x]\ny = 1\n"), Ok(vec![]));
     }
 }

@@ -140,7 +140,7 @@ pub struct Vary {
     /// Numbers in a constant ratio.
     log: Option<LogRange>,
     /// Seeds 1, 2, ... so many.
-    pub(super) seeds: Option<u64>,
+    seeds: Option<u64>,
     /// Values that stand for overrides, or for another scenario. The key is then no key of a scenario.
     pub(super) case: Option<Vec<NamedValue>>,
 }
@@ -284,6 +284,11 @@ fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), Str
 }
 
 impl Vary {
+    /// True for seeds: what holds for some of them holds for any.
+    pub(super) fn is_seed(&self) -> bool {
+        self.seeds.is_some() || self.key == "run.seed"
+    }
+
     /// The values; the error says what is wrong with them.
     pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
         let choice = |value: &toml::Value| KeyValue {

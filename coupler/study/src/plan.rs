@@ -8,7 +8,7 @@ use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
 use coordinator::scenario::load::{Loaded, load};
-use coordinator::scenario::overrides::value_at;
+use coordinator::scenario::overrides::{remove_at, value_at};
 
 /// Part of a task in its study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -215,6 +215,13 @@ pub fn run_id(loaded: &Loaded) -> String {
     hash.to_hex()[..16].to_string()
 }
 
+/// Hash of a scene with whatever seed.
+pub fn scene_id(loaded: &Loaded) -> String {
+    let mut table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+    remove_at(&mut table, "run.seed");
+    blake3::hash(table.to_string().as_bytes()).to_hex()[..8].to_string()
+}
+
 /// The first task of each run: what is to be done.
 pub fn runs(tasks: &[Task]) -> Vec<&Task> {
     let mut seen = BTreeSet::new();
@@ -233,7 +240,7 @@ fn found(beside: &Path, scenario: &str) -> String {
 const PERTURBED_KINDS: [&str; 2] = ["dem", "fem"];
 
 /// The participants that perturbed references perturb: those with grains, or else those with nodes.
-fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
+pub fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
     let of_kind = |kind: &str| -> Vec<&str> {
         let shipped = scenario.participant.iter().filter(|p| p.command.is_none());
         let same = shipped.filter(|p| p.kind == kind);

@@ -53,6 +53,12 @@ pub struct StoredStudy {
     pub floors: Vec<Vec<f64>>,
     /// The settings that stand in all scenes, the reference first.
     pub settings: Vec<StoredSetting>,
+    /// True where another seed gives the same bits: one scene then tells the errors of all.
+    #[serde(default)]
+    pub seedless: bool,
+    /// Error of the reference itself by measure, as extrapolation has it; empty where that was not looked for.
+    #[serde(default)]
+    pub reference_misses: Vec<f64>,
 }
 
 /// A key of the scene.
@@ -98,7 +104,7 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
     let varied = |key: &usize| {
         let mut values = tasks.iter().map(|task| &task.values[*key]);
         let vary = &file.vary[*key];
-        vary.scene && vary.seeds.is_none() && values.any(|value| *value != tasks[0].values[*key])
+        vary.scene && !vary.is_seed() && values.any(|value| *value != tasks[0].values[*key])
     };
     let keys: Vec<usize> = (0..file.vary.len()).filter(varied).collect();
     let least = least_scenes(keys.len());
@@ -113,9 +119,9 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         ),
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
-            let words = scene.map(|vary| match vary.seeds {
-                Some(_) => format!("any {}", vary.key),
-                None => format!("the range of {}", vary.key),
+            let words = scene.map(|vary| match vary.is_seed() {
+                true => format!("any {}", vary.key),
+                false => format!("the range of {}", vary.key),
             });
             return Some(format!(
                 "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",
@@ -151,7 +157,7 @@ impl StoredStudy {
             let values = values.map(|scene| value_at(scene, &vary.key).cloned());
             Some(SceneKey {
                 key: vary.key.clone(),
-                any: vary.seeds.is_some(),
+                any: vary.is_seed(),
                 values: values.collect::<Option<_>>()?,
             })
         };
@@ -205,6 +211,8 @@ impl StoredStudy {
             measures: results.file.measure.clone(),
             floors,
             settings: stand,
+            seedless: false,
+            reference_misses: Vec::new(),
         };
         study.scenario =
             toml::to_string(&study.without_varied(table(first.index))).unwrap_or_default();
@@ -281,11 +289,11 @@ impl StoredStudy {
         }
         let mut position = Vec::new();
         for key in &self.scene_keys {
-            let own = value_at(&table, &key.key);
-            let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
             if key.any {
                 continue;
             }
+            let own = value_at(&table, &key.key);
+            let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
             let numbers: Option<Vec<f64>> = key.values.iter().map(positive).collect();
             match (positive(own), numbers) {
                 (Some(own), Some(known)) => {
@@ -317,6 +325,13 @@ impl StoredStudy {
             return Some(ErrorPrediction {
                 expected: 0.0,
                 bound: floor,
+            });
+        }
+        if self.seedless {
+            let error = setting.errors[measure].first()?.max(floor);
+            return Some(ErrorPrediction {
+                expected: error,
+                bound: error,
             });
         }
         let varied = self.scene_keys.iter().filter(|key| !key.any);

@@ -1,0 +1,274 @@
+//! A study that is written for a scene: its numerical choices, what is measured, and a load history that is over sooner.
+
+use super::knobs::{KNOBS, Knob, Knobs, Levels};
+use super::measure::{Measure, Norm};
+use coordinator::scenario::load::Loaded;
+use coordinator::scenario::overrides::value_at;
+
+/// Values of a name that stand for overrides: what is shown, and the overrides.
+pub type Cases = Vec<(String, Vec<String>)>;
+
+/// A study to be written.
+#[derive(Clone, Debug, Default)]
+pub struct Draft {
+    /// Sentences above it.
+    pub head: String,
+    /// Its name.
+    pub name: String,
+    /// The scenario, as `run` finds it.
+    pub scenario: String,
+    /// Overrides of all runs.
+    pub set: Vec<String>,
+    /// Overrides of `--small`.
+    pub small: Vec<String>,
+    /// Overrides of the reference.
+    pub reference: Vec<String>,
+    /// Number of perturbed references.
+    pub perturb: u64,
+    /// Seeds that are scenes.
+    pub seeds: Vec<u64>,
+    /// What is varied, each by itself.
+    pub vary: Vec<(String, Cases)>,
+    /// What is measured.
+    pub measures: Vec<Measure>,
+}
+
+impl Draft {
+    /// The text of study.toml.
+    pub fn toml(&self) -> String {
+        let string = |text: &String| toml::Value::from(text.as_str()).to_string();
+        let list = |set: &[String]| match set {
+            [] => "[]".to_string(),
+            set => {
+                let lines = set.iter().map(|set| format!("    {},\n", string(set)));
+                format!("[\n{}]", lines.collect::<String>())
+            }
+        };
+        let head: String = self
+            .head
+            .lines()
+            .map(|line| format!("# {line}\n"))
+            .collect();
+        let mut text = format!(
+            "{head}\n[study]\nname = {}\nscenario = {}\nset = {}\nmode = \"one-at-a-time\"\n",
+            string(&self.name),
+            string(&self.scenario),
+            list(&self.set)
+        );
+        if !self.small.is_empty() {
+            let small = list(&self.small);
+            text += &format!(
+                "\n# With --small: a load history that is over sooner.\n[small]\nset = {small}\n"
+            );
+        }
+        let (reference, perturb) = (list(&self.reference), self.perturb);
+        text += &format!("\n[reference]\nset = {reference}\nperturb = {perturb}\n");
+        if !self.seeds.is_empty() {
+            let seeds = &self.seeds;
+            text += &format!("\n[[vary]]\nkey = \"run.seed\"\nscene = true\nvalues = {seeds:?}\n");
+        }
+        for (name, cases) in &self.vary {
+            let lines = cases.iter().map(|(value, set)| {
+                let sets: Vec<String> = set.iter().map(string).collect();
+                format!(
+                    "    {{ value = {}, set = [{}] }},\n",
+                    string(value),
+                    sets.join(", ")
+                )
+            });
+            let (name, lines) = (string(name), lines.collect::<String>());
+            text += &format!("\n[[vary]]\nkey = {name}\ncase = [\n{lines}]\n");
+        }
+        for measure in &self.measures {
+            let measure = toml::to_string(measure).unwrap_or_default();
+            text += &format!("\n[[measure]]\n{measure}");
+        }
+        text
+    }
+}
+
+/// A level of one numerical choice, the others as the scene has them.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// The choice.
+    pub knob: Knob,
+    /// Its level.
+    pub level: f64,
+    /// Its value in words.
+    pub words: String,
+    /// Its overrides.
+    pub set: Vec<String>,
+}
+
+impl Refined {
+    /// A choice at a level; `None` where the scene has none.
+    pub fn of(knobs: &Knobs, knob: Knob, level: f64) -> Option<Refined> {
+        Some(Refined {
+            knob,
+            level,
+            words: knobs.value(knob, &knob.alone(level))?,
+            set: knobs.at(knob, level)?,
+        })
+    }
+}
+
+/// The values of each choice, as a study varies them.
+pub fn varied(all: &[Refined]) -> Vec<(String, Cases)> {
+    let mut vary: Vec<(String, Cases)> = Vec::new();
+    for Refined {
+        knob, words, set, ..
+    } in all
+    {
+        let case = (words.clone(), set.clone());
+        match vary.last_mut() {
+            Some((name, cases)) if name == knob.name() => cases.push(case),
+            _ => vary.push((knob.name().into(), vec![case])),
+        }
+    }
+    vary
+}
+
+/// The numerical choices of a scene against a reference that is finer by a level in all of them: each by itself, then several together, as
+/// far as `stands` says that they may be. `None` where the scene has no such choice.
+pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<Draft> {
+    let finer: Levels = KNOBS.map(|knob| match knobs.at(knob, 1.0) {
+        Some(set) if stands(&set) => 1.0,
+        _ => 0.0,
+    });
+    let reference = knobs.set(&finer)?;
+    let case = |knob: Option<Knob>, levels: &Levels| {
+        let mut set = knobs.set(levels).filter(|set| stands(set))?;
+        set.retain(|set| !reference.contains(set));
+        let words = match knob {
+            Some(knob) => knobs.value(knob, levels)?,
+            None => knobs.words(levels),
+        };
+        Some((words, set))
+    };
+    let of_knob = |knob: Knob| {
+        let levels = knob
+            .levels()
+            .iter()
+            .filter(|level| **level < finer[knob.index()]);
+        let alone = levels.filter_map(|level| {
+            let mut levels = finer;
+            levels[knob.index()] = *level;
+            case(Some(knob), &levels)
+        });
+        let mut cases: Cases = alone.collect();
+        // Half a level is none where values are whole.
+        cases.dedup_by(|a, b| a.1 == b.1);
+        (knob.name().to_string(), cases)
+    };
+    let known = |knob: &Knob| knobs.at(*knob, 1.0).or(knobs.at(*knob, -1.0)).is_some();
+    let known: Vec<Knob> = KNOBS.into_iter().filter(known).collect();
+    let mut vary: Vec<(String, Cases)> = known.iter().copied().map(of_knob).collect();
+    let together = [-1.0f64, -0.5, 0.0, 0.5].iter().filter_map(|level| {
+        let levels = KNOBS.map(|knob| match knob {
+            Knob::Mesh | Knob::Window | Knob::Step => *level,
+            Knob::MassScale => level.max(0.0),
+            Knob::Tolerance => level.trunc(),
+            Knob::Element => 0.0,
+        });
+        case(None, &levels)
+    });
+    vary.push(("together".into(), together.collect()));
+    vary.retain(|(_, cases)| !cases.is_empty());
+    let draft = Draft {
+        reference: reference.clone(),
+        vary,
+        ..Draft::default()
+    };
+    (!known.is_empty()).then_some(draft)
+}
+
+/// What is measured of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
+/// driven clusters.
+pub fn measures(loaded: &Loaded) -> Vec<Measure> {
+    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+    let scenario = &loaded.scenario;
+    let value = |participant: &str, key: &str| {
+        value_at(&table, &format!("participant.{participant}.config.{key}"))
+    };
+    let number = |participant: &str, key: &str| {
+        let value = value(participant, key)?;
+        value.as_float().or(value.as_integer().map(|n| n as f64))
+    };
+    let l2 = |name: &str, of: String| Measure {
+        name: name.into(),
+        of,
+        norm: Norm::L2,
+        at_s: None,
+        bin_m: None,
+    };
+    let mut participants = scenario.participant.iter().map(|p| p.name.as_str());
+    if let Some(name) = participants.find(|name| number(name, "wheel.load_n").is_some()) {
+        let prefix = if scenario.interface.is_empty() {
+            String::new()
+        } else {
+            format!("{name}.")
+        };
+        let layer = number(name, "sample.half_width_m").map(|half| half / 8.0);
+        let rail = number(name, "sample.width_m").map(|width| width / 16.0);
+        let bin_m = layer
+            .or(rail)
+            .or(number(name, "mesh.size_m").map(|size| 5.0 * size));
+        let traction = Measure {
+            bin_m,
+            ..l2("traction", "profile.pressure_pa".into())
+        };
+        let is_static = value(name, "analysis").and_then(toml::Value::as_str) == Some("static");
+        let height = if is_static { "approach_m" } else { "wheel_y_m" };
+        let mut all = vec![traction, l2("height", format!("signals.{prefix}{height}"))];
+        if number(name, "wheel.cycles").unwrap_or(0.0) > 0.0 {
+            all.push(l2("friction", format!("signals.{prefix}wheel_ft_n")));
+        }
+        return all;
+    }
+    let interfaces = &scenario.interface;
+    let several = interfaces.len() > 1;
+    let of_interface = interfaces.iter().flat_map(|interface| {
+        let name = &interface.name;
+        let prefix = if several {
+            format!("{name}.")
+        } else {
+            String::new()
+        };
+        [("load", "y"), ("shear", "x")].map(|(what, axis)| {
+            let own = if several {
+                format!("{what}-{name}")
+            } else {
+                what.into()
+            };
+            l2(&own, format!("signals.{prefix}interface_f{axis}_n"))
+        })
+    });
+    let mut all: Vec<Measure> = of_interface.collect();
+    if let ([participant], true) = (&scenario.participant[..], all.is_empty()) {
+        let driven = |cluster: &&toml::Value| cluster.get("drive").is_some();
+        let clusters = value(&participant.name, "sample.clusters").and_then(toml::Value::as_array);
+        let last = clusters.into_iter().flatten().filter(driven).next_back();
+        let name = last.and_then(|cluster| cluster.get("name")?.as_str());
+        all.extend(name.into_iter().flat_map(|name| {
+            let force = |axis: &str| format!("signals.{name}_force_{axis}_n");
+            [l2("load", force("y")), l2("shear", force("x"))]
+        }));
+    }
+    all
+}
+
+/// Overrides that end the load history after a quarter of a cycle of each wheel that makes more.
+pub fn shortened(loaded: &Loaded) -> Vec<String> {
+    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+    let keys = loaded
+        .scenario
+        .participant
+        .iter()
+        .map(|p| format!("participant.{}.config.wheel.cycles", p.name));
+    let long = keys.filter(|key| {
+        value_at(&table, key)
+            .and_then(toml::Value::as_float)
+            .is_some_and(|cycles| cycles > 0.25)
+    });
+    long.map(|key| format!("{key}=0.25")).collect()
+}

@@ -1,0 +1,318 @@
+//! The error of a setting, from runs in which one numerical choice at a time was refined.
+//!
+//! Of a choice whose levels have the results f0, f1, .., equally far from each other, the distances of neighbours shrink by a ratio q a level where it converges.
+//! What the finest one misses is then d q/(1 - q), d the last distance (Richardson 1911; Roache 1994, with q = 2^-p for a method of order p).
+//! Errors of several choices are added as independent ones: root of the sum of squares. All this only proposes settings, which are then
+//! measured.
+
+use super::knobs::{KNOBS, Knob, Levels};
+
+/// Ratio where only two levels are known: first order.
+const FIRST_ORDER: f64 = 0.5;
+/// Ratios that are taken for such: more says that chance or another choice is seen, less that chance shortened a distance.
+const RATIOS: [f64; 2] = [0.1, 0.5];
+/// Distances below so many floors of noise say nothing about a ratio.
+const NOISE: f64 = 2.0;
+/// Largest part of the error that is asked for which one choice may have in a reference.
+const SHARE: f64 = 0.4;
+/// A choice that errs by a smaller part of the largest error of a choice is not refined in the reference.
+const PART: f64 = 0.4;
+/// Nor one that errs by a smaller part of the error that is asked for, but for that with the largest error.
+const LEAST: f64 = 0.2;
+
+/// An error that counts as none: logarithms need a number.
+const NOTHING: f64 = 1e-16;
+
+/// What is known of one choice.
+#[derive(Clone, Debug)]
+pub struct KnobErrors {
+    /// Levels that were run, the coarsest first; one of them is 0.
+    levels: Vec<f64>,
+    /// Error by measure and level.
+    errors: Vec<Vec<f64>>,
+    /// Ratio of the errors of neighbours by measure.
+    ratios: Vec<f64>,
+    /// Logarithm of the cost over that of level 0, by level.
+    costs: Vec<f64>,
+}
+
+impl KnobErrors {
+    /// From runs at these levels, the coarsest first: their costs over that of level 0, the distance of two of them by a measure, and the floor
+    /// of noise of each measure.
+    pub fn of(
+        levels: &[f64],
+        costs: &[f64],
+        floors: &[f64],
+        distance: impl Fn(usize, usize, usize) -> f64,
+    ) -> KnobErrors {
+        let last = levels.len() - 1;
+        let of_measure = |measure: usize| {
+            let d = |one: usize, other: usize| distance(measure, one, other);
+            if last == 0 {
+                return (vec![0.0], FIRST_ORDER);
+            }
+            let end = d(last - 1, last);
+            let told = last >= 2 && end > NOISE * floors[measure];
+            let ratio = match told {
+                true => (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1]),
+                false => FIRST_ORDER,
+            };
+            let missed = end * ratio / (1.0 - ratio);
+            let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };
+            ((0..=last).map(error).collect(), ratio)
+        };
+        let (errors, ratios) = (0..floors.len()).map(of_measure).unzip();
+        KnobErrors {
+            levels: levels.to_vec(),
+            errors,
+            ratios,
+            // A finer one that costs less does so by chance.
+            costs: levels
+                .iter()
+                .zip(costs)
+                .map(|(level, cost)| {
+                    if *level < 0.0 {
+                        cost.ln().min(0.0)
+                    } else {
+                        cost.ln().max(0.0)
+                    }
+                })
+                .collect(),
+        }
+    }
+
+    /// True where another level than 0 is known.
+    pub fn is_known(&self) -> bool {
+        self.levels.len() > 1
+    }
+
+    /// The error at a level by a measure.
+    pub fn error(&self, measure: usize, level: f64) -> f64 {
+        let errors = &self.errors[measure];
+        let (last, finest) = (errors.len() - 1, self.levels[errors.len() - 1]);
+        if level >= finest {
+            let between = if last == 0 {
+                1.0
+            } else {
+                finest - self.levels[last - 1]
+            };
+            return errors[last] * self.ratios[measure].powf((level - finest) / between);
+        }
+        let logarithms: Vec<f64> = errors.iter().map(|e| e.max(NOTHING).ln()).collect();
+        along(&self.levels, &logarithms, level).exp()
+    }
+
+    /// The cost at a level over that of level 0.
+    fn cost(&self, level: f64) -> f64 {
+        along(&self.levels, &self.costs, level).exp()
+    }
+}
+
+/// A number at a level, straight between those that are known and beyond them.
+fn along(levels: &[f64], numbers: &[f64], at: f64) -> f64 {
+    if levels.len() == 1 {
+        return numbers[0];
+    }
+    let inner = levels[1..levels.len() - 1].iter();
+    let k = inner.filter(|level| **level <= at).count();
+    let slope = (numbers[k + 1] - numbers[k]) / (levels[k + 1] - levels[k]);
+    numbers[k] + slope * (at - levels[k])
+}
+
+/// What is known of all choices of a scene.
+#[derive(Clone, Debug)]
+pub struct ErrorModel {
+    /// By choice.
+    pub knobs: Vec<KnobErrors>,
+    /// The measures that count.
+    pub asked: Vec<usize>,
+    /// The error that is asked for.
+    pub target: f64,
+    /// Least level of the windows, or steps, of a reference with lighter grains than the scene: those ask for shorter ones.
+    pub shorter: f64,
+}
+
+impl ErrorModel {
+    /// Error by a measure at these levels.
+    pub fn error(&self, measure: usize, levels: &Levels) -> f64 {
+        let all = self.knobs.iter().zip(levels);
+        root(all.map(|(knob, level)| knob.error(measure, *level)))
+    }
+
+    /// Cost at these levels over that of the scene.
+    pub fn cost(&self, levels: &Levels) -> f64 {
+        let all = self.knobs.iter().zip(levels);
+        all.map(|(knob, level)| knob.cost(*level)).product()
+    }
+
+    /// The reference of a setting: nowhere coarser than the scene or the setting, finer by a level in each choice that has a part in its error
+    /// (by half a level where that errs by little, or where the nearest is asked for), and so fine that what it misses itself is small against
+    /// the error that is asked for.
+    pub fn reference(&self, setting: &Levels, nearest: bool) -> Levels {
+        let error = |k: usize, m: usize, level: f64| self.knobs[k].error(m, level);
+        let largest = |m: usize| {
+            let errors = (0..KNOBS.len()).map(|k| error(k, m, setting[k]));
+            errors.fold(0.0, f64::max)
+        };
+        let all = self.asked.iter().map(|m| (*m, largest(*m)));
+        let worst = all
+            .clone()
+            .fold(0.0, |worst, (_, error)| f64::max(worst, error));
+        let least = |error: f64| (PART * error).max(LEAST * self.target).min(worst);
+        let bounds: Vec<(usize, f64)> = all.map(|(m, error)| (m, least(error))).collect();
+        let mut reference: Levels = std::array::from_fn(|k| {
+            let own = setting[k].max(0.0);
+            if !self.knobs[k].is_known() {
+                return own;
+            }
+            let small = |level: f64, share: f64| {
+                let mut asked = self.asked.iter();
+                asked.all(|m| error(k, *m, level) <= share * self.target)
+            };
+            let mut parts = bounds.iter();
+            let has_part = parts.any(|(m, bound)| error(k, *m, setting[k]) >= *bound);
+            let levels = KNOBS[k].reference_levels().iter().copied();
+            let from = |least: f64| levels.clone().filter(move |level| *level >= least.max(own));
+            let near = from(setting[k] + 0.5).next();
+            match (has_part, near) {
+                (false, _) => from(own).find(|level| small(*level, SHARE)),
+                (true, Some(near)) if nearest || small(near, SHARE / 2.0) => Some(near),
+                (true, _) => from(setting[k] + 1.0).find(|level| small(*level, SHARE)),
+            }
+            .or(from(own).last())
+            .unwrap_or(own)
+        });
+        if reference[Knob::MassScale.index()] > 0.0 {
+            for k in [Knob::Window.index(), Knob::Step.index()] {
+                if self.knobs[k].is_known() {
+                    reference[k] = reference[k].max(self.shorter);
+                }
+            }
+        }
+        reference
+    }
+
+    /// The distance of a setting from a reference by a measure.
+    pub fn distance(&self, measure: usize, setting: &Levels, reference: &Levels) -> f64 {
+        let between = self.knobs.iter().zip(setting.iter().zip(reference));
+        root(
+            between.map(|(knob, (own, other))| {
+                knob.error(measure, *own) - knob.error(measure, *other)
+            }),
+        )
+    }
+
+    /// All combinations of levels of the choices that are known. Lighter grains ask for no longer windows.
+    pub fn settings(&self) -> Vec<Levels> {
+        let mut all = vec![[0.0; KNOBS.len()]];
+        for (k, knob) in KNOBS.iter().enumerate() {
+            if !self.knobs[k].is_known() {
+                continue;
+            }
+            let coarsest = self.knobs[k].levels[0];
+            let levels = knob.levels().iter().filter(|level| **level >= coarsest);
+            let levels: Vec<f64> = levels.copied().collect();
+            let longer = all.iter().flat_map(|setting| {
+                levels.iter().map(move |level| {
+                    let mut setting = *setting;
+                    setting[k] = *level;
+                    setting
+                })
+            });
+            all = longer.collect();
+        }
+        let [window, step, mass] = [Knob::Window, Knob::Step, Knob::MassScale].map(Knob::index);
+        all.retain(|levels| levels[mass] <= 0.0 || levels[window].min(levels[step]) >= 0.0);
+        all
+    }
+}
+
+fn root(parts: impl Iterator<Item = f64>) -> f64 {
+    parts.map(|part| part * part).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quantity 1 + c h^p at h = 2, 1, 1/2.
+    fn of_order(c: f64, p: f64) -> KnobErrors {
+        let value = |k: usize| c * 2f64.powf(p * (1.0 - k as f64));
+        KnobErrors::of(&[-1.0, 0.0, 1.0], &[0.5, 1.0, 2.0], &[0.0], |_, a, b| {
+            (value(a) - value(b)).abs()
+        })
+    }
+
+    fn unknown() -> KnobErrors {
+        KnobErrors::of(&[0.0], &[1.0], &[0.0], |_, _, _| 0.0)
+    }
+
+    /// Richardson's extrapolation is exact for one power of h, of any order.
+    #[test]
+    fn one_power_of_the_length_is_known_at_all_levels() {
+        for p in [1.0, 2.0] {
+            let knob = of_order(0.01, p);
+            for level in [-1.0, -0.5, 0.0, 0.5, 1.0, 2.0] {
+                let exact = 0.01 * 2f64.powf(-p * level);
+                assert!(
+                    (knob.error(0, level) / exact - 1.0).abs() < 1e-12,
+                    "{p} {level}"
+                );
+            }
+            assert!(
+                (knob.cost(2.0) - 4.0).abs() < 1e-12
+                    && (knob.cost(-0.5) - 0.5f64.sqrt()).abs() < 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn noise_tells_no_order() {
+        let knob = KnobErrors::of(&[-1.0, 0.0, 1.0], &[1.0; 3], &[0.02], |_, a, b| {
+            [0.0, 0.03, 0.031][a.abs_diff(b)]
+        });
+        // 0.03 is above the floor, but not by twice: first order, and as much again is missed.
+        assert!((knob.error(0, 1.0) - 0.03).abs() < 1e-15);
+    }
+
+    fn model(target: f64) -> ErrorModel {
+        let knobs = KNOBS.map(|knob| match knob {
+            Knob::Mesh => of_order(0.02, 1.0),
+            Knob::Window => of_order(0.001, 2.0),
+            _ => unknown(),
+        });
+        ErrorModel {
+            knobs: knobs.into(),
+            asked: vec![0],
+            target,
+            shorter: 0.0,
+        }
+    }
+
+    /// The mesh errs by 2 % / 2^level, windows by 0.1 % / 4^level. With 1 % asked for a reference errs by 0.4 % at the most in one choice; windows
+    /// of twice the length, which err by 0.4 %, have a part in the error.
+    #[test]
+    fn a_reference_is_finer_where_it_matters() {
+        let model = model(0.01);
+        let reference = |mesh: f64, window: f64, nearest| {
+            model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0], nearest)
+        };
+        assert_eq!(reference(1.0, -1.0, false), [2.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(reference(1.0, -1.0, true), [1.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(reference(2.5, 0.0, false), [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let distance = model.distance(
+            0,
+            &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0],
+            &reference(1.0, -1.0, false),
+        );
+        let exact = (0.01 - 0.02 * 2f64.powf(-2.5)).hypot(0.003);
+        assert!((distance / exact - 1.0).abs() < 1e-12);
+    }
+
+    /// A setting that errs by less than is asked for is held against a finer one all the same: against itself it has no error.
+    #[test]
+    fn no_setting_is_its_own_reference() {
+        let reference = model(1.0).reference(&[0.0; KNOBS.len()], false);
+        assert_eq!(reference, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,403 @@
+//! The numerical choices of a scene, and the overrides that refine or coarsen each of them.
+
+use coordinator::scenario::Scenario;
+use coordinator::scenario::load::Loaded;
+use coordinator::scenario::overrides::value_at;
+
+use super::file::shown;
+
+/// A numerical choice: what a scene takes from the world stays as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knob {
+    /// Size of the elements of the graded meshes, with the explicit step that goes with it. Windows keep their length.
+    Mesh,
+    /// Integration of the elements: one point, or two by two.
+    Element,
+    /// Length of the windows of all interfaces; one window is one step of the grains.
+    Window,
+    /// Step, or load increment, of solvers on no interface.
+    Step,
+    /// Mass scale of the grains.
+    MassScale,
+    /// Tolerances of contact solvers and of interfaces.
+    Tolerance,
+}
+
+/// The choices in the order in which settings list their levels.
+pub const KNOBS: [Knob; 6] = [
+    Knob::Mesh,
+    Knob::Element,
+    Knob::Window,
+    Knob::Step,
+    Knob::MassScale,
+    Knob::Tolerance,
+];
+
+/// A level of each choice: 0 is the scene as it is, each level finer halves a length or a time, or divides by ten.
+pub type Levels = [f64; KNOBS.len()];
+
+impl Knob {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Knob::Mesh => "mesh",
+            Knob::Element => "element",
+            Knob::Window => "window",
+            Knob::Step => "step",
+            Knob::MassScale => "mass scale",
+            Knob::Tolerance => "tolerance",
+        }
+    }
+
+    /// Its place among the levels of a setting.
+    pub fn index(self) -> usize {
+        KNOBS.iter().position(|knob| *knob == self).unwrap_or(0)
+    }
+
+    /// The level beside 0 and 1 that tells most. Heavier grains and wider tolerances save little time, and so much lighter grains ask for
+    /// shorter windows, too.
+    pub fn second(self) -> Option<f64> {
+        match self {
+            Knob::Mesh | Knob::Window | Knob::Step => Some(-1.0),
+            Knob::Element | Knob::Tolerance => None,
+            Knob::MassScale => Some(0.5),
+        }
+    }
+
+    /// Levels that a reference may have.
+    pub fn reference_levels(self) -> &'static [f64] {
+        match self {
+            Knob::Mesh | Knob::Window | Knob::Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+            Knob::Tolerance => &[0.0, 1.0],
+            Knob::Element => &[0.0, 1.0],
+            // Lighter ones than were looked at may ask for shorter windows.
+            Knob::MassScale => &[0.0, 0.5, 1.0],
+        }
+    }
+
+    /// Levels that a setting may have.
+    pub fn levels(self) -> &'static [f64] {
+        match self {
+            Knob::Mesh | Knob::Window | Knob::Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
+            Knob::Tolerance => &[0.0, 1.0],
+            Knob::Element => &[0.0, 1.0],
+            Knob::MassScale => &[0.0, 0.5, 1.0],
+        }
+    }
+
+    /// Levels of which all but this one are those of the scene.
+    pub fn alone(self, level: f64) -> Levels {
+        KNOBS.map(|knob| if knob == self { level } else { 0.0 })
+    }
+}
+
+/// Least number of elements along the fine edge of a mesh.
+const LEAST_COLUMNS: f64 = 4.0;
+
+/// Step of elements with two by two points over that of those with one: their largest frequency is higher by as much (fem.md).
+const STEP_2X2: f64 = 0.8;
+
+/// The numerical choices of a scene.
+pub struct Knobs<'a> {
+    scenario: &'a Scenario,
+    table: toml::Table,
+}
+
+/// The mesh of a participant at a level.
+struct Mesh {
+    /// Size of the elements over that of the scene.
+    ratio: f64,
+    /// Its keys and values.
+    keys: Vec<(&'static str, toml::Value)>,
+}
+
+impl<'a> Knobs<'a> {
+    /// Those of a scene.
+    pub fn of(loaded: &'a Loaded) -> Knobs<'a> {
+        Knobs {
+            scenario: &loaded.scenario,
+            table: loaded.resolved.parse().unwrap_or_default(),
+        }
+    }
+
+    /// Overrides of one level, the others as they are; `None` where the scene has no such choice, or none so fine or so coarse.
+    pub fn at(&self, knob: Knob, level: f64) -> Option<Vec<String>> {
+        let own = self.set(&knob.alone(level))?;
+        (Some(&own) != self.set(&[0.0; KNOBS.len()]).as_ref()).then_some(own)
+    }
+
+    /// Overrides of these levels: all keys of all choices, so that two settings differ in values only. `None` where a level is not to be had.
+    pub fn set(&self, levels: &Levels) -> Option<Vec<String>> {
+        let [mesh, element, window, step, mass, tolerance] = *levels;
+        let alone = self.scenario.interface.is_empty();
+        let mut set = Vec::new();
+        // Steps over those of the scene, by participant.
+        let mut steps: Vec<(&str, f64)> = Vec::new();
+        for participant in self.shipped("fem") {
+            let Mesh { ratio, keys } = self.mesh(participant, mesh)?;
+            let keys = keys.into_iter();
+            set.extend(keys.map(|(key, value)| config(participant, &format!("mesh.{key}"), value)));
+            let one_point = self.text(participant, "element") == Some("q4_1point");
+            if one_point {
+                let word = if element > 0.0 { "q4_2x2" } else { "q4_1point" };
+                set.push(config(participant, "element", word.into()));
+            }
+            let of_element = if one_point && element > 0.0 {
+                STEP_2X2
+            } else {
+                1.0
+            };
+            steps.push((participant, ratio * of_element));
+        }
+        for interface in &self.scenario.interface {
+            let key = |name: &str| format!("interface.{}.{name}", interface.name);
+            let sides = interface.participants();
+            let mut own: Vec<&mut f64> = steps
+                .iter_mut()
+                .filter(|(name, _)| sides.contains(name))
+                .map(|(_, step)| step)
+                .collect();
+            let least = own
+                .iter()
+                .map(|step| **step)
+                .reduce(f64::min)
+                .unwrap_or(1.0);
+            // Steps are cut so that as many as it takes are a window of the scene.
+            let substeps = f64::from(interface.substeps());
+            let kept = (substeps / least - 1e-9).ceil().max(1.0);
+            own.iter_mut().for_each(|step| **step = substeps / kept);
+            if let Some(window_s) = interface.window_s {
+                set.push(number(
+                    &key("window_s"),
+                    scaled(window_s, 0.5f64.powf(window)),
+                ));
+            } else {
+                let substeps = (kept * 0.5f64.powf(window)).round();
+                if substeps < 1.0 {
+                    return None;
+                }
+                set.push(format!("{}={substeps}", key("substeps")));
+            }
+            let bound = scaled(interface.tolerance_rel, 0.1f64.powf(tolerance)).min(0.1);
+            set.push(number(&key("tolerance_rel"), bound));
+        }
+        let alone = if alone { 0.5f64.powf(step) } else { 1.0 };
+        let mut times = |participant: &str, key: &str, factor: f64| {
+            let own = self.number(participant, key).map(|own| scaled(own, factor));
+            set.extend(own.map(|own| config(participant, key, own.into())));
+        };
+        for (participant, step) in steps {
+            match self.text(participant, "analysis") {
+                Some("static") => times(participant, "statics.increment_n", alone),
+                _ => times(participant, "time.step_s", step * alone),
+            }
+        }
+        for participant in self.shipped("dem") {
+            let heavy = self.number(participant, "mass_scale").unwrap_or(1.0);
+            times(participant, "time.step_s", alone);
+            times(
+                participant,
+                "mass_scale",
+                0.1f64.powf(mass).max(1.0 / heavy),
+            );
+            times(participant, "solver.tolerance", 0.1f64.powf(tolerance));
+        }
+        Some(set)
+    }
+
+    /// The choices that the scene has, with their values at these levels.
+    pub fn words(&self, levels: &Levels) -> String {
+        let has = |knob: &Knob| self.at(*knob, 1.0).or(self.at(*knob, -1.0)).is_some();
+        let known = KNOBS.into_iter().filter(has);
+        let words =
+            known.filter_map(|knob| Some(format!("{} {}", knob.name(), self.value(knob, levels)?)));
+        words.collect::<Vec<String>>().join(", ")
+    }
+
+    /// The value of a choice at these levels, that of the first participant or interface that has it.
+    pub fn value(&self, knob: Knob, levels: &Levels) -> Option<String> {
+        let set = self.set(levels)?;
+        let value = |end: &str| {
+            let mut keys = set.iter().filter_map(|set| set.split_once('='));
+            keys.find(|(key, _)| key.ends_with(end))
+                .map(|(_, value)| value)
+        };
+        let number = |end: &str| value(end)?.parse::<f64>().ok();
+        let told = |number: f64, unit: &str| {
+            let rounded = format!("{number:.2e}").parse().unwrap_or(number);
+            format!("{}{unit}", shown(&toml::Value::Float(rounded)))
+        };
+        match knob {
+            Knob::Mesh => Some(told(number(".mesh.size_m")?, " m")),
+            Knob::Element => Some(value(".element")?.trim_matches('"').into()),
+            Knob::Window => match (number(".window_s"), number(".time.step_s")) {
+                (Some(window_s), _) => Some(told(window_s, " s")),
+                (None, Some(step_s)) => Some(told(number(".substeps")? * step_s, " s")),
+                (None, None) => Some(format!("{} substeps", value(".substeps")?)),
+            },
+            Knob::Step => number(".step_s")
+                .map(|step| told(step, " s"))
+                .or(number(".increment_n").map(|increment| told(increment, " N"))),
+            Knob::MassScale => Some(told(number(".mass_scale")?, "")),
+            Knob::Tolerance => Some(told(number(".tolerance").or(number("_rel"))?, "")),
+        }
+    }
+
+    /// Names of the participants that are solvers of this kind.
+    fn shipped(&self, kind: &str) -> impl Iterator<Item = &'a str> {
+        let shipped = self
+            .scenario
+            .participant
+            .iter()
+            .filter(|p| p.command.is_none());
+        shipped
+            .filter(move |p| p.kind == kind)
+            .map(|p| p.name.as_str())
+    }
+
+    fn given(&self, participant: &str, key: &str) -> Option<&toml::Value> {
+        value_at(
+            &self.table,
+            &format!("participant.{participant}.config.{key}"),
+        )
+    }
+
+    fn text(&self, participant: &str, key: &str) -> Option<&str> {
+        self.given(participant, key)?.as_str()
+    }
+
+    fn number(&self, participant: &str, key: &str) -> Option<f64> {
+        let value = self.given(participant, key)?;
+        value.as_float().or(value.as_integer().map(|n| n as f64))
+    }
+
+    /// The mesh of a participant at a level, without keys where it is of a file; `None` where no whole number of elements is near.
+    fn mesh(&self, participant: &str, level: f64) -> Option<Mesh> {
+        let of = |key: &str| self.number(participant, &format!("mesh.{key}"));
+        let all = of("size_m").zip(of("width_m")).zip(of("height_m"));
+        let Some(((size, width), height)) = all.filter(|_| level != 0.0) else {
+            let given = ["size_m", "fine_depth_m"]
+                .into_iter()
+                .filter_map(|key| Some((key, of(key)?.into())));
+            let counts = ["side_columns", "depth_rows"]
+                .into_iter()
+                .filter_map(|key| Some((key, (of(key)? as i64).into())));
+            return Some(Mesh {
+                ratio: 1.0,
+                keys: given.chain(counts).collect(),
+            });
+        };
+        let fine = of("fine_width_m").unwrap_or(width);
+        let own = (fine / size).round();
+        let wanted = (own * level.exp2()).round();
+        // Without a fine depth all of the height is fine.
+        let fits = |columns: &f64| {
+            let rows = height * columns / fine;
+            let whole = (rows - rows.round()).abs() < 1e-9 * rows;
+            *columns >= LEAST_COLUMNS && (of("fine_depth_m").is_some() || whole)
+        };
+        let near =
+            (0..=(0.15 * wanted) as usize).flat_map(|k| [wanted + k as f64, wanted - k as f64]);
+        let columns = near.into_iter().find(fits)?;
+        let ratio = own / columns;
+        let size = fine / columns;
+        let mut keys = vec![("size_m", size.into())];
+        let depth = of("fine_depth_m").map(|depth| (depth / size).round().max(1.0) * size);
+        keys.extend(depth.map(|depth| ("fine_depth_m", depth.into())));
+        for key in ["side_columns", "depth_rows"] {
+            let count = of(key).filter(|count| *count > 0.0);
+            let count = count.map(|count| ((count / ratio).round() as i64).max(1));
+            keys.extend(count.map(|count| (key, count.into())));
+        }
+        Some(Mesh { ratio, keys })
+    }
+}
+
+/// A number times a factor, in twelve digits; with a factor of 1 the number itself.
+fn scaled(own: f64, factor: f64) -> f64 {
+    let product = own * factor;
+    let rounded = format!("{product:.11e}").parse().unwrap_or(product);
+    if factor == 1.0 { own } else { rounded }
+}
+
+/// An override of a key of a participant.
+fn config(participant: &str, key: &str, value: toml::Value) -> String {
+    let key = format!("participant.{participant}.config.{key}");
+    match value.as_float() {
+        Some(value) => number(&key, value),
+        None => format!("{key}={value}"),
+    }
+}
+
+/// An override by a number, written so that it is read as the same one.
+fn number(key: &str, value: f64) -> String {
+    format!("{key}={value:e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coordinator::scenario::load::load;
+
+    fn value(set: &[String], end: &str) -> f64 {
+        let mut keys = set.iter().filter_map(|set| set.split_once('='));
+        let found = keys.find(|(key, _)| key.ends_with(end));
+        found.expect("the key").1.parse().expect("a number")
+    }
+
+    /// A run is known by its scenario: with the levels of the scene it is the run of the scene.
+    #[test]
+    fn levels_of_zero_are_the_scene_itself() {
+        for name in ["quick", "two-rails", "layer-alone", "wheel-rail-fe-small"] {
+            let loaded = load(name, &[]).expect("a shipped scene");
+            let set = Knobs::of(&loaded)
+                .set(&[0.0; KNOBS.len()])
+                .expect("its own");
+            let again = load(name, &set).expect("the same scene");
+            assert_eq!(again.hash, loaded.hash, "{name}: {set:?}");
+        }
+    }
+
+    /// 54 elements of 0.4 mm in 21.6 mm, nine steps a window: half a level finer 76 elements, whose step takes 13 to a window.
+    #[test]
+    fn a_finer_mesh_has_whole_elements_and_the_window_of_the_scene() {
+        let loaded = load("quick", &[]).expect("a shipped scene");
+        let knobs = Knobs::of(&loaded);
+        for (level, columns, substeps) in [(0.5, 76.0, 13.0), (1.0, 108.0, 18.0), (-1.0, 27.0, 5.0)]
+        {
+            let set = knobs.at(Knob::Mesh, level).expect("a mesh");
+            let size = value(&set, "mesh.size_m");
+            assert!((21.6e-3 / size - columns).abs() < 1e-9);
+            let rows = value(&set, "fine_depth_m") / size;
+            assert!((rows - rows.round()).abs() < 1e-9);
+            assert_eq!(value(&set, "substeps"), substeps);
+            let window = substeps * value(&set, "step_s");
+            assert!((window / 6.12e-7 - 1.0).abs() < 1e-10, "{window}");
+        }
+        let square = knobs.at(Knob::Element, 1.0).expect("two by two points");
+        let window = value(&square, "substeps") * value(&square, "step_s");
+        assert!((window / 6.12e-7 - 1.0).abs() < 1e-10 && value(&square, "step_s") < 0.81 * 6.8e-8);
+    }
+
+    #[test]
+    fn what_a_scene_does_not_have_is_no_choice_of_it() {
+        let quick = load("quick", &["interface.layer-base.substeps=1".into()]).expect("a scene");
+        let knobs = Knobs::of(&quick);
+        // A window of one step cannot be halved, and coupled grains have no step of their own.
+        assert_eq!(knobs.at(Knob::Window, 1.0), None);
+        assert_eq!(knobs.at(Knob::Step, 1.0), None);
+        let alone = load("layer-alone", &[]).expect("a shipped scene");
+        let knobs = Knobs::of(&alone);
+        assert_eq!(knobs.at(Knob::Mesh, 1.0), None);
+        let finer = knobs.at(Knob::Step, 1.0).expect("a step");
+        assert_eq!(value(&finer, "step_s"), 3.06e-7);
+        let light = load(
+            "layer-alone",
+            &["participant.third-body.config.mass_scale=1.0".into()],
+        );
+        assert_eq!(
+            Knobs::of(&light.expect("a scene")).at(Knob::MassScale, 1.0),
+            None
+        );
+    }
+}

@@ -1,0 +1,215 @@
+//! The search for the cheapest setting that keeps an error: what to measure next, from what was measured.
+
+use super::error_model::ErrorModel;
+use super::knobs::{KNOBS, Knob, Levels};
+
+/// Bound of an error over its middle, until it is measured.
+pub const MARGIN: f64 = 2.5;
+/// Bounds over the errors of the model that are believed.
+const MARGINS: [f64; 2] = [1.0, 6.0];
+/// The scene as it is is not looked at first where it is so many times within the error.
+const TOO_GOOD: f64 = 4.0;
+/// Cost over that of a setting that was found below which another one is tried.
+const CHEAPER: f64 = 0.85;
+/// Part by which a reference whose grains are lighter has shorter windows, in levels, each time that one is warned of.
+const SHORTER: f64 = 0.5;
+
+/// A setting and the reference that it is to be held against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proposal {
+    /// Levels of the setting.
+    pub setting: Levels,
+    /// Levels of the reference.
+    pub reference: Levels,
+    /// Cost of the setting over that of the scene.
+    pub cost: f64,
+    /// Cost of the reference over that of the scene; 0 where its runs are done.
+    pub reference_cost: f64,
+}
+
+/// What came of a proposal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// Bounds of the errors that count, each below what was asked for.
+    Keeps(Vec<f64>),
+    /// Bounds of the errors that count, one of them above.
+    Exceeds(Vec<f64>),
+    /// The setting is warned of, or does not complete.
+    Warned,
+    /// Its reference is.
+    NoReference,
+}
+
+/// A search under way.
+#[derive(Clone, Debug)]
+pub struct Search {
+    /// What is known of the errors.
+    pub model: ErrorModel,
+    /// Settings that were measured and keep the error, the cheapest last.
+    pub found: Vec<Levels>,
+    left: Vec<Levels>,
+    /// Bound over the error of the model, by measure that counts.
+    margins: Vec<f64>,
+    reference: Option<Levels>,
+    is_over: bool,
+}
+
+impl Search {
+    /// A search among the settings of a model that are to be had.
+    pub fn new(model: ErrorModel, is_had: impl Fn(&Levels) -> bool) -> Search {
+        let left = model.settings().into_iter().filter(is_had).collect();
+        Search {
+            margins: vec![MARGIN; model.asked.len()],
+            model,
+            found: Vec::new(),
+            left,
+            reference: None,
+            is_over: false,
+        }
+    }
+
+    /// What to measure next: the scene as it is where it may do and nothing much cheaper does, since some of its runs are done; else the cheapest
+    /// setting that the model has for the error. `None` where there is nothing left that is, or would be cheaper than what was found. With a
+    /// `nearest` reference less of the error is measured, and more is left to extrapolation.
+    pub fn next(&self, nearest: bool) -> Option<Proposal> {
+        if self.is_over {
+            return None;
+        }
+        let scene = [0.0; KNOBS.len()];
+        let is_first = self.left.contains(&scene)
+            && self.keeps(&scene, 1.0)
+            && !self.keeps(&scene, TOO_GOOD)
+            && self.found.is_empty();
+        let all = self.left.iter().filter(|setting| self.keeps(setting, 1.0));
+        let cost = |setting: &Levels| self.model.cost(setting);
+        let cheapest = all.min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let setting = if is_first { scene } else { *cheapest? };
+        let dear = self
+            .found
+            .last()
+            .is_some_and(|found| cost(&setting) > CHEAPER * cost(found));
+        if dear {
+            return None;
+        }
+        // One reference serves all settings, as long as it is the finer one.
+        let own = self.model.reference(&setting, nearest);
+        let finer = |old: Levels| std::array::from_fn(|k| old[k].max(own[k]));
+        let reference = self.reference.map_or(own, finer);
+        let is_done = self.reference == Some(reference);
+        Some(Proposal {
+            setting,
+            reference,
+            cost: cost(&setting),
+            reference_cost: if is_done { 0.0 } else { cost(&reference) },
+        })
+    }
+
+    /// True where the model has a setting so many times within the error, with the margins that are known.
+    fn keeps(&self, setting: &Levels, times: f64) -> bool {
+        let reference = self.model.reference(setting, false);
+        let mut asked = self.model.asked.iter().zip(&self.margins);
+        asked.all(|(m, margin)| {
+            let distance = self.model.distance(*m, setting, &reference);
+            times * margin * distance <= self.model.target
+        })
+    }
+
+    /// Takes in what came of a proposal.
+    pub fn learn(&mut self, proposal: &Proposal, finding: &Finding) {
+        let Proposal {
+            setting, reference, ..
+        } = proposal;
+        self.left.retain(|other| other != setting);
+        // A cheaper one that does not do ends it.
+        self.is_over = !self.found.is_empty() && !matches!(finding, Finding::Keeps(_));
+        match finding {
+            Finding::Keeps(bounds) | Finding::Exceeds(bounds) => {
+                let distance = |m: &usize| self.model.distance(*m, setting, reference);
+                let asked = self.model.asked.iter().zip(bounds);
+                let margins = asked.map(|(m, bound)| bound / distance(m).max(f64::MIN_POSITIVE));
+                self.margins = margins.map(|x| x.clamp(MARGINS[0], MARGINS[1])).collect();
+                if matches!(finding, Finding::Keeps(_)) {
+                    self.found.push(*setting);
+                    self.reference = Some(*reference);
+                }
+            }
+            // What a setting is warned of, coarser ones are, too, and those with lighter grains.
+            Finding::Warned => self.left.retain(|other| {
+                let mut knobs = KNOBS.iter();
+                knobs.any(|knob| {
+                    let finer = other[knob.index()] - setting[knob.index()];
+                    if *knob == Knob::MassScale {
+                        finer < 0.0
+                    } else {
+                        finer > 0.0
+                    }
+                })
+            }),
+            Finding::NoReference => {
+                self.left.push(*setting);
+                self.model.shorter += SHORTER;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error_model::KnobErrors;
+
+    /// A mesh that errs by 2 % / 2^level and costs 4^level, all else without error.
+    fn search(target: f64) -> Search {
+        let value = |k: usize| 0.04 / f64::from(1 << k);
+        let knobs = KNOBS.map(|knob| match knob {
+            Knob::Mesh => {
+                KnobErrors::of(&[-1.0, 0.0, 1.0], &[0.25, 1.0, 4.0], &[0.0], |_, a, b| {
+                    (value(a) - value(b)).abs()
+                })
+            }
+            _ => KnobErrors::of(&[0.0], &[1.0], &[0.0], |_, _, _| 0.0),
+        });
+        let model = ErrorModel {
+            knobs: knobs.into(),
+            asked: vec![0],
+            target,
+            shorter: 0.0,
+        };
+        Search::new(model, |_| true)
+    }
+
+    fn mesh(proposal: Option<Proposal>) -> Option<[f64; 2]> {
+        proposal.map(|p| [p.setting[0], p.reference[0]])
+    }
+
+    /// The scene lies 1 % from a mesh of half the size, and 3 % are kept with any margin up to 3. If 1.5 % is the bound of that, elements larger by
+    /// half a level, which lie 1.83 % from it, have one of 2.7 %.
+    #[test]
+    fn the_scene_goes_first_and_then_what_is_cheaper() {
+        let mut search = search(0.03);
+        let first = search.next(false).expect("the scene");
+        assert_eq!(mesh(Some(first)), Some([0.0, 1.0]));
+        search.learn(&first, &Finding::Keeps(vec![0.015]));
+        let second = search.next(false).expect("a cheaper one");
+        assert_eq!(mesh(Some(second)), Some([-0.5, 1.0]));
+        assert_eq!(second.reference_cost, 0.0, "its runs are done");
+        search.learn(&second, &Finding::Exceeds(vec![0.04]));
+        assert_eq!((search.next(false), search.found), (None, vec![[0.0; 6]]));
+    }
+
+    /// Half a level finer the mesh lies 0.71 % from its reference, which is 1.8 % with the margin. If it is twice that, 2 % take a mesh that is
+    /// finer by one and a half; if that is warned of, a still finer one, for
+    /// which half a level is reference enough.
+    #[test]
+    fn what_was_measured_corrects_the_model() {
+        let mut search = search(0.02);
+        let first = search.next(false).expect("a finer one");
+        assert_eq!(mesh(Some(first)), Some([0.5, 1.5]));
+        let distance = search.model.distance(0, &first.setting, &first.reference);
+        search.learn(&first, &Finding::Exceeds(vec![2.0 * MARGIN * distance]));
+        let next = search.next(false).expect("a finer one");
+        assert_eq!(mesh(Some(next)), Some([1.5, 2.5]));
+        search.learn(&next, &Finding::Warned);
+        assert_eq!(mesh(search.next(false)), Some([2.0, 2.5]));
+    }
+}
