@@ -5,7 +5,7 @@
 //! - [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
 //! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`], [`mod@ensemble`]: what they say; [`picture`], [`digest`]: in pictures and words;
 //! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
-//!   [`budget`]: the setting that it has for one.
+//!   [`budget`]: the setting that it has for one, [`scene_front`]: a run among its settings.
 
 pub mod budget;
 pub mod collect;
@@ -23,6 +23,7 @@ pub mod picture;
 pub mod plan;
 pub mod pool;
 pub mod progress;
+pub mod scene_front;
 pub mod search;
 pub mod settings;
 pub mod slurm;

@@ -138,7 +138,8 @@ pub fn remove_at(mut table: &mut toml::Table, key: &str) -> Option<toml::Value> 
     table.remove(last)
 }
 
-fn parse_value(text: &str) -> toml::Value {
+/// The value that an override gives: TOML, or else a string.
+pub fn parse_value(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
     let value = table.ok().and_then(|mut table| table.remove("value"));
     value.unwrap_or_else(|| text.into())

@@ -1,0 +1,235 @@
+//! Where a run lies among the settings that a stored study measured for its scene, and what half of its error or of its time would take.
+
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use super::budget::SceneSettings;
+use super::front::{Trade, front};
+use super::stored::{StoredSetting, StoredStudy};
+use coordinator::error::Error;
+use coordinator::scenario::overrides::{parse_value, value_at};
+use runs::front::{MeasuredFront, MeasuredSetting};
+
+/// What the first of these studies that knows errors of a scene says of a run with this scenario; those that cannot be read are told and
+/// passed over.
+pub fn first_front(
+    studies: impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>>,
+    resolved: &str,
+    tell_unread: impl Fn(&Error),
+) -> Option<MeasuredFront> {
+    let mut read = studies.filter_map(|study| study.inspect_err(&tell_unread).ok());
+    read.find_map(|(_, study)| scene_front(&study, resolved))
+}
+
+/// `None` where the study does not cover the scene, or has too few scenes to tell errors.
+fn scene_front(study: &StoredStudy, resolved: &str) -> Option<MeasuredFront> {
+    let known = SceneSettings::new(study, &study.locate(resolved).ok()?).ok()?;
+    let known = known.by_accuracy();
+    let scenario: toml::Table = resolved.parse().unwrap_or_default();
+    let setting = |of: &StoredSetting, errors: Vec<[f64; 2]>| MeasuredSetting {
+        words: of.words.clone(),
+        overrides: missing(&scenario, &of.set),
+        warned: of.warned.clone(),
+        is_reference: of.set == study.reference,
+        cost: of.cpu_rel,
+        errors,
+    };
+    let settings = known.iter().map(|of| {
+        let errors = of.predictions.iter().map(|p| [p.expected, p.bound]);
+        setting(of.setting, errors.collect())
+    });
+    let settings: Vec<MeasuredSetting> = settings.collect();
+    // Of two that the run agrees with, the one that says more is its own.
+    let distance = |of: &&StoredSetting| (missing(&scenario, &of.set).len(), Reverse(of.set.len()));
+    let nearest = study.settings.iter().min_by_key(distance)?;
+    let own = known.iter().position(|of| of.setting.set == nearest.set);
+    let own = own.filter(|own| settings[*own].overrides.is_empty());
+    let keys = |of: &StoredSetting| of.set.iter().map(|set| key(set).to_string()).collect();
+    let all: BTreeSet<String> = study.settings.iter().flat_map(keys).collect();
+    Some(MeasuredFront {
+        study: study.study.clone(),
+        build: study.build.clone(),
+        measures: study.measures.iter().map(|of| of.name.clone()).collect(),
+        fronts: (0..study.measures.len())
+            .map(|measure| front_by(&settings, measure))
+            .collect(),
+        nearest: setting(nearest, Vec::new()),
+        open_keys: all.difference(&keys(nearest)).cloned().collect(),
+        own,
+        half_error: own.and_then(|own| half_error(&settings, own)),
+        half_time: own.and_then(|own| half_time(&settings, own)),
+        settings,
+    })
+}
+
+fn front_by(settings: &[MeasuredSetting], measure: usize) -> Vec<usize> {
+    let trade = |(setting, of): (usize, &MeasuredSetting)| Trade {
+        setting,
+        cost: of.cost,
+        error: of.errors[measure][0],
+    };
+    let trades: Vec<Trade> = settings.iter().enumerate().map(trade).collect();
+    front(&trades).iter().map(|trade| trade.setting).collect()
+}
+
+fn half_error(settings: &[MeasuredSetting], own: usize) -> Option<usize> {
+    let errs_half = |k: &usize| {
+        let mut errors = settings[*k].errors.iter().zip(&settings[own].errors);
+        *k != own && errors.all(|([one, _], [own, _])| 2.0 * one <= *own)
+    };
+    let halves = (0..settings.len()).filter(errs_half);
+    halves.min_by(|a, b| settings[*a].cost.total_cmp(&settings[*b].cost))
+}
+
+fn half_time(settings: &[MeasuredSetting], own: usize) -> Option<usize> {
+    let most = 0.5 * settings[own].cost;
+    settings.iter().position(|of| of.cost <= most)
+}
+
+/// The overrides whose values a scenario does not have.
+fn missing(scenario: &toml::Table, set: &[String]) -> Vec<String> {
+    let is_missing = |set: &&String| {
+        let (key, value) = (key(set), set.split_once('=').map_or("", |(_, value)| value));
+        value_at(scenario, key).is_none_or(|own| !is_same(own, &parse_value(value.trim())))
+    };
+    set.iter().filter(is_missing).cloned().collect()
+}
+
+/// The key of an override.
+fn key(set: &str) -> &str {
+    set.split('=').next().unwrap_or_default().trim()
+}
+
+/// True for equal values, 9 and 9.0 among them.
+fn is_same(one: &toml::Value, other: &toml::Value) -> bool {
+    let number = |of: &toml::Value| of.as_float().or(of.as_integer().map(|n| n as f64));
+    one == other || number(one).is_some_and(|one| number(other) == Some(one))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// Five scenes without numbers of their own; errors by two measures.
+    fn study(settings: &[Value]) -> StoredStudy {
+        let study = json!({
+            "schema": "thirdbody.study/1", "study": "s", "build": "b", "scenario": "[x]\ny = 1\n", "reference": ["a.b=1", "a.c=ref"],
+            "scene_keys": [{ "key": "run.seed", "any": true, "values": [1, 2, 3, 4, 5] }],
+            "measures": [{ "name": "m", "of": "results.x", "norm": "at" }, { "name": "n", "of": "results.y", "norm": "at" }],
+            "floors": [[1e-9, 1e-9, 1e-9, 1e-9, 1e-9], [1e-9, 1e-9, 1e-9, 1e-9, 1e-9]],
+            "settings": settings,
+        });
+        serde_json::from_value(study).expect("it is one")
+    }
+
+    fn setting(words: &str, set: &[&str], [m, n]: [f64; 2], cpu_rel: f64) -> Value {
+        let errors = [m, n].map(|error| [error; 5]);
+        json!({ "words": words, "set": set, "errors": errors, "cpu_rel": cpu_rel, "wall_s": cpu_rel })
+    }
+
+    /// `fine` halves m of `own` alone, `both` both errors, `dear` too; `quick` is more accurate than `crude`, `warned` not to be trusted.
+    fn settings() -> Vec<Value> {
+        let mut warned = setting("warned", &["a.b=9", "a.c=w"], [1e-3, 1e-3], 0.1);
+        warned["warned"] = json!(["bond_step"]);
+        vec![
+            setting("reference", &["a.b=1", "a.c=ref"], [1e-9, 1e-9], 1.0),
+            setting("own", &["a.b=9", "a.c=o"], [0.02, 0.01], 0.2),
+            setting("fine", &["a.b=9", "a.c=f"], [0.009, 0.006], 0.3),
+            setting("dear", &["a.b=3", "a.c=d"], [0.001, 0.001], 0.8),
+            setting("both", &["a.b=3", "a.c=b"], [0.0099, 0.0049], 0.5),
+            setting("crude", &["a.b=36", "a.c=c"], [0.2, 0.01], 0.05),
+            setting("quick", &["a.b=18", "a.c=q"], [0.04, 0.05], 0.1),
+            warned,
+        ]
+    }
+
+    fn scene(b: &str, c: &str) -> String {
+        format!("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = {b}\nc = \"{c}\"\n")
+    }
+
+    #[test]
+    fn half_the_error_counts_by_every_measure_and_half_the_time_by_accuracy() {
+        let study = study(&settings());
+        let of = |b: &str, c: &str| scene_front(&study, &scene(b, c)).expect("it is covered");
+        let words = |front: &MeasuredFront, k: Option<usize>| {
+            let words = k.map(|k| front.settings[k].words.clone());
+            words.unwrap_or_default()
+        };
+        let halves = |b: &str, c: &str| {
+            let front = of(b, c);
+            [front.own, front.half_error, front.half_time].map(|k| words(&front, k))
+        };
+        assert_eq!(halves("9.0", "o"), ["own", "both", "quick"]);
+        assert_eq!(halves("1", "ref"), ["reference", "", "fine"]);
+        assert_eq!(halves("36", "c"), ["crude", "both", ""]);
+        // Nothing but the reference errs half as much as the most accurate one.
+        assert_eq!(halves("3", "d"), ["dear", "reference", "fine"]);
+
+        let front = of("9", "o");
+        let overrides = |words: &str| {
+            let mut settings = front.settings.iter();
+            let found = settings.find(|of| of.words == words);
+            found.expect("it is there").overrides.clone()
+        };
+        assert_eq!(overrides("both"), ["a.b=3", "a.c=b"]);
+        assert_eq!(overrides("fine"), ["a.c=f"]);
+        let names = |measure: usize| {
+            let on_front = front.fronts[measure].iter();
+            let names = on_front.map(|k| words(&front, Some(*k)));
+            Vec::from_iter(names).join(" ")
+        };
+        assert_eq!(names(0), "crude quick own fine dear reference");
+        assert_eq!(names(1), "crude fine both dear reference");
+    }
+
+    #[test]
+    fn a_run_is_a_setting_only_where_all_of_its_keys_agree() {
+        let study = study(&settings());
+        let of = |b: &str, c: &str| scene_front(&study, &scene(b, c)).expect("it is covered");
+        let other = of("18", "f");
+        let indices = [other.own, other.half_error, other.half_time];
+        assert_eq!((indices, other.nearest.overrides.len()), ([None; 3], 1));
+        // A text is not the number that it spells.
+        assert_eq!(of("\"9\"", "o").own, None);
+        let MeasuredFront { nearest, own, .. } = of("9", "w");
+        assert_eq!((nearest.words.as_str(), own), ("warned", None));
+        assert!(nearest.overrides.is_empty());
+        assert!(scene_front(&study, &scene("9", "o").replace("y = 1", "y = 2")).is_none());
+    }
+
+    #[test]
+    fn of_two_settings_that_agree_the_one_that_says_more_is_the_run() {
+        let mut all = settings();
+        all.insert(1, setting("less", &["a.b=9"], [0.1, 0.1], 0.3));
+        let study = study(&all);
+        let of = |c: &str| {
+            let front = scene_front(&study, &scene("9", c)).expect("it is covered");
+            (front.nearest.words, front.open_keys)
+        };
+        assert_eq!(of("o"), ("own".into(), vec![]));
+        assert_eq!(of("z"), ("less".into(), vec!["a.c".to_string()]));
+    }
+
+    #[test]
+    fn studies_that_are_damaged_or_too_small_are_passed_over() {
+        let mut few = study(&settings());
+        few.study = "few".into();
+        few.scene_keys[0].values.truncate(2);
+        few.floors.iter_mut().for_each(|floors| floors.truncate(2));
+        let errors = few.settings.iter_mut().flat_map(|s| &mut s.errors);
+        errors.for_each(|errors| errors.truncate(2));
+        let path = PathBuf::from("nowhere/study.json");
+        let damaged = StoredStudy::read(&path).map(|study| (path.clone(), study));
+        let good = |study: StoredStudy| Ok((path.clone(), study));
+        let told = std::cell::Cell::new(0);
+        let studies = [damaged, good(few), good(study(&settings()))].into_iter();
+        let tell = |_: &Error| told.set(told.get() + 1);
+        let found = first_front(studies, &scene("9", "o"), tell);
+        assert_eq!(
+            (found.map(|of| of.study), told.get()),
+            (Some("s".into()), 1)
+        );
+    }
+}
