@@ -158,6 +158,78 @@ fn results_of_all_kinds_of_scenes_have_a_sentence() {
     }
 }
 
+/// Problem: `quick-bonded` by a budget that the cheapest setting of its study keeps, beside a study that is damaged. Exact: the page has the
+/// promise, the setting, a picture a measure and what half the error takes; nothing takes half the time; a copy with a key that no setting
+/// of the study has is none of them.
+#[test]
+fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
+    let work = Scratch::new("report-front");
+    let damaged = work.path().join("runs/study-damaged");
+    fs::create_dir_all(&damaged).expect("it is writable");
+    let out = ["--out", "one"];
+    done(
+        thirdbody(work.path())
+            .args([
+                "run",
+                "quick-bonded",
+                "--study",
+                "quick-bonded",
+                "--budget",
+                "error=10%",
+            ])
+            .args(out),
+    );
+    fs::write(damaged.join("study.json"), "{").expect("it is writable");
+    let output = thirdbody(work.path()).args(["report", "one"]).output();
+    let output = output.expect("the program starts");
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{words}");
+    let told = "runs/study-damaged/study.json: EOF";
+    assert_eq!(words.matches(told).count(), 1, "{words}");
+    let html = fs::read_to_string(work.path().join("one/report.html")).expect("a page");
+    let section = |html: &str| {
+        let start = html
+            .find("<h2>Speed against accuracy</h2>")
+            .expect("a section");
+        let end = html[start..].find("</section>").expect("its end");
+        html[start..start + end].to_string()
+    };
+    let lies = section(&html);
+    let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");
+    let budget = parse_json(&summary)["budget"].clone();
+    let setting = budget["setting"].as_str().expect("words");
+    for told in [
+        "<code>--budget error=10%</code>, by the study <code>quick-bonded</code>, which promised errors below these bounds",
+        &format!("This run has the setting <code>{setting}</code>"),
+        "It lies on the front by traction, height, friction.",
+        "Half the error by every measure takes",
+        "one/scenario.toml \\\n    --set ",
+        "No setting of the study takes half of the processor time.",
+    ] {
+        assert!(lies.contains(told), "{told}: {lies}");
+    }
+    assert_eq!(lies.matches("<figure>").count(), 3);
+    // In the name, the title and the caption of each.
+    assert_eq!(lies.matches("Ring: this run, ").count(), 9);
+    assert!(!lies.contains("Diamond"), "{lies}");
+
+    let path = work.path().join("one/scenario.toml");
+    let text = fs::read_to_string(&path).expect("it is there");
+    let other = text.replace("tolerance_rel = 0.000001", "tolerance_rel = 0.000003");
+    assert_ne!(text, other);
+    fs::write(&path, other).expect("it is writable");
+    let lies = section(&page(&work, &["one"]));
+    let differs = "<code>interface.layer-base.tolerance_rel=1e-6</code> (this run: ";
+    assert!(
+        lies.contains("the study did not measure") && lies.contains(differs),
+        "{lies}"
+    );
+    assert!(
+        !lies.contains("Half the error") && !lies.contains("Ring"),
+        "{lies}"
+    );
+}
+
 /// Problem: tables of a run that were cut off, emptied, shuffled, doubled, changed in one digit or removed after it. Exact: the page and the
 /// exit code say so, and a comparison is refused.
 #[test]

@@ -7,7 +7,7 @@
 //! - `body`: the whole continuum, and which of its nodes stick;
 //! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
-//! - `circuit`: the flows of third body; `times`: where the time went;
+//! - `circuit`: the flows of third body; `times`: where the time went; `front`: what less error or less time would take;
 //! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
 //! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
@@ -20,6 +20,7 @@ use curves::{Tables, plots};
 use draw::picture::Picture;
 use page::Section;
 use runs::files::RunFiles;
+use runs::front::MeasuredFront;
 
 mod arrows;
 mod bodies;
@@ -29,6 +30,7 @@ mod circuit;
 mod compare;
 mod curves;
 mod cycles;
+mod front;
 mod grains;
 mod ledger;
 mod mesh;
@@ -43,16 +45,20 @@ mod times;
 pub mod units;
 mod verdict;
 
-/// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given; returns the names of
-/// the files, and what table is not what its run wrote.
+/// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given, with what a study
+/// knows of its scene; returns the names of the files, and what table is not what its run wrote.
 ///
 /// # Errors
 /// A file of a run is missing or damaged, or one cannot be written.
-pub fn write(run: &Path, other: Option<&Path>) -> Result<(Vec<String>, Option<Error>), Error> {
+pub fn write(
+    run: &Path,
+    other: Option<&Path>,
+    front: Option<&MeasuredFront>,
+) -> Result<(Vec<String>, Option<Error>), Error> {
     let run = RunFiles::read_for_page(run)?;
     let other = other.map(RunFiles::read_for_page).transpose()?;
     let damage = run.damage().or(other.as_ref().and_then(RunFiles::damage));
-    let sections = sections(&run, other.as_ref())?;
+    let sections = sections(&run, other.as_ref(), front)?;
     let mut names = Vec::new();
     let mut known = HashSet::new();
     for picture in sections.iter().flat_map(Section::pictures) {
@@ -79,7 +85,7 @@ pub fn pictures(
     files: &[String],
 ) -> Result<Section, Error> {
     let mut chosen = Section::default();
-    for section in sections(run, other)? {
+    for section in sections(run, other, None)? {
         chosen.maps.extend(section.maps);
         chosen.plots.extend(section.plots);
     }
@@ -102,7 +108,11 @@ fn unread_fields(run: &RunFiles) -> String {
 }
 
 /// The sections that the run has something for.
-fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Error> {
+fn sections(
+    run: &RunFiles,
+    other: Option<&RunFiles>,
+    front: Option<&MeasuredFront>,
+) -> Result<Vec<Section>, Error> {
     let others = other.map(|other| Ok::<_, Error>((curves::signals(other)?, name(other))));
     let tables = Tables {
         own: curves::signals(run)?,
@@ -133,6 +143,7 @@ fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Er
             maps: Vec::from_iter(times::times(run)),
             ..Section::of_text("Where the time went", provenance::processes(run))
         },
+        front::section(run, front),
         Section::of_text("Results", results::grouped(run)),
     ];
     all.retain(|section| !section.is_empty());

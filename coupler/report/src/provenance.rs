@@ -19,9 +19,7 @@ pub(super) fn changed(run: &RunFiles) -> Vec<String> {
 
 /// A table of provenance, and the command.
 pub(super) fn provenance(run: &RunFiles) -> String {
-    // A name such as runs/latest points at another run an hour later.
-    let path = run.path.canonicalize().unwrap_or_else(|_| run.path.clone());
-    let (keys, scenario) = (run.manifest(), path.join("scenario.toml"));
+    let keys = run.manifest();
     let manifest = |key: &str| match &keys[key] {
         Value::String(text) => escape(text),
         Value::Null => String::new(),
@@ -34,7 +32,7 @@ pub(super) fn provenance(run: &RunFiles) -> String {
     let scene = format!("{}, hash {}", manifest("scenario_file"), hash("scenario"));
     let mut machine = vec![host, format!("{cores} cores"), processor];
     machine.retain(|part| !part.is_empty());
-    let transport = match scenario.exists() {
+    let transport = match run.path.join("scenario.toml").exists() {
         true => format!("{:?}", run.scenario().transport).to_lowercase(),
         false => String::new(),
     };
@@ -52,12 +50,19 @@ pub(super) fn provenance(run: &RunFiles) -> String {
     let rows = rows.into_iter().filter(|(_, text)| !text.is_empty());
     let threads = keys["threads"].as_u64();
     let threads = threads.map_or(String::new(), |count| format!(" --threads {count}"));
-    let file = quoted(&scenario.display().to_string());
+    let file = scenario_file(run);
     format!(
         "{}<p>Repeat it; the same build gives the same hashes for any number of threads:</p><pre>{}</pre>",
         table(["", ""], &[], rows.map(|(name, text)| [name.into(), text])),
         escape(&format!("thirdbody run {file}{threads}"))
     )
+}
+
+/// Its own copy of its scenario, as a word of a shell.
+pub(super) fn scenario_file(run: &RunFiles) -> String {
+    // A name such as runs/latest points at another run an hour later.
+    let path = run.path.canonicalize().unwrap_or_else(|_| run.path.clone());
+    quoted(&path.join("scenario.toml").display().to_string())
 }
 
 /// A word of a shell.

@@ -1,9 +1,12 @@
 //! `thirdbody report`: pictures and a page of what a run left.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, print};
 use coordinator::output::tell;
+use runs::front::MeasuredFront;
+use study::scene_front::first_front;
+use study::stored::known;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -26,7 +29,8 @@ pub fn report(arguments: &ReportArguments) -> VerbResult {
         note.iter().for_each(|note| tell(note));
         (vec![name], None)
     } else {
-        report::write(&arguments.run, arguments.compare.as_deref())?
+        let front = known_front(&arguments.run);
+        report::write(&arguments.run, arguments.compare.as_deref(), front.as_ref())?
     };
     for name in names {
         print(&arguments.run.join(name).display().to_string())?;
@@ -34,4 +38,12 @@ pub fn report(arguments: &ReportArguments) -> VerbResult {
     damage.map_or(Ok(()), Err)?;
     let damage = exchange_log::damage(&arguments.run.join("exchange.mcap"))?;
     damage.map_or(Ok(0), |damage| Err(damage.into()))
+}
+
+/// What the first known study that covers the scene of a run says of it.
+fn known_front(run: &Path) -> Option<MeasuredFront> {
+    let resolved = std::fs::read_to_string(run.join("scenario.toml")).ok()?;
+    first_front(known(), &resolved, |error| {
+        tell(&format!("{error}; the report goes on without this study"));
+    })
 }
