@@ -6,3 +6,4 @@ mod local;
 mod plan;
 mod rows;
 mod shipped;
+mod tune;

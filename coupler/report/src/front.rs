@@ -75,6 +75,12 @@ fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     let mut text = format!(
         "The study `{study}` has measured {count} settings for this scene. Their errors are distances from its reference, which has errors of its own: what is expected is the middle, and 39 of 40 scenes stay below a bound."
     );
+    let missed = front.measures.iter().zip(&front.reference_misses);
+    let missed = missed.map(|(name, error)| format!("{name} {}", percent(*error)));
+    let missed = Vec::from_iter(missed).join(", ");
+    if !missed.is_empty() {
+        text += &format!(" By extrapolation those are {missed}.");
+    }
     if run.manifest()["build"] != **build {
         text += &format!(
             " It was made by another build than this run, {build}: its errors are taken to hold for this one."
@@ -93,7 +99,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
         format!("`{set}` (this run: {own})")
     });
     let differs = Vec::from_iter(differs).join(", ");
-    let mut text = match front.own.map(|own| (own, &front.settings[own])) {
+    match front.own.map(|own| (own, &front.settings[own])) {
         None if !differs.is_empty() => format!(
             "This run has a setting that the study did not measure. The nearest is `{words}`, which has {differs}."
         ),
@@ -114,12 +120,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
                 "This run has the setting `{words}`, at {cost} of the processor time of the reference. {errors} It lies on the front by {on}."
             )
         }
-    };
-    if !front.open_keys.is_empty() {
-        let keys = front.open_keys.join("`, `");
-        text += &format!(" The study does not say what its runs of that setting had for `{keys}`.");
     }
-    text
 }
 
 fn errors(front: &MeasuredFront, setting: &MeasuredSetting) -> String {

@@ -32,8 +32,8 @@ pub struct MeasuredFront {
     pub fronts: Vec<Vec<usize>>,
     /// The setting of the run, or the one from which it differs in the fewest keys; without errors.
     pub nearest: MeasuredSetting,
-    /// Keys that other settings set and that one does not: the study does not say what they were in its runs.
-    pub open_keys: Vec<String>,
+    /// What the reference errs by itself by measure, as extrapolation has it; empty where that is not known.
+    pub reference_misses: Vec<f64>,
     /// The setting of the run; `None` where it differs from all, and where the study cannot tell its errors.
     pub own: Option<usize>,
     /// The cheapest one that is expected to err at most half as much as the run, by every measure.

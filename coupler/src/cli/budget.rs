@@ -40,52 +40,46 @@ impl BudgetArguments {
             return Ok((loaded, None));
         };
         let budget = Budget::parse(text).map_err(|why| Refusal::argument("--budget", why))?;
-        let mut refused = None;
-        for (study, at) in covering(self.study.as_deref(), &loaded.resolved)? {
-            match chosen(&budget, text, (&study, &at), scenario, registry) {
-                Ok(chosen) => return Ok(chosen),
-                Err(error @ Error::Interrupted { .. }) => return Err(error),
-                Err(error) => refused = refused.or(Some(error)),
-            }
-        }
-        Err(refused.unwrap_or_else(|| Refusal::argument("--budget", "no study covers it").into()))
-    }
-}
-
-/// The scenario with the setting that a study has for a budget, and what to tell of it.
-fn chosen(
-    budget: &Budget,
-    text: &str,
-    (study, at): (&StoredStudy, &[f64]),
-    scenario: &ScenarioArguments,
-    registry: &Registry,
-) -> Result<(Loaded, Option<RunBudget>), Error> {
-    let choice = SceneSettings::new(study, at)?;
-    let (chosen, wall_s, limit) = match budget {
-        Budget::Error { measure, error } => {
-            (choice.within_error(measure.as_deref(), *error)?, None, None)
-        }
-        Budget::Wall(limit) => {
+        let choose = |study: &StoredStudy, at: &[f64]| {
+            let choice = SceneSettings::new(study, at)?;
             let foretell = |candidate: &Candidate| {
                 let loaded = scenario.with(&candidate.setting.set)?;
                 foretold_wall_s(&loaded, scenario.threads(), registry)
             };
-            let (chosen, wall_s) = within_wall(&choice, *limit, foretell)?;
-            (chosen, Some(wall_s), Some(*limit))
+            let (chosen, foretold_s, limit_s) = match &budget {
+                Budget::Error { measure, error } => {
+                    (choice.within_error(measure.as_deref(), *error)?, None, None)
+                }
+                Budget::Wall(limit_s) => {
+                    let (chosen, wall_s) = within_wall(&choice, *limit_s, foretell)?;
+                    (chosen, Some(wall_s), Some(*limit_s))
+                }
+            };
+            if study.build != BUILD {
+                tell(&format!(
+                    "study `{}` was made by another build, {}: its errors are taken to hold for this one",
+                    study.study, study.build
+                ));
+            }
+            tell(&choice.words(chosen));
+            let budget = RunBudget {
+                told: choice.told(chosen, text, foretold_s),
+                wall_s: limit_s,
+            };
+            Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
+        };
+        // The first study that has a setting; where none has, what the first one says.
+        let mut refused = Ok((loaded.clone(), None));
+        for (study, at) in covering(self.study.as_deref(), &loaded.resolved)? {
+            match choose(&study, &at) {
+                Err(error) if !matches!(error, Error::Interrupted { .. }) => {
+                    refused = refused.and(Err(error));
+                }
+                chosen => return chosen,
+            }
         }
-    };
-    if study.build != BUILD {
-        tell(&format!(
-            "study `{}` was made by another build, {}: its errors are taken to hold for this one",
-            study.study, study.build
-        ));
+        refused
     }
-    tell(&choice.words(chosen));
-    let budget = RunBudget {
-        told: choice.told(chosen, text, wall_s),
-        wall_s: limit,
-    };
-    Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
 }
 
 /// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they

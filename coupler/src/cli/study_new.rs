@@ -29,7 +29,7 @@ const PERTURBED: u64 = 3;
 
 /// Sentences above a study that is written.
 const HEAD: &str = "Numerical choices of a scene against a reference that is finer in all of them: each by itself, then several together.
-Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
+# Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
 
 /// Writes a study of a scene, and tells what it costs.
 pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbResult {
@@ -53,7 +53,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbRes
         let why = "it has no numerical choice that is known here: mesh, element, window, step, mass scale, tolerance";
         Refusal::argument("SCENARIO", why)
     })?;
-    let measures = measures(&loaded);
+    let measures = measures(&knobs);
     if measures.is_empty() {
         let why = "it has neither a wheel nor an interface, so that what to measure is not known: write a study by hand";
         return Err(Refusal::argument("SCENARIO", why).into());
@@ -65,7 +65,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbRes
         name: name.clone(),
         scenario: from_anywhere(&arguments.scenario.scenario),
         set: arguments.scenario.set.clone(),
-        small: shortened(&loaded),
+        small: shortened(&knobs),
         perturb: if grains.is_empty() { 0 } else { PERTURBED },
         seeds: (seed..seed + SEEDS).collect(),
         measures,

@@ -1,9 +1,7 @@
 //! A study that is written for a scene: its numerical choices, what is measured, and a load history that is over sooner.
 
 use super::knobs::{KNOBS, Knob, Knobs, Levels};
-use super::measure::{Measure, Norm};
-use coordinator::scenario::load::Loaded;
-use coordinator::scenario::overrides::value_at;
+use super::measure::Measure;
 
 /// Values of a name that stand for overrides: what is shown, and the overrides.
 pub type Cases = Vec<(String, Vec<String>)>;
@@ -11,7 +9,7 @@ pub type Cases = Vec<(String, Vec<String>)>;
 /// A study to be written.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
-    /// Sentences above it.
+    /// Sentences above it, a line each, all but the first after `# `.
     pub head: String,
     /// Its name.
     pub name: String,
@@ -44,13 +42,9 @@ impl Draft {
                 format!("[\n{}]", lines.collect::<String>())
             }
         };
-        let head: String = self
-            .head
-            .lines()
-            .map(|line| format!("# {line}\n"))
-            .collect();
         let mut text = format!(
-            "{head}\n[study]\nname = {}\nscenario = {}\nset = {}\nmode = \"one-at-a-time\"\n",
+            "# {}\n\n[study]\nname = {}\nscenario = {}\nset = {}\nmode = \"one-at-a-time\"\n",
+            self.head,
             string(&self.name),
             string(&self.scenario),
             list(&self.set)
@@ -70,10 +64,10 @@ impl Draft {
         for (name, cases) in &self.vary {
             let lines = cases.iter().map(|(value, set)| {
                 let sets: Vec<String> = set.iter().map(string).collect();
+                let (value, sets) = (string(value), sets.join(", "));
                 format!(
-                    "    {{ value = {}, set = [{}] }},\n",
-                    string(value),
-                    sets.join(", ")
+                    "    {{ value = {value}, set = [{sets}] }},
+"
                 )
             });
             let (name, lines) = (string(name), lines.collect::<String>());
@@ -115,14 +109,14 @@ impl Refined {
 /// The values of each choice, as a study varies them.
 pub fn varied(all: &[Refined]) -> Vec<(String, Cases)> {
     let mut vary: Vec<(String, Cases)> = Vec::new();
-    for Refined {
-        knob, words, set, ..
-    } in all
-    {
-        let case = (words.clone(), set.clone());
+    for refined in all {
+        let (name, case) = (
+            refined.knob.name(),
+            (refined.words.clone(), refined.set.clone()),
+        );
         match vary.last_mut() {
-            Some((name, cases)) if name == knob.name() => cases.push(case),
-            _ => vary.push((knob.name().into(), vec![case])),
+            Some((last, cases)) if last == name => cases.push(case),
+            _ => vary.push((name.into(), vec![case])),
         }
     }
     vary
@@ -146,10 +140,8 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
         Some((words, set))
     };
     let of_knob = |knob: Knob| {
-        let levels = knob
-            .levels()
-            .iter()
-            .filter(|level| **level < finer[knob.index()]);
+        let levels = knob.levels().iter();
+        let levels = levels.filter(|level| **level < finer[knob.index()]);
         let alone = levels.filter_map(|level| {
             let mut levels = finer;
             levels[knob.index()] = *level;
@@ -184,91 +176,61 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
 
 /// What is measured of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
 /// driven clusters.
-pub fn measures(loaded: &Loaded) -> Vec<Measure> {
-    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
-    let scenario = &loaded.scenario;
-    let value = |participant: &str, key: &str| {
-        value_at(&table, &format!("participant.{participant}.config.{key}"))
-    };
-    let number = |participant: &str, key: &str| {
-        let value = value(participant, key)?;
-        value.as_float().or(value.as_integer().map(|n| n as f64))
-    };
-    let l2 = |name: &str, of: String| Measure {
-        name: name.into(),
-        of,
-        norm: Norm::L2,
-        at_s: None,
-        bin_m: None,
-    };
+pub fn measures(knobs: &Knobs) -> Vec<Measure> {
+    let scenario = knobs.scenario;
     let mut participants = scenario.participant.iter().map(|p| p.name.as_str());
-    if let Some(name) = participants.find(|name| number(name, "wheel.load_n").is_some()) {
-        let prefix = if scenario.interface.is_empty() {
-            String::new()
-        } else {
-            format!("{name}.")
-        };
-        let layer = number(name, "sample.half_width_m").map(|half| half / 8.0);
-        let rail = number(name, "sample.width_m").map(|width| width / 16.0);
-        let bin_m = layer
-            .or(rail)
-            .or(number(name, "mesh.size_m").map(|size| 5.0 * size));
+    if let Some(name) = participants.find(|name| knobs.number(name, "wheel.load_n").is_some()) {
+        let part = |key: &str, part: f64| knobs.number(name, key).map(|length| part * length);
+        let grains = part("sample.half_width_m", 0.125).or(part("sample.width_m", 0.0625));
+        let bin_m = grains.or(part("mesh.size_m", 5.0));
         let traction = Measure {
             bin_m,
-            ..l2("traction", "profile.pressure_pa".into())
+            ..Measure::new("traction", "profile.pressure_pa".into())
         };
-        let is_static = value(name, "analysis").and_then(toml::Value::as_str) == Some("static");
+        let is_static = knobs.text(name, "analysis") == Some("static");
         let height = if is_static { "approach_m" } else { "wheel_y_m" };
-        let mut all = vec![traction, l2("height", format!("signals.{prefix}{height}"))];
-        if number(name, "wheel.cycles").unwrap_or(0.0) > 0.0 {
-            all.push(l2("friction", format!("signals.{prefix}wheel_ft_n")));
+        let mut all = vec![
+            traction,
+            Measure::new("height", format!("signals.{height}")),
+        ];
+        if knobs.number(name, "wheel.cycles").unwrap_or(0.0) > 0.0 {
+            all.push(Measure::new("friction", "signals.wheel_ft_n".into()));
         }
         return all;
     }
     let interfaces = &scenario.interface;
     let several = interfaces.len() > 1;
     let of_interface = interfaces.iter().flat_map(|interface| {
-        let name = &interface.name;
-        let prefix = if several {
-            format!("{name}.")
-        } else {
-            String::new()
-        };
+        let name = several.then_some(&interface.name);
+        let prefix = |end: &str| name.map_or(String::new(), |name| format!("{name}{end}"));
         [("load", "y"), ("shear", "x")].map(|(what, axis)| {
-            let own = if several {
-                format!("{what}-{name}")
-            } else {
-                what.into()
-            };
-            l2(&own, format!("signals.{prefix}interface_f{axis}_n"))
+            let signal = format!("signals.{}interface_f{axis}_n", prefix("."));
+            Measure::new(&format!("{}{what}", prefix("-")), signal)
         })
     });
     let mut all: Vec<Measure> = of_interface.collect();
     if let ([participant], true) = (&scenario.participant[..], all.is_empty()) {
         let driven = |cluster: &&toml::Value| cluster.get("drive").is_some();
-        let clusters = value(&participant.name, "sample.clusters").and_then(toml::Value::as_array);
-        let last = clusters.into_iter().flatten().filter(driven).next_back();
+        let clusters = knobs
+            .given(&participant.name, "sample.clusters")
+            .and_then(toml::Value::as_array);
+        let last = clusters.into_iter().flatten().rfind(driven);
         let name = last.and_then(|cluster| cluster.get("name")?.as_str());
         all.extend(name.into_iter().flat_map(|name| {
             let force = |axis: &str| format!("signals.{name}_force_{axis}_n");
-            [l2("load", force("y")), l2("shear", force("x"))]
+            [
+                Measure::new("load", force("y")),
+                Measure::new("shear", force("x")),
+            ]
         }));
     }
     all
 }
 
 /// Overrides that end the load history after a quarter of a cycle of each wheel that makes more.
-pub fn shortened(loaded: &Loaded) -> Vec<String> {
-    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
-    let keys = loaded
-        .scenario
-        .participant
-        .iter()
-        .map(|p| format!("participant.{}.config.wheel.cycles", p.name));
-    let long = keys.filter(|key| {
-        value_at(&table, key)
-            .and_then(toml::Value::as_float)
-            .is_some_and(|cycles| cycles > 0.25)
-    });
-    long.map(|key| format!("{key}=0.25")).collect()
+pub fn shortened(knobs: &Knobs) -> Vec<String> {
+    let names = knobs.scenario.participant.iter().map(|p| &p.name);
+    let long = names.filter(|name| knobs.number(name, "wheel.cycles") > Some(0.25));
+    long.map(|name| format!("participant.{name}.config.wheel.cycles=0.25"))
+        .collect()
 }

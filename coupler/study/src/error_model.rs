@@ -1,9 +1,11 @@
 //! The error of a setting, from runs in which one numerical choice at a time was refined.
 //!
-//! Of a choice whose levels have the results f0, f1, .., equally far from each other, the distances of neighbours shrink by a ratio q a level where it converges.
+//! Of a choice at levels equally far from each other the distances of neighbours shrink by a ratio q a level, where it converges.
 //! What the finest one misses is then d q/(1 - q), d the last distance (Richardson 1911; Roache 1994, with q = 2^-p for a method of order p).
 //! Errors of several choices are added as independent ones: root of the sum of squares. All this only proposes settings, which are then
 //! measured.
+
+use std::ops::Range;
 
 use super::knobs::{KNOBS, Knob, Levels};
 
@@ -124,8 +126,6 @@ fn along(levels: &[f64], numbers: &[f64], at: f64) -> f64 {
 pub struct ErrorModel {
     /// By choice.
     pub knobs: Vec<KnobErrors>,
-    /// The measures that count.
-    pub asked: Vec<usize>,
     /// The error that is asked for.
     pub target: f64,
     /// Least level of the windows, or steps, of a reference with lighter grains than the scene: those ask for shorter ones.
@@ -133,6 +133,11 @@ pub struct ErrorModel {
 }
 
 impl ErrorModel {
+    /// Indices of the measures.
+    pub fn measures(&self) -> Range<usize> {
+        0..self.knobs[0].errors.len()
+    }
+
     /// Error by a measure at these levels.
     pub fn error(&self, measure: usize, levels: &Levels) -> f64 {
         let all = self.knobs.iter().zip(levels);
@@ -154,23 +159,22 @@ impl ErrorModel {
             let errors = (0..KNOBS.len()).map(|k| error(k, m, setting[k]));
             errors.fold(0.0, f64::max)
         };
-        let all = self.asked.iter().map(|m| (*m, largest(*m)));
-        let worst = all
-            .clone()
-            .fold(0.0, |worst, (_, error)| f64::max(worst, error));
+        let all = self.measures().map(largest);
+        let worst = all.clone().fold(0.0, f64::max);
         let least = |error: f64| (PART * error).max(LEAST * self.target).min(worst);
-        let bounds: Vec<(usize, f64)> = all.map(|(m, error)| (m, least(error))).collect();
+        let bounds: Vec<f64> = all.map(least).collect();
         let mut reference: Levels = std::array::from_fn(|k| {
             let own = setting[k].max(0.0);
             if !self.knobs[k].is_known() {
                 return own;
             }
             let small = |level: f64, share: f64| {
-                let mut asked = self.asked.iter();
-                asked.all(|m| error(k, *m, level) <= share * self.target)
+                self.measures()
+                    .all(|m| error(k, m, level) <= share * self.target)
             };
-            let mut parts = bounds.iter();
-            let has_part = parts.any(|(m, bound)| error(k, *m, setting[k]) >= *bound);
+            let has_part = self
+                .measures()
+                .any(|m| error(k, m, setting[k]) >= bounds[m]);
             let levels = KNOBS[k].reference_levels().iter().copied();
             let from = |least: f64| levels.clone().filter(move |level| *level >= least.max(own));
             let near = from(setting[k] + 0.5).next();
@@ -179,7 +183,7 @@ impl ErrorModel {
                 (true, Some(near)) if nearest || small(near, SHARE / 2.0) => Some(near),
                 (true, _) => from(setting[k] + 1.0).find(|level| small(*level, SHARE)),
             }
-            .or(from(own).last())
+            .or(from(own).next_back())
             .unwrap_or(own)
         });
         if reference[Knob::MassScale.index()] > 0.0 {
@@ -194,31 +198,31 @@ impl ErrorModel {
 
     /// The distance of a setting from a reference by a measure.
     pub fn distance(&self, measure: usize, setting: &Levels, reference: &Levels) -> f64 {
-        let between = self.knobs.iter().zip(setting.iter().zip(reference));
-        root(
-            between.map(|(knob, (own, other))| {
-                knob.error(measure, *own) - knob.error(measure, *other)
-            }),
-        )
+        let between = (0..KNOBS.len()).map(|k| {
+            let error = |levels: &Levels| self.knobs[k].error(measure, levels[k]);
+            error(setting) - error(reference)
+        });
+        root(between)
     }
 
     /// All combinations of levels of the choices that are known. Lighter grains ask for no longer windows.
     pub fn settings(&self) -> Vec<Levels> {
         let mut all = vec![[0.0; KNOBS.len()]];
-        for (k, knob) in KNOBS.iter().enumerate() {
-            if !self.knobs[k].is_known() {
-                continue;
-            }
-            let coarsest = self.knobs[k].levels[0];
-            let levels = knob.levels().iter().filter(|level| **level >= coarsest);
-            let levels: Vec<f64> = levels.copied().collect();
-            let longer = all.iter().flat_map(|setting| {
-                levels.iter().map(move |level| {
-                    let mut setting = *setting;
-                    setting[k] = *level;
-                    setting
-                })
-            });
+        for (k, knob) in KNOBS
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| self.knobs[*k].is_known())
+        {
+            let levels = knob.levels().iter().copied();
+            let levels = levels.filter(|level| *level >= self.knobs[k].levels[0]);
+            let with = |setting: &Levels, level: f64| {
+                let mut setting = *setting;
+                setting[k] = level;
+                setting
+            };
+            let longer = all
+                .iter()
+                .flat_map(|setting| levels.clone().map(|level| with(setting, level)));
             all = longer.collect();
         }
         let [window, step, mass] = [Knob::Window, Knob::Step, Knob::MassScale].map(Knob::index);
@@ -283,7 +287,6 @@ mod tests {
         });
         ErrorModel {
             knobs: knobs.into(),
-            asked: vec![0],
             target,
             shorter: 0.0,
         }

@@ -51,7 +51,7 @@ impl Knob {
 
     /// Its place among the levels of a setting.
     pub fn index(self) -> usize {
-        KNOBS.iter().position(|knob| *knob == self).unwrap_or(0)
+        self as usize
     }
 
     /// The level beside 0 and 1 that tells most. Heavier grains and wider tolerances save little time, and so much lighter grains ask for
@@ -64,24 +64,21 @@ impl Knob {
         }
     }
 
-    /// Levels that a reference may have.
-    pub fn reference_levels(self) -> &'static [f64] {
-        match self {
-            Knob::Mesh | Knob::Window | Knob::Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
-            Knob::Tolerance => &[0.0, 1.0],
-            Knob::Element => &[0.0, 1.0],
-            // Lighter ones than were looked at may ask for shorter windows.
-            Knob::MassScale => &[0.0, 0.5, 1.0],
-        }
-    }
-
     /// Levels that a setting may have.
     pub fn levels(self) -> &'static [f64] {
         match self {
             Knob::Mesh | Knob::Window | Knob::Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
-            Knob::Tolerance => &[0.0, 1.0],
-            Knob::Element => &[0.0, 1.0],
+            Knob::Tolerance | Knob::Element => &[0.0, 1.0],
+            // Lighter ones than are looked at may ask for shorter windows.
             Knob::MassScale => &[0.0, 0.5, 1.0],
+        }
+    }
+
+    /// Levels that a reference may have.
+    pub fn reference_levels(self) -> &'static [f64] {
+        match self {
+            Knob::Mesh | Knob::Window | Knob::Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+            _ => self.levels(),
         }
     }
 
@@ -99,16 +96,8 @@ const STEP_2X2: f64 = 0.8;
 
 /// The numerical choices of a scene.
 pub struct Knobs<'a> {
-    scenario: &'a Scenario,
+    pub(super) scenario: &'a Scenario,
     table: toml::Table,
-}
-
-/// The mesh of a participant at a level.
-struct Mesh {
-    /// Size of the elements over that of the scene.
-    ratio: f64,
-    /// Its keys and values.
-    keys: Vec<(&'static str, toml::Value)>,
 }
 
 impl<'a> Knobs<'a> {
@@ -134,7 +123,7 @@ impl<'a> Knobs<'a> {
         // Steps over those of the scene, by participant.
         let mut steps: Vec<(&str, f64)> = Vec::new();
         for participant in self.shipped("fem") {
-            let Mesh { ratio, keys } = self.mesh(participant, mesh)?;
+            let (ratio, keys) = self.mesh(participant, mesh)?;
             let keys = keys.into_iter();
             set.extend(keys.map(|(key, value)| config(participant, &format!("mesh.{key}"), value)));
             let one_point = self.text(participant, "element") == Some("q4_1point");
@@ -142,35 +131,26 @@ impl<'a> Knobs<'a> {
                 let word = if element > 0.0 { "q4_2x2" } else { "q4_1point" };
                 set.push(config(participant, "element", word.into()));
             }
-            let of_element = if one_point && element > 0.0 {
-                STEP_2X2
-            } else {
-                1.0
-            };
-            steps.push((participant, ratio * of_element));
+            let is_square = one_point && element > 0.0;
+            steps.push((
+                participant,
+                if is_square { STEP_2X2 * ratio } else { ratio },
+            ));
         }
         for interface in &self.scenario.interface {
             let key = |name: &str| format!("interface.{}.{name}", interface.name);
             let sides = interface.participants();
-            let mut own: Vec<&mut f64> = steps
-                .iter_mut()
-                .filter(|(name, _)| sides.contains(name))
-                .map(|(_, step)| step)
-                .collect();
-            let least = own
-                .iter()
-                .map(|step| **step)
-                .reduce(f64::min)
-                .unwrap_or(1.0);
+            let own = steps.iter_mut().filter(|(name, _)| sides.contains(name));
+            let mut own: Vec<&mut f64> = own.map(|(_, step)| step).collect();
+            let least = own.iter().map(|step| **step).reduce(f64::min);
+            let least = least.unwrap_or(1.0);
             // Steps are cut so that as many as it takes are a window of the scene.
             let substeps = f64::from(interface.substeps());
             let kept = (substeps / least - 1e-9).ceil().max(1.0);
             own.iter_mut().for_each(|step| **step = substeps / kept);
             if let Some(window_s) = interface.window_s {
-                set.push(number(
-                    &key("window_s"),
-                    scaled(window_s, 0.5f64.powf(window)),
-                ));
+                let window_s = scaled(window_s, 0.5f64.powf(window));
+                set.push(number(&key("window_s"), window_s));
             } else {
                 let substeps = (kept * 0.5f64.powf(window)).round();
                 if substeps < 1.0 {
@@ -255,24 +235,29 @@ impl<'a> Knobs<'a> {
             .map(|p| p.name.as_str())
     }
 
-    fn given(&self, participant: &str, key: &str) -> Option<&toml::Value> {
+    pub(super) fn given(&self, participant: &str, key: &str) -> Option<&toml::Value> {
         value_at(
             &self.table,
             &format!("participant.{participant}.config.{key}"),
         )
     }
 
-    fn text(&self, participant: &str, key: &str) -> Option<&str> {
+    pub(super) fn text(&self, participant: &str, key: &str) -> Option<&str> {
         self.given(participant, key)?.as_str()
     }
 
-    fn number(&self, participant: &str, key: &str) -> Option<f64> {
+    pub(super) fn number(&self, participant: &str, key: &str) -> Option<f64> {
         let value = self.given(participant, key)?;
         value.as_float().or(value.as_integer().map(|n| n as f64))
     }
 
-    /// The mesh of a participant at a level, without keys where it is of a file; `None` where no whole number of elements is near.
-    fn mesh(&self, participant: &str, level: f64) -> Option<Mesh> {
+    /// The mesh of a participant at a level: size of the elements over that of the scene, and its keys, none where it is of a file. `None` where
+    /// no whole number of elements is near.
+    fn mesh(
+        &self,
+        participant: &str,
+        level: f64,
+    ) -> Option<(f64, Vec<(&'static str, toml::Value)>)> {
         let of = |key: &str| self.number(participant, &format!("mesh.{key}"));
         let all = of("size_m").zip(of("width_m")).zip(of("height_m"));
         let Some(((size, width), height)) = all.filter(|_| level != 0.0) else {
@@ -282,10 +267,7 @@ impl<'a> Knobs<'a> {
             let counts = ["side_columns", "depth_rows"]
                 .into_iter()
                 .filter_map(|key| Some((key, (of(key)? as i64).into())));
-            return Some(Mesh {
-                ratio: 1.0,
-                keys: given.chain(counts).collect(),
-            });
+            return Some((1.0, given.chain(counts).collect()));
         };
         let fine = of("fine_width_m").unwrap_or(width);
         let own = (fine / size).round();
@@ -309,7 +291,7 @@ impl<'a> Knobs<'a> {
             let count = count.map(|count| ((count / ratio).round() as i64).max(1));
             keys.extend(count.map(|count| (key, count.into())));
         }
-        Some(Mesh { ratio, keys })
+        Some((ratio, keys))
     }
 }
 

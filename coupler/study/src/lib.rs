@@ -5,7 +5,9 @@
 //! - [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
 //! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`], [`mod@ensemble`]: what they say; [`picture`], [`digest`]: in pictures and words;
 //! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
-//!   [`budget`]: the setting that it has for one, [`scene_front`]: a run among its settings.
+//!   [`budget`]: the setting that it has for one, [`scene_front`]: a run among its settings;
+//! - [`knobs`]: the numerical choices of a scene, [`draft`]: a study of them that is written, [`error_model`]: what each of them does,
+//!   [`search`]: the cheapest setting within an error.
 
 pub mod budget;
 pub mod collect;

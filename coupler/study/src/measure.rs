@@ -80,6 +80,21 @@ pub fn percent(part: f64) -> String {
 }
 
 impl Measure {
+    /// The mean square of a signal or a traction over its length, or a result.
+    pub fn new(name: &str, of: String) -> Measure {
+        Measure {
+            name: name.into(),
+            norm: if of.starts_with("results.") {
+                Norm::At
+            } else {
+                Norm::L2
+            },
+            of,
+            at_s: None,
+            bin_m: None,
+        }
+    }
+
     /// The table, and the name in it.
     pub fn table(&self) -> Option<(&str, &str)> {
         let (table, name) = self.of.split_once('.')?;

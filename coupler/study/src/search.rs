@@ -30,9 +30,9 @@ pub struct Proposal {
 /// What came of a proposal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// Bounds of the errors that count, each below what was asked for.
+    /// Bounds of the errors, each below what was asked for.
     Keeps(Vec<f64>),
-    /// Bounds of the errors that count, one of them above.
+    /// Bounds of the errors, one of them above.
     Exceeds(Vec<f64>),
     /// The setting is warned of, or does not complete.
     Warned,
@@ -48,7 +48,7 @@ pub struct Search {
     /// Settings that were measured and keep the error, the cheapest last.
     pub found: Vec<Levels>,
     left: Vec<Levels>,
-    /// Bound over the error of the model, by measure that counts.
+    /// Bound over the error of the model, by measure.
     margins: Vec<f64>,
     reference: Option<Levels>,
     is_over: bool,
@@ -59,7 +59,7 @@ impl Search {
     pub fn new(model: ErrorModel, is_had: impl Fn(&Levels) -> bool) -> Search {
         let left = model.settings().into_iter().filter(is_had).collect();
         Search {
-            margins: vec![MARGIN; model.asked.len()],
+            margins: vec![MARGIN; model.measures().len()],
             model,
             found: Vec::new(),
             left,
@@ -107,10 +107,9 @@ impl Search {
     /// True where the model has a setting so many times within the error, with the margins that are known.
     fn keeps(&self, setting: &Levels, times: f64) -> bool {
         let reference = self.model.reference(setting, false);
-        let mut asked = self.model.asked.iter().zip(&self.margins);
-        asked.all(|(m, margin)| {
-            let distance = self.model.distance(*m, setting, &reference);
-            times * margin * distance <= self.model.target
+        self.model.measures().all(|m| {
+            let distance = self.model.distance(m, setting, &reference);
+            times * self.margins[m] * distance <= self.model.target
         })
     }
 
@@ -124,10 +123,11 @@ impl Search {
         self.is_over = !self.found.is_empty() && !matches!(finding, Finding::Keeps(_));
         match finding {
             Finding::Keeps(bounds) | Finding::Exceeds(bounds) => {
-                let distance = |m: &usize| self.model.distance(*m, setting, reference);
-                let asked = self.model.asked.iter().zip(bounds);
-                let margins = asked.map(|(m, bound)| bound / distance(m).max(f64::MIN_POSITIVE));
-                self.margins = margins.map(|x| x.clamp(MARGINS[0], MARGINS[1])).collect();
+                let margin = |(m, bound): (usize, &f64)| {
+                    let distance = self.model.distance(m, setting, reference);
+                    (bound / distance.max(f64::MIN_POSITIVE)).clamp(MARGINS[0], MARGINS[1])
+                };
+                self.margins = bounds.iter().enumerate().map(margin).collect();
                 if matches!(finding, Finding::Keeps(_)) {
                     self.found.push(*setting);
                     self.reference = Some(*reference);
@@ -171,7 +171,6 @@ mod tests {
         });
         let model = ErrorModel {
             knobs: knobs.into(),
-            asked: vec![0],
             target,
             shorter: 0.0,
         };

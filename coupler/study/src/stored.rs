@@ -177,19 +177,20 @@ impl StoredStudy {
             let task = &tasks[setting.rows[0].index];
             let own = task.fidelity.clone()?;
             let errors = (0..count).map(|measure| setting.errors(measure));
-            Some(StoredSetting {
+            let setting = StoredSetting {
                 words: setting.words(results),
                 set: last_of_each(own),
                 errors: errors.collect::<Option<_>>()?,
                 cpu_rel: setting.cost_rel("cpu_s")?,
                 wall_s: setting.cost("wall_s")?,
                 warned: codes(setting).difference(&usual).cloned().collect(),
-            })
+            };
+            Some((task.index, setting))
         };
         let stand = all.iter().filter(|setting| setting.is_trusted());
-        let stand: Vec<StoredSetting> = stand.filter_map(stored).collect();
-        let mut sets =
-            (stand.iter().flat_map(|setting| &setting.set)).chain(first.fidelity.iter().flatten());
+        let mut stand: Vec<(usize, StoredSetting)> = stand.filter_map(stored).collect();
+        let mut sets = (stand.iter().flat_map(|(_, setting)| &setting.set))
+            .chain(first.fidelity.iter().flatten());
         let is_table = |value: &str| value.trim_start().starts_with('{');
         let table_set = sets.find(|set| {
             set.split_once('=')
@@ -201,16 +202,33 @@ impl StoredStudy {
             ));
         }
         let scene_keys = scene_keys.ok_or("a key of the scene is a name of cases")?;
+        let mut reference = last_of_each(first.fidelity.clone().unwrap_or_default());
+        // What one setting varies is as the scene has it in the others.
+        let all = stand.iter().flat_map(|(_, setting)| &setting.set);
+        let keys = all.chain(&reference).map(|set| key_of(set).to_string());
+        let keys: BTreeSet<String> = keys.collect();
+        let complete = |index: usize, set: &mut Vec<String>| {
+            let own = table(index);
+            let missing = keys
+                .iter()
+                .filter(|key| !set.iter().any(|set| key_of(set) == *key));
+            let values = missing.filter_map(|key| Some(format!("{key}={}", value_at(&own, key)?)));
+            set.extend(values.collect::<Vec<String>>());
+        };
+        complete(first.index, &mut reference);
+        stand
+            .iter_mut()
+            .for_each(|(index, setting)| complete(*index, &mut setting.set));
         let mut study = StoredStudy {
             schema: SCHEMA.into(),
             study: plan.file.study.name.clone(),
             build: BUILD.into(),
             scenario: String::new(),
-            reference: last_of_each(first.fidelity.clone().unwrap_or_default()),
+            reference,
             scene_keys,
             measures: results.file.measure.clone(),
             floors,
-            settings: stand,
+            settings: stand.into_iter().map(|(_, setting)| setting).collect(),
             seedless: false,
             reference_misses: Vec::new(),
         };
@@ -358,9 +376,14 @@ impl StoredStudy {
     }
 }
 
+/// The key of an override.
+fn key_of(set: &str) -> &str {
+    set.split('=').next().unwrap_or_default().trim()
+}
+
 /// Overrides without those that a later one of the same key overrides.
 fn last_of_each(set: Vec<String>) -> Vec<String> {
-    let key = |position: usize| set[position].split('=').next().unwrap_or_default().trim();
+    let key = |position: usize| key_of(&set[position]);
     let later =
         |position: &usize| (position + 1..set.len()).any(|other| key(other) == key(*position));
     let kept = (0..set.len()).filter(|position| !later(position));

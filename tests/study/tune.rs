@@ -1,0 +1,205 @@
+//! `thirdbody tune` and `study new`: what they find, write, keep and refuse.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use harness::runs::{Scratch, parse_json, thirdbody};
+use serde_json::Value;
+
+use crate::rows::{printed, words};
+
+/// `thirdbody tune` in a folder, for what it finds.
+fn tune(work: &Scratch, scene: &str, arguments: &[&str]) -> Command {
+    let mut command = thirdbody(work.path());
+    command.args(["--quiet", "tune", scene, "--no-run", "--study", "found"]);
+    command.args(arguments);
+    command
+}
+
+fn study(work: &Scratch) -> Value {
+    let text = fs::read(work.path().join("found/study.json")).expect("it is stored");
+    parse_json(&text)
+}
+
+/// What is measured of a wheel on grains.
+const MEASURES: [&str; 3] = ["traction", "height", "friction"];
+
+/// The errors of a run against another one, by `compare` with the study that was found.
+fn errors(work: &Scratch, run: &Path, reference: &Path) -> [f64; 3] {
+    let mut compare = thirdbody(work.path());
+    compare.arg("compare").args([run, reference]);
+    compare.args(["--study", "found", "--json"]);
+    let told = parse_json(printed(&mut compare, 0).as_bytes());
+    let error = |name: &str| told["measures"][name]["error"].as_f64().expect("a number");
+    MEASURES.map(error)
+}
+
+/// Grains on a rigid base, with a bound that a first setting keeps: it is stored with its noise and with what its reference misses, `run
+/// --budget` takes it for a seed that was not looked at, whose error against its own reference is below the bound; another load is refused.
+#[test]
+fn a_setting_is_found_stored_and_taken_for_other_seeds() {
+    let work = Scratch::new("tune-layer");
+    let arguments = ["--error", "40%", "--within", "10min"];
+    let first = printed(&mut tune(&work, "layer-alone", &arguments), 0);
+    assert!(
+        first.contains("choice") && first.contains("mass scale"),
+        "{first}"
+    );
+    assert!(
+        first.contains("by extrapolation the reference itself misses"),
+        "{first}"
+    );
+    let found = study(&work);
+    let scenes = found["scene_keys"][0]["values"].as_array().expect("seeds");
+    assert!(scenes.len() >= 4 && found["seedless"] == false, "{found:#}");
+    let missed = found["reference_misses"].as_array().expect("a list");
+    assert!(
+        missed.iter().all(|missed| missed.as_f64() > Some(0.0)),
+        "{missed:?}"
+    );
+    let floors = found["floors"][0].as_array().expect("a list");
+    assert!(
+        floors.iter().all(|floor| floor.as_f64() > Some(0.0)),
+        "{floors:?}"
+    );
+
+    let run = |out: &str, sets: &[String], more: &[&str]| {
+        let mut run = thirdbody(work.path());
+        run.args([
+            "--quiet",
+            "run",
+            "layer-alone",
+            "--out",
+            out,
+            "--set",
+            "run.seed=77",
+        ]);
+        for set in sets {
+            run.args(["--set", set]);
+        }
+        run.args(more).output().expect("the program starts")
+    };
+    let budget = ["--budget", "error=40%", "--study", "found"];
+    let chosen = run("chosen", &[], &budget);
+    assert!(chosen.status.success(), "{}", words(&chosen));
+    let summary = fs::read(work.path().join("chosen/summary.json")).expect("it was written");
+    let told = parse_json(&summary)["budget"].clone();
+    let reference = told["reference"].as_array().expect("overrides");
+    let reference: Vec<String> = reference
+        .iter()
+        .filter_map(|set| set.as_str().map(String::from))
+        .collect();
+    assert!(run("reference", &reference, &[]).status.success());
+    let [chosen, reference] = ["chosen", "reference"].map(|name| work.path().join(name));
+    let errors = errors(&work, &chosen, &reference);
+    let bounds = MEASURES.map(|name| told["errors"][name]["bound"].as_f64());
+    for (error, bound) in errors.iter().zip(bounds) {
+        let bound = bound.expect("a bound");
+        assert!((1e-9..bound).contains(error), "{error} {bound}");
+    }
+    let load = ["participant.third-body.config.wheel.load_n=4000.0".to_string()];
+    let other = run("other", &load, &budget);
+    let said = words(&other);
+    assert!(
+        other.status.code() == Some(2) && said.contains("load_n = 8000"),
+        "{said}"
+    );
+
+    // Nothing is done twice: all runs are there, and one that is lost is done again.
+    let attempts = || {
+        let tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
+        let attempts = tasks
+            .flatten()
+            .map(|task| fs::read_to_string(task.path().join("attempts")));
+        attempts
+            .map(|text| text.expect("lines").lines().count())
+            .sum::<usize>()
+    };
+    let before = attempts();
+    let second = printed(&mut tune(&work, "layer-alone", &arguments), 0);
+    assert_eq!((attempts(), second), (before, first));
+    let mut tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
+    let lost = tasks.next().expect("a task").expect("it is readable");
+    fs::remove_file(lost.path().join("task.json")).expect("it is done");
+    printed(&mut tune(&work, "layer-alone", &arguments), 0);
+    // Another cost of the lost one may have another setting looked at.
+    assert!((before + 1..2 * before).contains(&attempts()));
+}
+
+/// Without grains no seed changes anything: one scene tells the error of all.
+#[test]
+fn a_scene_without_chance_is_measured_once() {
+    let work = Scratch::new("tune-seedless");
+    let arguments = ["--error", "5%", "--within", "10min"];
+    let told = printed(
+        &mut tune(&work, "verification/block-under-wheel", &arguments),
+        0,
+    );
+    assert!(told.contains("with any seed"), "{told}");
+    let found = study(&work);
+    assert_eq!(found["seedless"], true);
+    let setting = found["settings"]
+        .as_array()
+        .expect("a list")
+        .last()
+        .expect("one");
+    let error = setting["errors"][0][0].as_f64().expect("a number");
+    assert!(error > 1e-3 && error <= 0.05, "{error}");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let work = Scratch::new("tune-refused");
+    let refused = |scene: &str, arguments: &[&str], why: &str| {
+        let output: Output = tune(&work, scene, arguments).output().expect("it starts");
+        let said = words(&output);
+        assert!(
+            output.status.code() == Some(2) && said.contains(why),
+            "{said}"
+        );
+    };
+    refused("quick", &["--error", "5"], "neither 2% nor 0.02");
+    refused(
+        "quick",
+        &["--error", "5%", "--within", "soon"],
+        "neither 90s nor 10min",
+    );
+    refused(
+        "quick",
+        &["--error", "5%", "--for", "tractoin"],
+        "traction, height, friction",
+    );
+    refused(
+        "verification/column",
+        &["--error", "5%"],
+        "neither a wheel nor an interface",
+    );
+    refused("quick", &["--error", "5%", "--within", "1ms"], "--within");
+    assert!(!work.path().join("found/study.json").exists());
+}
+
+/// A study of all choices that a scene has, which `study plan` accepts, in a folder of its own.
+#[test]
+fn a_study_of_a_scene_is_written() {
+    let work = Scratch::new("study-new");
+    for (scene, choices) in [
+        (
+            "two-rails",
+            &["mesh", "window", "mass scale", "tolerance"][..],
+        ),
+        ("layer-alone", &["step", "mass scale", "tolerance"][..]),
+        ("verification/rail-under-wheel", &["mesh", "step"][..]),
+    ] {
+        let mut new = thirdbody(work.path());
+        let folder = scene.replace('/', "-");
+        new.args(["--quiet", "study", "new", scene, "--dir", &folder]);
+        let told = printed(&mut new, 0);
+        let head = told.lines().nth(1).expect("a list");
+        for choice in choices {
+            assert!(head.split(',').any(|column| column == *choice), "{head}");
+        }
+        let again = new.output().expect("the program starts");
+        assert!(again.status.code() == Some(2) && words(&again).contains("is there already"));
+    }
+}
