@@ -110,3 +110,34 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
         "no setting of the study is foretold to end within",
     );
 }
+
+/// Settings of a study of one key at a time say what the keys have that others vary: otherwise a scene with any value of those were covered.
+#[test]
+fn a_setting_has_all_that_is_varied() {
+    let work = Scratch::new("study-complete");
+    let keys = SEEDS.replace("values = [9, 3]", "values = [3]")
+        + "[[vary]]\nkey = \"interface.layer-base.tolerance_rel\"\nvalues = [1e-4]\n";
+    let file = study(&work, &keys);
+    printed(&mut command(&work, "run", &file, &[]), 0);
+    let text = fs::read(work.path().join("out/study.json")).expect("it was written");
+    let stored = parse_json(&text);
+    let settings = stored["settings"].as_array().expect("a list").iter();
+    let sets = settings.map(|setting| setting["set"].to_string());
+    let sets: Vec<String> = sets.chain([stored["reference"].to_string()]).collect();
+    let has = |set: &str, substeps: &str, tolerance: &str| {
+        set.contains(&format!("substeps={substeps}"))
+            && set.contains(&format!("tolerance_rel={tolerance}"))
+    };
+    for (set, [substeps, tolerance]) in
+        sets.iter()
+            .zip([["1", "1e-5"], ["3", "1e-5"], ["1", "0.0001"], ["1", "1e-5"]])
+    {
+        let tolerance = if tolerance == "1e-5" {
+            "0.00001"
+        } else {
+            tolerance
+        };
+        assert!(has(set, substeps, tolerance), "{set}");
+    }
+    assert_eq!(sets.len(), 4);
+}

@@ -41,6 +41,8 @@ fn errors(work: &Scratch, run: &Path, reference: &Path) -> [f64; 3] {
 fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     let work = Scratch::new("tune-layer");
     let arguments = ["--error", "40%", "--within", "10min"];
+    // A folder that has the name of the scene and holds none.
+    fs::create_dir(work.path().join("layer-alone")).expect("it is writable");
     let first = printed(&mut tune(&work, "layer-alone", &arguments), 0);
     assert!(
         first.contains("choice") && first.contains("mass scale"),
@@ -53,6 +55,11 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     let found = study(&work);
     let scenes = found["scene_keys"][0]["values"].as_array().expect("seeds");
     assert!(scenes.len() >= 4 && found["seedless"] == false, "{found:#}");
+    // The file beside it is that of the study.
+    let file = fs::read_to_string(work.path().join("found/study.toml")).expect("it is kept");
+    let file: toml::Table = file.parse().expect("it is a study");
+    let seeds = file["vary"][0]["values"].as_array().expect("seeds");
+    assert_eq!(seeds.len(), scenes.len());
     let missed = found["reference_misses"].as_array().expect("a list");
     assert!(
         missed.iter().all(|missed| missed.as_f64() > Some(0.0)),

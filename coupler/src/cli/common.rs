@@ -57,12 +57,12 @@ impl ScenarioArguments {
     }
 }
 
-/// A scenario as it is found from any folder: a path in full, a name as it is.
-pub(super) fn from_anywhere(scenario: &str) -> String {
-    let path = Path::new(scenario);
-    let full = path
-        .exists()
-        .then(|| std::path::absolute(path).ok())
+/// A scenario as it is found from any folder: its file in full, or the name of a shipped one.
+pub(super) fn from_anywhere(scenario: &str, loaded: &Loaded) -> String {
+    let file = Path::new(&loaded.source.name);
+    let full = file
+        .is_file()
+        .then(|| std::path::absolute(file).ok())
         .flatten();
     full.map_or(scenario.to_string(), |path| path.display().to_string())
 }

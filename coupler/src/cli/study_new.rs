@@ -63,7 +63,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbRes
     let draft = Draft {
         head: HEAD.into(),
         name: name.clone(),
-        scenario: from_anywhere(&arguments.scenario.scenario),
+        scenario: from_anywhere(&arguments.scenario.scenario, &loaded),
         set: arguments.scenario.set.clone(),
         small: shortened(&knobs),
         perturb: if grains.is_empty() { 0 } else { PERTURBED },

@@ -34,7 +34,7 @@ pub struct TuneArguments {
     /// What must keep it: traction, height, friction, or signals.NAME, profile.NAME, results.NAME; by default what `study new` measures.
     #[arg(long = "for", value_name = "MEASURE", value_delimiter = ',')]
     measures: Vec<String>,
-    /// Time for finding the setting (10min, 600s, 2h); by default that of twenty runs of the scene as it is.
+    /// Time for finding the setting (10min, 600s, 2h); by default that of eighteen runs of the scene as it is.
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     within: Option<f64>,
     /// Folder of the runs and of study.json; by default one below runs/. A second call goes on with what is done there.
@@ -51,7 +51,7 @@ pub struct TuneArguments {
 }
 
 /// Time for finding a setting, in runs of the scene.
-const RUNS: f64 = 20.0;
+const RUNS: f64 = 18.0;
 /// Finds a setting, stores it, and runs the scene with it.
 pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     let loaded = arguments.scenario.load()?;

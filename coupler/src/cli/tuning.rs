@@ -134,6 +134,8 @@ impl Tuning<'_> {
                 seeds = [count, count];
                 let set = self.knobs.set(&proposal.setting).unwrap_or_default();
                 best = Some(Found { study, set });
+                let [trial, kept] = ["trial.toml", "study.toml"].map(|name| self.folder.join(name));
+                std::fs::copy(trial, &kept).map_err(Error::output(kept.display()))?;
             }
         }
         self.end(best, "none that was measured keeps it, and finer ones than two levels below the scene are not looked at")
@@ -355,7 +357,7 @@ impl Tuning<'_> {
             vary: vec![("setting".into(), settings.iter().map(case).collect())],
             ..self.draft()
         };
-        let opened = self.open("study", &draft)?;
+        let opened = self.open("trial", &draft)?;
         self.run(&opened)?;
         let mut results = Results::read(&opened.plan, &opened.tasks, &self.folder)?;
         if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
@@ -441,7 +443,7 @@ impl Tuning<'_> {
         }
         Draft {
             name: format!("tune-{}", self.loaded.scenario.run.name),
-            scenario: from_anywhere(scenario),
+            scenario: from_anywhere(scenario, self.loaded),
             set,
             measures: self.measures.clone(),
             ..Draft::default()

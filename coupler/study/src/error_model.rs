@@ -270,13 +270,16 @@ mod tests {
         }
     }
 
+    /// 0.03 after 0.3 would be a ratio of 0.1; with a floor of 0.02 it is none: first order, and as much again is missed.
     #[test]
     fn noise_tells_no_order() {
-        let knob = KnobErrors::of(&[-1.0, 0.0, 1.0], &[1.0; 3], &[0.02], |_, a, b| {
-            [0.0, 0.03, 0.031][a.abs_diff(b)]
-        });
-        // 0.03 is above the floor, but not by twice: first order, and as much again is missed.
-        assert!((knob.error(0, 1.0) - 0.03).abs() < 1e-15);
+        let position = [0.0f64, 0.3, 0.33];
+        let missed = |floor: f64| {
+            let distance = |_, a: usize, b: usize| (position[a] - position[b]).abs();
+            KnobErrors::of(&[-1.0, 0.0, 1.0], &[1.0; 3], &[floor], distance).error(0, 1.0)
+        };
+        assert!((missed(0.02) - 0.03).abs() < 1e-12);
+        assert!((missed(0.0) - 0.03 / 9.0).abs() < 1e-12);
     }
 
     fn model(target: f64) -> ErrorModel {
