@@ -369,18 +369,22 @@ impl Tuning<'_> {
         }
         // A run that is warned of says so itself: what is told holds for those that are not.
         let each = settings.len() + 1;
-        let known = |code: &str| explored.warned.split(' ').any(|own| own == code);
-        let is_warned = |row: &StudyRow| {
-            let mut codes = row.warnings.split_whitespace();
-            !row.is_trusted() || codes.any(|code| code != "advice" && !known(code))
+        // The reference may be warned of what the scene as it is is, a setting of what its reference is.
+        let is_bad = |rows: &[StudyRow], k: usize| {
+            let known = if k == 0 {
+                &explored.warned
+            } else {
+                &rows[0].warnings
+            };
+            let mut codes = rows[k].warnings.split_whitespace();
+            let is_known = |code: &str| code == "advice" || known.split(' ').any(|own| own == code);
+            !rows[k].is_trusted() || codes.any(|code| !is_known(code))
         };
         let many = |count: usize| count * MOST_WARNED > seeds.len();
-        let warned = |k: usize| {
-            let of_part = results.rows.iter().skip(k).step_by(each);
-            of_part.filter(|row| is_warned(row)).count()
-        };
-        let scenes = results.rows.chunks(each).zip(seeds);
-        let good = scenes.filter(|(rows, _)| !rows.iter().any(is_warned));
+        let scenes = || results.rows.chunks(each);
+        let warned = |k: usize| scenes().filter(|rows| is_bad(rows, k)).count();
+        let is_good = |rows: &[StudyRow]| !(0..each).any(|k| is_bad(rows, k));
+        let good = scenes().zip(seeds).filter(|(rows, _)| is_good(rows));
         let good: Vec<u64> = good.map(|(_, seed)| *seed).collect();
         if many(warned(0)) {
             return Ok(Some((Finding::NoReference, None)));
@@ -389,10 +393,15 @@ impl Tuning<'_> {
             return Ok(Some((Finding::Warned, None)));
         }
         if good.len() < seeds.len() {
+            // So few tell no bound: others take their places, until the time is over.
+            let least = if seeds.len() > PROBED { SEEDS[0] } else { 0 };
+            let others = (1..).map(|k| seeds[seeds.len() - 1] + k);
+            let others = others.take(least.saturating_sub(good.len()));
+            let kept: Vec<u64> = good.into_iter().chain(others).collect();
             tell(&format!(
-                "tune: of the seeds {seeds:?} those are left out with which a run is warned of: {good:?} stay"
+                "tune: with some of the seeds {seeds:?} a run is warned of: {kept:?} are taken"
             ));
-            return self.measure(explored, reference, settings, &good);
+            return self.measure(explored, reference, settings, &kept);
         }
         // The noise of the scene as it is stands for that of each of its settings and seeds.
         for row in &mut results.rows {

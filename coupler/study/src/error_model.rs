@@ -63,23 +63,17 @@ impl KnobErrors {
             let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };
             ((0..=last).map(error).collect(), ratio)
         };
+        // A finer one that costs less does so by chance.
+        let log_cost = |(level, cost): (&f64, &f64)| match *level < 0.0 {
+            true => cost.ln().min(0.0),
+            false => cost.ln().max(0.0),
+        };
         let (errors, ratios) = (0..floors.len()).map(of_measure).unzip();
         KnobErrors {
             levels: levels.to_vec(),
             errors,
             ratios,
-            // A finer one that costs less does so by chance.
-            costs: levels
-                .iter()
-                .zip(costs)
-                .map(|(level, cost)| {
-                    if *level < 0.0 {
-                        cost.ln().min(0.0)
-                    } else {
-                        cost.ln().max(0.0)
-                    }
-                })
-                .collect(),
+            costs: levels.iter().zip(costs).map(log_cost).collect(),
         }
     }
 
@@ -93,11 +87,8 @@ impl KnobErrors {
         let errors = &self.errors[measure];
         let (last, finest) = (errors.len() - 1, self.levels[errors.len() - 1]);
         if level >= finest {
-            let between = if last == 0 {
-                1.0
-            } else {
-                finest - self.levels[last - 1]
-            };
+            let coarser = last.checked_sub(1).map(|before| self.levels[before]);
+            let between = finest - coarser.unwrap_or(finest - 1.0);
             return errors[last] * self.ratios[measure].powf((level - finest) / between);
         }
         let logarithms: Vec<f64> = errors.iter().map(|e| e.max(NOTHING).ln()).collect();
