@@ -137,13 +137,13 @@ impl Opened {
 }
 
 impl PlaceArguments {
-    /// The study of a file, in this folder.
-    pub(super) fn of(file: &Path, folder: &Path) -> PlaceArguments {
+    /// The study of a file, in this folder, or in that of its name.
+    pub(super) fn of(file: &Path, folder: Option<&Path>) -> PlaceArguments {
         PlaceArguments {
             file: file.to_path_buf(),
             small: false,
             set: Vec::new(),
-            out: Some(folder.to_path_buf()),
+            out: folder.map(Path::to_path_buf),
         }
     }
 
@@ -194,7 +194,10 @@ impl PlaceArguments {
 /// Plans, runs, or looks at a study.
 pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
-        StudyVerb::New(arguments) => study_new::new(arguments, registry),
+        StudyVerb::New(arguments) => {
+            let file = study_new::new(arguments, registry)?;
+            plan(&PlaceArguments::of(&file, None).open()?, registry)
+        }
         StudyVerb::Plan(place) => plan(&place.open()?, registry),
         StudyVerb::Run { place, engine } => run(place, engine, registry),
         StudyVerb::Status(place) => status(&place.open()?),
@@ -212,7 +215,7 @@ fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Erro
 }
 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
-pub(super) fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
+fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     if let Some((_, why)) = refused(opened, registry).next() {
         return Err(why);
     }

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::common::{ScenarioArguments, VerbResult, from_anywhere, print};
-use super::study::{PlaceArguments, plan};
+use super::common::{ScenarioArguments, from_anywhere, print};
 use coordinator::error::{Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
@@ -31,8 +30,8 @@ const PERTURBED: u64 = 3;
 const HEAD: &str = "Numerical choices of a scene against a reference that is finer in all of them: each by itself, then several together.
 # Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
 
-/// Writes a study of a scene, and tells what it costs.
-pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbResult {
+/// Writes a study of a scene; its file.
+pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<PathBuf, Error> {
     let loaded = arguments.scenario.load()?;
     let threads = arguments.scenario.threads();
     check(&loaded, registry, threads)?;
@@ -74,6 +73,5 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> VerbRes
     std::fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
     write_whole(&path, draft.toml().as_bytes())?;
     print(&path.display().to_string())?;
-    let out = PathBuf::from(format!("runs/study-{name}"));
-    plan(&PlaceArguments::of(&path, &out).open()?, registry)
+    Ok(path)
 }

@@ -20,7 +20,7 @@ use study::measure::{Measure, ReferenceNumbers, percent};
 use study::plan::perturbed_participants;
 use study::pool;
 use study::progress::StudyProgress;
-use study::search::{Finding, MARGIN, Proposal, Search};
+use study::search::{MARGIN, Proposal, Search, TrialOutcome};
 use study::stored::StoredStudy;
 
 /// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
@@ -116,7 +116,7 @@ impl Tuning<'_> {
             tell_progress(&format!("tune: {own} against {of_reference}"));
             let all = [&search.found[..], &[proposal.setting]].concat();
             // Two seeds tell whether others are worth their time.
-            let (mut finding, mut study) = (Finding::Warned, None);
+            let (mut finding, mut study) = (TrialOutcome::Warned, None);
             for few in [count.min(PROBED), count] {
                 let first = self.loaded.scenario.run.seed;
                 let few: Vec<u64> = (first..first + few as u64).collect();
@@ -125,12 +125,12 @@ impl Tuning<'_> {
                     return self.end(best, "the time was over before one was measured");
                 };
                 (finding, study) = measured;
-                if !matches!(finding, Finding::Keeps(_)) {
+                if !matches!(finding, TrialOutcome::Keeps(_)) {
                     break;
                 }
             }
             search.learn(&proposal, &finding);
-            if let (Finding::Keeps(_), Some(study)) = (finding, study) {
+            if let (TrialOutcome::Keeps(_), Some(study)) = (finding, study) {
                 seeds = [count, count];
                 let set = self.knobs.set(&proposal.setting).unwrap_or_default();
                 best = Some(Found { study, set });
@@ -345,7 +345,7 @@ impl Tuning<'_> {
         reference: &Levels,
         settings: &[Levels],
         seeds: &[u64],
-    ) -> Result<Option<(Finding, Option<StoredStudy>)>, Error> {
+    ) -> Result<Option<(TrialOutcome, Option<StoredStudy>)>, Error> {
         let case = |setting: &Levels| {
             let set = self.knobs.set(setting).unwrap_or_default();
             (self.knobs.words(setting), set)
@@ -387,10 +387,10 @@ impl Tuning<'_> {
         let good = scenes().zip(seeds).filter(|(rows, _)| is_good(rows));
         let good: Vec<u64> = good.map(|(_, seed)| *seed).collect();
         if many(warned(0)) {
-            return Ok(Some((Finding::NoReference, None)));
+            return Ok(Some((TrialOutcome::NoReference, None)));
         }
         if many(warned(each - 1)) || many(seeds.len() - good.len()) {
-            return Ok(Some((Finding::Warned, None)));
+            return Ok(Some((TrialOutcome::Warned, None)));
         }
         if good.len() < seeds.len() {
             // So few tell no bound: others take their places, until the time is over.
@@ -417,7 +417,7 @@ impl Tuning<'_> {
         let missed = (0..self.measures.len()).map(|m| explored.model.error(m, reference));
         study.reference_misses = missed.collect();
         let Some(bounds) = self.bounds(&study, settings.last()) else {
-            return Ok(Some((Finding::Warned, None)));
+            return Ok(Some((TrialOutcome::Warned, None)));
         };
         let told = self.measures.iter().zip(&bounds);
         let told = told.map(|(of, bound)| format!("{} {} %", of.name, percent(*bound)));
@@ -425,8 +425,8 @@ impl Tuning<'_> {
         tell_progress(&format!("tune: with {count} seeds below {told}"));
         let keeps = bounds.iter().all(|bound| *bound <= self.target);
         Ok(Some(match keeps {
-            true => (Finding::Keeps(bounds), Some(study)),
-            false => (Finding::Exceeds(bounds), None),
+            true => (TrialOutcome::Keeps(bounds), Some(study)),
+            false => (TrialOutcome::Exceeds(bounds), None),
         }))
     }
 
@@ -464,13 +464,13 @@ impl Tuning<'_> {
         let path = self.folder.join(format!("{name}.toml"));
         std::fs::create_dir_all(&self.folder).map_err(Error::output(path.display()))?;
         write_whole(&path, draft.toml().as_bytes())?;
-        PlaceArguments::of(&path, &self.folder).open()
+        PlaceArguments::of(&path, Some(&self.folder)).open()
     }
 
     /// Does the tasks of a study that are not done, until the time is over.
     fn run(&self, opened: &Opened) -> Result<(), Error> {
         let planned = keep_list(opened)?;
-        let place = PlaceArguments::of(&opened.plan.path, &self.folder);
+        let place = PlaceArguments::of(&opened.plan.path, Some(&self.folder));
         let exec = place.exec(opened, &planned, self.registry)?;
         let mut progress = StudyProgress::new(&opened.tasks, &self.measures, &self.folder);
         let over = || self.begun.elapsed().as_secs_f64() > self.limit_s;

@@ -29,7 +29,7 @@ pub struct Proposal {
 
 /// What came of a proposal.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Finding {
+pub enum TrialOutcome {
     /// Bounds of the errors, each below what was asked for.
     Keeps(Vec<f64>),
     /// Bounds of the errors, one of them above.
@@ -114,27 +114,27 @@ impl Search {
     }
 
     /// Takes in what came of a proposal.
-    pub fn learn(&mut self, proposal: &Proposal, finding: &Finding) {
+    pub fn learn(&mut self, proposal: &Proposal, finding: &TrialOutcome) {
         let Proposal {
             setting, reference, ..
         } = proposal;
         self.left.retain(|other| other != setting);
         // A cheaper one that does not do ends it.
-        self.is_over = !self.found.is_empty() && !matches!(finding, Finding::Keeps(_));
+        self.is_over = !self.found.is_empty() && !matches!(finding, TrialOutcome::Keeps(_));
         match finding {
-            Finding::Keeps(bounds) | Finding::Exceeds(bounds) => {
+            TrialOutcome::Keeps(bounds) | TrialOutcome::Exceeds(bounds) => {
                 let margin = |(m, bound): (usize, &f64)| {
                     let distance = self.model.distance(m, setting, reference);
                     (bound / distance.max(f64::MIN_POSITIVE)).clamp(MARGINS[0], MARGINS[1])
                 };
                 self.margins = bounds.iter().enumerate().map(margin).collect();
-                if matches!(finding, Finding::Keeps(_)) {
+                if matches!(finding, TrialOutcome::Keeps(_)) {
                     self.found.push(*setting);
                     self.reference = Some(*reference);
                 }
             }
             // What a setting is warned of, coarser ones are, too, and those with lighter grains.
-            Finding::Warned => self.left.retain(|other| {
+            TrialOutcome::Warned => self.left.retain(|other| {
                 let mut knobs = KNOBS.iter();
                 knobs.any(|knob| {
                     let finer = other[knob.index()] - setting[knob.index()];
@@ -145,7 +145,7 @@ impl Search {
                     }
                 })
             }),
-            Finding::NoReference => {
+            TrialOutcome::NoReference => {
                 self.left.push(*setting);
                 self.model.shorter += SHORTER;
             }
@@ -188,11 +188,11 @@ mod tests {
         let mut search = search(0.03);
         let first = search.next(false).expect("the scene");
         assert_eq!(mesh(Some(first)), Some([0.0, 1.0]));
-        search.learn(&first, &Finding::Keeps(vec![0.015]));
+        search.learn(&first, &TrialOutcome::Keeps(vec![0.015]));
         let second = search.next(false).expect("a cheaper one");
         assert_eq!(mesh(Some(second)), Some([-0.5, 1.0]));
         assert_eq!(second.reference_cost, 0.0, "its runs are done");
-        search.learn(&second, &Finding::Exceeds(vec![0.04]));
+        search.learn(&second, &TrialOutcome::Exceeds(vec![0.04]));
         assert_eq!((search.next(false), search.found), (None, vec![[0.0; 6]]));
     }
 
@@ -205,10 +205,13 @@ mod tests {
         let first = search.next(false).expect("a finer one");
         assert_eq!(mesh(Some(first)), Some([0.5, 1.5]));
         let distance = search.model.distance(0, &first.setting, &first.reference);
-        search.learn(&first, &Finding::Exceeds(vec![2.0 * MARGIN * distance]));
+        search.learn(
+            &first,
+            &TrialOutcome::Exceeds(vec![2.0 * MARGIN * distance]),
+        );
         let next = search.next(false).expect("a finer one");
         assert_eq!(mesh(Some(next)), Some([1.5, 2.5]));
-        search.learn(&next, &Finding::Warned);
+        search.learn(&next, &TrialOutcome::Warned);
         assert_eq!(mesh(search.next(false)), Some([2.0, 2.5]));
     }
 }
