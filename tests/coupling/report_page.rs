@@ -62,6 +62,8 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         "Energies",
         "Steps against their bounds",
         "Where the time went",
+        // The scene is one of those whose settings are measured.
+        "Speed against accuracy",
         "Results",
     ];
     assert_eq!(titles(&html), expected);

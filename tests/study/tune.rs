@@ -200,7 +200,7 @@ fn a_study_of_a_scene_is_written() {
     ] {
         let mut new = thirdbody(work.path());
         let folder = scene.replace('/', "-");
-        new.args(["--quiet", "study", "new", scene, "--dir", &folder]);
+        new.args(["--quiet", "study", "new", scene, &folder]);
         let told = printed(&mut new, 0);
         let head = told.lines().nth(1).expect("a list");
         for choice in choices {

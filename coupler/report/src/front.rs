@@ -79,7 +79,7 @@ fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     let missed = missed.map(|(name, error)| format!("{name} {}", percent(*error)));
     let missed = Vec::from_iter(missed).join(", ");
     if !missed.is_empty() {
-        text += &format!(" By extrapolation those are {missed}.");
+        text += &format!(" By extrapolation the reference itself errs by {missed}.");
     }
     if run.manifest()["build"] != **build {
         text += &format!(
@@ -125,7 +125,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
 
 fn errors(front: &MeasuredFront, setting: &MeasuredSetting) -> String {
     if setting.is_reference {
-        return "It is the reference: what it errs by itself the study cannot tell.".into();
+        return "It is the reference, whose own errors are no part of these.".into();
     }
     let errors = front.measures.iter().zip(&setting.errors);
     let errors = errors.map(|(name, error)| {

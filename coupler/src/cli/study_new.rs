@@ -17,7 +17,6 @@ pub(super) struct NewStudyArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
     /// Folder of study.toml, in which there is none yet; by default study-NAME, here.
-    #[arg(long, value_name = "DIR")]
     dir: Option<PathBuf>,
 }
 
@@ -40,7 +39,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("study-{name}")));
     let path = folder.join(scenes::STUDY);
     if path.exists() {
-        let why = "is there already; give another folder with --dir";
+        let why = "is there already; give another folder";
         return Err(Refusal::file(&path, why).into());
     }
     let knobs = Knobs::of(&loaded);
