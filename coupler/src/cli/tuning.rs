@@ -122,7 +122,7 @@ impl Tuning<'_> {
                 let few: Vec<u64> = (first..first + few as u64).collect();
                 let Some(measured) = self.measure(&explored, &proposal.reference, &all, &few)?
                 else {
-                    return self.end(best, "the time was over before one was measured");
+                    return self.end(best, "the time was over before one was measured, and a longer --within goes on from there");
                 };
                 (finding, study) = measured;
                 if !matches!(finding, TrialOutcome::Keeps(_)) {
@@ -152,7 +152,7 @@ impl Tuning<'_> {
         let (asked, spent_s) = (percent(self.target), self.begun.elapsed().as_secs_f64());
         let folder = self.folder.display();
         print(&format!(
-            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}, and a longer --within goes on from there"
+            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}"
         ))?;
         Ok(None)
     }
