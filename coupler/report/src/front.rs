@@ -2,7 +2,7 @@
 
 use super::page::{Section, names};
 use super::provenance::{quoted, scenario_file};
-use coordinator::scenario::overrides::value_at;
+use coordinator::scenario::overrides::{key_of, value_at};
 use draw::axis::{AxisPair, Grid, PlotAxis, number};
 use draw::picture::Picture;
 use draw::svg::{Svg, escape};
@@ -69,7 +69,7 @@ fn promised(run: &RunFiles) -> Option<String> {
     ))
 }
 
-/// Where the numbers come from.
+/// Names the study, and says what its errors are distances from.
 fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     let (study, count, build) = (&front.study, front.settings.len(), &front.build);
     let mut text = format!(
@@ -89,12 +89,12 @@ fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     text
 }
 
-/// Which setting the run has, and where that lies.
+/// Names the setting of the run, with its errors, or the nearest one.
 fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
     let (nearest, words) = (&front.nearest, &front.nearest.words);
     let table = run.scenario_table();
     let differs = nearest.overrides.iter().map(|set| {
-        let own = value_at(&table, set.split('=').next().unwrap_or_default().trim());
+        let own = value_at(&table, key_of(set));
         let own = own.map_or("nothing".into(), ToString::to_string);
         format!("`{set}` (this run: {own})")
     });
@@ -135,7 +135,7 @@ fn errors(front: &MeasuredFront, setting: &MeasuredSetting) -> String {
     format!("Expected errors: {}.", Vec::from_iter(errors).join(", "))
 }
 
-/// What half the error and half the time would take.
+/// Commands for half the error and for half the time, where the study has settings for them.
 fn halves(run: &RunFiles, front: &MeasuredFront) -> String {
     let Some(own) = front.own.map(|own| &front.settings[own]) else {
         return String::new();

@@ -32,7 +32,7 @@ pub struct MeasuredFront {
     pub fronts: Vec<Vec<usize>>,
     /// The setting of the run, or the one from which it differs in the fewest keys; without errors.
     pub nearest: MeasuredSetting,
-    /// What the reference errs by itself by measure, as extrapolation has it; empty where that is not known.
+    /// Error of the reference itself by measure, by extrapolation; empty where that is not known.
     pub reference_misses: Vec<f64>,
     /// The setting of the run; `None` where it differs from all, and where the study cannot tell its errors.
     pub own: Option<usize>,

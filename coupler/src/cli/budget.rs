@@ -10,7 +10,7 @@ use coordinator::participants::Registry;
 use coordinator::run::session::RunBudget;
 use coordinator::rundir::BUILD;
 use coordinator::scenario::load::Loaded;
-use study::budget::{Budget, Candidate, SceneSettings, covering};
+use study::budget::{Budget, Candidate, SceneSettings, first_choice};
 use study::stored::StoredStudy;
 
 /// Arguments that choose the fidelity of a run.
@@ -68,17 +68,7 @@ impl BudgetArguments {
             };
             Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
         };
-        // The first study that has a setting; where none has, what the first one says.
-        let mut refused = Ok((loaded.clone(), None));
-        for (study, at) in covering(self.study.as_deref(), &loaded.resolved)? {
-            match choose(&study, &at) {
-                Err(error) if !matches!(error, Error::Interrupted { .. }) => {
-                    refused = refused.and(Err(error));
-                }
-                chosen => return chosen,
-            }
-        }
-        refused
+        first_choice(self.study.as_deref(), &loaded.resolved, choose)
     }
 }
 

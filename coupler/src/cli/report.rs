@@ -40,7 +40,7 @@ pub fn report(arguments: &ReportArguments) -> VerbResult {
     damage.map_or(Ok(0), |damage| Err(damage.into()))
 }
 
-/// What the first known study that covers the scene of a run says of it.
+/// The run among the settings of the first known study that covers its scene.
 fn known_front(run: &Path) -> Option<MeasuredFront> {
     let resolved = std::fs::read_to_string(run.join("scenario.toml")).ok()?;
     first_front(known(), &resolved, |error| {

@@ -27,9 +27,9 @@ const PERTURBED: u64 = 3;
 
 /// Sentences above a study that is written.
 const HEAD: &str = "Numerical choices of a scene against a reference that is finer in all of them: each by itself, then several together.
-# Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
+Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
 
-/// Writes a study of a scene; its file.
+/// Writes a study of a scene; returns its file.
 pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<PathBuf, Error> {
     let loaded = arguments.scenario.load()?;
     let threads = arguments.scenario.threads();

@@ -31,7 +31,7 @@ pub struct TuneArguments {
     /// The error to keep, relative to a finer reference with the same seed: 2% or 0.02.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     error: f64,
-    /// What must keep it: traction, height, friction, or signals.NAME, profile.NAME, results.NAME; by default what `study new` measures.
+    /// Measures that must keep it: traction, height, friction, or signals.NAME, profile.NAME, results.NAME; by default what `study new` measures.
     #[arg(long = "for", value_name = "MEASURE", value_delimiter = ',')]
     measures: Vec<String>,
     /// Time for finding the setting (10min, 600s, 2h); by default that of eighteen runs of the scene as it is.
@@ -123,7 +123,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What must keep the error: what is named, or all that is known of the scene.
+/// The measures that must keep the error: those that are named, or all that are known of the scene.
 fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, String> {
     let known = measures(knobs);
     if known.is_empty() && named.is_empty() {

@@ -16,7 +16,7 @@ use study::collect::{Results, StudyRow, finished};
 use study::draft::{Draft, Refined, varied};
 use study::error_model::{ErrorModel, KnobErrors};
 use study::knobs::{KNOBS, Knob, Knobs, Levels};
-use study::measure::{Measure, ReferenceNumbers, percent};
+use study::measure::{Measure, ReferenceNumbers, named_errors, percent};
 use study::plan::perturbed_participants;
 use study::pool;
 use study::progress::StudyProgress;
@@ -47,19 +47,19 @@ pub(super) struct Tuning<'a> {
     pub(super) knobs: Knobs<'a>,
     /// Folder of the runs.
     pub(super) folder: PathBuf,
-    /// What must keep the error.
+    /// Measures that must keep the error.
     pub(super) measures: Vec<Measure>,
     /// The error.
     pub(super) target: f64,
     pub(super) watch: Watch,
     pub(super) begun: Instant,
-    /// Wall-clock time for finding the setting (s).
+    /// Wall-clock time for outcome the setting (s).
     pub(super) limit_s: f64,
     /// Wall-clock time of the scene as it is, if a run with the setting follows (s).
     pub(super) run_s: f64,
 }
 
-/// What the runs of single choices told.
+/// Errors and costs that the runs of single choices told.
 struct Explored {
     model: ErrorModel,
     /// Floors of noise by measure, 0 where they are not known.
@@ -116,7 +116,7 @@ impl Tuning<'_> {
             tell_progress(&format!("tune: {own} against {of_reference}"));
             let all = [&search.found[..], &[proposal.setting]].concat();
             // Two seeds tell whether others are worth their time.
-            let (mut finding, mut study) = (TrialOutcome::Warned, None);
+            let (mut outcome, mut study) = (TrialOutcome::Warned, None);
             for few in [count.min(PROBED), count] {
                 let first = self.loaded.scenario.run.seed;
                 let few: Vec<u64> = (first..first + few as u64).collect();
@@ -124,13 +124,13 @@ impl Tuning<'_> {
                 else {
                     return self.end(best, "the time was over before one was measured, and a longer --within goes on from there");
                 };
-                (finding, study) = measured;
-                if !matches!(finding, TrialOutcome::Keeps(_)) {
+                (outcome, study) = measured;
+                if !matches!(outcome, TrialOutcome::Keeps(_)) {
                     break;
                 }
             }
-            search.learn(&proposal, &finding);
-            if let (TrialOutcome::Keeps(_), Some(study)) = (finding, study) {
+            search.learn(&proposal, &outcome);
+            if let (TrialOutcome::Keeps(_), Some(study)) = (outcome, study) {
                 seeds = [count, count];
                 let set = self.knobs.set(&proposal.setting).unwrap_or_default();
                 best = Some(Found { study, set });
@@ -260,7 +260,7 @@ impl Tuning<'_> {
         })
     }
 
-    /// What is known of one choice, from runs at its levels.
+    /// The errors of one choice, from runs at its levels.
     fn errors_of(
         &self,
         mut levels: Vec<(f64, &StudyRow, &RunFiles)>,
@@ -281,7 +281,7 @@ impl Tuning<'_> {
         })
     }
 
-    /// What the single choices do, a line each.
+    /// The errors of the single choices, a line each.
     fn table(&self, explored: &Explored) -> String {
         let line = |name: &str, cells: Vec<String>| {
             let cells = cells.iter().map(|cell| format!("{cell:>12}"));
@@ -291,6 +291,7 @@ impl Tuning<'_> {
             let all = (0..self.measures.len()).map(|m| percent(of(m)));
             all.collect::<Vec<String>>()
         };
+        let unknown = || vec!["not known".to_string()];
         let names = self.measures.iter().map(|measure| measure.name.clone());
         let head = line("choice", names.collect());
         let mut lines = vec![head + "   error of the scene as it is, by extrapolation (%)"];
@@ -298,7 +299,7 @@ impl Tuning<'_> {
             if known.is_known() {
                 lines.push(line(knob.name(), numbers(&|m| known.error(m, 0.0))));
             } else if self.knobs.at(*knob, 1.0).is_some() {
-                lines.push(line(knob.name(), vec!["not known".into()]));
+                lines.push(line(knob.name(), unknown()));
             }
         }
         let scene = [0.0; KNOBS.len()];
@@ -306,10 +307,10 @@ impl Tuning<'_> {
             "together",
             numbers(&|m| explored.model.error(m, &scene)),
         ));
-        lines.push(match explored.is_noise_known {
-            true => line("noise", numbers(&|m| explored.floors[m])),
-            false => line("noise", vec!["not known".into()]),
-        });
+        let noise = explored
+            .is_noise_known
+            .then(|| numbers(&|m| explored.floors[m]));
+        lines.push(line("noise", noise.unwrap_or_else(unknown)));
         lines.join("\n")
     }
 
@@ -337,7 +338,7 @@ impl Tuning<'_> {
         ))
     }
 
-    /// Holds settings against a reference, with these seeds. What came of the last setting, and the study where it keeps the error; `None`
+    /// Holds settings against a reference, with these seeds. Returns the outcome of the last setting, and the study where it keeps the error; `None`
     /// where the time was over before.
     fn measure(
         &self,
@@ -362,10 +363,10 @@ impl Tuning<'_> {
         let mut results = Results::read(&opened.plan, &opened.tasks, &self.folder)?;
         if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
             let done = &seeds[..row.scene];
-            return match done.len() >= SEEDS[0] {
-                true => self.measure(explored, reference, settings, done),
-                false => Ok(None),
-            };
+            if done.len() < SEEDS[0] {
+                return Ok(None);
+            }
+            return self.measure(explored, reference, settings, done);
         }
         // A run that is warned of says so itself: what is told holds for those that are not.
         let each = settings.len() + 1;
@@ -419,15 +420,12 @@ impl Tuning<'_> {
         let Some(bounds) = self.bounds(&study, settings.last()) else {
             return Ok(Some((TrialOutcome::Warned, None)));
         };
-        let told = self.measures.iter().zip(&bounds);
-        let told = told.map(|(of, bound)| format!("{} {} %", of.name, percent(*bound)));
-        let (told, count) = (Vec::from_iter(told).join(", "), seeds.len());
+        let (told, count) = (named_errors(&self.measures, &bounds), seeds.len());
         tell_progress(&format!("tune: with {count} seeds below {told}"));
-        let keeps = bounds.iter().all(|bound| *bound <= self.target);
-        Ok(Some(match keeps {
-            true => (TrialOutcome::Keeps(bounds), Some(study)),
-            false => (TrialOutcome::Exceeds(bounds), None),
-        }))
+        if bounds.iter().any(|bound| *bound > self.target) {
+            return Ok(Some((TrialOutcome::Exceeds(bounds), None)));
+        }
+        Ok(Some((TrialOutcome::Keeps(bounds), Some(study))))
     }
 
     /// The bound of each error, of few seeds what it may become; `None` where there is none.
@@ -442,7 +440,7 @@ impl Tuning<'_> {
         (0..self.measures.len()).map(bound).collect()
     }
 
-    /// What all studies of the scene have alike.
+    /// The keys that all studies of the scene have alike.
     fn draft(&self) -> Draft {
         let ScenarioArguments { scenario, set, .. } = self.scenario;
         let mut set = set.clone();

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::measure::percent;
+use super::measure::{named_errors, percent};
 use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
 use coordinator::error::{Error, Refusal};
@@ -78,32 +78,36 @@ pub struct SceneSettings<'a> {
     candidates: Vec<Candidate<'a>>,
 }
 
-/// The stored studies that cover a scene, with where the scene lies in each: the one of this path, or of those that are known.
+/// The first choice that one of the stored studies has for a scene which it covers: the study of this path, or those that are known. One is
+/// read when those before it have none. `choose` is given the study and where the scene lies in it.
 ///
 /// # Errors
-/// None does; says of each why not.
-pub fn covering(
+/// The first refusal of a study that covers the scene; where none does, says of each why not.
+pub fn first_choice<T>(
     path: Option<&Path>,
     resolved: &str,
-) -> Result<Vec<(StoredStudy, Vec<f64>)>, Error> {
+    choose: impl Fn(&StoredStudy, &[f64]) -> Result<T, Error>,
+) -> Result<T, Error> {
     let own = path.map(|path| StoredStudy::read(path).map(|study| (path.to_path_buf(), study)));
     let known = own.is_none().then(known).into_iter().flatten();
-    let (mut found, mut why) = (Vec::new(), Vec::new());
+    let (mut refused, mut why) = (None, Vec::new());
     for study in own.into_iter().chain(known) {
         let (path, study) = study?;
-        match study.locate(resolved) {
-            Ok(at) => found.push((study, at)),
+        match study.locate(resolved).map(|at| choose(&study, &at)) {
+            Ok(Err(error)) if !matches!(error, Error::Interrupted { .. }) => {
+                refused = refused.or(Some(error));
+            }
+            Ok(chosen) => return chosen,
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
     }
-    if !found.is_empty() {
-        return Ok(found);
-    }
-    let problem = format!(
-        "no study covers this scene, so that nothing is known about its errors: {}; `thirdbody tune` makes one, or give one with --study",
-        why.join("; ")
-    );
-    Err(Refusal::argument("--budget", problem).into())
+    let problem = || {
+        format!(
+            "no study covers this scene, so that nothing is known about its errors: {}; `thirdbody tune` makes one, or give one with --study",
+            why.join("; ")
+        )
+    };
+    Err(refused.unwrap_or_else(|| Refusal::argument("--budget", problem()).into()))
 }
 
 impl<'a> SceneSettings<'a> {
@@ -221,17 +225,15 @@ impl<'a> SceneSettings<'a> {
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
-            let scenes = match self.study.seedless {
-                true => "with any seed".into(),
-                false => format!("below {bound} % in 39 of 40 scenes"),
+            let scenes = if self.study.seedless {
+                "with any seed".into()
+            } else {
+                format!("below {bound} % in 39 of 40 scenes")
             };
             format!("{} {expected} % ({scenes})", measure.name)
         });
         let mut errors = Vec::from_iter(errors).join(", ");
-        let missed = self.study.measures.iter().zip(&self.study.reference_misses);
-        let missed =
-            missed.map(|(measure, missed)| format!("{} {} %", measure.name, percent(*missed)));
-        let missed = Vec::from_iter(missed).join(", ");
+        let missed = named_errors(&self.study.measures, &self.study.reference_misses);
         if !missed.is_empty() {
             errors += &format!("; by extrapolation the reference itself misses {missed}");
         }

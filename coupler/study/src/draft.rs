@@ -9,7 +9,7 @@ pub type Cases = Vec<(String, Vec<String>)>;
 /// A study to be written.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
-    /// Sentences above it, a line each, all but the first after `# `.
+    /// Sentences above it, a line each.
     pub head: String,
     /// Its name.
     pub name: String,
@@ -25,9 +25,9 @@ pub struct Draft {
     pub perturb: u64,
     /// Seeds that are scenes.
     pub seeds: Vec<u64>,
-    /// What is varied, each by itself.
+    /// Names and cases that are varied, each by itself.
     pub vary: Vec<(String, Cases)>,
-    /// What is measured.
+    /// The measures.
     pub measures: Vec<Measure>,
 }
 
@@ -44,7 +44,7 @@ impl Draft {
         };
         let mut text = format!(
             "# {}\n\n[study]\nname = {}\nscenario = {}\nset = {}\nmode = \"one-at-a-time\"\n",
-            self.head,
+            self.head.replace('\n', "\n# "),
             string(&self.name),
             string(&self.scenario),
             list(&self.set)
@@ -65,10 +65,7 @@ impl Draft {
             let lines = cases.iter().map(|(value, set)| {
                 let sets: Vec<String> = set.iter().map(string).collect();
                 let (value, sets) = (string(value), sets.join(", "));
-                format!(
-                    "    {{ value = {value}, set = [{sets}] }},
-"
-                )
+                format!("    {{ value = {value}, set = [{sets}] }},\n")
             });
             let (name, lines) = (string(name), lines.collect::<String>());
             text += &format!("\n[[vary]]\nkey = {name}\ncase = [\n{lines}]\n");
@@ -174,7 +171,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
     (!known.is_empty()).then_some(draft)
 }
 
-/// What is measured of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
+/// The measures of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
 /// driven clusters.
 pub fn measures(knobs: &Knobs) -> Vec<Measure> {
     let scenario = knobs.scenario;

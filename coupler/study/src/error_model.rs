@@ -25,7 +25,7 @@ const LEAST: f64 = 0.2;
 /// An error that counts as none: logarithms need a number.
 const NOTHING: f64 = 1e-16;
 
-/// What is known of one choice.
+/// Errors and costs of one choice by its levels.
 #[derive(Clone, Debug)]
 pub struct KnobErrors {
     /// Levels that were run, the coarsest first; one of them is 0.
@@ -55,18 +55,19 @@ impl KnobErrors {
             }
             let end = d(last - 1, last);
             let told = last >= 2 && end > NOISE * floors[measure];
-            let ratio = match told {
-                true => (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1]),
-                false => FIRST_ORDER,
+            let ratio = if told {
+                (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1])
+            } else {
+                FIRST_ORDER
             };
             let missed = end * ratio / (1.0 - ratio);
             let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };
             ((0..=last).map(error).collect(), ratio)
         };
         // A finer one that costs less does so by chance.
-        let log_cost = |(level, cost): (&f64, &f64)| match *level < 0.0 {
-            true => cost.ln().min(0.0),
-            false => cost.ln().max(0.0),
+        let log_cost = |(level, cost): (&f64, &f64)| {
+            let bound = if *level < 0.0 { f64::min } else { f64::max };
+            bound(cost.ln(), 0.0)
         };
         let (errors, ratios) = (0..floors.len()).map(of_measure).unzip();
         KnobErrors {
@@ -112,7 +113,7 @@ fn along(levels: &[f64], numbers: &[f64], at: f64) -> f64 {
     numbers[k] + slope * (at - levels[k])
 }
 
-/// What is known of all choices of a scene.
+/// Errors and costs of all choices of a scene.
 #[derive(Clone, Debug)]
 pub struct ErrorModel {
     /// By choice.

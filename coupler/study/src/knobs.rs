@@ -5,6 +5,7 @@ use coordinator::scenario::load::Loaded;
 use coordinator::scenario::overrides::value_at;
 
 use super::file::shown;
+use super::stored::number as number_of;
 
 /// A numerical choice: what a scene takes from the world stays as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -247,8 +248,7 @@ impl<'a> Knobs<'a> {
     }
 
     pub(super) fn number(&self, participant: &str, key: &str) -> Option<f64> {
-        let value = self.given(participant, key)?;
-        value.as_float().or(value.as_integer().map(|n| n as f64))
+        number_of(self.given(participant, key)?)
     }
 
     /// The mesh of a participant at a level: size of the elements over that of the scene, and its keys, none where it is of a file. `None` where

@@ -79,8 +79,15 @@ pub fn percent(part: f64) -> String {
     format!("{percent:.1e}")
 }
 
+/// Errors in words, each by the name of its measure.
+pub fn named_errors(measures: &[Measure], errors: &[f64]) -> String {
+    let all = measures.iter().zip(errors);
+    let all = all.map(|(measure, error)| format!("{} {} %", measure.name, percent(*error)));
+    all.collect::<Vec<String>>().join(", ")
+}
+
 impl Measure {
-    /// The mean square of a signal or a traction over its length, or a result.
+    /// A measure with the usual norm: L2 of a signal or a traction, the number itself of a result.
     pub fn new(name: &str, of: String) -> Measure {
         Measure {
             name: name.into(),

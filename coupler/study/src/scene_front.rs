@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::budget::SceneSettings;
 use super::front::{Trade, front};
-use super::stored::{StoredSetting, StoredStudy};
+use super::stored::{StoredSetting, StoredStudy, number};
 use coordinator::error::Error;
 use coordinator::scenario::overrides::{parse_value, value_at};
 use runs::front::{MeasuredFront, MeasuredSetting};
@@ -94,7 +94,6 @@ fn missing(scenario: &toml::Table, set: &[String]) -> Vec<String> {
 
 /// True for equal values, 9 and 9.0 among them.
 fn is_same(one: &toml::Value, other: &toml::Value) -> bool {
-    let number = |of: &toml::Value| of.as_float().or(of.as_integer().map(|n| n as f64));
     one == other || number(one).is_some_and(|one| number(other) == Some(one))
 }
 

@@ -27,7 +27,7 @@ pub struct Proposal {
     pub reference_cost: f64,
 }
 
-/// What came of a proposal.
+/// The outcome of a proposal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrialOutcome {
     /// Bounds of the errors, each below what was asked for.
@@ -43,8 +43,7 @@ pub enum TrialOutcome {
 /// A search under way.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// What is known of the errors.
-    pub model: ErrorModel,
+    model: ErrorModel,
     /// Settings that were measured and keep the error, the cheapest last.
     pub found: Vec<Levels>,
     left: Vec<Levels>,
@@ -68,7 +67,7 @@ impl Search {
         }
     }
 
-    /// What to measure next: the scene as it is where it may do and nothing much cheaper does, since some of its runs are done; else the cheapest
+    /// The next proposal: the scene as it is where it may do and nothing much cheaper does, since some of its runs are done; else the cheapest
     /// setting that the model has for the error. `None` where there is nothing left that is, or would be cheaper than what was found. With a
     /// `nearest` reference less of the error is measured, and more is left to extrapolation.
     pub fn next(&self, nearest: bool) -> Option<Proposal> {
@@ -113,22 +112,22 @@ impl Search {
         })
     }
 
-    /// Takes in what came of a proposal.
-    pub fn learn(&mut self, proposal: &Proposal, finding: &TrialOutcome) {
+    /// Takes in the outcome of a proposal.
+    pub fn learn(&mut self, proposal: &Proposal, outcome: &TrialOutcome) {
         let Proposal {
             setting, reference, ..
         } = proposal;
         self.left.retain(|other| other != setting);
         // A cheaper one that does not do ends it.
-        self.is_over = !self.found.is_empty() && !matches!(finding, TrialOutcome::Keeps(_));
-        match finding {
+        self.is_over = !self.found.is_empty() && !matches!(outcome, TrialOutcome::Keeps(_));
+        match outcome {
             TrialOutcome::Keeps(bounds) | TrialOutcome::Exceeds(bounds) => {
                 let margin = |(m, bound): (usize, &f64)| {
                     let distance = self.model.distance(m, setting, reference);
                     (bound / distance.max(f64::MIN_POSITIVE)).clamp(MARGINS[0], MARGINS[1])
                 };
                 self.margins = bounds.iter().enumerate().map(margin).collect();
-                if matches!(finding, TrialOutcome::Keeps(_)) {
+                if matches!(outcome, TrialOutcome::Keeps(_)) {
                     self.found.push(*setting);
                     self.reference = Some(*reference);
                 }

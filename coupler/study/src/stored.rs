@@ -14,7 +14,7 @@ use super::settings::{StudySetting, settings};
 use super::statistics::{ErrorPrediction, least_scenes, predict, student};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
-use coordinator::scenario::overrides::{remove_at, value_at};
+use coordinator::scenario::overrides::{key_of, remove_at, value_at};
 
 /// Name of the format, with its version.
 const SCHEMA: &str = "thirdbody.study/1";
@@ -119,9 +119,13 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         ),
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
-            let words = scene.map(|vary| match vary.is_seed() {
-                true => format!("any {}", vary.key),
-                false => format!("the range of {}", vary.key),
+            let words = scene.map(|vary| {
+                let extent = if vary.is_seed() {
+                    "any"
+                } else {
+                    "the range of"
+                };
+                format!("{extent} {}", vary.key)
             });
             return Some(format!(
                 "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",
@@ -203,22 +207,14 @@ impl StoredStudy {
         }
         let scene_keys = scene_keys.ok_or("a key of the scene is a name of cases")?;
         let mut reference = last_of_each(first.fidelity.clone().unwrap_or_default());
-        // What one setting varies is as the scene has it in the others.
+        // A key that one setting varies is as the scene has it in the others.
         let all = stand.iter().flat_map(|(_, setting)| &setting.set);
         let keys = all.chain(&reference).map(|set| key_of(set).to_string());
         let keys: BTreeSet<String> = keys.collect();
-        let complete = |index: usize, set: &mut Vec<String>| {
-            let own = table(index);
-            let missing = keys
-                .iter()
-                .filter(|key| !set.iter().any(|set| key_of(set) == *key));
-            let values = missing.filter_map(|key| Some(format!("{key}={}", value_at(&own, key)?)));
-            set.extend(values.collect::<Vec<String>>());
-        };
-        complete(first.index, &mut reference);
-        stand
-            .iter_mut()
-            .for_each(|(index, setting)| complete(*index, &mut setting.set));
+        complete(&mut reference, &keys, &table(first.index));
+        for (index, setting) in &mut stand {
+            complete(&mut setting.set, &keys, &table(*index));
+        }
         let mut study = StoredStudy {
             schema: SCHEMA.into(),
             study: plan.file.study.name.clone(),
@@ -282,7 +278,7 @@ impl StoredStudy {
     fn without_varied(&self, mut table: toml::Table) -> toml::Table {
         let sets = self.settings.iter().flat_map(|setting| &setting.set);
         let sets = sets.chain(&self.reference);
-        let set = sets.filter_map(|set| Some(set.split_once('=')?.0.trim()));
+        let set = sets.map(|set| key_of(set));
         let scene = self.scene_keys.iter().map(|key| key.key.as_str());
         for key in set.chain(scene).chain(NO_RESULT) {
             remove_at(&mut table, key);
@@ -376,9 +372,13 @@ impl StoredStudy {
     }
 }
 
-/// The key of an override.
-fn key_of(set: &str) -> &str {
-    set.split('=').next().unwrap_or_default().trim()
+/// Adds overrides for those of these keys that have none, with their values in the scenario.
+fn complete(set: &mut Vec<String>, keys: &BTreeSet<String>, scenario: &toml::Table) {
+    for key in keys {
+        let is_missing = !set.iter().any(|set| key_of(set) == key);
+        let value = value_at(scenario, key).filter(|_| is_missing);
+        set.extend(value.map(|value| format!("{key}={value}")));
+    }
 }
 
 /// Overrides without those that a later one of the same key overrides.
@@ -390,10 +390,14 @@ fn last_of_each(set: Vec<String>) -> Vec<String> {
     kept.map(|position| set[position].clone()).collect()
 }
 
+/// A number, whole or not.
+pub(super) fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|n| n as f64))
+}
+
 /// A positive number.
 pub(super) fn positive(value: &toml::Value) -> Option<f64> {
-    let number = value.as_float().or(value.as_integer().map(|n| n as f64))?;
-    (number > 0.0).then_some(number)
+    number(value).filter(|number| *number > 0.0)
 }
 
 /// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a

@@ -138,6 +138,11 @@ pub fn remove_at(mut table: &mut toml::Table, key: &str) -> Option<toml::Value> 
     table.remove(last)
 }
 
+/// The key of an override.
+pub fn key_of(set: &str) -> &str {
+    set.split('=').next().unwrap_or_default().trim()
+}
+
 /// The value that an override gives: TOML, or else a string.
 pub fn parse_value(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
