@@ -35,6 +35,17 @@ fn errors(work: &Scratch, run: &Path, reference: &Path) -> [f64; 3] {
     MEASURES.map(error)
 }
 
+/// Number of times that the runs of `tune` were begun, all together.
+fn attempts(work: &Scratch) -> usize {
+    let tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
+    let attempts = tasks
+        .flatten()
+        .map(|task| fs::read_to_string(task.path().join("attempts")));
+    attempts
+        .map(|text| text.expect("lines").lines().count())
+        .sum::<usize>()
+}
+
 /// Grains on a rigid base, with a bound that a first setting keeps: it is stored with its noise and with what its reference misses, `run
 /// --budget` takes it for a seed that was not looked at, whose error against its own reference is below the bound; another load is refused.
 #[test]
@@ -114,24 +125,15 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     );
 
     // Nothing is done twice: all runs are there, and one that is lost is done again.
-    let attempts = || {
-        let tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
-        let attempts = tasks
-            .flatten()
-            .map(|task| fs::read_to_string(task.path().join("attempts")));
-        attempts
-            .map(|text| text.expect("lines").lines().count())
-            .sum::<usize>()
-    };
-    let before = attempts();
+    let before = attempts(&work);
     let second = printed(&mut tune(&work, "layer-alone", &arguments), 0);
-    assert_eq!((attempts(), second), (before, first));
+    assert_eq!((attempts(&work), second), (before, first));
     let mut tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
     let lost = tasks.next().expect("a task").expect("it is readable");
     fs::remove_file(lost.path().join("task.json")).expect("it is done");
     printed(&mut tune(&work, "layer-alone", &arguments), 0);
     // Another cost of the lost one may have another setting looked at.
-    assert!((before + 1..2 * before).contains(&attempts()));
+    assert!((before + 1..2 * before).contains(&attempts(&work)));
 }
 
 /// Without grains no seed changes anything: one scene tells the error of all.
