@@ -47,7 +47,7 @@
 //!
 //! # Limits
 //!
-//! One machine: shared memory, not the network. Points of a line in the plane. A node answers one request at a time. Bytes on the wire are
+//! Links of this crate join processes of one host; those between hosts are in the crate `network` beside it. Points of a line in the plane. A node answers one request at a time. Bytes on the wire are
 //! described in `protocol/WIRE.md`, the log in `protocol/README.md`.
 //!
 //! # Modules
@@ -94,6 +94,6 @@ pub use node::{
     AccuracyLimit, BoundaryAnswer, BoundaryInertia, Capabilities, Description, HeldLoad, Node,
     NodeError, Outcome, Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
 };
-pub use participate::{ParticipateError, participate};
+pub use participate::{ParticipateError, participate, participate_over};
 pub use serve::{ServeError, serve};
 pub use session::{Session, Setting, Transport};

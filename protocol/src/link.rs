@@ -24,6 +24,21 @@ pub trait Link: Send {
 
     /// The next frame, or `None` if none came within `patience`.
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError>;
+
+    /// Measures the way to the other end and back, which answers whatever its solver does. `None` on one host, where both ends read the
+    /// same clock.
+    fn round_trip(&mut self) -> Option<RoundTrip> {
+        None
+    }
+}
+
+/// The way to the other end of a link and back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RoundTrip {
+    /// Its time.
+    pub time: Duration,
+    /// How far our monotonic clock is ahead of the other end's (ns), known to half of that time.
+    pub offset_ns: i64,
 }
 
 /// The reason why a link cannot carry frames.
@@ -38,6 +53,8 @@ pub enum LinkError {
         "a frame of {doubles} doubles does not fit the {capacity} that this link was sized for"
     )]
     TooLong { doubles: usize, capacity: usize },
-    #[error("shared memory: {0}")]
+    #[error("no sign of life from the other end for {seconds:.1} s")]
+    Lost { seconds: f64 },
+    #[error("{0}")]
     Transport(String),
 }

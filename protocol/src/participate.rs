@@ -1,6 +1,6 @@
 //! The whole life of a participant in a process of its own.
 
-use std::io::Write;
+use std::io::{BufRead, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,11 +11,11 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use thiserror::Error;
 
-use crate::link::LinkError;
 use crate::link::shm::{self, ShmLink};
+use crate::link::{Link, LinkError};
 use crate::node::{Node, NodeError};
 use crate::serve::{ServeError, serve};
-use crate::session::{SESSION_VARIABLE, Session, Transport};
+use crate::session::{SESSION_VARIABLE, STANDARD_INPUT, Session, Transport};
 
 /// The reason why a participant could not take part, or stopped.
 #[derive(Debug, Error)]
@@ -31,6 +31,10 @@ pub enum ParticipateError {
     Orphan(u32),
     #[error("the session asks for an in-process channel, which a process of its own cannot have")]
     NoChannel,
+    #[error(
+        "the session is for another host, and this program was built without links between hosts: build it with the feature `zenoh`"
+    )]
+    NoNetwork,
     #[error("listening for signals: {0}")]
     Signals(std::io::Error),
     #[error("link to the coordinator: {0}")]
@@ -39,8 +43,8 @@ pub enum ParticipateError {
     Serve(#[from] ServeError),
 }
 
-/// Takes part in the run that the environment names: reads the session file, ties this process's life to the
-/// coordinator's, connects through shared memory and serves the node that `build` makes.
+/// Takes part in the run that the environment names: reads the session, ties this process's life to the coordinator's, connects through
+/// shared memory and serves the node that `build` makes.
 ///
 /// The process ends on SIGTERM, SIGINT and SIGHUP, whatever it is computing, and is sent SIGTERM when the coordinator ends,
 /// however that happens.
@@ -48,36 +52,56 @@ pub fn participate<F>(build: F) -> Result<(), ParticipateError>
 where
     F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
 {
-    let session = read_session()?;
-    let Transport::Shm { root, prefix } = &session.transport else {
-        return Err(ParticipateError::NoChannel);
+    participate_over(None, build)
+}
+
+/// A way to connect to a coordinator on another host.
+pub type Connect = fn(&Session) -> Result<Box<dyn Link>, LinkError>;
+
+/// The same for a program that has a way to other hosts, which a session may ask for.
+pub fn participate_over<F>(connect: Option<Connect>, build: F) -> Result<(), ParticipateError>
+where
+    F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
+{
+    let mut session = read_session()?;
+    end_on_signals(&session)?;
+    if !session_is_input() {
+        end_with_coordinator(&session, Signal::SIGTERM)?;
+    }
+    let mut link: Box<dyn Link> = match &session.transport {
+        Transport::Shm { root, prefix } => {
+            let patience = Duration::from_secs_f64(session.idle_deadline_s);
+            let name = &session.setting.participant;
+            Box::new(ShmLink::participant(root, prefix, name, patience)?)
+        }
+        Transport::Zenoh { .. } => connect.ok_or(ParticipateError::NoNetwork)?(&session)?,
+        Transport::Channel => return Err(ParticipateError::NoChannel),
     };
-    end_on_signals(session.coordinator_pid, root.clone(), prefix.clone())?;
-    end_with_coordinator(&session, Signal::SIGTERM)?;
-    let patience = Duration::from_secs_f64(session.idle_deadline_s);
-    let mut link = ShmLink::participant(root, prefix, &session.setting.participant, patience)?;
-    Ok(serve(&session, &mut link, build)?)
+    if !session.sees_run() {
+        // Folders of another host.
+        (session.setting.fields, session.setting.cache) = (None, None);
+    }
+    Ok(serve(&session, &mut *link, build)?)
 }
 
 /// A participant that is asked to end must not finish a long computation first. If the coordinator is gone
 /// no other process may be left to remove the run's shared memory, so this one does it at its end.
-fn end_on_signals(
-    coordinator_pid: u32,
-    root: PathBuf,
-    prefix: String,
-) -> Result<(), ParticipateError> {
+fn end_on_signals(session: &Session) -> Result<(), ParticipateError> {
     let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(ParticipateError::Signals)?;
+    let (pid, transport) = (session.coordinator_pid, session.transport.clone());
     // Behind a shell, this process has another parent.
-    let its_child = is_child_of(coordinator_pid);
+    let its_child = is_child_of(pid);
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            let is_there = if its_child {
-                is_child_of(coordinator_pid)
-            } else {
-                shm::is_alive(&prefix)
-            };
-            if !is_there {
-                let _ = shm::remove_run(&root, &prefix);
+            if let Transport::Shm { root, prefix } = &transport {
+                let is_there = if its_child {
+                    is_child_of(pid)
+                } else {
+                    shm::is_alive(prefix)
+                };
+                if !is_there {
+                    let _ = shm::remove_run(root, prefix);
+                }
             }
             let _ = writeln!(std::io::stderr(), "ended by signal {signal}");
             std::process::exit(128 + signal);
@@ -86,7 +110,8 @@ fn end_on_signals(
     Ok(())
 }
 
-/// The session that the environment names.
+/// The session that the environment names. One that is the first line of the standard input ends this process when the input does: it has no
+/// other parent to look at behind a launcher such as ssh.
 pub fn read_session() -> Result<Session, ParticipateError> {
     let path: PathBuf = std::env::var_os(SESSION_VARIABLE)
         .ok_or(ParticipateError::NoSession)?
@@ -95,8 +120,29 @@ pub fn read_session() -> Result<Session, ParticipateError> {
         path: path.clone(),
         why,
     };
-    let text = std::fs::read_to_string(&path).map_err(|error| fault(error.to_string()))?;
-    serde_json::from_str(&text).map_err(|error| fault(error.to_string()))
+    let mut text = String::new();
+    let read = if session_is_input() {
+        std::io::stdin().lock().read_line(&mut text).map(drop)
+    } else {
+        std::fs::read_to_string(&path).map(|content| text = content)
+    };
+    read.map_err(|error| fault(error.to_string()))?;
+    let session = serde_json::from_str(&text).map_err(|error| fault(error.to_string()))?;
+    if session_is_input() {
+        std::thread::spawn(|| {
+            let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+            let _ = writeln!(
+                std::io::stderr(),
+                "the coordinator's end of the input is closed"
+            );
+            std::process::exit(1);
+        });
+    }
+    Ok(session)
+}
+
+fn session_is_input() -> bool {
+    std::env::var_os(SESSION_VARIABLE).is_some_and(|path| path == STANDARD_INPUT)
 }
 
 /// Ties the life of this process to the coordinator's: the system sends it `signal` when that ends. If it ended before

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use nix::sys::resource::{UsageWho, getrusage};
+use nix::unistd::gethostname;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -11,7 +12,7 @@ use crate::cause::Cause;
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION, packed};
 use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
-use crate::session::Session;
+use crate::session::{Session, Transport};
 
 /// Longest call of a link while nothing is heard.
 const SLICE: Duration = Duration::from_secs(1);
@@ -44,6 +45,12 @@ pub struct Welcome {
     pub units: String,
     /// Its process.
     pub pid: u32,
+    /// Its host, of one that may run on another one than the coordinator.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub host: String,
+    /// It does not see the files of the coordinator's host.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub apart: bool,
     /// The node's description of itself.
     pub description: Description,
 }
@@ -131,6 +138,8 @@ struct Server<'a> {
     requests: u64,
     /// Exchanged components, once points are selected.
     components: Option<usize>,
+    /// How far our clock is ahead of the coordinator's (ns), on which spans are told.
+    ahead_ns: i64,
     /// Until when the time is accounted for. Laps meet, so that no moment is lost between them, however long a busy machine keeps it.
     lapped_ns: u64,
     setup_ns: u64,
@@ -141,13 +150,15 @@ struct Server<'a> {
 
 impl<'a> Server<'a> {
     fn new(session: &'a Session, link: &'a mut dyn Link) -> Server<'a> {
+        let ahead_ns = link.round_trip().map_or(0, |trip| trip.offset_ns);
         Server {
+            ahead_ns,
             session,
             link,
             current: Header::default(),
             requests: 0,
             components: None,
-            lapped_ns: monotonic_ns(),
+            lapped_ns: monotonic_ns().wrapping_add_signed(-ahead_ns),
             setup_ns: 0,
             solve_ns: 0,
             wait_ns: 0,
@@ -157,7 +168,8 @@ impl<'a> Server<'a> {
 
     /// The time (ns) from the end of the lap before until now.
     fn lap(&mut self) -> [u64; 2] {
-        let start_ns = std::mem::replace(&mut self.lapped_ns, monotonic_ns());
+        let now_ns = monotonic_ns().wrapping_add_signed(-self.ahead_ns);
+        let start_ns = std::mem::replace(&mut self.lapped_ns, now_ns);
         [start_ns, self.lapped_ns]
     }
 
@@ -265,12 +277,16 @@ impl<'a> Server<'a> {
 }
 
 fn welcome(session: &Session, description: Description) -> Welcome {
+    let remote = matches!(session.transport, Transport::Zenoh { .. });
+    let name = gethostname().ok().filter(|_| remote);
     Welcome {
         protocol: PROTOCOL_VERSION,
         run_id: session.run_id,
         scenario_hash: session.scenario_hash.clone(),
         units: "SI".into(),
         pid: std::process::id(),
+        host: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        apart: !session.sees_run(),
         description,
     }
 }

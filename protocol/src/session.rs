@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// The name of the environment variable that holds the path of the session file of a launched participant.
+/// The name of the environment variable that holds the path of the session file of a launched participant, or [`STANDARD_INPUT`].
 pub const SESSION_VARIABLE: &str = "THIRDBODY_SESSION";
+
+/// In place of a path: the session is the first line of the standard input, which ends with the coordinator.
+pub const STANDARD_INPUT: &str = "-";
 
 /// Values that are common to all participants of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +41,17 @@ pub enum Transport {
     },
     /// A channel inside the coordinator's process.
     Channel,
+    /// Between hosts: zenoh.
+    Zenoh {
+        /// Settings of zenoh, as its configuration files have them; they hold secrets.
+        config: serde_json::Value,
+        /// Key of the signatures, 64 hexadecimal digits.
+        key: String,
+        /// Time without a sign of life after which the other end is gone (s).
+        lost_after_s: f64,
+        /// A file in the folder of the run with the number of the run in it: who sees it sees the files of the coordinator's host.
+        mark: PathBuf,
+    },
 }
 
 /// Everything that a participant needs before the first frame; written by the coordinator as JSON,
@@ -60,4 +74,15 @@ pub struct Session {
     pub idle_deadline_s: f64,
     /// The participant's own keys, opaque to everybody else.
     pub config: serde_json::Value,
+}
+
+impl Session {
+    /// True for a process that sees the folder of its run, and so the files that the coordinator names.
+    pub fn sees_run(&self) -> bool {
+        let Transport::Zenoh { mark, .. } = &self.transport else {
+            return true;
+        };
+        let text = std::fs::read_to_string(mark);
+        text.is_ok_and(|text| text.contains(&format!("{:016x}", self.run_id)))
+    }
 }

@@ -88,7 +88,8 @@ fn code_of_participation(error: &ParticipateError) -> Code {
     match error {
         ParticipateError::NoSession
         | ParticipateError::Session { .. }
-        | ParticipateError::NoChannel => Code::NotLaunched,
+        | ParticipateError::NoChannel
+        | ParticipateError::NoNetwork => Code::NotLaunched,
         ParticipateError::Signals(_) => Code::InputFailed,
         ParticipateError::Orphan(_) | ParticipateError::Link(_) => Code::CoordinatorGone,
         ParticipateError::Serve(error) => match error {

@@ -280,9 +280,9 @@ fn config(root: &Path, prefix: &str) -> Result<Config, LinkError> {
 
 /// An error of the transport, in its own words.
 pub(super) fn failed(error: impl Display) -> LinkError {
-    LinkError::Transport(error.to_string())
+    LinkError::Transport(format!("shared memory: {error}"))
 }
 
 fn transport<E: Display>(what: impl Display) -> impl FnOnce(E) -> LinkError {
-    move |error| LinkError::Transport(format!("{what}: {error}"))
+    move |error| LinkError::Transport(format!("shared memory: {what}: {error}"))
 }
