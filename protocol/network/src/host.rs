@@ -1,0 +1,189 @@
+//! The side of the coordinator, and how a participant connects.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use protocol::{LinkError, Session, Transport};
+use serde_json::{Value, json};
+use zenoh::Wait;
+
+use crate::credentials::{CertificateFiles, Certificates, password};
+use crate::endpoint::Endpoint;
+use crate::link::{NetworkLink, failed};
+use crate::message::{Key, Sender, derived_key};
+
+/// Connections that strangers may have at a time besides the participants.
+const STRANGERS: usize = 4;
+
+/// How participants on other hosts reach a coordinator.
+#[derive(Clone, Debug)]
+pub struct Access {
+    /// The endpoint to listen at.
+    pub listen: Endpoint,
+    /// The endpoint by which participants reach it, where it has another address for them.
+    pub connect: Option<Endpoint>,
+    /// Certificates; those of an encrypted endpoint are made for the run when absent.
+    pub certificates: Option<CertificateFiles>,
+    /// File with `user:password`.
+    pub password: Option<PathBuf>,
+    /// Time without any sign of life after which the other end is gone.
+    pub lost_after: Duration,
+}
+
+impl Access {
+    /// Says what is wrong with it.
+    pub fn fault(&self) -> Option<String> {
+        let listen = self.listen.text();
+        if !self.listen.is_encrypted() && !self.listen.is_loopback() {
+            return Some(format!(
+                "{listen} would carry data in clear beyond this host: take quic/"
+            ));
+        }
+        let unreachable = self.listen.is_unspecified() && self.connect.is_none();
+        unreachable.then(|| {
+            format!(
+                "{listen} is no address to connect to: give `connect`, or listen at one address"
+            )
+        })
+    }
+}
+
+/// The endpoint of a run, and what its participants need to connect to it.
+pub struct Host {
+    session: zenoh::Session,
+    run_id: u64,
+    lost_after: Duration,
+    key: Key,
+    participant: Value,
+    /// Text of the endpoint.
+    pub endpoint: String,
+}
+
+impl Host {
+    /// Listens for so many participants of a run.
+    pub fn listen(access: &Access, run_id: u64, participants: usize) -> Result<Host, String> {
+        let listen = access.listen.clone().with_port()?;
+        let mut connect = access.connect.clone().unwrap_or_else(|| listen.clone());
+        if connect.port == 0 {
+            connect.port = listen.port;
+        }
+        let mut ours = settings(access.lost_after);
+        let mut theirs = ours.clone();
+        ours["listen"]["endpoints"] = json!([listen.text()]);
+        ours["transport"]["unicast"]["max_sessions"] = json!(participants + STRANGERS);
+        theirs["connect"]["endpoints"] = json!([connect.text()]);
+        if listen.is_encrypted() {
+            let certificates = match &access.certificates {
+                Some(files) => Certificates::read(files)?,
+                None => Certificates::made_for(&connect.host).map_err(|error| error.to_string())?,
+            };
+            ours["transport"]["link"]["tls"] = certificates.settings(true);
+            theirs["transport"]["link"]["tls"] = certificates.settings(false);
+        }
+        if let Some(file) = &access.password {
+            let [asked, shown] = password(file)?;
+            ours["transport"]["auth"]["usrpwd"] = asked;
+            theirs["transport"]["auth"]["usrpwd"] = shown;
+        }
+        let endpoint = listen.text();
+        let refused = |error: LinkError| format!("listening at {endpoint}: {error}");
+        Ok(Host {
+            session: open(&ours).map_err(refused)?,
+            run_id,
+            lost_after: access.lost_after,
+            key: random_key().map_err(|error| format!("/dev/urandom: {error}"))?,
+            participant: theirs,
+            endpoint,
+        })
+    }
+
+    /// The coordinator's end of the connection to a participant.
+    pub fn link(&self, participant: &str) -> Result<NetworkLink, LinkError> {
+        let place = place(self.run_id, participant);
+        let from = Sender::Coordinator;
+        let key = derived_key(&self.key, participant);
+        NetworkLink::new(&self.session, &place, from, key, self.lost_after)
+    }
+
+    /// The way to it, for the session of a participant; `mark` is a file in the folder of the run that holds its number.
+    pub fn transport(&self, participant: &str, mark: &Path) -> Transport {
+        let key = derived_key(&self.key, participant);
+        Transport::Zenoh {
+            config: self.participant.clone(),
+            key: key.iter().map(|byte| format!("{byte:02x}")).collect(),
+            lost_after_s: self.lost_after.as_secs_f64(),
+            mark: mark.into(),
+        }
+    }
+}
+
+/// Connects a participant to its coordinator, in the background: the first frame or ping finds it.
+pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
+    let Transport::Zenoh {
+        config,
+        key,
+        lost_after_s,
+        ..
+    } = &session.transport
+    else {
+        return Err(failed("the session names another transport"));
+    };
+    let place = place(session.run_id, &session.setting.participant);
+    let key =
+        read_key(key).ok_or_else(|| failed("the key of the session has 64 hexadecimal digits"))?;
+    let lost_after = Duration::from_secs_f64(*lost_after_s);
+    let from = Sender::Participant;
+    NetworkLink::new(&open(config)?, &place, from, key, lost_after)
+}
+
+/// Key expression of the connection to a participant.
+fn place(run_id: u64, participant: &str) -> String {
+    format!("thirdbody/{run_id:016x}/{participant}")
+}
+
+fn random_key() -> std::io::Result<Key> {
+    let mut key = [0; 32];
+    File::open("/dev/urandom")?.read_exact(&mut key)?;
+    Ok(key)
+}
+
+fn read_key(text: &str) -> Option<Key> {
+    let mut key = [0; 32];
+    let fits = text.len() == 64 && text.is_ascii();
+    for (at, byte) in key.iter_mut().enumerate().filter(|_| fits) {
+        *byte = u8::from_str_radix(&text[2 * at..2 * at + 2], 16).ok()?;
+    }
+    fits.then_some(key)
+}
+
+/// Settings of zenoh that both ends share: no discovery, no listening. A connection that is silent is given up early enough to be made again
+/// before the other end counts as gone.
+fn settings(lost_after: Duration) -> Value {
+    let third_ms = (lost_after.as_millis() as u64 / 3).clamp(100, 10_000);
+    json!({
+        "mode": "peer",
+        "open": { "return_conditions": { "connect_scouted": false } },
+        "listen": { "endpoints": [] },
+        "connect": {
+            "endpoints": [],
+            "timeout_ms": -1,
+            "exit_on_failure": false,
+            "retry": { "period_init_ms": 50, "period_max_ms": 1000, "period_increase_factor": 2 },
+        },
+        "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        "transport": {
+            "unicast": { "open_timeout": third_ms, "accept_timeout": third_ms },
+            "link": { "tx": {
+                "lease": third_ms,
+                "queue": { "congestion_control": { "block": { "wait_before_close": 1000 * third_ms.min(5000) } } },
+            } },
+        },
+    })
+}
+
+fn open(settings: &Value) -> Result<zenoh::Session, LinkError> {
+    let config = zenoh::Config::from_json5(&settings.to_string()).map_err(failed)?;
+    zenoh::open(config).wait().map_err(failed)
+}

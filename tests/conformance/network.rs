@@ -1,0 +1,381 @@
+//! Links between hosts: the duties of every `Link`, and those of a network besides: what is lost with a connection is sent again, strangers are
+//! not let in or not heard, and an end that is gone is noticed. Nothing is asserted about speed.
+
+mod suite;
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use network::endpoint::Endpoint;
+use network::message::{Key, Message, Purpose, Refused, Sender};
+use network::{Access, Host, NetworkLink, connect};
+use protocol::{Link, LinkError, PROTOCOL_VERSION, Session, Setting, Transport};
+use serde_json::{Value, json};
+use suite::{AMPLE, SHORT, numbered, receive};
+use zenoh::Wait;
+
+/// Number of the run.
+const RUN: u64 = 7;
+
+fn access(listen: &str) -> Access {
+    Access {
+        listen: Endpoint::read(listen).expect("it is one"),
+        connect: None,
+        certificates: None,
+        password: None,
+        lost_after: Duration::from_secs(10),
+    }
+}
+
+fn host(access: &Access) -> Host {
+    Host::listen(access, RUN, 1).expect("it listens")
+}
+
+fn session(transport: Transport) -> Session {
+    Session {
+        protocol: PROTOCOL_VERSION,
+        run_id: RUN,
+        scenario_hash: String::new(),
+        coordinator_pid: std::process::id(),
+        setting: Setting {
+            participant: "rail".into(),
+            seed: 0,
+            thickness_m: 1e-3,
+            threads: 1,
+            fields: None,
+            cache: None,
+        },
+        transport,
+        idle_deadline_s: 60.0,
+        config: json!({}),
+    }
+}
+
+fn transport(host: &Host) -> Transport {
+    host.transport("rail", Path::new(""))
+}
+
+fn pair(host: &Host) -> (NetworkLink, NetworkLink) {
+    let ours = host.link("rail").expect("it is made");
+    let theirs = connect(&session(transport(host))).expect("it connects");
+    (ours, theirs)
+}
+
+/// Requests and answers until all have passed.
+fn converse(ours: &mut dyn Link, theirs: &mut dyn Link, rounds: u64) {
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            for _ in 0..rounds {
+                let frame = receive(theirs);
+                theirs.send(&frame, AMPLE).expect("it is taken");
+            }
+        });
+        for number in 0..rounds {
+            let request = numbered(number, vec![number as f64; 5000]);
+            ours.send(&request, AMPLE).expect("it is taken");
+            assert_eq!(receive(ours), request);
+        }
+    });
+}
+
+#[test]
+fn a_network_is_a_link() {
+    for listen in ["tcp/127.0.0.1:0", "quic/127.0.0.1:0"] {
+        let access = access(listen);
+        suite::check(|| {
+            let (ours, theirs) = pair(&host(&access));
+            (Box::new(ours), Box::new(theirs))
+        });
+    }
+}
+
+/// A relay between both ends whose connections can be cut: what is under way is lost.
+struct Relay {
+    port: u16,
+    open: Arc<Mutex<Vec<TcpStream>>>,
+    ended: Arc<AtomicBool>,
+}
+
+impl Relay {
+    fn to(port: u16) -> Relay {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+        let relay = Relay {
+            port: listener.local_addr().expect("it has one").port(),
+            open: Arc::default(),
+            ended: Arc::default(),
+        };
+        let (open, ended) = (Arc::clone(&relay.open), Arc::clone(&relay.ended));
+        thread::spawn(move || {
+            for stream in listener.incoming().map_while(Result::ok) {
+                if ended.load(Ordering::Relaxed) {
+                    return;
+                }
+                let Ok(beyond) = TcpStream::connect(("127.0.0.1", port)) else {
+                    continue;
+                };
+                for (from, to) in [(&stream, &beyond), (&beyond, &stream)] {
+                    let [from, to] = [from, to].map(|end| end.try_clone().expect("it is open"));
+                    thread::spawn(move || pass_on(from, to));
+                }
+                let mut open = open.lock().expect("nobody panics");
+                open.extend([stream, beyond]);
+            }
+        });
+        relay
+    }
+
+    fn cut(&self) {
+        for stream in self.open.lock().expect("nobody panics").drain(..) {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+impl Drop for Relay {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        self.cut();
+        let _ = TcpStream::connect(("127.0.0.1", self.port));
+    }
+}
+
+fn pass_on(mut from: TcpStream, mut to: TcpStream) {
+    let mut bytes = [0; 4096];
+    while let Ok(length @ 1..) = from.read(&mut bytes) {
+        if to.write_all(&bytes[..length]).is_err() {
+            return;
+        }
+    }
+}
+
+fn through_a_relay(lost_after: Duration) -> (Host, Relay) {
+    let listen = Endpoint::read("tcp/127.0.0.1:0").and_then(Endpoint::with_port);
+    let listen = listen.expect("a port is free");
+    let relay = Relay::to(listen.port);
+    let connect = Endpoint::read(&format!("tcp/127.0.0.1:{}", relay.port));
+    let host = host(&Access {
+        connect: Some(connect.expect("it is one")),
+        lost_after,
+        ..access(&listen.text())
+    });
+    (host, relay)
+}
+
+#[test]
+fn what_was_lost_with_a_connection_is_sent_again() {
+    let (host, relay) = through_a_relay(Duration::from_secs(60));
+    let (mut ours, mut theirs) = pair(&host);
+    let ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            for _ in 0..10 {
+                thread::sleep(Duration::from_millis(150));
+                relay.cut();
+            }
+            ended.store(true, Ordering::Relaxed);
+        });
+        while !ended.load(Ordering::Relaxed) {
+            converse(&mut ours, &mut theirs, 100);
+        }
+    });
+}
+
+#[test]
+fn the_last_answer_of_a_participant_is_waited_for_across_a_cut() {
+    let (host, relay) = through_a_relay(Duration::from_secs(60));
+    let (mut ours, mut theirs) = pair(&host);
+    converse(&mut ours, &mut theirs, 3);
+    relay.cut();
+    let last = numbered(9, vec![1.0; 10_000]);
+    theirs.send(&last, AMPLE).expect("it is taken");
+    let leaver = thread::spawn(move || drop(theirs));
+    assert_eq!(receive(&mut ours), last);
+    leaver.join().expect("it leaves");
+    assert_eq!(ours.receive(AMPLE), Err(LinkError::Closed));
+}
+
+#[test]
+fn an_end_that_is_gone_is_noticed_in_time_by_the_other() {
+    let seconds = 1.0;
+    let (host, relay) = through_a_relay(Duration::from_secs_f64(seconds));
+    let (mut ours, mut theirs) = pair(&host);
+    converse(&mut ours, &mut theirs, 3);
+    drop(relay);
+    for end in [&mut ours, &mut theirs] {
+        let start = Instant::now();
+        let mut heard = Ok(None);
+        // Waits in slices count as one.
+        while heard == Ok(None) {
+            heard = end.receive(SHORT);
+        }
+        assert_eq!(heard, Err(LinkError::Lost { seconds }));
+        assert!(start.elapsed() >= Duration::from_secs_f64(seconds));
+    }
+}
+
+#[test]
+fn a_round_trip_tells_how_far_the_clocks_are_apart() {
+    let host = host(&access("quic/127.0.0.1:0"));
+    let (mut ours, mut theirs) = pair(&host);
+    for end in [&mut ours, &mut theirs] {
+        let trip = end.round_trip().expect("the other end answers");
+        // Both read the same clock.
+        assert!(
+            trip.offset_ns.unsigned_abs() <= trip.time.as_nanos() as u64,
+            "{trip:?}"
+        );
+    }
+}
+
+/// The settings of a participant, which a stranger has got hold of.
+fn settings(host: &Host) -> (Value, Key) {
+    let Transport::Zenoh { config, key, .. } = transport(host) else {
+        unreachable!("it is no other");
+    };
+    let byte = |at: usize| u8::from_str_radix(&key[2 * at..2 * at + 2], 16).expect("two digits");
+    (config, std::array::from_fn(byte))
+}
+
+fn open(config: &Value) -> zenoh::Session {
+    let config = zenoh::Config::from_json5(&config.to_string()).expect("zenoh knows them");
+    zenoh::open(config).wait().expect("it opens")
+}
+
+/// True once the coordinator has let the session in.
+fn gets_in(stranger: &zenoh::Session) -> bool {
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(3) {
+        if stranger.info().peers_zid().wait().next().is_some() {
+            return true;
+        }
+        thread::sleep(SHORT);
+    }
+    false
+}
+
+#[test]
+fn strangers_without_the_certificate_of_the_run_are_not_let_in() {
+    let host = host(&access("quic/127.0.0.1:0"));
+    let (mut ours, mut theirs) = pair(&host);
+    let (config, _) = settings(&host);
+    assert!(gets_in(&open(&config)), "this tries nothing");
+    let mut without = config.clone();
+    let tls = without["transport"]["link"]["tls"]
+        .as_object_mut()
+        .expect("it has one");
+    tls.retain(|key, _| key.starts_with("root"));
+    assert!(!gets_in(&open(&without)));
+    // The certificate of another run.
+    let other = Host::listen(&access("quic/127.0.0.1:0"), 8, 1).expect("it listens");
+    let (mut foreign, _) = settings(&other);
+    foreign["connect"] = config["connect"].clone();
+    foreign["transport"]["link"]["tls"]["root_ca_certificate_base64"] =
+        config["transport"]["link"]["tls"]["root_ca_certificate_base64"].clone();
+    assert!(!gets_in(&open(&foreign)));
+    converse(&mut ours, &mut theirs, 3);
+}
+
+#[test]
+fn strangers_without_the_password_are_not_let_in() {
+    let file = std::env::temp_dir().join(format!("thirdbody-network-{}", std::process::id()));
+    std::fs::write(&file, "anna:secret\n").expect("it is written");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o600);
+    std::fs::set_permissions(&file, mode).expect("it is ours");
+    let host = host(&Access {
+        password: Some(file.clone()),
+        ..access("tcp/127.0.0.1:0")
+    });
+    let (mut ours, mut theirs) = pair(&host);
+    let (mut config, _) = settings(&host);
+    assert!(gets_in(&open(&config)), "this tries nothing");
+    config["transport"]["auth"]["usrpwd"]["password"] = json!("guessed");
+    assert!(!gets_in(&open(&config)));
+    config["transport"]["auth"] = json!({});
+    assert!(!gets_in(&open(&config)));
+    converse(&mut ours, &mut theirs, 3);
+    std::fs::remove_file(&file).expect("it is there");
+}
+
+/// Who is let in and may publish, as anybody on this host without certificates: what it says is not heard, and told of by its reason.
+#[test]
+fn messages_of_strangers_are_refused_and_harm_nothing() {
+    let host = host(&access("tcp/127.0.0.1:0"));
+    let (mut ours, mut theirs) = pair(&host);
+    let (config, key) = settings(&host);
+    let stranger = open(&config);
+    assert!(gets_in(&stranger));
+    let place = format!("thirdbody/{RUN:016x}/rail/answer");
+    let captured = Arc::new(Mutex::new(Vec::new()));
+    let heap = Arc::clone(&captured);
+    let _spy = stranger
+        .declare_subscriber("thirdbody/**")
+        .callback(move |sample| {
+            let message = (
+                sample.key_expr().to_string(),
+                sample.payload().to_bytes().to_vec(),
+            );
+            heap.lock().expect("nobody panics").push(message);
+        })
+        .wait()
+        .expect("it listens");
+    converse(&mut ours, &mut theirs, 3);
+    let again = captured.lock().expect("nobody panics").clone();
+    let say = |place: &str, bytes: Vec<u8>| stranger.put(place, bytes).wait().expect("it is sent");
+    let message = |purpose| Message {
+        purpose,
+        number: 4,
+        received: 99,
+        taken: 99,
+        clock_ns: u64::MAX,
+        echo_ns: u64::MAX,
+    };
+    let forged = numbered(3, vec![6.66]);
+    let piece = || message(Purpose::Piece(forged.header, forged.payload.clone()));
+    say(&place, Vec::new());
+    say(&place, vec![0; 100_000]);
+    say(&place, piece().signed(&[0; 32], Sender::Participant));
+    say(
+        &place,
+        message(Purpose::Left).signed(&[0; 32], Sender::Participant),
+    );
+    // What the coordinator has said, as the answer of its participant.
+    say(&place, piece().signed(&key, Sender::Coordinator));
+    // What the participant has said, once more.
+    let said = Message {
+        number: 1,
+        clock_ns: 1,
+        echo_ns: 0,
+        received: 0,
+        taken: 0,
+        ..piece()
+    };
+    say(&place, said.signed(&key, Sender::Participant));
+    for (place, bytes) in again {
+        say(&place, bytes);
+    }
+    // A flood.
+    for _ in 0..2_000 {
+        say(&place, vec![0; 1_000]);
+    }
+    converse(&mut ours, &mut theirs, 50);
+    assert_eq!(
+        ours.receive(SHORT),
+        Ok(None),
+        "nothing is heard that was not said"
+    );
+    let refused = ours.refused();
+    let count = |reason| {
+        refused
+            .iter()
+            .find(|(found, _)| *found == reason)
+            .map_or(0, |found| found.1)
+    };
+    assert!(count(Refused::Signature) == 2_004, "{refused:?}");
+    assert!(count(Refused::Form) == 1, "{refused:?}");
+    assert!(count(Refused::Repeated) == 1, "{refused:?}");
+}
