@@ -105,7 +105,7 @@ enum Verb {
     ExecChild(node::ExecArguments),
     /// End this process group when the standard input ends.
     #[command(hide = true)]
-    EndGroup,
+    EndGroup(node::EndGroupArguments),
 }
 
 /// Runs the command line with the solvers that this binary ships.
@@ -153,7 +153,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),
-        Verb::EndGroup => node::end_group(),
+        Verb::EndGroup(arguments) => node::end_group(&arguments),
     };
     let code = result.unwrap_or_else(|error| {
         let code = error.exit_code();

@@ -4,6 +4,7 @@
 //! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
 //! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down, or compared with
 //!   a log;
+//! - [`network`]: the endpoint that participants on other hosts connect to, in a program that is built with the feature `zenoh`;
 //! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
 //!   words, read leniently;
 //! - [`remote`]: participants behind frames, as schemes see them; in memory they are
@@ -15,6 +16,7 @@ pub mod farewell;
 pub mod handshake;
 pub mod journal;
 pub mod launch;
+pub mod network;
 pub mod peer;
 pub mod printed;
 pub mod process;

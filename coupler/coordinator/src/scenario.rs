@@ -1,6 +1,7 @@
 //! The scenario: who takes part, who talks to whom, and how.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -34,6 +35,19 @@ pub struct Scenario {
 }
 
 impl Scenario {
+    /// The way in which the frames of a participant travel.
+    pub fn transport(&self, participant: &Participant) -> TransportKind {
+        participant.transport.unwrap_or(self.run.transport)
+    }
+
+    /// Lets all participants run on this host: what a run comes to does not depend on it.
+    pub fn bring_here(&mut self) {
+        self.run.transport = TransportKind::default();
+        for participant in &mut self.participant {
+            (participant.transport, participant.launch) = (None, None);
+        }
+    }
+
     /// Label that the exchange with one participant is recorded under.
     pub fn label(&self, participant: &str) -> Label {
         let joins = |interface: &Interface| interface.participants().contains(&participant);
@@ -89,6 +103,9 @@ pub struct RunKeys {
     /// Longest waits.
     #[serde(default)]
     pub deadlines: Deadlines,
+    /// How participants on other hosts reach the coordinator.
+    #[serde(default)]
+    pub remote: RemoteKeys,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: Plausible,
@@ -108,6 +125,35 @@ pub enum TransportKind {
     Shm,
     /// One thread a participant, inside the coordinator's process.
     Channel,
+    /// One process a participant, here or on another host, over zenoh: for a program that is built with the feature `zenoh`.
+    Zenoh,
+}
+
+/// How participants on other hosts reach the coordinator.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RemoteKeys {
+    /// Endpoint that the coordinator listens at, protocol/host:port with the protocol quic or, on loopback, tcp, and port 0 for any. By
+    /// default quic at the name of this host inside a job of Slurm, and on loopback elsewhere.
+    pub listen: Option<String>,
+    /// The endpoint by which participants reach it, where that is another one.
+    pub connect: Option<String>,
+    /// Certificates that both ends show; by default made for each run.
+    pub certificates: Option<CertificateKeys>,
+    /// File with `user:password`, asked for besides; nobody else may read it.
+    pub password_file: Option<PathBuf>,
+}
+
+/// Files (PEM) with certificates.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CertificateKeys {
+    /// Certificate of the authority that has signed the other one.
+    pub authority: PathBuf,
+    /// Certificate of both ends, for the name or address that participants connect to.
+    pub certificate: PathBuf,
+    /// Its private key; nobody else may read it.
+    pub private_key: PathBuf,
 }
 
 /// Files that are written, and their cadence.
@@ -175,6 +221,9 @@ pub struct Deadlines {
     /// Wait of a participant for its next request, before it ends itself.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub idle_s: f64,
+    /// Wait without any sign of life from a participant on another host, or from the coordinator.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
+    pub link_s: f64,
 }
 
 impl Default for Deadlines {
@@ -183,6 +232,7 @@ impl Default for Deadlines {
             setup_s: 300.0,
             answer_s: 60.0,
             idle_s: 600.0,
+            link_s: 30.0,
         }
     }
 }
@@ -198,6 +248,12 @@ pub struct Participant {
     /// Program and arguments of a foreign participant; by default `thirdbody node <kind>`.
     #[schemars(length(min = 1))]
     pub command: Option<Vec<String>>,
+    /// Way in which its frames travel; by default that of the run.
+    pub transport: Option<TransportKind>,
+    /// Program and arguments that start its command on another host, for instance `ssh host`; `{host}` stands for a host of the job inside
+    /// one of Slurm, the next for each participant. For the transport `zenoh`.
+    #[schemars(length(min = 1))]
+    pub launch: Option<Vec<String>>,
     /// The solver's own keys.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]

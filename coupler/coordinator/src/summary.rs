@@ -18,6 +18,7 @@ use crate::output::sample::load_history;
 use crate::output::table::Written;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
+use crate::participants::peer::Far;
 use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Plausible, Scenario};
 use scheme::coupling::Coupling;
@@ -121,6 +122,9 @@ struct Hashes {
 struct ParticipantSummary {
     kind: String,
     pid: u32,
+    /// Its host, the way there and back, and how many of these the coordinator has waited for in windows; of one that may be elsewhere.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    far: Option<Far>,
     /// Hash of the recipe of its prepared sample, and whether that was read from the cache.
     #[serde(skip_serializing_if = "Option::is_none")]
     prepared_sample_hash: Option<String>,
@@ -216,6 +220,13 @@ impl Summary {
                 && matches!(interface.scheme(), CouplingScheme::Staggered { .. })
         });
         self.shown_to_fail = naive.map(|interface| interface.name.clone()).collect();
+    }
+
+    /// Enters the participants on other hosts.
+    pub fn far<'a>(&mut self, all: impl Iterator<Item = &'a Option<Far>>) {
+        for ((_, participant), far) in self.participants.iter_mut().zip(all) {
+            participant.far.clone_from(far);
+        }
     }
 
     /// Enters what the interfaces of all groups have seen.

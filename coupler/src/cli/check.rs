@@ -114,6 +114,7 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
     )];
     for (name, participant) in value["participants"].as_object().into_iter().flatten() {
         lines.extend(work_line(name, participant));
+        lines.extend(way_line(name, participant, cost));
     }
     let coupling = &value["coupling"];
     if coupling.is_object() {
@@ -146,6 +147,19 @@ fn work_line(name: &str, participant: &Value) -> Option<String> {
     let [wall_s, each_ns] = ["solve_wall_s", "ns_per_work"].map(|key| number(&participant[key]));
     Some(format!(
         "cost: {name}: {done} until then in {wall_s:.2} s, {each_ns:.1} ns each"
+    ))
+}
+
+/// The share of the network in the cost, of a participant that may be on another host.
+fn way_line(name: &str, participant: &Value, cost: &CostPrediction) -> Option<String> {
+    let host = participant["host"].as_str()?;
+    let way_s = number(&participant["round_trip_s"]);
+    let each = number(&participant["round_trips"]) / cost.windows as f64;
+    let all_s = each * way_s * cost.windows_of_run;
+    Some(format!(
+        "cost: {name} on host `{host}`: {each:.2} round trips a window of {:.3} ms each, in {:.0} windows {all_s:.2} s; longer windows, scheme = \"velocity\" or a place on this host make it less",
+        1e3 * way_s,
+        cost.windows_of_run
     ))
 }
 

@@ -118,7 +118,12 @@ pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
 /// The first participant that is a program of its own, and how it is started.
 pub(super) fn foreign(scenario: &Scenario) -> Option<(&str, &[String])> {
     let mut participants = scenario.participant.iter();
-    participants.find_map(|p| Some((p.name.as_str(), p.command.as_deref()?)))
+    participants.find_map(|p| {
+        Some((
+            p.name.as_str(),
+            p.launch.as_deref().or(p.command.as_deref())?,
+        ))
+    })
 }
 
 /// The checkpoint from which a run goes on; tells of those that are passed over.

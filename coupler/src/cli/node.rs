@@ -1,5 +1,6 @@
 //! `thirdbody node` and `exec-child`: this program as a participant.
 
+use std::io::{ErrorKind, Write};
 use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -8,8 +9,8 @@ use std::time::Duration;
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::getpgrp;
 use protocol::link::shm;
-use protocol::participate::{end_with_coordinator, read_session};
-use protocol::{Transport, participate};
+use protocol::participate::{Connect, end_with_coordinator, participate_over, read_session};
+use protocol::{Session, Transport};
 use signal_hook::consts::SIGTERM;
 use signal_hook::flag;
 
@@ -27,10 +28,19 @@ pub struct NodeArguments {
 /// Arguments of `exec-child`.
 #[derive(Debug, clap::Args)]
 pub struct ExecArguments {
+    /// Give it the session as the first line of its input, which stays open.
+    #[arg(long)]
+    pass_session: bool,
     /// Program and arguments.
     #[arg(trailing_var_arg = true, required = true)]
     command: Vec<String>,
 }
+
+/// The way to a coordinator on another host.
+#[cfg(feature = "zenoh")]
+const CONNECT: Option<Connect> = Some(|session| Ok(Box::new(network::connect(session)?)));
+#[cfg(not(feature = "zenoh"))]
+const CONNECT: Option<Connect> = None;
 
 /// Serves a shipped solver until the run ends.
 pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
@@ -38,7 +48,7 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     let text = || format!("no solver of kind `{kind}` is built in");
     let missing = || Refusal::other(Code::UnknownKind, text());
     let solver = registry.get(kind).ok_or_else(missing)?;
-    participate(solver.build).map_err(Refusal::from)?;
+    participate_over(CONNECT, solver.build).map_err(Refusal::from)?;
     Ok(0)
 }
 
@@ -50,25 +60,45 @@ pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let failed = |what: &str| Error::input(format!("cannot start {what}"));
     let watcher = "the watcher of its process group";
     let own = std::env::current_exe().map_err(failed(watcher))?;
-    Command::new(own)
+    let mut watch = Command::new(own);
+    watch
         .arg("end-group")
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .map_err(failed(watcher))?;
+        .stderr(Stdio::null());
+    let input = if arguments.pass_session {
+        let (input, output) = std::io::pipe().map_err(failed(watcher))?;
+        watch.arg("--pass-session").stdout(output);
+        input.into()
+    } else {
+        Stdio::null()
+    };
+    watch.spawn().map_err(failed(watcher))?;
+    // With the pipe's other end, which would keep the input open.
+    drop(watch);
     let (program, rest) = (&arguments.command[0], &arguments.command[1..]);
-    let error = Command::new(program).args(rest).stdin(Stdio::null()).exec();
+    let error = Command::new(program).args(rest).stdin(input).exec();
     Err(failed(&format!("`{program}`"))(error))
 }
 
 /// Time that a process group may take to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(300);
 
+/// Arguments of `end-group`.
+#[derive(Debug, clap::Args)]
+pub struct EndGroupArguments {
+    /// Print the session in one line first, and keep the output open: it is the input of another program.
+    #[arg(long)]
+    pass_session: bool,
+}
+
 /// Ends its process group when its input does, which the coordinator holds open as long as it lives: of a program behind a shell
 /// the system ends only the shell. Then nobody else may be left to remove the run's shared memory.
-pub fn end_group() -> VerbResult {
+pub fn end_group(arguments: &EndGroupArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
     let failed = || Error::input("watching the coordinator");
+    if arguments.pass_session {
+        pass_on(&session).map_err(failed())?;
+    }
     // Asked to end with its group, it stays for what does not.
     flag::register(SIGTERM, Arc::default()).map_err(failed())?;
     std::io::copy(&mut std::io::stdin(), &mut std::io::sink()).map_err(failed())?;
@@ -81,4 +111,16 @@ pub fn end_group() -> VerbResult {
     }
     let _ = killpg(getpgrp(), Signal::SIGKILL);
     Ok(0)
+}
+
+/// A program that ended early reads nothing, which others find out.
+fn pass_on(session: &Session) -> std::io::Result<()> {
+    let mut text = serde_json::to_vec(session)?;
+    text.push(b'\n');
+    let mut output = std::io::stdout();
+    let written = output.write_all(&text).and_then(|()| output.flush());
+    written.or_else(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(error),
+    })
 }

@@ -199,6 +199,7 @@ fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> 
 /// Shipped solvers are replayed as threads; foreign ones need their processes, and the user's leave.
 fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error> {
     let scenario = &mut recording.loaded.scenario;
+    scenario.bring_here();
     if !allow_commands {
         refuse_commands(scenario)?;
     }

@@ -29,6 +29,9 @@ pub struct ResumeArguments {
     /// Threads of each participant (results never depend on it); by default the cores of the machine.
     #[arg(long, value_parser = thread_count())]
     threads: Option<u16>,
+    /// Run all participants on this host, over shared memory, wherever they ran before.
+    #[arg(long)]
+    here: bool,
     /// Start programs that the scenario of the run names.
     #[arg(long)]
     allow_commands: bool,
@@ -44,7 +47,10 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     if !run.join("scenario.toml").is_file() {
         return Err(Refusal::file(run, "no run directory with a scenario.toml").into());
     }
-    let loaded = load(&run.to_string_lossy(), &[])?;
+    let mut loaded = load(&run.to_string_lossy(), &[])?;
+    if arguments.here {
+        loaded.scenario.bring_here();
+    }
     if !arguments.allow_commands {
         refuse_commands(&loaded.scenario)?;
     }

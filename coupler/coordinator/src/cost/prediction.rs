@@ -31,7 +31,9 @@ pub struct CostPrediction {
     pub wall_high_s: f64,
     /// Windows seen.
     pub windows: u64,
-    /// Their wall-clock time (s).
+    /// Windows of the whole run, if those to come are as long.
+    pub windows_of_run: f64,
+    /// Wall-clock time of those seen (s).
     pub windows_wall_s: f64,
     /// Largest memory of all processes together (bytes).
     pub memory_bytes: u64,
@@ -151,6 +153,7 @@ fn predict(marks: &[Mark], end_s: f64) -> CostPrediction {
         wall_low_s: whole(quarters.iter().copied().fold(mean, f64::min)),
         wall_high_s: whole(quarters.iter().copied().fold(mean, f64::max)),
         windows: marks.len() as u64 - 1,
+        windows_of_run: (marks.len() - 1) as f64 * (1.0 + left_s / (last.t_s - first.t_s)),
         windows_wall_s: last.wall_s,
         memory_bytes: 0,
     }

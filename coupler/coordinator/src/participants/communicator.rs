@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use protocol::busy::BusyTimes;
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
-use super::peer::{Peer, Wait};
+use super::peer::{Far, Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
 use crate::error::{Error, Result};
@@ -191,6 +191,11 @@ impl Peers {
     /// A participant itself.
     pub fn peer(&mut self, peer: usize) -> &mut Peer {
         &mut self.peers[peer]
+    }
+
+    /// What is known of the ways to participants on other hosts.
+    pub fn far(&self) -> impl Iterator<Item = &Option<Far>> {
+        self.peers.iter().map(|peer| &peer.far)
     }
 
     /// Times in which the coordinator did nothing but wait, for each participant.

@@ -15,8 +15,17 @@ use crate::scenario::load::Loaded;
 pub struct Greeted {
     /// Its process.
     pub pid: u32,
+    /// Its host, of one that may run on another one.
+    pub host: String,
     /// Its description.
     pub description: Description,
+}
+
+impl Greeted {
+    /// Its process, where this host knows it by that number.
+    pub fn local_pid(&self) -> Option<u32> {
+        self.host.is_empty().then_some(self.pid)
+    }
 }
 
 /// Greets all participants at once, so that their set-ups run side by side, and checks that everybody
@@ -65,11 +74,33 @@ fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) ->
             return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
     }
+    let host = &welcome.host;
+    communicator.peers_mut().peer(peer).is_at(host);
+    if welcome.apart {
+        refuse_apart(communicator.peers().name(peer), host, loaded)?;
+    }
     if let Some(why) = fault_of_description(&welcome.description) {
         return Err(communicator.peers().protocol_error(peer, why));
     }
     Ok(Greeted {
         pid: welcome.pid,
+        host: welcome.host,
         description: welcome.description,
     })
+}
+
+/// Refuses a participant that would have to read or to write files of the coordinator's host, and does not see them.
+fn refuse_apart(participant: &str, host: &str, loaded: &Loaded) -> Result<()> {
+    let cure = "share the folder between the hosts";
+    let (what, cure) = match (loaded.files.first(), loaded.scenario.run.output.fields) {
+        (Some(file), _) => (format!("the scenario reads {file}"), cure.to_string()),
+        (None, true) => (
+            "its fields belong into the folder of the run".into(),
+            format!("{cure}, or set run.output.fields = false"),
+        ),
+        (None, false) => return Ok(()),
+    };
+    let problem =
+        format!("does not see the files of this host from its host `{host}`, and {what}: {cure}");
+    Err(Refusal::participant(participant, problem).into())
 }

@@ -6,9 +6,11 @@ use std::thread;
 
 use protocol::link::channel;
 use protocol::link::shm::{ShmLink, WaitMode};
+use protocol::session::{SESSION_VARIABLE, STANDARD_INPUT};
 use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
 use super::communicator::Peers;
+use super::network::{Hosts, Network};
 use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
@@ -40,13 +42,38 @@ impl Launcher<'_> {
     pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
-        if scenario.run.transport == TransportKind::Shm {
+        let over = |kind| {
+            participants
+                .iter()
+                .filter(move |p| scenario.transport(p) == kind)
+        };
+        if over(TransportKind::Shm).next().is_some() {
             require_open_files(participants.len())?;
         }
+        let remote = over(TransportKind::Zenoh).count();
+        let network = (remote > 0).then(|| Network::listen(self.loaded, self.run_id, remote));
+        let network = network.transpose()?;
+        let mut hosts = Hosts::default();
         let mut started = Vec::new();
         for participant in participants {
-            started.push(match scenario.run.transport {
-                TransportKind::Shm => (None, self.start_process(participant, &memory)?),
+            started.push(match scenario.transport(participant) {
+                TransportKind::Shm => {
+                    let transport = Transport::Shm {
+                        root: memory.root.clone(),
+                        prefix: memory.prefix.clone(),
+                    };
+                    let command = self.command(participant)?;
+                    (None, self.start_process(participant, command, transport)?)
+                }
+                TransportKind::Zenoh => {
+                    let network = network.as_ref().expect("it is made for this one");
+                    // It is listened to before anybody can speak.
+                    let link = network.link(&participant.name)?;
+                    let transport = network.transport(&participant.name, &absolute(self.rundir.path()));
+                    let command = self.command_elsewhere(participant, &mut hosts)?;
+                    let process = self.start_process(participant, command, transport)?;
+                    (Some(link), process)
+                }
                 TransportKind::Channel if participant.command.is_some() => {
                     let problem = "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"";
                     return Err(Refusal::participant(&participant.name, problem).into());
@@ -61,19 +88,24 @@ impl Launcher<'_> {
             let link = link.map_or_else(|| self.connect(name, &memory), Ok)?;
             peers.push(Peer::new(name, link, life));
         }
+        if let Some(network) = network {
+            self.rundir
+                .note(&format!("listens at {}", network.endpoint()));
+        }
         let memory = Some(memory);
         Ok(Peers::new(peers, memory, self.run_id, scenario, watch))
     }
 
-    fn start_process(&self, participant: &Participant, memory: &SharedMemory) -> Result<OtherEnd> {
-        let transport = Transport::Shm {
-            root: memory.root.clone(),
-            prefix: memory.prefix.clone(),
-        };
+    fn start_process(
+        &self,
+        participant: &Participant,
+        command: Command,
+        transport: Transport,
+    ) -> Result<OtherEnd> {
         let (name, kind) = (&participant.name, &participant.kind);
         let session = self.session(participant, transport);
         let logs = absolute(&self.rundir.logs());
-        let child = spawn(self.command(participant)?, &session, &logs)?;
+        let child = spawn(command, &session, &logs)?;
         let pid = child.id();
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
@@ -120,6 +152,26 @@ impl Launcher<'_> {
                 command.current_dir(&self.loaded.folder);
             }
         }
+        Ok(command)
+    }
+
+    /// The same behind a launcher, which passes its input on and nothing else.
+    fn command_elsewhere(&self, participant: &Participant, hosts: &mut Hosts) -> Result<Command> {
+        let Some(launch) = &participant.launch else {
+            return self.command(participant);
+        };
+        let mut command = Command::new(&self.program);
+        command.args(["exec-child", "--pass-session", "--"]);
+        command.args(hosts.filled_in(&participant.name, launch)?);
+        command.args(["env", &format!("{SESSION_VARIABLE}={STANDARD_INPUT}")]);
+        match &participant.command {
+            None => {
+                self.registry.find(participant)?;
+                command.arg(&self.program).args(["node", &participant.kind])
+            }
+            Some(words) => command.args(words),
+        };
+        command.current_dir(&self.loaded.folder);
         Ok(command)
     }
 

@@ -9,6 +9,7 @@ use std::time::Duration;
 use protocol::busy::{BusyTimes, monotonic_ns};
 use protocol::link::channel;
 use protocol::{Cause, Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
@@ -74,6 +75,19 @@ pub struct Peer {
     pub twice: bool,
     /// The request that will come twice.
     again: Option<Frame>,
+    /// Of one on another host.
+    pub far: Option<Far>,
+}
+
+/// A participant on another host.
+#[derive(Clone, Debug, Serialize)]
+pub struct Far {
+    /// Its host, in its own words.
+    pub host: String,
+    /// The way there and back (s).
+    pub round_trip_s: f64,
+    /// Such ways that the coordinator has waited for in windows, one that was on its way while it waited for another one in part.
+    pub round_trips: f64,
 }
 
 /// A request that was sent.
@@ -101,7 +115,17 @@ impl Peer {
             times: None,
             twice: false,
             again: None,
+            far: None,
         }
+    }
+
+    /// Takes note of a greeting from another host, and measures the way there.
+    pub fn is_at(&mut self, host: &str) {
+        self.far = self.link.round_trip().map(|trip| Far {
+            host: host.into(),
+            round_trip_s: trip.time.as_secs_f64(),
+            round_trips: 0.0,
+        });
     }
 
     /// Its process, unless it lives in this one.
@@ -171,6 +195,11 @@ impl Peer {
         self.last_answer_ns = monotonic_ns();
         self.waited_ns += self.last_answer_ns - start_ns;
         self.awaited.add([start_ns, self.last_answer_ns]);
+        let kind = asked.and_then(|asked| Kind::from_number(asked.header.kind));
+        if let (Some(far), true) = (&mut self.far, kind.is_some_and(Kind::is_about_window)) {
+            let waited_s = 1e-9 * (self.last_answer_ns - start_ns) as f64;
+            far.round_trips += ratio(waited_s, far.round_trip_s).min(1.0);
+        }
         if let (Ok(_), Some(asked), Some(times)) = (&answer, asked, &mut self.times) {
             let answered = RequestTimes::answered_now(&asked.header, asked.at_ns, start_ns);
             times.push(answered);
@@ -307,18 +336,37 @@ impl Peer {
             }
             return Ok(());
         }
-        Err(Error::Deadline {
-            peer: self.name.clone(),
-            phase: self.asked.clone(),
-            seconds: wait.seconds,
-            state: self.other_end.state(),
-            key: wait.key,
-        })
+        let state = self.other_end.state();
+        Err(self.late(wait.seconds, state, wait.key))
     }
 
-    fn broken(&self, error: LinkError) -> Error {
+    fn late(&self, seconds: f64, state: String, key: &'static str) -> Error {
+        Error::Deadline {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            seconds,
+            state,
+            key,
+        }
+    }
+
+    fn broken(&mut self, error: LinkError) -> Error {
         match error {
             LinkError::Closed => self.lost("it closed the connection".into()),
+            LinkError::Lost { seconds } => {
+                if let Some(why) = self.other_end.ended() {
+                    return self.lost(why);
+                }
+                let host = self
+                    .far
+                    .as_ref()
+                    .map(|far| format!("its host `{}`", far.host));
+                let host = host.unwrap_or_else(|| "its host".into());
+                let state = format!(
+                    "no sign of life came from it: {host}, the process there or the network to it is gone"
+                );
+                self.late(seconds, state, "link_s")
+            }
             other => self.protocol_error(other.to_string()),
         }
     }

@@ -1,7 +1,8 @@
 //! A participant in a process of its own.
 
 use std::fs::File;
-use std::io::PipeWriter;
+use std::io::{PipeWriter, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
@@ -180,7 +181,14 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
-    std::fs::write(&path, text).map_err(Error::output(path.display()))?;
+    // It may hold secrets.
+    let file = File::options()
+        .write(true)
+        .create_new(true)
+        .mode(0o600)
+        .open(&path);
+    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(Error::output(path.display()))?;
     let log_path = logs.join(format!("{name}.log"));
     let log = File::create(&log_path).map_err(Error::output(log_path.display()))?;
     let failed = || Error::input(format!("starting participant `{name}`"));

@@ -4,9 +4,9 @@ use kit::keys::refuse_if;
 use protocol::Cause;
 
 use crate::error::Result;
-use crate::participants::Registry;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
+use crate::participants::{Registry, network};
 use crate::plausible::Warning;
 use crate::scenario::FieldsFormat;
 use crate::scenario::load::Loaded;
@@ -16,8 +16,14 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
         let name = &participant.name;
+        if let Some(words) = &participant.launch {
+            require_program(name, &words[0], &loaded.folder)?;
+        }
         if let Some(command) = &participant.command {
-            require_program(name, &command[0], &loaded.folder)?;
+            // That of another host is looked for there.
+            if participant.launch.is_none() {
+                require_program(name, &command[0], &loaded.folder)?;
+            }
             continue;
         }
         let solver = registry.find(participant)?;
@@ -43,6 +49,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         "build it so: cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
     )
     .map_err(|error| loaded.source.error(key, error.because(Cause::InvalidValue)))?;
+    network::check(loaded)?;
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme).expect("it is a word");
         let name = &interface.name;

@@ -107,7 +107,7 @@ impl<'a> Outputs<'a> {
             progress: Progress::new(false),
             phases,
             descriptions,
-            pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
+            pace: Pace::new(greeted.iter().filter_map(Greeted::local_pid).collect()),
             dry_run: false,
         })
     }

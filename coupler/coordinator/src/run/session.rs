@@ -271,8 +271,12 @@ impl RunSession<'_> {
             let twice = participant.command.is_some() && description.capabilities.rollback;
             recorded.peers.peer(peer).twice = twice;
             let (software, pid) = (&description.software, greeted.pid);
+            let host = match &*greeted.host {
+                "" => String::new(),
+                host => format!(" on host `{host}`"),
+            };
             self.rundir.note(&format!(
-                "participant `{name}` is {software} in process {pid}"
+                "participant `{name}` is {software} in process {pid}{host}"
             ));
             self.advise(name, &description.warnings);
         }
@@ -300,6 +304,7 @@ impl RunSession<'_> {
             self.coupled(recorded, &greeted, &mut outputs)
         };
         self.summary.energies(&outputs.energies());
+        self.summary.far(recorded.peers.far());
         self.summary.interface_works();
         let fields = outputs.fields.summary();
         let fields = fields.map(|fields| self.summary.fields = fields);

@@ -6,7 +6,7 @@ use kit::limits::{positive, within};
 use protocol::Cause;
 use scheme::keys::connected;
 
-use super::{LONGEST_WAIT, Participant, Scenario};
+use super::{LONGEST_WAIT, Participant, Scenario, TransportKind};
 use scheme::keys::{CompliancePrior, Dirichlet, Interface, SchemeWord};
 
 /// Stops at the first that fails.
@@ -20,6 +20,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         ("run.deadlines.setup_s", Some(deadlines.setup_s)),
         ("run.deadlines.answer_s", Some(deadlines.answer_s)),
         ("run.deadlines.idle_s", Some(deadlines.idle_s)),
+        ("run.deadlines.link_s", Some(deadlines.link_s)),
     ];
     positive("run.thickness_m", run.thickness_m, "m")?;
     for (key, size) in sizes {
@@ -46,6 +47,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         "let run.output.exchange be true, or write no checkpoints",
     )?;
     check_participants(&scenario.participant)?;
+    check_launches(scenario)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),
         (count, []) => {
@@ -147,6 +149,29 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
             let key = format!("participant[{index}].command");
             return refuse(&key, Cause::InvalidValue, problem, None);
         }
+    }
+    Ok(())
+}
+
+/// Launchers have something to launch on another host.
+fn check_launches(scenario: &Scenario) -> Result<(), ConfigError> {
+    for (index, participant) in scenario.participant.iter().enumerate() {
+        let key = format!("participant[{index}].launch");
+        let Some(words) = &participant.launch else {
+            continue;
+        };
+        refuse_if(
+            words.is_empty(),
+            &key,
+            "is empty",
+            "give a program and its arguments, or leave the key out",
+        )?;
+        refuse_if(
+            scenario.transport(participant) != TransportKind::Zenoh,
+            &key,
+            "starts the participant elsewhere, where shared memory does not reach",
+            "set its transport = \"zenoh\"",
+        )?;
     }
     Ok(())
 }

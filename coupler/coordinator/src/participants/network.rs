@@ -1,0 +1,97 @@
+//! The endpoint that participants on other hosts connect to, and the hosts of a job of Slurm.
+
+use std::process::Command;
+
+use kit::keys::refuse_if;
+use protocol::Cause;
+
+use crate::error::{Code, Refusal, Result};
+use crate::scenario::TransportKind;
+use crate::scenario::load::Loaded;
+
+#[cfg(not(feature = "zenoh"))]
+mod absent;
+#[cfg(feature = "zenoh")]
+mod zenoh;
+
+#[cfg(not(feature = "zenoh"))]
+use self::absent as built;
+#[cfg(feature = "zenoh")]
+use self::zenoh as built;
+
+pub(crate) use built::Network;
+
+/// Variable that holds the hosts of a job of Slurm, in its own notation.
+const NODES: &str = "SLURM_JOB_NODELIST";
+
+/// Refuses what a run would be refused for before it starts anything: a program without the feature, keys of the endpoint.
+pub fn check(loaded: &Loaded) -> Result<()> {
+    let scenario = &loaded.scenario;
+    let mut participants = scenario.participant.iter();
+    let remote = participants.position(|p| scenario.transport(p) == TransportKind::Zenoh);
+    let Some(first) = remote else {
+        return Ok(());
+    };
+    let own = scenario.participant[first].transport.is_some();
+    let key = match own {
+        true => format!("participant[{first}].transport"),
+        false => "run.transport".into(),
+    };
+    refuse_if(
+        !cfg!(feature = "zenoh"),
+        &key,
+        "`zenoh` needs the feature `zenoh`, which this program was built without",
+        "build it so: cargo install --locked --path coupler --features zenoh; or take \"shm\"",
+    )
+    .map_err(|error| {
+        loaded
+            .source
+            .error(&key, error.because(Cause::InvalidValue))
+    })?;
+    built::check(loaded)
+}
+
+/// Hosts of the job of Slurm that the coordinator runs in, given to participants in turns.
+#[derive(Default)]
+pub struct Hosts {
+    names: Vec<String>,
+    given: usize,
+}
+
+impl Hosts {
+    /// The words of a launcher, with the next host in place of `{host}`.
+    pub fn filled_in(&mut self, participant: &str, words: &[String]) -> Result<Vec<String>> {
+        if !words.iter().any(|word| word.contains("{host}")) {
+            return Ok(words.to_vec());
+        }
+        if self.names.is_empty() {
+            self.names = hosts_of_job().map_err(|why| {
+                let text = format!("participant `{participant}`: `{{host}}` of its launch stands for a host of a job of Slurm: {why}");
+                Refusal::other(Code::CommandNotFound, text)
+            })?;
+        }
+        let host = &self.names[self.given % self.names.len()];
+        self.given += 1;
+        Ok(words
+            .iter()
+            .map(|word| word.replace("{host}", host))
+            .collect())
+    }
+}
+
+fn hosts_of_job() -> Result<Vec<String>, String> {
+    let nodes = std::env::var(NODES).map_err(|_| {
+        format!("{NODES} is not set, run it inside of one (salloc, sbatch), or write the host")
+    })?;
+    let told = Command::new("scontrol")
+        .args(["show", "hostnames", &nodes])
+        .output();
+    let told = told.map_err(|error| format!("scontrol: {error}"))?;
+    let hosts = String::from_utf8_lossy(&told.stdout);
+    let hosts: Vec<String> = hosts.split_whitespace().map(String::from).collect();
+    if hosts.is_empty() {
+        let why = String::from_utf8_lossy(&told.stderr);
+        return Err(format!("scontrol show hostnames {nodes}: {}", why.trim()));
+    }
+    Ok(hosts)
+}

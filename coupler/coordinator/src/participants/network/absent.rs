@@ -1,0 +1,34 @@
+//! A program that is built without links between hosts.
+
+use std::path::Path;
+
+use protocol::{Link, Transport};
+
+use crate::error::Result;
+use crate::scenario::load::Loaded;
+
+/// There is none: a scenario that asks for one is refused before.
+pub(crate) enum Network {}
+
+/// Nothing is left to be said.
+pub fn check(_: &Loaded) -> Result<()> {
+    Ok(())
+}
+
+impl Network {
+    pub fn listen(_: &Loaded, _: u64, _: usize) -> Result<Network> {
+        unreachable!("a scenario that asks for other hosts was refused")
+    }
+
+    pub fn link(&self, _: &str) -> Result<Box<dyn Link>> {
+        match *self {}
+    }
+
+    pub fn transport(&self, _: &str, _: &Path) -> Transport {
+        match *self {}
+    }
+
+    pub fn endpoint(&self) -> &str {
+        match *self {}
+    }
+}

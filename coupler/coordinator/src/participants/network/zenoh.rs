@@ -1,0 +1,91 @@
+//! A program that is built with links between hosts.
+
+use std::path::Path;
+use std::time::Duration;
+
+use kit::ConfigError;
+use network::credentials::CertificateFiles;
+use network::endpoint::Endpoint;
+use network::{Access, Host};
+use nix::unistd::gethostname;
+use protocol::{Cause, Link, Transport};
+
+use super::NODES;
+use crate::error::{Error, Refusal, Result};
+use crate::scenario::load::Loaded;
+
+/// The endpoint of a run.
+pub(crate) struct Network(Host);
+
+/// Refuses keys of the endpoint that cannot be followed.
+pub fn check(loaded: &Loaded) -> Result<()> {
+    let access = access(loaded)?;
+    let key = "run.remote.listen";
+    access
+        .fault()
+        .map_or(Ok(()), |fault| refuse(loaded, key, fault))
+}
+
+fn refuse<T>(loaded: &Loaded, key: &str, problem: String) -> Result<T> {
+    let error = ConfigError::new(key, problem).because(Cause::InvalidValue);
+    Err(loaded.source.error(key, error))
+}
+
+fn access(loaded: &Loaded) -> Result<Access> {
+    let keys = &loaded.scenario.run.remote;
+    let read = |key: &str, text: &str| {
+        Endpoint::read(text).or_else(|problem| refuse(loaded, key, problem))
+    };
+    let connect = keys.connect.as_ref();
+    let connect = connect.map(|text| read("run.remote.connect", text));
+    let listen = keys.listen.clone().unwrap_or_else(default_endpoint);
+    let within = |path: &Path| loaded.folder.join(path);
+    Ok(Access {
+        listen: read("run.remote.listen", &listen)?,
+        connect: connect.transpose()?,
+        certificates: keys.certificates.as_ref().map(|files| CertificateFiles {
+            authority: within(&files.authority),
+            certificate: within(&files.certificate),
+            private_key: within(&files.private_key),
+        }),
+        password: keys.password_file.as_deref().map(within),
+        lost_after: Duration::from_secs_f64(loaded.scenario.run.deadlines.link_s),
+    })
+}
+
+/// The name of this host inside a job of Slurm, where participants may be on others; loopback elsewhere.
+fn default_endpoint() -> String {
+    let in_job = std::env::var_os(NODES).is_some();
+    let name = gethostname().ok().filter(|_| in_job);
+    let name = name.and_then(|name| name.into_string().ok());
+    format!("quic/{}:0", name.unwrap_or_else(|| "127.0.0.1".into()))
+}
+
+impl Network {
+    /// Listens for so many participants.
+    pub fn listen(loaded: &Loaded, run_id: u64, participants: usize) -> Result<Network> {
+        let host = Host::listen(&access(loaded)?, run_id, participants);
+        let host = host.map_err(|why| Refusal::argument("run.remote", why))?;
+        Ok(Network(host))
+    }
+
+    /// The coordinator's end of the connection to a participant.
+    pub fn link(&self, participant: &str) -> Result<Box<dyn Link>> {
+        let link = self.0.link(participant).map_err(|error| Error::Protocol {
+            peer: participant.into(),
+            phase: "at its launch".into(),
+            why: error.to_string(),
+        })?;
+        Ok(Box::new(link))
+    }
+
+    /// The way to it, for the session of a participant of the run in this folder.
+    pub fn transport(&self, participant: &str, run: &Path) -> Transport {
+        self.0.transport(participant, &run.join("manifest.json"))
+    }
+
+    /// The endpoint, in words.
+    pub fn endpoint(&self) -> &str {
+        &self.0.endpoint
+    }
+}
