@@ -1,4 +1,4 @@
-"""Stretches of time in which a process was at work, on the clock that all processes of a host share."""
+"""Stretches of time in which a process was at work, on the clock of the coordinator: all processes of a host share one."""
 
 import time
 from typing import Any, Dict, List, Tuple
@@ -12,12 +12,14 @@ class BusyTimes:
     number is a multiple of `every`; slots are counted on the common clock, so that all participants keep the same ones."""
 
     def __init__(self) -> None:
+        #: How far the clock of this host is ahead of the common one.
+        self.ahead_ns = 0
         self.every = 1
         self.spans_ns: List[Tuple[int, int]] = []
 
     def until_now(self, start_ns: int) -> None:
-        """Adds the span from `start_ns` until now."""
-        self.add((start_ns, time.monotonic_ns()))
+        """Adds the span from `start_ns` of the own clock until now."""
+        self.add((start_ns - self.ahead_ns, time.monotonic_ns() - self.ahead_ns))
 
     def add(self, span: Tuple[int, int]) -> None:
         """Adds a span."""

@@ -41,16 +41,30 @@ def participate(make: Callable[[Config, Setting], Node]) -> None:
         sys.exit("THIRDBODY_SESSION is not set: this program is a participant, `thirdbody run` launches it")
     session = json.loads(Path(path).read_text(encoding="utf-8"))
     transport = session["transport"]
-    if transport["kind"] != "shm":
+    if transport["kind"] not in ("shm", "zenoh"):
         sys.exit("the session asks for an in-process channel, which a process of its own cannot have")
     _end_on_signals(session["coordinator_pid"], transport)
     _end_with_coordinator(session["coordinator_pid"])
     try:
-        link = Link(transport["root"], transport["prefix"], session["setting"]["participant"], session["idle_deadline_s"])
-        Server(session, link).serve(make)
+        link = _connect(session)
+        try:
+            Server(session, link).serve(make)
+        finally:
+            link.close()
     except (LinkError, Fault) as error:
         print(error, file=sys.stderr)
         sys.exit(4)
+
+
+def _connect(session: Dict[str, Any]) -> Any:
+    transport, participant = session["transport"], session["setting"]["participant"]
+    if transport["kind"] == "shm":
+        return Link(transport["root"], transport["prefix"], participant, session["idle_deadline_s"])
+    try:
+        from .network import NetworkLink
+    except ImportError as error:
+        raise LinkError(f"the coordinator is on another host, and zenoh is missing here ({error}): pip install 'thirdbody[network]'") from error
+    return NetworkLink(transport, session["run_id"], participant)
 
 
 def _told(error: Exception) -> str:
@@ -70,13 +84,13 @@ def _end_with_coordinator(coordinator: int) -> None:
         sys.exit(f"the coordinator (process {coordinator}) has ended")
 
 
-def _end_on_signals(coordinator: int, transport: Dict[str, str]) -> None:
+def _end_on_signals(coordinator: int, transport: Dict[str, Any]) -> None:
     ends = {signal.SIGTERM, signal.SIGINT, signal.SIGHUP}
     signal.pthread_sigmask(signal.SIG_BLOCK, ends)
 
     def wait() -> None:
         number = signal.sigwait(ends)
-        if os.getppid() != coordinator:
+        if transport["kind"] == "shm" and os.getppid() != coordinator:
             _remove_run(transport)
         os.write(2, f"ended by signal {int(number)}\n".encode())
         os._exit(128 + number)
@@ -100,7 +114,7 @@ class Server:
     """The loop that turns frames into calls of a node."""
 
     def __init__(self, session: Dict[str, Any], link: Any) -> None:
-        """`link` has `receive(patience_s)` and `send(header, payload, patience_s)`."""
+        """`link` has `receive(patience_s)`, `send(header, payload, patience_s)` and `clock_ahead_ns()`."""
         self._session = session
         self._link = link
         self._run_id = session["run_id"]
@@ -115,6 +129,7 @@ class Server:
         try:
             hello = self._receive()
             self._check_hello(hello)
+            self._busy.ahead_ns = self._link.clock_ahead_ns()
             start = time.perf_counter()
             node = self._build(make)
             self._setup_s = time.perf_counter() - start

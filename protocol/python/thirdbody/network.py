@@ -1,0 +1,197 @@
+"""The participant's end of a connection to a coordinator on another host (protocol/WIRE.md, "Between hosts").
+
+zenoh connects again by itself, but gives nothing again that was lost meanwhile, and whoever it lets in may publish: so pieces of frames are
+numbered, kept until the coordinator has them and sent again where it lacks them, and every message is signed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import hmac
+import json
+import math
+import struct
+import threading
+import time
+from collections import deque
+from typing import Any, Callable, Deque, Dict, List, Optional, Tuple
+
+import zenoh
+
+from .link import LinkError, LinkFull
+from .wire import LAYOUT, Frame, Header
+
+PIECE, PING, PONG, LEFT = range(4)
+PIECE_SIZE = 8 * 4096
+WAITING_FRAMES = 2
+#: Between two pings of a wait, and before the coordinator was heard.
+PAUSE_S, SOON_S = 0.25, 20e-3
+ROUND_TRIPS = 9
+SIGNATURE_SIZE = 32
+#: purpose, number, received, taken, clock_ns, echo_ns.
+NUMBERS = struct.Struct("<6Q")
+HEADER_AT = SIGNATURE_SIZE + NUMBERS.size
+PAYLOAD_AT = HEADER_AT + LAYOUT.size
+
+
+class NetworkLink:
+    """Requests in, answers out; frames arrive in order, once and whole."""
+
+    def __init__(self, transport: Dict[str, Any], run_id: int, participant: str) -> None:
+        """Connects in the background: the first frame, or the first ping that is answered, finds the coordinator."""
+        key = bytes.fromhex(transport["key"])
+        self._ours, self._theirs = (hashlib.blake2b(sender, key=key, digest_size=SIGNATURE_SIZE) for sender in (b"a", b"q"))
+        self._lost_after_s = transport["lost_after_s"]
+        self._unconfirmed: Deque[Tuple[int, zenoh.ZBytes]] = deque()
+        self._sent_pieces = self._sent_frames = 0
+        # Time that was waited since the coordinator was heard, none before the first time, and since the last ping.
+        self._silent_s, self._unpinged_s = -math.inf, 0.0
+        # What zenoh's thread has heard, behind the lock of this condition.
+        self._changed = threading.Condition(threading.Lock())
+        self._arrived: Deque[Frame] = deque()
+        self._arriving: List[memoryview] = []
+        self._received = self._taken = self._confirmed_pieces = self._taken_frames = 0
+        self._heard = self._left = self._missing = False
+        self._heard_ping_ns = self._ping_ns = self._pinged_pieces = 0
+        self._round_trip: Optional[Tuple[int, int]] = None
+        place = f"thirdbody/{run_id:016x}/{participant}"
+        settings = {"priority": zenoh.Priority.REAL_TIME, "express": True}
+        try:
+            self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(transport["config"])))
+            declare = self._session.declare_publisher
+            self._frames = declare(f"{place}/answer", congestion_control=zenoh.CongestionControl.BLOCK, **settings)
+            self._signs = declare(f"{place}/answer", congestion_control=zenoh.CongestionControl.DROP, **settings)
+            self._session.declare_subscriber(f"{place}/request", self._hear)
+        except zenoh.ZError as error:
+            raise LinkError(f"zenoh: {error}") from error
+
+    def send(self, header: Header, payload: bytes, patience_s: float) -> None:
+        """Hands over one frame, in pieces that are kept until the coordinator has them."""
+        if not self._wait(patience_s, lambda: self._sent_frames < self._taken_frames + WAITING_FRAMES):
+            raise LinkFull("the coordinator took no frame in time")
+        self._sent_frames += 1
+        packed, doubles = header.pack(), memoryview(payload)
+        # The last piece is shorter than the others, and may be empty.
+        for start in range(0, len(payload) + 1, PIECE_SIZE):
+            self._sent_pieces += 1
+            content = packed, doubles[start : start + PIECE_SIZE]
+            piece = zenoh.ZBytes(self._message(PIECE, self._sent_pieces, time.monotonic_ns(), 0, *content))
+            self._unconfirmed.append((self._sent_pieces, piece))
+            self._frames.put(piece)
+
+    def receive(self, patience_s: float) -> Optional[Frame]:
+        """The next frame, or none if it did not come in time."""
+        return self._wait(patience_s, self._next_frame)
+
+    def clock_ahead_ns(self) -> int:
+        """How far this host's clock is ahead of the coordinator's; of some round trips the shortest tells it best."""
+        trips = []
+        for _ in range(ROUND_TRIPS):
+            self._ping()
+            trips.append(self._wait(PAUSE_S, lambda: self._round_trip) or (math.inf, 0))
+        return min(trips)[1]
+
+    def close(self) -> None:
+        """Leaves once the coordinator has the last answer, which nobody else could send again."""
+        self._ping()
+        with contextlib.suppress(LinkError):
+            self._wait(self._lost_after_s, lambda: self._confirmed_pieces == self._sent_pieces)
+        self._frames.put(self._message(LEFT, 0, time.monotonic_ns(), 0))
+        self._session.close()
+
+    def _next_frame(self) -> Optional[Frame]:
+        if not self._arrived:
+            return None
+        self._taken += 1
+        return self._arrived.popleft()
+
+    def _wait(self, patience_s: float, ready: Callable[[], Any]) -> Any:
+        """What `ready` finds, at the latest when the patience ends, with pings meanwhile."""
+        while True:
+            with self._changed:
+                found = ready()
+                if self._left and not found:
+                    raise LinkError("the coordinator closed the connection")
+                due_s = (PAUSE_S if self._silent_s >= 0.0 else SOON_S) - self._unpinged_s
+                slice_s = min(due_s, patience_s)
+                if not found and not self._missing and slice_s > 0.0:
+                    start = time.monotonic()
+                    self._changed.wait(slice_s)
+                    # If it took longer, this process was stopped, and nobody waited.
+                    waited_s = min(time.monotonic() - start, slice_s)
+                    patience_s -= waited_s
+                    self._unpinged_s += waited_s
+                    self._silent_s = 0.0 if self._heard else self._silent_s + waited_s
+                    self._heard = False
+                    continue
+                missing, self._missing = self._missing, False
+            while self._unconfirmed and self._unconfirmed[0][0] <= self._confirmed_pieces:
+                self._unconfirmed.popleft()
+            if missing:
+                for _, piece in self._unconfirmed:
+                    self._frames.put(piece)
+            if found:
+                return found
+            if self._silent_s >= self._lost_after_s:
+                raise LinkError(f"no sign of life from the coordinator for {self._lost_after_s:.1f} s")
+            if patience_s <= 0.0:
+                return None
+            if due_s <= 0.0:
+                self._ping()
+
+    def _ping(self) -> None:
+        self._unpinged_s = 0.0
+        with self._changed:
+            self._ping_ns = max(time.monotonic_ns(), self._ping_ns + 1)
+            self._pinged_pieces, self._round_trip = self._sent_pieces, None
+        self._sign(PING, self._ping_ns, 0)
+
+    def _sign(self, purpose: int, clock_ns: int, echo_ns: int) -> None:
+        # The other thread may have closed the session.
+        with contextlib.suppress(zenoh.ZError):
+            self._signs.put(self._message(purpose, 0, clock_ns, echo_ns))
+
+    def _message(self, purpose: int, number: int, clock_ns: int, echo_ns: int, *content: bytes) -> bytes:
+        parts = NUMBERS.pack(purpose, number, self._received, self._taken, clock_ns, echo_ns), *content
+        signature = self._ours.copy()
+        for part in parts:
+            signature.update(part)
+        return b"".join((signature.digest(), *parts))
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        """Takes a message in a thread of zenoh, and answers at once what has to be answered so."""
+        now_ns = time.monotonic_ns()
+        message = memoryview(sample.payload.to_bytes())
+        signature = self._theirs.copy()
+        signature.update(message[SIGNATURE_SIZE:])
+        if len(message) < HEADER_AT or not hmac.compare_digest(signature.digest(), message[:SIGNATURE_SIZE]):
+            return
+        purpose, number, received, taken, clock_ns, echo_ns = NUMBERS.unpack_from(message, SIGNATURE_SIZE)
+        with self._changed:
+            if purpose == PING and clock_ns <= self._heard_ping_ns:
+                return
+            due = number == self._received + 1
+            if purpose == PIECE and due:
+                self._take(message)
+            elif purpose == PING:
+                self._heard_ping_ns = clock_ns
+            elif purpose == PONG and echo_ns == self._ping_ns:
+                self._round_trip = now_ns - echo_ns, (echo_ns + now_ns) // 2 - clock_ns
+                self._missing = received < self._pinged_pieces
+            elif purpose == LEFT:
+                self._left = True
+            self._heard = True
+            self._confirmed_pieces = max(self._confirmed_pieces, received)
+            self._taken_frames = max(self._taken_frames, taken)
+            self._changed.notify()
+        if purpose == PING or (purpose == PIECE and not due):
+            self._sign(PONG, now_ns, clock_ns)
+
+    def _take(self, message: memoryview) -> None:
+        self._received += 1
+        self._arriving.append(message[PAYLOAD_AT:])
+        if len(message) < PAYLOAD_AT + PIECE_SIZE:
+            header = Header.unpack(message[HEADER_AT:PAYLOAD_AT])
+            self._arrived.append(Frame(header, b"".join(self._arriving)))
+            self._arriving.clear()
