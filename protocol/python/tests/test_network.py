@@ -6,12 +6,15 @@ import itertools
 import json
 import os
 import queue
+import signal
 import socket
 import struct
+import subprocess
 import sys
 import threading
 import time
 import unittest
+from pathlib import Path
 from unittest import mock
 
 import zenoh
@@ -19,7 +22,7 @@ from test_golden import Bed, session, transcript
 
 from thirdbody.link import LinkError, LinkFull
 from thirdbody.serve import Server, _connect
-from thirdbody.wire import Frame, Header, opened
+from thirdbody.wire import Frame, Header, opened, stamped
 
 DEADLINE_S = 20.0
 PIECE, PING, PONG, LEFT = range(4)
@@ -376,6 +379,70 @@ class Network(unittest.TestCase):
     def test_an_endpoint_that_zenoh_refuses_is_an_error(self):
         with self.assertRaisesRegex(LinkError, "zenoh"):
             self.coordinator.link(config=settings(connect=["nonsense"]))
+
+
+class Launched(unittest.TestCase):
+    """A process that reads its session from standard input."""
+
+    def setUp(self):
+        self.coordinator = Coordinator()
+        self.addCleanup(self.coordinator.zenoh.close)
+        program = "import thirdbody; from test_golden import Bed; thirdbody.participate(Bed)"
+        search = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", program], stdin=subprocess.PIPE, stderr=subprocess.PIPE,
+            # Threads of NumPy would be ended by a signal, and the process with them, before ours can take it.
+            env={**os.environ, "THIRDBODY_SESSION": "-", "PYTHONPATH": search, "OPENBLAS_NUM_THREADS": "1"},
+        )
+        self.addCleanup(self.process.communicate)
+        self.addCleanup(self.process.kill)
+
+    def start(self):
+        """Hands over the session and waits for the first ping."""
+        self.process.stdin.write(json.dumps(self.coordinator.session).encode() + b"\n")
+        self.process.stdin.flush()
+        self.coordinator.meet()
+
+    def ended(self):
+        """Its exit code and what it wrote, once standard input was closed and it has ended."""
+        _, text = self.process.communicate(timeout=DEADLINE_S)
+        return self.process.returncode, text.decode()
+
+    def test_it_takes_part_and_leaves(self):
+        self.start()
+        for request in transcript()[0]:
+            self.coordinator.send(request.header, request.payload)
+            answer = self.coordinator.receive()
+        self.assertEqual(answer.word, "Finished")
+        # Standard input stays open until it has ended.
+        self.assertEqual(self.process.wait(DEADLINE_S), 0)
+        self.coordinator.until(lambda purpose, *_: purpose == LEFT)
+
+    def test_it_ends_with_standard_input(self):
+        self.start()
+        hello = transcript()[0][0]
+        self.coordinator.send(hello.header, hello.payload)
+        self.assertEqual(self.coordinator.receive().word, "Welcome")
+        code, text = self.ended()
+        self.assertEqual(code, 4)
+        self.assertEqual(text, "standard input has ended, and with it the coordinator or the connection to it\n")
+
+    def test_it_ends_on_a_signal(self):
+        self.start()
+        self.process.send_signal(signal.SIGTERM)
+        self.assertIn(self.process.wait(DEADLINE_S), (128 + signal.SIGTERM, -signal.SIGTERM))
+
+    def test_a_fault_arrives_before_it_leaves(self):
+        self.start()
+        self.coordinator.lost = {1}
+        header = Header(kind=10, run_id=self.coordinator.session["run_id"])
+        self.coordinator.send(stamped(header, b"", 0))
+        self.assertEqual(self.coordinator.receive().word, "Fault")
+        self.coordinator.until(lambda purpose, *_: purpose == LEFT)
+        self.assertEqual(self.ended(), (4, "the first frame must be the greeting\n"))
+
+    def test_no_session_is_said(self):
+        self.assertEqual(self.ended(), (1, "standard input ended before the session came\n"))
 
 
 if __name__ == "__main__":

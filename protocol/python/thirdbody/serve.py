@@ -1,7 +1,8 @@
-"""The life of a participant: session file, greeting, requests and answers, farewell (protocol/WIRE.md)."""
+"""The life of a participant: session, greeting, requests and answers, farewell (protocol/WIRE.md)."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import json
 import os
@@ -39,17 +40,25 @@ def participate(make: Callable[[Config, Setting], Node]) -> None:
     path = os.environ.get("THIRDBODY_SESSION")
     if path is None:
         sys.exit("THIRDBODY_SESSION is not set: this program is a participant, `thirdbody run` launches it")
-    session = json.loads(Path(path).read_text(encoding="utf-8"))
+    text = sys.stdin.buffer.readline() if path == "-" else Path(path).read_bytes()
+    if not text:
+        sys.exit("standard input ended before the session came")
+    session = json.loads(text)
     transport = session["transport"]
     if transport["kind"] not in ("shm", "zenoh"):
         sys.exit("the session asks for an in-process channel, which a process of its own cannot have")
     _end_on_signals(session["coordinator_pid"], transport)
-    _end_with_coordinator(session["coordinator_pid"])
+    served = threading.Event()
+    if path == "-":
+        _end_with_input(served)
+    else:
+        _end_with_coordinator(session["coordinator_pid"])
     try:
         link = _connect(session)
         try:
             Server(session, link).serve(make)
         finally:
+            served.set()
             link.close()
     except (LinkError, Fault) as error:
         print(error, file=sys.stderr)
@@ -82,6 +91,21 @@ def _end_with_coordinator(coordinator: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != coordinator:
         sys.exit(f"the coordinator (process {coordinator}) has ended")
+
+
+def _end_with_input(served: threading.Event) -> None:
+    """Ends the process when standard input ends: then the coordinator has, or the connection through which it started this. One that
+    has `served` ends by itself."""
+
+    def wait() -> None:
+        with contextlib.suppress(OSError):
+            while os.read(0, 4096):
+                pass
+        if not served.is_set():
+            os.write(2, b"standard input has ended, and with it the coordinator or the connection to it\n")
+            os._exit(4)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _end_on_signals(coordinator: int, transport: Dict[str, Any]) -> None:
