@@ -27,7 +27,7 @@ PIECE_SIZE = 8 * 4096
 WAITING_FRAMES = 2
 #: Between two pings of a wait, and before the coordinator was heard.
 PAUSE_S, SOON_S = 0.25, 20e-3
-ROUND_TRIPS = 9
+ROUND_TRIPS, LONGEST_TRIP_S = 9, 2.0
 SIGNATURE_SIZE = 32
 #: purpose, number, received, taken, clock_ns, echo_ns.
 NUMBERS = struct.Struct("<6Q")
@@ -43,7 +43,8 @@ class NetworkLink:
         key = bytes.fromhex(transport["key"])
         self._ours, self._theirs = (hashlib.blake2b(sender, key=key, digest_size=SIGNATURE_SIZE) for sender in (b"a", b"q"))
         self._lost_after_s = transport["lost_after_s"]
-        self._unconfirmed: Deque[Tuple[int, zenoh.ZBytes]] = deque()
+        # Number, piece, and the time at which zenoh had it.
+        self._unconfirmed: Deque[List[Any]] = deque()
         self._sent_pieces = self._sent_frames = 0
         # Time that was waited since the coordinator was heard, none before the first time, and since the last ping.
         self._silent_s, self._unpinged_s = -math.inf, 0.0
@@ -52,8 +53,8 @@ class NetworkLink:
         self._arrived: Deque[Frame] = deque()
         self._arriving: List[memoryview] = []
         self._received = self._taken = self._confirmed_pieces = self._taken_frames = 0
-        self._heard = self._left = self._missing = False
-        self._heard_ping_ns = self._ping_ns = self._pinged_pieces = 0
+        self._heard = self._left = False
+        self._heard_ping_ns = self._heard_ns = self._heard_there_ns = 0
         self._round_trip: Optional[Tuple[int, int]] = None
         place = f"thirdbody/{run_id:016x}/{participant}"
         settings = {"priority": zenoh.Priority.REAL_TIME, "express": True}
@@ -76,9 +77,9 @@ class NetworkLink:
         for start in range(0, len(payload) + 1, PIECE_SIZE):
             self._sent_pieces += 1
             content = packed, doubles[start : start + PIECE_SIZE]
-            piece = zenoh.ZBytes(self._message(PIECE, self._sent_pieces, time.monotonic_ns(), 0, *content))
-            self._unconfirmed.append((self._sent_pieces, piece))
-            self._frames.put(piece)
+            piece = zenoh.ZBytes(self._message(PIECE, self._sent_pieces, time.monotonic_ns(), self._heard_ns, *content))
+            self._unconfirmed.append([self._sent_pieces, piece, 0])
+            self._put(self._unconfirmed[-1])
 
     def receive(self, patience_s: float) -> Optional[Frame]:
         """The next frame, or none if it did not come in time."""
@@ -89,7 +90,7 @@ class NetworkLink:
         trips = []
         for _ in range(ROUND_TRIPS):
             self._ping()
-            trips.append(self._wait(PAUSE_S, lambda: self._round_trip) or (math.inf, 0))
+            trips.append(self._wait(LONGEST_TRIP_S, lambda: self._round_trip) or (math.inf, 0))
         return min(trips)[1]
 
     def close(self) -> None:
@@ -97,8 +98,17 @@ class NetworkLink:
         self._ping()
         with contextlib.suppress(LinkError):
             self._wait(self._lost_after_s, lambda: self._confirmed_pieces == self._sent_pieces)
-        self._frames.put(self._message(LEFT, 0, time.monotonic_ns(), 0))
+        self._frames.put(self._message(LEFT, self._sent_pieces, time.monotonic_ns(), self._heard_ns))
         self._session.close()
+
+    def _put(self, unconfirmed: List[Any]) -> None:
+        self._frames.put(unconfirmed[1])
+        # Whatever is sent later arrives later, or not at all.
+        unconfirmed[2] = time.monotonic_ns()
+
+    def _lost(self) -> List[List[Any]]:
+        """Pieces that were sent before something that the coordinator has heard, and that it has not."""
+        return [piece for piece in self._unconfirmed if piece[0] > self._confirmed_pieces and piece[2] <= self._heard_there_ns]
 
     def _next_frame(self) -> Optional[Frame]:
         if not self._arrived:
@@ -115,7 +125,8 @@ class NetworkLink:
                     raise LinkError("the coordinator closed the connection")
                 due_s = (PAUSE_S if self._silent_s >= 0.0 else SOON_S) - self._unpinged_s
                 slice_s = min(due_s, patience_s)
-                if not found and not self._missing and slice_s > 0.0:
+                lost = self._lost()
+                if not found and not lost and slice_s > 0.0:
                     start = time.monotonic()
                     self._changed.wait(slice_s)
                     # If it took longer, this process was stopped, and nobody waited.
@@ -125,12 +136,10 @@ class NetworkLink:
                     self._silent_s = 0.0 if self._heard else self._silent_s + waited_s
                     self._heard = False
                     continue
-                missing, self._missing = self._missing, False
             while self._unconfirmed and self._unconfirmed[0][0] <= self._confirmed_pieces:
                 self._unconfirmed.popleft()
-            if missing:
-                for _, piece in self._unconfirmed:
-                    self._frames.put(piece)
+            for piece in lost:
+                self._put(piece)
             if found:
                 return found
             if self._silent_s >= self._lost_after_s:
@@ -143,14 +152,13 @@ class NetworkLink:
     def _ping(self) -> None:
         self._unpinged_s = 0.0
         with self._changed:
-            self._ping_ns = max(time.monotonic_ns(), self._ping_ns + 1)
-            self._pinged_pieces, self._round_trip = self._sent_pieces, None
-        self._sign(PING, self._ping_ns, 0)
+            self._round_trip = None
+        self._sign(PING, time.monotonic_ns(), self._heard_ns)
 
     def _sign(self, purpose: int, clock_ns: int, echo_ns: int) -> None:
         # The other thread may have closed the session.
         with contextlib.suppress(zenoh.ZError):
-            self._signs.put(self._message(purpose, 0, clock_ns, echo_ns))
+            self._signs.put(self._message(purpose, self._sent_pieces, clock_ns, echo_ns))
 
     def _message(self, purpose: int, number: int, clock_ns: int, echo_ns: int, *content: bytes) -> bytes:
         parts = NUMBERS.pack(purpose, number, self._received, self._taken, clock_ns, echo_ns), *content
@@ -176,16 +184,19 @@ class NetworkLink:
                 self._take(message)
             elif purpose == PING:
                 self._heard_ping_ns = clock_ns
-            elif purpose == PONG and echo_ns == self._ping_ns:
+            elif purpose == PONG:
                 self._round_trip = now_ns - echo_ns, (echo_ns + now_ns) // 2 - clock_ns
-                self._missing = received < self._pinged_pieces
             elif purpose == LEFT:
                 self._left = True
+            # Pieces that were sent before a pong would be here.
+            answered = purpose == PING or (purpose == PIECE and not due) or (purpose == PONG and number > self._received)
             self._heard = True
+            self._heard_ns = max(self._heard_ns, clock_ns)
+            self._heard_there_ns = max(self._heard_there_ns, echo_ns)
             self._confirmed_pieces = max(self._confirmed_pieces, received)
             self._taken_frames = max(self._taken_frames, taken)
             self._changed.notify()
-        if purpose == PING or (purpose == PIECE and not due):
+        if answered:
             self._sign(PONG, now_ns, clock_ns)
 
     def _take(self, message: memoryview) -> None:
