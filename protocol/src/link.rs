@@ -30,6 +30,11 @@ pub trait Link: Send {
     fn round_trip(&mut self) -> Option<RoundTrip> {
         None
     }
+
+    /// Messages that were not heard since they are none of the other end's, in words: their number and what is wrong with them.
+    fn refused(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// The way to the other end of a link and back.

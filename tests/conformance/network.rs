@@ -368,13 +368,8 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
         Ok(None),
         "nothing is heard that was not said"
     );
-    let refused = ours.refused();
-    let count = |reason| {
-        refused
-            .iter()
-            .find(|(found, _)| *found == reason)
-            .map_or(0, |found| found.1)
-    };
+    let refused = ours.refusals();
+    let count = |reason| refused.get(&reason).copied().unwrap_or(0);
     assert!(count(Refused::Signature) == 2_004, "{refused:?}");
     assert!(count(Refused::Form) == 1, "{refused:?}");
     assert!(count(Refused::Repeated) == 1, "{refused:?}");

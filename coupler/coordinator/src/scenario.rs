@@ -40,11 +40,15 @@ impl Scenario {
         participant.transport.unwrap_or(self.run.transport)
     }
 
-    /// Lets all participants run on this host: what a run comes to does not depend on it.
+    /// Lets participants on other hosts run on this one: what a run comes to does not depend on it.
     pub fn bring_here(&mut self) {
-        self.run.transport = TransportKind::default();
+        let elsewhere = TransportKind::Zenoh;
+        if self.run.transport == elsewhere {
+            self.run.transport = TransportKind::Shm;
+        }
         for participant in &mut self.participant {
-            (participant.transport, participant.launch) = (None, None);
+            participant.transport = participant.transport.filter(|own| *own != elsewhere);
+            participant.launch = None;
         }
     }
 

@@ -3,7 +3,7 @@
 //! Each participant has two channels of JSON messages. `NAME/requests` has the requests that it answered, in its order, as lists: `kind`
 //! (number of [`protocol::Kind`]), `window`, `iteration`, and the times at which the coordinator sent it, began to wait for its
 //! answer and had it. `NAME/work`, one message at the end, has what the participant itself says: when it was at work, and its
-//! totals. Times are ns of the monotonic clock, which the processes of a host share.
+//! totals. Times are ns of the monotonic clock of the coordinator's host.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;

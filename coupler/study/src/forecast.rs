@@ -59,7 +59,10 @@ impl Forecast {
             dry_run: true,
             ..options.clone()
         };
-        let ended = run(&task.loaded, &options)?;
+        // The host of a job is not known before it.
+        let mut loaded = task.loaded.clone();
+        loaded.scenario.bring_here();
+        let ended = run(&loaded, &options)?;
         match ended.error {
             Some(error @ Error::Interrupted { .. }) => return Err(error),
             Some(error) if error.exit_code() == 2 => return Err(error),

@@ -9,6 +9,7 @@ use protocol::{LinkError, Session, Transport};
 use serde_json::{Value, json};
 use zenoh::Wait;
 
+use crate::complaints::Complaints;
 use crate::credentials::{CertificateFiles, Certificates, password};
 use crate::endpoint::Endpoint;
 use crate::link::{NetworkLink, failed};
@@ -87,6 +88,7 @@ impl Host {
             ours["transport"]["auth"]["usrpwd"] = asked;
             theirs["transport"]["auth"]["usrpwd"] = shown;
         }
+        Complaints::Kept.begin();
         let endpoint = listen.text();
         let refused = |error: LinkError| format!("listening at {endpoint}: {error}");
         Ok(Host {
@@ -105,6 +107,11 @@ impl Host {
         let from = Sender::Coordinator;
         let key = derived_key(&self.key, participant);
         NetworkLink::new(&self.session, &place, from, key, self.lost_after)
+    }
+
+    /// What zenoh has complained of since this was asked last: connections of strangers, mostly.
+    pub fn complaints(&self) -> Vec<String> {
+        Complaints::take()
     }
 
     /// The way to it, for the session of a participant; `mark` is a file in the folder of the run that holds its number.
@@ -135,6 +142,7 @@ pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
         read_key(key).ok_or_else(|| failed("the key of the session has 64 hexadecimal digits"))?;
     let lost_after = Duration::from_secs_f64(*lost_after_s);
     let from = Sender::Participant;
+    Complaints::Printed.begin();
     NetworkLink::new(&open(config)?, &place, from, key, lost_after)
 }
 
@@ -161,7 +169,7 @@ fn read_key(text: &str) -> Option<Key> {
 /// Settings of zenoh that both ends share: no discovery, no listening. A connection that is silent is given up early enough to be made again
 /// before the other end counts as gone.
 fn settings(lost_after: Duration) -> Value {
-    let third_ms = (lost_after.as_millis() as u64 / 3).clamp(100, 10_000);
+    let third_ms = (lost_after.as_millis() as u64 / 3).clamp(1_000, 10_000);
     json!({
         "mode": "peer",
         "open": { "return_conditions": { "connect_scouted": false } },
@@ -174,7 +182,6 @@ fn settings(lost_after: Duration) -> Value {
         },
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "transport": {
-            "unicast": { "open_timeout": third_ms, "accept_timeout": third_ms },
             "link": { "tx": {
                 "lease": third_ms,
                 "queue": { "congestion_control": { "block": { "wait_before_close": 1000 * third_ms.min(5000) } } },

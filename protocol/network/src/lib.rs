@@ -33,8 +33,10 @@
 //! - [`link`]: one end of a connection;
 //! - [`endpoint`]: the address that the coordinator listens at;
 //! - [`credentials`]: certificates, user and password;
+//! - `complaints`: what zenoh says of connections that failed;
 //! - [`host`]: the side of the coordinator, and [`connect`].
 
+mod complaints;
 pub mod credentials;
 pub mod endpoint;
 pub mod host;

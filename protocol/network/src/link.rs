@@ -339,10 +339,9 @@ impl NetworkLink {
         }
     }
 
-    /// Messages that were refused, by the reason, and their number.
-    pub fn refused(&self) -> Vec<(Refused, u64)> {
-        let refused = self.end.state().refused.clone();
-        refused.into_iter().collect()
+    /// Messages that were refused, by the reason: their number.
+    pub fn refusals(&self) -> BTreeMap<Refused, u64> {
+        self.end.state().refused.clone()
     }
 }
 
@@ -410,6 +409,15 @@ impl Link for NetworkLink {
             shortest = all.min_by_key(|trip| trip.time);
         }
         shortest
+    }
+
+    fn refused(&self) -> Vec<String> {
+        // Pieces come again after a connection was lost.
+        let strange = self.refusals().into_iter();
+        let strange = strange.filter(|(reason, _)| *reason != Refused::Repeated);
+        strange
+            .map(|(reason, count)| format!("{count} messages {reason}"))
+            .collect()
     }
 }
 

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use protocol::busy::BusyTimes;
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
+use super::network::Network;
 use super::peer::{Far, Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
@@ -144,6 +145,8 @@ pub struct Peers {
     peers: Vec<Peer>,
     /// Held as long as they live, and swept after them.
     _memory: Option<SharedMemory>,
+    /// The endpoint that those on other hosts connect to.
+    pub(crate) network: Option<Network>,
     /// Identity of the run.
     pub run_id: u64,
     /// Labels that the exchange with each participant is recorded under.
@@ -170,6 +173,7 @@ impl Peers {
             labels: peers.iter().map(|p| scenario.label(&p.name)).collect(),
             peers,
             _memory: memory,
+            network: None,
             run_id,
             deadlines: scenario.run.deadlines.clone(),
             watch,
@@ -191,6 +195,23 @@ impl Peers {
     /// A participant itself.
     pub fn peer(&mut self, peer: usize) -> &mut Peer {
         &mut self.peers[peer]
+    }
+
+    /// What strangers have tried, with the participant or the endpoint that it was about.
+    pub fn strangers(&self) -> Vec<(String, String)> {
+        let said = |peer: &Peer| {
+            peer.strangers()
+                .into_iter()
+                .map(|said| (peer.name.clone(), said))
+                .collect::<Vec<_>>()
+        };
+        let tried = |network: &Network| {
+            (network.complaints().into_iter())
+                .map(|tried| (network.endpoint().into(), tried))
+                .collect::<Vec<_>>()
+        };
+        let all = self.peers.iter().flat_map(said);
+        all.chain(self.network.iter().flat_map(tried)).collect()
     }
 
     /// What is known of the ways to participants on other hosts.

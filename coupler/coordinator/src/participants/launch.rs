@@ -88,12 +88,14 @@ impl Launcher<'_> {
             let link = link.map_or_else(|| self.connect(name, &memory), Ok)?;
             peers.push(Peer::new(name, link, life));
         }
-        if let Some(network) = network {
+        if let Some(network) = &network {
             self.rundir
                 .note(&format!("listens at {}", network.endpoint()));
         }
         let memory = Some(memory);
-        Ok(Peers::new(peers, memory, self.run_id, scenario, watch))
+        let mut peers = Peers::new(peers, memory, self.run_id, scenario, watch);
+        peers.network = network;
+        Ok(peers)
     }
 
     fn start_process(

@@ -136,6 +136,11 @@ impl Peer {
         }
     }
 
+    /// What was said on its connection by others, in words.
+    pub fn strangers(&self) -> Vec<String> {
+        self.link.refused()
+    }
+
     /// Closes the connection without a word.
     pub fn hang_up(&mut self) {
         self.link = Box::new(channel::pair().0);

@@ -225,6 +225,10 @@ impl RunSession<'_> {
         let journal = Journal::new(self.recorder()?);
         let mut recorded = Recorded::new(peers, journal, self.timing_log()?);
         let result = self.converse(&mut recorded);
+        for (about, tried) in recorded.peers.strangers() {
+            let text = format!("somebody else was not heard: {tried}");
+            self.warn([Warning::advice("stranger", &about, text)]);
+        }
         recorded.close_times();
         let untimed = recorded.untimed.take();
         self.warn(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));

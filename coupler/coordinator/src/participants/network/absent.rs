@@ -28,6 +28,10 @@ impl Network {
         match *self {}
     }
 
+    pub fn complaints(&self) -> Vec<String> {
+        match *self {}
+    }
+
     pub fn endpoint(&self) -> &str {
         match *self {}
     }

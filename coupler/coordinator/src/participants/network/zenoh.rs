@@ -84,6 +84,11 @@ impl Network {
         self.0.transport(participant, &run.join("manifest.json"))
     }
 
+    /// What it could not let in, in words.
+    pub fn complaints(&self) -> Vec<String> {
+        self.0.complaints()
+    }
+
     /// The endpoint, in words.
     pub fn endpoint(&self) -> &str {
         &self.0.endpoint
