@@ -30,8 +30,6 @@ pub enum FemError {
         "its set `{set}` moves as boundary.{set} prescribes and takes no force: name another set, or remove the motion"
     )]
     MovedSet { set: String },
-    #[error("its set `{set}` is coupled twice: join the interfaces, or name another set")]
-    CoupledTwice { set: String },
     #[error(
         "point {point} was selected, the coupled sets have {count} points, each to be named once"
     )]
@@ -177,7 +175,6 @@ impl FemError {
             FemError::Pool { .. } => Cause::ThreadsUnavailable,
             FemError::UnknownSet { .. } => Cause::UnknownSet,
             FemError::SupportedSet | FemError::MovedSet { .. } => Cause::SetIsHeld,
-            FemError::CoupledTwice { .. } => Cause::SetCoupledTwice,
             FemError::CoupledWithWheel { .. } => Cause::WheelOnCoupledBody,
             FemError::CoupledStatics { .. } => Cause::StaticBodyCoupled,
             FemError::NoPrescribedVelocity => Cause::NotOffered,

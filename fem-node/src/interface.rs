@@ -19,7 +19,6 @@ use crate::model::Model;
 /// Coupled nodes, those of them that are exchanged, and the matrices condensed onto them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interface {
-    sets: Vec<String>,
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     pub(crate) components: Vec<usize>,
@@ -28,7 +27,8 @@ pub(crate) struct Interface {
 }
 
 impl Interface {
-    /// Couples a set; all of its nodes are exchanged until a selection says otherwise.
+    /// Couples a set; all of its nodes are exchanged until a selection says otherwise. A set that carries several layers is coupled for
+    /// each of them, and the selection gives each nodes of its own.
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
         let unknown = || FemError::UnknownSet {
             set: set.into(),
@@ -41,15 +41,11 @@ impl Interface {
         if model.moved_sets.iter().any(|moved| moved == set) {
             return Err(FemError::MovedSet { set: set.into() });
         }
-        if self.sets.iter().any(|known| known == set) {
-            return Err(FemError::CoupledTwice { set: set.into() });
-        }
         let (nodes, lengths) = match Edge::named(set) {
             Some(edge) => model.mesh.surface(edge),
             None => (nodes.clone(), model.mesh.tributary(&nodes)),
         };
         let surface = surface(model, &nodes, lengths);
-        self.sets.push(set.into());
         self.nodes.extend(nodes);
         self.exchange(model, self.nodes.clone());
         Ok(surface)

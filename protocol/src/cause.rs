@@ -63,7 +63,7 @@ causes! {
     StepTooLong, "step-too-long", Configuration, "A step above its bound.";
     UnknownSet, "unknown-set", Configuration, "A set that a participant does not have.";
     SetIsHeld, "set-is-held", Configuration, "A set whose motion is given and that takes no force.";
-    SetCoupledTwice, "set-coupled-twice", Configuration, "A set that two interfaces name.";
+    SetCoupledTwice, "set-coupled-twice", Configuration, "A row of points, or nodes of a set, that two interfaces name.";
     WheelOnCoupledBody, "wheel-on-coupled-body", Configuration, "A body that is coupled and has a wheel of its own.";
     StaticBodyCoupled, "static-body-coupled", Configuration, "A static analysis on an interface.";
     NotOffered, "not-offered", Configuration, "A request that a participant does not answer.";

@@ -18,7 +18,8 @@ pub trait Node: Send {
     /// Describes the node: its kind, its step, its capabilities and its reports.
     fn describe(&self) -> Description;
 
-    /// Couples a named set and returns its points.
+    /// Couples a named set and returns its points. A set of a continuum that carries several layers is coupled for each of them:
+    /// [`Node::select`] gives each points of its own.
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError>;
 
     /// Restricts the exchange to these points of all coupled sets; forces on all others are zero.

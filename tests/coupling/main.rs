@@ -19,6 +19,7 @@ mod roles;
 mod roles_layer;
 mod schemes;
 mod several;
+mod several_layers;
 mod split_bar;
 mod stability;
 mod starved;

@@ -12,8 +12,18 @@
 //! ```
 //!
 //! Of several motion-driven participants each takes the forces of the others as they were in the run before: that is block
-//! Jacobi on a positive definite system of two blocks, which the same criterion ends. The secant update keeps C s = y with the
-//! last change of force s and of motion y (see [`Compliance::update`](super::compliance::Compliance::update)).
+//! Jacobi, one block a layer, which the same criterion ends. The layers answer at the same time, each on its part of C,
+//!
+//! ```text
+//! a_i = N_i (du_k - C_ii lambda_i,k) / H,   W_i = N_i C_ii N_i^T / H^2
+//! ```
+//!
+//! and the part C_ij of another layer comes with du one repeat later. It is exactly zero while the layers are further apart than
+//! the rings of elements that a window has steps, as a step carries a force by one; one repeat closes the window then. Jacobi converges on a
+//! positive definite system if its diagonal blocks less all others are positive definite, too (Young 1971, ch. 4): always for two
+//! layers, for more while the others together move a layer less than it moves itself. In windows so long that the body follows as a whole n
+//! layers alike have a factor of up to n - 1. The secant update keeps C s = y with the last change of force s and of motion y
+//! (see [`Compliance::update`](super::compliance::Compliance::update)).
 //!
 //! Source: Renouf, Saulot and Berthier 2006 for the two scales; dual Schur complement with subcycling after Gravouil and
 //! Combescure 2001, here on displacements at the end of the window.
@@ -60,7 +70,8 @@ pub fn solve(
             problem.compliance.update(window.substeps, &s, &y);
         }
         (lambda, du) = (lambda_next, du_next);
-        let mut verdict = problem.judge(&window, &du, &answer, advice(update));
+        let layers = problem.group.motion_driven.len();
+        let mut verdict = problem.judge(&window, &du, &answer, advice(update, layers));
         if verdict.wants_repeat() && window.iteration < repeats_max {
             problem.prepare_boundaries(&window)?;
             c_lambda = problem.carried(&window, &lambda);
@@ -78,8 +89,11 @@ pub fn solve(
     }
 }
 
-fn advice(update: Update) -> &'static str {
+fn advice(update: Update, layers: usize) -> &'static str {
     match update {
+        Update::None if layers > 2 => {
+            "more than two layers close a window of their body only while each is moved less by the others than by itself: lower substeps, raise repeats_max, or accept with on_not_converged = \"accept\"; for a plastic continuum take scheme = \"dual-schur-secant\""
+        }
         Update::None => {
             "the compliance does not fit the continuum, as of a plastic one, or of one that does not begin each repeat where the window began; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
         }

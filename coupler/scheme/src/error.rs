@@ -57,6 +57,8 @@ pub enum Unfit {
         known: String,
     },
     #[error("interface `{interface}`: {problem}")]
+    SetTwice { interface: String, problem: String },
+    #[error("interface `{interface}`: {problem}")]
     WindowTooLong { interface: String, problem: String },
     #[error(
         "interface `{interface}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]

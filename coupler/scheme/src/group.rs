@@ -2,7 +2,8 @@
 //!
 //! A participant on several interfaces exchanges the points of all of them at once, one set after the other in the
 //! order of the scenario. The compliance of the group is block-diagonal, one block a force-driven participant; a motion-driven
-//! one with several glued rows stands on all of its continua, so that one contact solve a window sees every row.
+//! one with several glued rows stands on all of its continua, so that one contact solve a window sees every row. A set of a
+//! continuum may carry several layers, each on nodes of its own, which are exchanged as parts of it.
 
 use std::ops::Range;
 

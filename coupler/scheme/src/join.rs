@@ -49,11 +49,13 @@ fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) 
     let pairs = interfaces.iter().zip(pairs);
     let seams = pairs.map(|(interface, pair)| seam(participants, interface, pair));
     let seams = seams.collect::<Result<Vec<Seam>>>()?;
+    refuse_shared(participants, &interfaces, &seams)?;
     select(participants, &seams)?;
     Ok(assemble(&interfaces, &seams, clock))
 }
 
 /// A set of a participant.
+#[derive(PartialEq)]
 struct End {
     peer: usize,
     set: String,
@@ -129,6 +131,42 @@ fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(
     };
     let problem = "would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces";
     Err(Unfit::participant(participants.name(peer), problem).into())
+}
+
+/// A row of a layer stands on one body. A set of a body may carry several layers, each on nodes of its own: none can follow two of them.
+fn refuse_shared(
+    participants: &dyn Participants,
+    interfaces: &[&Interface],
+    seams: &[Seam],
+) -> Result<()> {
+    let pairs = (0..seams.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
+    for [first, second] in pairs {
+        let [theirs, ours] = [first, second].map(|index| &seams[index]);
+        let same_row = ours.pair.motion_driven == theirs.pair.motion_driven;
+        let same_set = ours.pair.force_driven == theirs.pair.force_driven;
+        let mut nodes = ours.active.iter();
+        let shared = nodes.position(|node| same_set && theirs.active.contains(node));
+        let (end, why) = match shared {
+            _ if same_row => {
+                let why = "and stands on one body: name another set".to_string();
+                (&ours.pair.motion_driven, why)
+            }
+            Some(at) => {
+                let [x, y] = [&ours.nodes.x_m, &ours.nodes.y_m].map(|of| of[at]);
+                let why = format!(
+                    "with the node at ({x:.6e}, {y:.6e}) m, which cannot carry two layers: move them apart, or take smaller elements"
+                );
+                (&ours.pair.force_driven, why)
+            }
+            None => continue,
+        };
+        let (name, set) = (participants.name(end.peer), &end.set);
+        let [before, interface] = [first, second].map(|index| interfaces[index].name.clone());
+        let problem =
+            format!("`{name}.{set}` is joined by the interface `{before}` already, {why}");
+        return Err(Unfit::SetTwice { interface, problem }.into());
+    }
+    Ok(())
 }
 
 /// The windows of the group, from the steps of its continua and within the bounds of its layers.

@@ -64,7 +64,8 @@
 //!
 //! One compliance matrix is kept in full: (2 n)^2 numbers for n exchanged nodes. Windows beyond a quarter of the
 //! continuum's first period lose accuracy, which `check` tells; those beyond the bounds of the grains are refused. The mapping is for a line of nodes and a row of points along it; points off the
-//! line are moved by what lies below them. A body between two layers feels the second one repeat late, which more repeats heal.
+//! line are moved by what lies below them. A body that carries several layers feels each of them one repeat late, which more repeats
+//! heal: of two layers in any window, of more while a layer is moved less by the others together than by itself ([`dual_schur`]).
 //! The coupler knows the parts of the physics that cross the interface; wrong units inside a participant are beyond it.
 //!
 //! # Modules

@@ -136,7 +136,7 @@ class Node:
         raise NotImplementedError
 
     def couple(self, set_name: str) -> Points:
-        """Couples a set and returns its points."""
+        """Couples a set and returns its points; for each layer once more where a set of a continuum carries several."""
         raise NotImplementedError
 
     def select(self, points: np.ndarray) -> None:

@@ -75,6 +75,7 @@ fn code_of_unfit(unfit: &Unfit) -> Code {
         Unfit::Key { .. } => Code::SchemeUnsuited,
         Unfit::Interface { .. } => Code::InterfaceUnfit,
         Unfit::UnknownSet { .. } => Code::Of(Cause::UnknownSet),
+        Unfit::SetTwice { .. } => Code::Of(Cause::SetCoupledTwice),
         Unfit::WindowTooLong { .. } => Code::WindowTooLong,
         Unfit::Roles { .. } => Code::WrongRoles,
         Unfit::Windows { .. } => Code::WindowsDiffer,

@@ -83,7 +83,7 @@ fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(),
     Ok(())
 }
 
-/// Names and sets belong to one interface.
+/// A name belongs to one interface, and so do two sets together. One set may carry several layers, see `scheme::join`.
 fn check_two_interfaces(
     before: &Interface,
     interface: &Interface,
@@ -96,13 +96,17 @@ fn check_two_interfaces(
         return refuse(&key, Cause::DuplicateName, problem, Some(help));
     }
     let mut sides = interface.between.iter();
-    let twice = sides.find(|side| before.between.contains(side));
-    twice.map_or(Ok(()), |set| {
-        let (key, name) = (format!("interface[{index}].between"), &before.name);
-        let problem = format!("`{set}` is joined by the interface `{name}` already");
-        let help = "one interface carries a set: name another set of the participant";
-        refuse(&key, Cause::SetCoupledTwice, problem, Some(help))
-    })
+    if !sides.all(|side| before.between.contains(side)) {
+        return Ok(());
+    }
+    let (key, name, [a, b]) = (
+        format!("interface[{index}].between"),
+        &before.name,
+        &interface.between,
+    );
+    let problem = format!("`{a}` and `{b}` are joined by the interface `{name}` already");
+    let help = "name another set of one of them, or remove the interface";
+    refuse(&key, Cause::SetCoupledTwice, problem, Some(help))
 }
 
 /// Connected interfaces are solved together, so that they have one value of each key that says how.

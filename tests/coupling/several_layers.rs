@@ -1,0 +1,159 @@
+//! Several layers under one edge of a body, each on nodes of its own ("Several layers under one body" of the scenes).
+//!
+//! Problem: a strip that only seven columns of disks hold is pressed on its top until all is at rest. Each column is a disk on
+//! a rigid floor, a grain and a disk that is glued to the strip; they stand below elements 0, 1, 3, 4, 6, 7 and 9 of ten. Once they
+//! are one layer and one interface, once four layers on four interfaces that join the same set of the strip.
+//!
+//! ```text
+//!     | | | | | | | | | |  p
+//!    |~~~~~~~~~~~~~~~~~~~|  strip, free base
+//!     o o   o o   o o   o   lid, glued to its bottom
+//!     O O   O O   O O   O   grains
+//!     o o   o o   o o   o   base, rigid
+//!      1     2     3    4
+//! ```
+//!
+//! Exact: the columns carry p times the area, and which of them are one participant is no matter of mechanics. Each point
+//! is interpolated between the two nodes of its element, so that both cases have the same equations; four layers solve
+//! them by block Jacobi to the tolerance of their gaps. Tolerance 1e-7: a gap of 1e-10 of the spacing, 4e-14 m, is 4e-6 N in a contact of
+//! 1e8 N/m that bears 57 N.
+
+use harness::runs::{Left, run_both_ways, run_in_process};
+use harness::scene::{SPACING_M, head, interface, participant, strip};
+
+const PRESSURE_PA: f64 = 100e6;
+const WIDTH_M: f64 = 4e-3;
+const THICKNESS_M: f64 = 1e-3;
+
+/// Elements of the strip over the columns of each of four layers.
+const FOUR: [&[usize]; 4] = [&[0, 1], &[3, 4], &[6, 7], &[9]];
+
+fn layer(name: &str, elements: &[usize]) -> String {
+    let radius = 0.15e-3;
+    let disk = |element: usize, row: usize| {
+        let x = (element as f64 - 4.5) * SPACING_M;
+        let y = 2.0 * radius * row as f64;
+        let glued = ["glued = true", "glued = false", "glued = true, lid = true"][row];
+        format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e}, {glued} }}")
+    };
+    let columns = elements.iter();
+    let disks: Vec<String> = columns
+        .flat_map(|at| [0, 1, 2].map(|row| disk(*at, row)))
+        .collect();
+    let keys = format!(
+        r#"
+density_kg_per_m3 = 7800.0
+law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = 1e11, tangential_stiffness_ratio = 1.0 }}
+solver = {{ kind = "nsgs", tolerance = 1e-11, max_iterations = 100000, min_iterations = 1 }}
+time = {{ pressure_pa = 1e6 }}
+sample = {{ kind = "disks", disks = [{}] }}
+"#,
+        disks.join(", ")
+    );
+    participant(name, "dem", &keys)
+}
+
+/// The strip over these layers, joined in windows of so many substeps.
+fn scenario(layers: &[&[usize]], substeps: u32) -> String {
+    let time = format!(
+        "time = {{ step_s = 5e-8, damping = 0.5, mass_damping_per_s = 6e5 }}\nboundary = {{ top = {{ pressure_pa = {PRESSURE_PA:e} }} }}"
+    );
+    let mut text = head("layers", THICKNESS_M, "end_s = 6e-5");
+    text += &strip("rail", ["free", "fixed_x"], 2e-3, &time);
+    let keys = "tolerance_rel = 1e-10\nrepeats_max = 60\nmapping = \"linear\"";
+    for (index, elements) in layers.iter().enumerate() {
+        let (name, set) = (format!("layer-{index}"), format!("layer-{index}.lid"));
+        text += &layer(&name, elements);
+        let between = ["rail.bottom", set.as_str()];
+        text += &interface(
+            &format!("on-{index}"),
+            between,
+            "dual-schur",
+            substeps,
+            keys,
+        );
+    }
+    text
+}
+
+fn one() -> Vec<usize> {
+    FOUR.concat()
+}
+
+fn run(text: &str) -> Left {
+    run_in_process(text, &[]).expect("it is valid").completed()
+}
+
+#[test]
+fn four_layers_carry_what_they_carry_as_one() {
+    let whole = run(&scenario(&[&one()], 4));
+    let parts = run_both_ways(&scenario(&FOUR, 4), &[]);
+    let load = PRESSURE_PA * WIDTH_M * THICKNESS_M;
+    for left in [&whole, &parts] {
+        let last = left.signals["rail.interface_force_y_n"].last();
+        let carried = last.expect("there are windows") / load;
+        assert!((carried - 1.0).abs() < 1e-4, "{carried} of the load");
+    }
+    for name in [
+        "rail.interface_force_y_n",
+        "rail.surface_mean_uy_m",
+        "rail.strain_j",
+    ] {
+        let (a, b) = (&whole.signals[name], &parts.signals[name]);
+        let scale = a.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs() / scale);
+        let apart = apart.fold(0.0, f64::max);
+        println!("{name}: {apart:.1e} apart");
+        assert!(apart < 1e-7, "{name}: {apart}");
+    }
+    let repeats = [&whole, &parts].map(|left| left.number("repeats_mean"));
+    println!("{repeats:.2?} repeats a window");
+    assert_eq!(repeats[0], 1.0, "one layer has all of C in its boundary");
+    assert!(repeats[1] > 1.5, "layers feel each other one repeat late");
+}
+
+/// A force goes one element further a step: layers that are farther apart than the steps of a window share nothing within it.
+#[test]
+fn layers_out_of_reach_in_a_window_need_no_repeat() {
+    let apart = run(&scenario(&[&[0, 1], &[8, 9]], 4));
+    assert_eq!(apart.number("repeats_mean"), 1.0);
+    let longer = run(&scenario(&[&[0, 1], &[8, 9]], 8));
+    assert!(longer.number("repeats_mean") > 1.0);
+}
+
+/// Windows of five times a quarter of the strip's first period, in which it follows its layers as a whole: block Jacobi closes them for two
+/// layers, and not for four.
+#[test]
+fn two_layers_close_any_window_and_four_not() {
+    let repeats = run(&scenario(&FOUR[..2], 48)).number("repeats_mean");
+    println!("{repeats:.1} repeats a window of two layers");
+    let four = run_in_process(&scenario(&FOUR, 48), &[]).expect("it is valid");
+    let error = four.ended.error.expect("it diverges").to_string();
+    assert!(error.contains("more than two layers"), "{error}");
+}
+
+#[test]
+fn layers_that_share_nodes_and_rows_on_two_bodies_are_refused() {
+    let refusal = |text: &str| match run_in_process(text, &[]) {
+        Err(error) => error.to_string(),
+        Ok(left) => left.ended.error.expect("it must be refused").to_string(),
+    };
+    let sound = scenario(&[&[0, 1], &[3, 4]], 4);
+    let cases = [
+        (
+            scenario(&[&[0, 1], &[2, 3]], 4),
+            "`rail.bottom` is joined by the interface `on-0` already, with the node at (-1.200000e-3, -2.000000e-3) m",
+        ),
+        (
+            sound.replace("layer-1.lid", "layer-0.lid"),
+            "`rail.bottom` and `layer-0.lid` are joined by the interface `on-0` already",
+        ),
+    ];
+    for (text, said) in cases {
+        let error = refusal(&text);
+        assert!(
+            error.contains(said) && error.contains("on-"),
+            "no {said} in {error}"
+        );
+    }
+}
