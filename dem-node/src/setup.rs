@@ -98,7 +98,7 @@ fn ends(config: &SampleConfig, sample: &Sample) -> Option<[f64; 2]> {
     let [half_width, _] = config.ends().unwrap_or_default();
     if half_width > 0.0 {
         let reach = half_width + surface::REACH * surface::mean_radius(sample);
-        return Some([-reach, reach]);
+        return Some([-reach, reach].map(|x| config.middle() + x));
     }
     let base = &sample.glued[..sample.glued.len() - sample.lid];
     let row = base.first().zip(base.last());

@@ -10,6 +10,7 @@ use dem_node::config::layer::LayerConfig;
 use dem_node::config::radii::RadiusLaw;
 use dem_node::config::sample::SampleConfig;
 use dem_node::config::surface::SurfaceConfig;
+use dem_node::node::dem::Dem;
 use dem_node::sample;
 use dem_node::sample::types::{Disk, Sample};
 use dem_node::sample::{bed, layer};
@@ -26,6 +27,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
         glued: true,
         surface: SurfaceConfig::default(),
         thickness_m,
+        x_m: 0.0,
         half_width_m: 8e-3,
         half_width_load_n: None,
         crown_radius_m: CROWN,
@@ -207,6 +209,15 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
             json!({"lid": true, "crown_radius_m": 0.0, "lid_crown_radius_m": 0.3, "periodic_x_m": [-8e-3, 8e-3]}),
             "sample.lid_crown_radius_m: a crown does not repeat along x",
         ),
+        (
+            json!({"x_m": 1e-3, "crown_radius_m": 0.0}),
+            "sample.x_m: places a layer between two straight bodies, and this one has a wheel",
+        ),
+        (json!({"x_m": 1e-3, "lid": true}), "sample.x_m"),
+        (
+            json!({"x_m": 1e-3, "lid": true, "crown_radius_m": 0.0, "periodic_x_m": [-8e-3, 8e-3]}),
+            "sample.x_m",
+        ),
     ];
     for (changes, expected) in cases {
         let mut changed = config(changes);
@@ -320,6 +331,32 @@ fn each_row_tells_its_own_line() {
             assert!((y - line).abs() < 1e-15, "{set}: {y:e} for {line:e}");
         }
     }
+}
+
+/// One of several layers between two bodies is the layer at x = 0, moved: its rows, their surfaces and the ends beyond which grains are lost.
+#[test]
+fn a_layer_stands_where_it_is_told() {
+    let at = |x_m: f64| {
+        let mut layer =
+            config(json!({"x_m": x_m, "lid": true, "half_width_m": 2e-3, "crown_radius_m": 0.0}));
+        layer.as_object_mut().expect("a table").remove("wheel");
+        build(&layer)
+    };
+    let (mut middle, mut beside) = (at(0.0), at(7e-3));
+    let ends = |dem: &Dem| dem.bodies().ends.expect("it does not repeat");
+    for [a, b] in [0, 1].map(|end| [ends(&middle)[end], ends(&beside)[end]]) {
+        assert!((b - a - 7e-3).abs() < 1e-15, "{a:e} and {b:e}");
+    }
+    for set in ["base", "lid"] {
+        let [a, b] = [&mut middle, &mut beside].map(|dem| dem.couple(set).expect("it is there"));
+        assert!(a.len() > 30 && a.len() == b.len());
+        assert_eq!(a.y_m, b.y_m);
+        for (a, b) in a.x_m.iter().zip(&b.x_m) {
+            assert!((b - a - 7e-3).abs() < 1e-15, "{a:e} and {b:e}");
+        }
+    }
+    let free = [&middle, &beside].map(|dem| dem.bodies().free);
+    assert_eq!(free[0], free[1]);
 }
 
 /// The half-width of a layer that is meant for 1 000 N, under a wheel of this load (m).

@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{at_least, not_negative, positive};
+use kit::limits::{at_least, finite, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,10 @@ pub struct LayerConfig {
     /// Distance from the base line to the wheel's face (m), or to the line of the lid over x = 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
-    /// The layer covers |x| up to this (m).
+    /// Middle of a layer between straight bodies, one of several along them (m); 0 when absent.
+    #[serde(default)]
+    pub x_m: f64,
+    /// The layer covers this much to either side of its middle (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: f64,
     /// Load that `half_width_m` is meant for (N): under a wheel of another load P the layer covers `half_width_m` sqrt(P / this),
@@ -142,6 +145,7 @@ impl LayerConfig {
             "says where the whole surface is, and a glued row lies on a part of it",
             "add sample.glued = false, or write half_width_m instead",
         )?;
+        self.validate_middle()?;
         self.refuse_too_many_grains()?;
         self.refuse_a_tower()?;
         let spacing = SPACING * self.radii().mean();
@@ -160,6 +164,19 @@ impl LayerConfig {
         }
         let mut pressures = self.press_pa.iter();
         pressures.try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+    }
+
+    /// Crowns and wheels stand over x = 0.
+    fn validate_middle(&self) -> Result<(), ConfigError> {
+        let key = "sample.x_m";
+        finite(key, self.x_m)?;
+        let curved = self.crowns().iter().any(|(_, radius)| *radius > 0.0);
+        refuse_if(
+            self.x_m != 0.0 && (!self.lid || curved || self.periodic_x_m.is_some()),
+            key,
+            "places a layer between two straight bodies, and this one has a wheel, a crown, or no ends",
+            "remove the key, or write lid = true without crowns and periodic_x_m",
+        )
     }
 
     /// Radii of the base line and of that of the lid (m).

@@ -227,6 +227,14 @@ impl SampleConfig {
         }
     }
 
+    /// Middle of the sample along x (m): that of a layer where it is given.
+    pub fn middle(&self) -> f64 {
+        match self {
+            SampleConfig::Layer(layer) => layer.x_m,
+            SampleConfig::Rail(_) | SampleConfig::Disks(_) => 0.0,
+        }
+    }
+
     /// Mean and smallest radius (m). For a layer or a rail these are the law's, so that bounds do not depend on the seed.
     pub fn radii(&self) -> (f64, f64) {
         match self {

@@ -20,7 +20,8 @@ const SEGMENTS_MAX: f64 = 1e5;
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceConfig {
-    /// The surface covers |x| up to this (m), where the coupled body must have its own; nine mean radii beyond a layer when absent.
+    /// The surface covers this much to either side of the middle (m), where the coupled body must have its own; nine mean radii beyond a
+    /// layer when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: Option<f64>,
     /// Largest distance of its points (m); a mean diameter when absent.

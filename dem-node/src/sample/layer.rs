@@ -56,6 +56,9 @@ pub fn prepare(
             shrink(&mut free, overlap);
         }
     }
+    for disk in free.iter_mut().chain(&mut glued) {
+        disk.centre[0] += recipe.x_m;
+    }
     Ok(Sample {
         free: in_columns(free),
         glued,

@@ -38,7 +38,8 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
     let make = |row: &[Disk], line: CutLine, side: f64| -> Vec<Vec<[f64; 2]>> {
         let height =
             |x: f64| line.height_at(x, side) + waves.as_ref().map_or(0.0, |waves| waves.at(x));
-        let pieces = pieces(row, ends, width).into_iter();
+        let sides = [-width, width].map(|x| config.middle() + x);
+        let pieces = pieces(row, ends, sides).into_iter();
         let point = |x: f64| [x, height(x)];
         let line = |[left, right]: [f64; 2]| {
             let count = ((right - left) / spacing).ceil().max(1.0) as usize;
@@ -118,13 +119,13 @@ pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>;
     })
 }
 
-/// Intervals of x (m) that a surface covers: the whole width or strip, or what lies beside a glued row.
-fn pieces(row: &[Disk], strip: Option<[f64; 2]>, width: f64) -> Vec<[f64; 2]> {
+/// Intervals of x (m) that a surface with these ends covers: all of it or the strip, or what lies beside a glued row.
+fn pieces(row: &[Disk], strip: Option<[f64; 2]>, ends: [f64; 2]) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (row.first(), row.last()) else {
-        return vec![strip.unwrap_or([-width, width])];
+        return vec![strip.unwrap_or(ends)];
     };
     let [left, right] = [first.centre[0] - first.radius, last.centre[0] + last.radius];
-    let beside = [[-width, left], [right, width]];
+    let beside = [[ends[0], left], [right, ends[1]]];
     let beside = beside.into_iter().filter(|[from, to]| from < to);
     beside.filter(|_| strip.is_none()).collect()
 }
