@@ -79,6 +79,8 @@ struct Seam {
     mapping: Mapping,
     offset: Offset,
     period_m: Option<f64>,
+    /// [`Patch::outward_y`], where the continuum tells its normal.
+    outward_y: Option<f64>,
 }
 
 /// The side that takes forces and the one that stands on a boundary, told by what they can do, not by their order.
@@ -267,6 +269,8 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         })
     };
     let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
+    let told_y = normal(continuum).map(|[_, y]| *y);
+    let outward_y = told_y.filter(|y| *y != 0.0).map(f64::signum);
     let normals = normal(continuum).zip(normal(layer));
     if let Some(why) = normals.and_then(same_side) {
         return Err(refuse(why));
@@ -299,6 +303,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         offered: offered.len(),
         offset,
         period_m,
+        outward_y,
         mapping,
         nodes,
         points,
@@ -356,7 +361,9 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             name: interface.name.clone(),
             force_driven,
             motion_driven,
-            outward_y: outward(&layers.surface, &points, all_points),
+            outward_y: seam
+                .outward_y
+                .unwrap_or_else(|| outward(&layers.surface, &points, all_points)),
             offset: seam.offset,
             period_m: seam.period_m,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
@@ -377,7 +384,8 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     }
 }
 
-/// A row above the other rows of its layer is glued to a continuum that lies on top, whose outward normal points down.
+/// The same from the rows alone: one above the other rows of its layer is glued to a continuum that lies on top, whose outward normal
+/// points down. The only row of a layer counts as one below it.
 fn outward(glued: &Surface, row: &Range<usize>, layer: &Range<usize>) -> f64 {
     let sum = |range: &Range<usize>| glued.y_m[range.clone()].iter().sum::<f64>();
     let mean = |range: &Range<usize>| sum(range) / range.len() as f64;

@@ -79,16 +79,22 @@ impl InterfaceTraction {
         boxes.map(|force| force / area_m2).fold(0.0, larger)
     }
 
-    /// Half of the shortest distance that is symmetric about x = 0 and carries `share` of the normal force (m).
+    /// Half of the shortest distance that is symmetric about the middle and carries `share` of the normal force (m). The middle is
+    /// x = 0, where wheels and crowns are, and that of nodes which all lie to one side of it.
     pub fn half_width(&self, share: f64) -> f64 {
+        let middle = match (self.x_m.first(), self.x_m.last()) {
+            (Some(first), Some(last)) if *first > 0.0 || *last < 0.0 => 0.5 * (first + last),
+            _ => 0.0,
+        };
+        let beside = |node: usize| (self.x_m[node] - middle).abs();
         let mut order: Vec<usize> = (0..self.x_m.len()).collect();
-        order.sort_by(|a, b| self.x_m[*a].abs().total_cmp(&self.x_m[*b].abs()));
+        order.sort_by(|a, b| beside(*a).total_cmp(&beside(*b)));
         let total: f64 = self.normal_n.iter().sum();
         let mut carried = 0.0;
         for index in order {
             carried += self.normal_n[index];
             if carried >= share * total {
-                return self.x_m[index].abs();
+                return beside(index);
             }
         }
         0.0
@@ -124,6 +130,11 @@ mod tests {
         // 40 N on 0.4 mm2 is 100 MPa, whatever the boxes.
         assert!((uniform.peak_of_means(1e-3) / 1e8 - 1.0).abs() < 1e-12);
         assert_eq!(uniform.half_width(0.98), 0.8e-3);
+        let beside = InterfaceTraction {
+            x_m: uniform.x_m.iter().map(|x| x - 4e-3).collect(),
+            ..uniform
+        };
+        assert!((beside.half_width(0.98) - 0.8e-3).abs() < 1e-15);
     }
 
     /// 200 MPa over the 0.4 mm at both ends of 2 mm are 80 N + 80 N in the box of 1 mm across the seam, beside 20 N of its own.
