@@ -289,15 +289,21 @@ impl Summary {
         }));
     }
 
-    /// Enters what the participants said at the end.
+    /// Enters what the participants said at the end. A result that several of them tell has the name of its participant in front.
     pub fn farewell(&mut self, farewells: Vec<Farewell>) {
         let mut state = blake3::Hasher::new();
+        let told = farewells.iter().flat_map(|of| of.outcome.results.keys());
+        let told: Vec<String> = told.cloned().collect();
         for ((name, participant), farewell) in self.participants.iter_mut().zip(farewells) {
             let outcome = farewell.outcome;
             self.held.push(outcome.held_load);
             state.update(name.as_bytes());
             state.update(outcome.state_hash.as_bytes());
-            self.results.extend(outcome.results);
+            for (of, value) in outcome.results {
+                let alone = told.iter().filter(|other| **other == of).count() == 1;
+                let of = if alone { of } else { format!("{name}.{of}") };
+                self.results.insert(of, value);
+            }
             let work: f64 = outcome.work.values().sum();
             participant.work = known(json!({
                 "steps": outcome.steps,

@@ -55,8 +55,8 @@ pub fn of_full_cycles() -> Vec<&'static str> {
 
 /// The entry of RESULTS.md for a result or a signal, whether or not the name of its participant stands before it.
 pub fn explained(name: &str) -> Option<String> {
-    let (entries, last) = (entries(), name.rsplit('.').next()?);
-    let entry = &entries[number(&entries, name).or_else(|| number(&entries, last))?];
+    let entries = entries();
+    let entry = &entries[number(&entries, name)?];
     let kind = ["result", "signal"][usize::from(entry.group == SIGNALS)];
     Some(format!("{name} (a {kind}): {}", entry.sentence))
 }
@@ -70,10 +70,15 @@ impl Entry {
     }
 }
 
-/// Number of the entry that explains a result; exact names come before patterns.
+/// Number of the entry that explains a result, whether or not the name of its participant or interface stands before it; exact names come
+/// before patterns.
 fn number(entries: &[Entry], name: &str) -> Option<usize> {
-    let exact = entries.iter().position(|entry| entry.name == name);
-    exact.or_else(|| entries.iter().position(|entry| entry.explains(name)))
+    let last = name.rsplit('.').next()?;
+    let exact = |name: &str| entries.iter().position(|entry| entry.name == name);
+    let pattern = |name: &str| entries.iter().position(|entry| entry.explains(name));
+    exact(name)
+        .or_else(|| exact(last))
+        .or_else(|| pattern(last))
 }
 
 /// Group for results that the page does not know, which come from foreign solvers.
@@ -147,6 +152,7 @@ mod tests {
         assert_eq!(name_of("interface_force_n"), Some("interface_force_n"));
         assert_eq!(name_of("punch_reaction_y_n"), Some("<set>_reaction_y_n"));
         assert_eq!(name_of("approach_m"), Some("approach_m"));
+        assert_eq!(name_of("third-body-2.disks"), Some("disks"));
         assert_eq!(name_of("temperature_k"), None);
     }
 }

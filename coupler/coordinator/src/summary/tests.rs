@@ -114,3 +114,30 @@ fn an_error_outranks_what_is_suspect_and_strict_makes_any_warning_so() {
     summary.end(0.0, Some(&error), true);
     assert_eq!((summary.status, summary.exit_code), ("interrupted", 130));
 }
+
+#[test]
+fn a_result_that_several_participants_tell_has_their_names_in_front() {
+    let mut summary = held(&InterfaceLedger::default());
+    let told = |results: &[(&str, f64)]| {
+        let mut farewell = Farewell::default();
+        let results = results
+            .iter()
+            .map(|(name, value)| (name.to_string(), *value));
+        farewell.outcome.results = results.collect();
+        farewell
+    };
+    summary.farewell(vec![
+        told(&[("disks", 3.0), ("p_max_nodal_pa", 1.0)]),
+        told(&[("disks", 4.0)]),
+    ]);
+    let found = summary
+        .results
+        .iter()
+        .map(|(name, value)| (name.as_str(), *value));
+    let expected = [
+        ("layer.disks", 4.0),
+        ("p_max_nodal_pa", 1.0),
+        ("rail.disks", 3.0),
+    ];
+    assert_eq!(Vec::from_iter(found), expected);
+}
