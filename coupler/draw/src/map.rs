@@ -43,14 +43,6 @@ impl Map {
         let (side, edge) = (missing(extent.width()), missing(extent.height()));
         Map::of(extent.with_margin(side, edge, edge), heading)
     }
-
-    /// Maps of extents, to scale; all but the first are of the middle.
-    pub fn of_middles(extents: &[Extent]) -> Vec<Map> {
-        let heading = |k: usize| ["", "The middle of it"][k.min(1)];
-        let maps = extents.iter().enumerate();
-        maps.map(|(k, extent)| Map::to_scale(*extent, heading(k)))
-            .collect()
-    }
 }
 
 /// The middle of a layer that is much longer than high.

@@ -1,11 +1,11 @@
 //! Force chains: contacts and bonds of the grains as lines, as wide as their forces, and the adhesion of bonds.
 
-use super::mesh::points_mm;
+use super::mesh::{closer, points_mm};
 use super::units::with_unit;
 use coordinator::error::Error;
 use draw::colour::ColourScale;
 use draw::extent::Extent;
-use draw::map::{Map, Panel, maps, middle};
+use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
 use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
@@ -37,15 +37,19 @@ impl Link {
 /// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
 pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     for MarkedMoment { name, words } in run.moments() {
-        let Some(arrays) = run.fields(&name, "-contacts.vtp")? else {
-            continue;
-        };
-        let links = links(&arrays);
+        let layers = run.all_fields(&name, "-contacts.vtp")?;
+        let layers = layers.iter().map(|(name, of)| (name.as_str(), links(of)));
+        let layers: Vec<(&str, Vec<Link>)> = layers.collect();
+        let extents = layers.iter();
+        let extents = extents.filter_map(|(name, links)| Some((*name, around(links)?)));
+        let extents: Vec<(&str, Extent)> = extents.collect();
+        let links: Vec<Link> = layers.into_iter().flat_map(|(_, links)| links).collect();
         let Some(extent) = around(&links) else {
             continue;
         };
-        let extents: Vec<Extent> = [extent].into_iter().chain(middle(&extent)).collect();
-        let shown = Map::of_middles(&extents);
+        let mut shown = vec![Map::to_scale(extent, "")];
+        let closer = closer(&extents);
+        shown.extend(closer.map(|(part, heading)| Map::to_scale(part, &heading)));
         let mut pictures = Vec::from_iter(forces(&links, &shown, &words));
         pictures.extend(adhesion(&links, &shown, &words));
         return Ok(pictures);

@@ -1,7 +1,7 @@
 //! Meshes and grains of the files of fields, in the millimetres of maps.
 
 use draw::extent::Extent;
-use draw::map::Panel;
+use draw::map::{Panel, middle};
 use runs::fields::{Arrays, numbers, points};
 
 /// Draws the displaced elements that touch a map, each in the colour of its number.
@@ -31,6 +31,18 @@ pub(super) fn deformed_mm(arrays: &Arrays) -> Vec<[f64; 2]> {
 pub(super) fn deformed_extent(arrays: &Arrays) -> Option<Extent> {
     let nodes = deformed_mm(arrays).into_iter();
     Extent::around(nodes.map(|node| (node, 0.0)))
+}
+
+/// The part of layers of grains, by name with their extents, that a map shows once more and larger, and its heading: the middle of a layer
+/// that is much longer than high, or one of several.
+pub(super) fn closer(layers: &[(&str, Extent)]) -> Option<(Extent, String)> {
+    match layers {
+        [(_, layer)] => Some((middle(layer)?, "The middle of it".into())),
+        _ => {
+            let (name, layer) = layers.get(layers.len() / 2)?;
+            Some((*layer, format!("The grains of {name}")))
+        }
+    }
 }
 
 /// The points of a file (mm): the current centres of grains.

@@ -1,57 +1,87 @@
 //! Grains and continuum around the contact, coloured by pressure.
 
-use super::mesh::{deformed_mm, draw_elements, points_mm};
+use super::mesh::{closer, deformed_mm, draw_elements, points_mm};
+use super::movie::mesh::QuadMesh;
+use super::movie::position::{JoinedGrains, beside};
 use super::units::with_unit;
 use coordinator::error::Error;
 use draw::colour::{ColourScale, full_mpa};
 use draw::extent::Extent;
-use draw::map::{Map, Panel, maps, middle};
+use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 
-/// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
+/// Fields at a moment: those of the first continuum and of all layers of grains. A second continuum has a frame of its
 /// own, in which it may lie where the first one does.
 struct Scene {
     continuum: Option<Arrays>,
-    grains: Option<Arrays>,
+    /// By the names of their participants.
+    grains: Vec<(String, Arrays)>,
 }
 
 /// Most disks that are drawn one by one: more make a page of tens of megabytes, of disks of a pixel or two.
 const DISKS_MAX: usize = 20_000;
 
 /// The scene at the first of the moments that has fields: the whole contact and, where a layer of grains is much longer
-/// than high, its middle below. `None` where no participant wrote fields.
+/// than high, its middle below, or one of several layers. `None` where no participant wrote fields.
 pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
     for MarkedMoment { name, words } in run.moments() {
+        let mut continua = run.all_fields(&name, ".vtu")?.into_iter();
+        let grains = run.all_fields(&name, ".vtp")?;
+        let continuum = continua.next();
         let scene = Scene {
-            continuum: run.fields(&name, ".vtu")?,
-            grains: run.fields(&name, ".vtp")?,
+            continuum: continuum.map(|(name, arrays)| raised(run, &name, arrays, &grains)),
+            grains,
         };
-        let extents = scene.extents();
-        if !extents.is_empty() {
-            return Ok(Some(scene.picture(&extents, &words)));
+        let shown = scene.shown();
+        if !shown.is_empty() {
+            return Ok(Some(scene.picture(&shown, &words)));
         }
     }
     Ok(None)
 }
 
+/// The fields of a continuum, which are moved to where the grains of its first layer are glued to it if it lies on top of them, in a frame of
+/// its own.
+fn raised(
+    run: &RunFiles,
+    name: &str,
+    mut continuum: Arrays,
+    grains: &[(String, Arrays)],
+) -> Arrays {
+    let setup = run.scenario();
+    let on_top = setup
+        .partner(name)
+        .filter(|joint| joint.partner_set == "lid");
+    let position = on_top.and_then(|joint| {
+        let (_, arrays) = grains.iter().find(|(name, _)| *name == joint.partner)?;
+        let mesh = QuadMesh::of(&continuum)?;
+        beside(&mesh, &joint, &JoinedGrains::of_fields(arrays)).ok()
+    });
+    if let (Some(position), Some(points)) = (position, continuum.get_mut("points")) {
+        let heights = points.iter_mut().skip(1).step_by(3);
+        heights.for_each(|height| *height += position.up);
+    }
+    continuum
+}
+
 impl Scene {
-    fn picture(&self, extents: &[Extent], moment: &str) -> Picture {
+    fn picture(&self, shown: &[Map], moment: &str) -> Picture {
         let disks = self.circles().count();
         let largest = self.largest_pa();
-        let mut what = match (&self.continuum, &self.grains) {
-            (Some(_), Some(_)) => {
+        let mut what = match (&self.continuum, self.grains.is_empty()) {
+            (Some(_), false) => {
                 "Hydrostatic pressure -tr(σ)/3 in the continuum and pressure on the grains"
             }
-            (Some(_), None) => "Hydrostatic pressure -tr(σ)/3 in the continuum",
+            (Some(_), true) => "Hydrostatic pressure -tr(σ)/3 in the continuum",
             _ => "Pressure on the grains",
         }
         .to_string();
         what += &format!(" at the {moment}, to scale.");
-        let glued = |grains: &Arrays| flags(grains, "glued").contains(&true);
-        if self.grains.as_ref().is_some_and(glued) {
+        let glued = |(_, grains): &(String, Arrays)| flags(grains, "glued").contains(&true);
+        if self.grains.iter().any(glued) {
             what += " Thick outlines: glued grains.";
         }
         let stride = disks.div_ceil(DISKS_MAX);
@@ -63,8 +93,7 @@ impl Scene {
             end: self.full_mpa(),
             below: Some("tension"),
         };
-        let shown = Map::of_middles(extents);
-        let svg = maps(&shown, Some(&scale), |panel, _| self.draw(panel, &scale));
+        let svg = maps(shown, Some(&scale), |panel, _| self.draw(panel, &scale));
         let elements = self.continuum.iter();
         let elements: usize = elements.map(|a| numbers(a, "connectivity").len() / 4).sum();
         let largest = largest.map_or("none".into(), |pa| with_unit(pa, "Pa"));
@@ -83,8 +112,9 @@ impl Scene {
         values.iter().copied().reduce(f64::max)
     }
 
-    /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
-    fn extents(&self) -> Vec<Extent> {
+    /// The grains and as much of the continuum as their pressure reaches; without grains all of it. Below, the middle of a layer, or of
+    /// several layers one.
+    fn shown(&self) -> Vec<Map> {
         let nodes = self.continuum.iter();
         let nodes = nodes.flat_map(deformed_mm).map(|node| (node, 0.0));
         let Some(all) = Extent::around(nodes.chain(self.circles())) else {
@@ -93,34 +123,39 @@ impl Scene {
         let edge = 0.02 * all.height();
         let all = all.with_margin(0.0, edge, edge);
         let Some(layer) = Extent::around(self.circles()) else {
-            return vec![all];
+            return vec![Map::to_scale(all, "")];
         };
         let side = 0.02 * layer.width();
         let deep = 0.16 * layer.width();
-        let mut extents = vec![layer.with_margin(side, deep, deep).within(&all)];
-        if let Some(middle) = middle(&layer) {
-            let inside = self.circles().filter(|(centre, _)| middle.holds(*centre));
-            let mut near = Extent::around(inside).unwrap_or(middle);
+        let whole = layer.with_margin(side, deep, deep).within(&all);
+        let mut shown = vec![Map::to_scale(whole, "")];
+        let layers = self
+            .grains
+            .iter()
+            .filter_map(|(name, arrays)| Some((name.as_str(), Extent::around(circles(arrays))?)));
+        if let Some((part, heading)) = closer(&Vec::from_iter(layers)) {
+            let inside = self.circles().filter(|(centre, _)| part.holds(*centre));
+            let mut near = Extent::around(inside).unwrap_or(part);
             near = near.with_margin(0.0, 0.5 * near.height(), 0.5 * near.height());
-            near.x = middle.x;
-            extents.push(near.within(&all));
+            near.x = part.x;
+            shown.push(Map::to_scale(near.within(&all), &heading));
         }
-        extents
+        shown
     }
 
     fn circles(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
-        self.grains.iter().flat_map(circles)
+        self.grains.iter().flat_map(|(_, arrays)| circles(arrays))
     }
 
     /// Pressure at which the colours end (MPa): the largest in the continuum; without one, a value that 95 of 100 grains stay
     /// below, as single grains carry many times the mean.
     fn full_mpa(&self) -> f64 {
-        let of = |set: &Option<Arrays>, name: &str| set.as_ref()?.get(name).cloned();
-        if let Some(continuum) = of(&self.continuum, "hydrostatic_pressure_pa") {
-            return full_mpa(continuum.into_iter().fold(0.0, f64::max));
+        if let Some(largest) = self.largest_pa() {
+            return full_mpa(largest.max(0.0));
         }
-        let grains = of(&self.grains, "pressure_pa").unwrap_or_default();
-        full_mpa(quantile(grains, 0.95).unwrap_or(0.0))
+        let grains = self.grains.iter();
+        let grains = grains.flat_map(|(_, arrays)| numbers(arrays, "pressure_pa"));
+        full_mpa(quantile(grains.copied().collect(), 0.95).unwrap_or(0.0))
     }
 
     fn draw(&self, panel: &mut Panel, scale: &ColourScale) {
@@ -130,7 +165,7 @@ impl Scene {
             draw_elements(panel, arrays, |cell| scale.colour(1e-6 * pressure[cell]));
         }
         panel.layer();
-        if let Some(arrays) = &self.grains {
+        for (_, arrays) in &self.grains {
             let pressure = numbers(arrays, "pressure_pa");
             let colour = |disk: usize| scale.colour(1e-6 * pressure.get(disk).unwrap_or(&0.0));
             disks(panel, arrays, colour);

@@ -5,6 +5,7 @@
 //! moved to where its line of nodes meets the glued grains.
 
 use super::mesh::{MeshSide, QuadMesh, height};
+use runs::fields::{Arrays, flags, numbers, points};
 use runs::scenario::JoinedSet;
 
 /// Grains at the first moment, as a mesh lies beside them (m).
@@ -75,6 +76,22 @@ pub fn beside(
 }
 
 impl JoinedGrains {
+    /// The grains of a file, but for those of a wheel and those in store.
+    pub fn of_fields(arrays: &Arrays) -> JoinedGrains {
+        let radii = numbers(arrays, "radius_m");
+        let [glued, wheel] = ["glued", "wheel"].map(|name| flags(arrays, name));
+        let centres = points(arrays).into_iter().enumerate();
+        let there = |grain: usize| radii.get(grain).is_none_or(|radius| *radius > 0.0);
+        let of_layer = centres.filter(|(grain, _)| there(*grain) && !wheel[*grain]);
+        let (of_glued, free): (Vec<_>, Vec<_>) = of_layer.partition(|(grain, _)| glued[*grain]);
+        let centres = |grains: Vec<(usize, [f64; 2])>| grains.into_iter().map(|(_, at)| at);
+        JoinedGrains {
+            glued: centres(of_glued).collect(),
+            free: centres(free).collect(),
+            radius: radii.iter().copied().fold(0.0, f64::max),
+        }
+    }
+
     /// The glued grains at the lower side of the layer, which lie on the top of a mesh, or those at its upper side.
     fn of(&self, side: MeshSide) -> impl Iterator<Item = &[f64; 2]> {
         let mut free = self.free.clone();

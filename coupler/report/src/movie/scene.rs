@@ -4,7 +4,7 @@ use super::fields::{FieldFiles, FieldSource};
 use super::fit::{Content, nearest};
 use super::mesh::{MeshSide, QuadMesh};
 use super::position::{JoinedGrains, MeshPosition, beside};
-use runs::fields::{Arrays, flags, numbers, points};
+use runs::fields::{Arrays, numbers, points};
 use runs::scenario::Setup;
 
 /// A mesh in its position.
@@ -122,7 +122,9 @@ impl Scene {
             all.find(|grains| grains.source.participant == joint.partner)
         });
         match (joint, grains) {
-            (Some(joint), Some(grains)) => beside(mesh, &joint, &grains.joined()),
+            (Some(joint), Some(grains)) => {
+                beside(mesh, &joint, &JoinedGrains::of_fields(&grains.first))
+            }
             _ if only && self.grains.is_empty() => Ok(MeshPosition::default()),
             _ => Err("is joined with no grains that would tell its place".into()),
         }
@@ -212,21 +214,6 @@ impl GrainBody {
         let given = ["velocity_m_per_s", "body", "adhesion"];
         let given = given.iter().filter(|name| self.first.contains_key(**name));
         given.count()
-    }
-
-    fn joined(&self) -> JoinedGrains {
-        let radii = numbers(&self.first, "radius_m");
-        let [glued, wheel] = ["glued", "wheel"].map(|name| flags(&self.first, name));
-        let centres = self.centres().into_iter().enumerate();
-        let there = |grain: usize| radii.get(grain).is_none_or(|radius| *radius > 0.0);
-        let of_layer = centres.filter(|(grain, _)| there(*grain) && !wheel[*grain]);
-        let (of_glued, free): (Vec<_>, Vec<_>) = of_layer.partition(|(grain, _)| glued[*grain]);
-        let centres = |grains: Vec<(usize, [f64; 2])>| grains.into_iter().map(|(_, at)| at);
-        JoinedGrains {
-            glued: centres(of_glued).collect(),
-            free: centres(free).collect(),
-            radius: radii.iter().copied().fold(0.0, f64::max),
-        }
     }
 }
 
