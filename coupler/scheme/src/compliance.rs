@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use protocol::Window;
 use serde::{Deserialize, Serialize};
 
-use super::group::{Group, Side};
+use super::group::{Group, Patch, Side, components};
 use super::participants::Participants;
 use super::source::ComplianceSource;
 use crate::error::Result;
@@ -70,6 +70,29 @@ impl Compliance {
             start += block.nrows();
         }
         product
+    }
+
+    /// C_ii lambda_i (m) for windows of these substeps: at the nodes of each motion-driven participant the motion by its own forces (N).
+    /// Each stands on nodes of its own, so that the parts of all are one vector.
+    pub fn own(&self, group: &Group, substeps: u32, lambda: &[f64]) -> Vec<f64> {
+        let blocks = &self.state.by_substeps[&substeps];
+        let mut motion = vec![0.0; lambda.len()];
+        for moved in &group.patches {
+            let of_both = |patch: &&Patch| {
+                patch.force_driven == moved.force_driven
+                    && patch.motion_driven == moved.motion_driven
+            };
+            for pushed in group.patches.iter().filter(of_both) {
+                let first = 2 * group.force_driven[moved.force_driven].range.start;
+                let [rows, columns] = [moved, pushed].map(|patch| components(&patch.nodes));
+                let start = (rows.start - first, columns.start - first);
+                let part = blocks[moved.force_driven].view(start, (rows.len(), columns.len()));
+                let part = part * DVector::from_column_slice(&lambda[columns]);
+                let sums = motion[rows].iter_mut().zip(&part);
+                sums.for_each(|(sum, part)| *sum += part);
+            }
+        }
+        motion
     }
 
     /// The components that a force moves in windows of these substeps.

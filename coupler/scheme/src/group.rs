@@ -88,17 +88,6 @@ impl Group {
         self.clock.step_s * f64::from(window.substeps)
     }
 
-    /// Nodal forces (N) that the points of one motion-driven participant exert; zero on the nodes of the others.
-    pub fn borne_by(&self, motion_driven: usize, force: &[f64]) -> Vec<f64> {
-        let mut own = vec![0.0; force.len()];
-        let patches = self.patches.iter();
-        for patch in patches.filter(|patch| patch.motion_driven == motion_driven) {
-            let range = components(&patch.nodes);
-            own[range.clone()].copy_from_slice(&force[range]);
-        }
-        own
-    }
-
     /// The interface that speaks for a motion-driven participant: its first.
     pub fn first_of(&self, motion_driven: usize) -> usize {
         let mut patches = self.patches.iter();

@@ -121,30 +121,19 @@ impl WindowProblem<'_> {
         self.solve(window, &velocity)
     }
 
-    /// C lambda (m) of the forces (N) that each motion-driven participant bears, one vector a participant.
-    pub fn carried(&self, window: &Window, lambda: &[f64]) -> Vec<Vec<f64>> {
-        let of = |participant| {
-            let own = self.group.borne_by(participant, lambda);
-            self.compliance.times(window.substeps, &own)
-        };
-        (0..self.group.motion_driven.len()).map(of).collect()
+    /// C_ii lambda_i (m): at each node the motion by the forces (N) of the motion-driven participant that stands on it, without those of
+    /// others.
+    pub fn carried(&self, window: &Window, lambda: &[f64]) -> Vec<f64> {
+        self.compliance.own(self.group, window.substeps, lambda)
     }
 
-    /// a_g = N (du - C lambda) / H: the velocity of the glued points without the contact forces of their own participant
+    /// a_g = N (du - C_ii lambda_i) / H: the velocity of the glued points without the contact forces of their own participant
     /// (m/s).
-    pub fn free_velocity(
-        &self,
-        window: &Window,
-        increment: &[f64],
-        carried: &[Vec<f64>],
-    ) -> Vec<f64> {
+    pub fn free_velocity(&self, window: &Window, increment: &[f64], carried: &[f64]) -> Vec<f64> {
         let window_s = self.group.window_s(window);
-        let mut velocity = Vec::with_capacity(2 * self.group.points.len());
-        for (side, carried) in self.group.motion_driven.iter().zip(carried) {
-            let motion = self.group.mapping.motion(&difference(increment, carried));
-            velocity.extend(side.of(&motion).iter().map(|v| v / window_s));
-        }
-        velocity
+        let motion = difference(increment, carried);
+        let motion = self.group.mapping.motion(&motion).into_iter();
+        motion.map(|du| du / window_s).collect()
     }
 
     /// Judges contact solves and gap |N du - H v_g| of a repeat; `advice` tells the user what closes the gap.
