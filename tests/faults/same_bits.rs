@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use harness::runs::{Scratch, parse_json, thirdbody};
+use harness::runs::{Scratch, parse_json, read_csv, thirdbody};
 use serde_json::Value;
 
-use crate::scene::{completed, short_quick};
+use crate::scene::{completed, folder, short_quick};
 
 fn hashes(summary: &Value) -> (String, String) {
     let hash = |name: &str| {
@@ -134,6 +134,85 @@ fn threads_change_no_bit_where_there_is_work_for_them() {
     assert_eq!(first, run("2", "two", "shm"), "two threads");
     let inside = [first.1, run("4", "four", "channel").1];
     assert_eq!(inside[0], inside[1], "four threads in one process");
+}
+
+/// Four layers under one rail, processes of one to two threads or threads of one process, listed in either order: the numbers are the same.
+/// `hashes.state` is over the participants as they are listed, each of which keeps its own.
+#[test]
+fn where_several_layers_run_and_how_they_are_listed_changes_no_bit() {
+    let run = |scene: &Path, sets: &[&str], threads: &str| {
+        let work = Scratch::new("layers");
+        let mut command = thirdbody(work.path());
+        command.arg("run").arg(scene).arg("--json");
+        command.args(["--threads", threads, "--out", "out"]);
+        command.args(["--set", "run.end_s=1.2e-4"]);
+        for set in sets {
+            command.args(["--set", set]);
+        }
+        let summary = completed(&mut command);
+        let signals = read_csv(&work.path().join("out/signals.csv"));
+        (summary, signals)
+    };
+    let shipped = folder("rail-over-layers");
+    let (first, signals) = run(&shipped, &[], "1");
+    let repeats = first["repeats_mean"].as_f64();
+    assert!(
+        repeats > Some(1.05),
+        "the layers feel each other: {repeats:?}"
+    );
+    for (sets, threads) in [
+        (&[][..], "2"),
+        (&["run.transport=channel"], "1"),
+        (&["run.transport=channel"], "2"),
+    ] {
+        let other = run(&shipped, sets, threads);
+        assert_eq!(
+            hashes(&first),
+            hashes(&other.0),
+            "{sets:?}, {threads} threads"
+        );
+        assert_eq!(signals, other.1);
+    }
+    let text = std::fs::read_to_string(shipped.join("scenario.toml")).expect("it is shipped");
+    let mut scene: toml::Table = text.parse().expect("it is TOML");
+    let listed = scene["participant"].as_array_mut().expect("five of them");
+    listed.reverse();
+    let turned = Scratch::new("turned");
+    std::fs::write(turned.path().join("scenario.toml"), scene.to_string()).expect("it is ours");
+    let (other, of_other) = run(turned.path(), &[], "1");
+    assert_eq!(signals, of_other);
+    assert_eq!(hashes(&first).0, hashes(&other).0);
+    for name in ["rail", "third-body-1", "third-body-4"] {
+        let state = |of: &Value| of["participants"][name]["state_hash"].clone();
+        assert!(state(&first).is_string());
+        assert_eq!(state(&first), state(&other), "{name}");
+    }
+}
+
+/// The rail is in equilibrium: in the hold its patches bear its load together, as compression, none of them far from a quarter.
+#[test]
+fn patches_under_one_rail_share_its_load() {
+    let work = Scratch::new("shares");
+    let mut command = thirdbody(work.path());
+    command.arg("run").arg(folder("rail-over-layers"));
+    command.args(["--json", "--out", "out", "--set", "run.end_s=2e-4"]);
+    let summary = completed(&mut command);
+    let results = &summary["results"];
+    let borne = [1, 2, 3, 4].map(|patch| {
+        let of = |name: &str| results[format!("patch-{patch}.{name}")].as_f64();
+        assert!(of("p0_1mm_pa") > Some(2e8), "{results}");
+        of("interface_force_n").expect("there is a hold")
+    });
+    let sum: f64 = borne.iter().sum();
+    assert!((sum / 5000.0 - 1.0).abs() < 1e-3, "{borne:?}");
+    assert!(
+        borne.iter().all(|force| (force / 1250.0 - 1.0).abs() < 0.1),
+        "{borne:?}"
+    );
+    for layer in 1..=4 {
+        let disks = &results[format!("third-body-{layer}.disks")];
+        assert!(disks.as_f64() > Some(40.0), "{disks}");
+    }
 }
 
 #[test]
