@@ -26,8 +26,6 @@ fn access(listen: &str) -> Access {
     Access {
         listen: Endpoint::read(listen).expect("it is one"),
         connect: None,
-        certificates: None,
-        password: None,
         lost_after: Duration::from_secs(10),
     }
 }
@@ -278,27 +276,6 @@ fn strangers_without_the_certificate_of_the_run_are_not_let_in() {
         config["transport"]["link"]["tls"]["root_ca_certificate_base64"].clone();
     assert!(!gets_in(&open(&foreign)));
     converse(&mut ours, &mut theirs, 3);
-}
-
-#[test]
-fn strangers_without_the_password_are_not_let_in() {
-    let file = std::env::temp_dir().join(format!("thirdbody-network-{}", std::process::id()));
-    std::fs::write(&file, "anna:secret\n").expect("it is written");
-    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o600);
-    std::fs::set_permissions(&file, mode).expect("it is ours");
-    let host = host(&Access {
-        password: Some(file.clone()),
-        ..access("tcp/127.0.0.1:0")
-    });
-    let (mut ours, mut theirs) = pair(&host);
-    let (mut config, _) = settings(&host);
-    assert!(gets_in(&open(&config)), "this tries nothing");
-    config["transport"]["auth"]["usrpwd"]["password"] = json!("guessed");
-    assert!(!gets_in(&open(&config)));
-    config["transport"]["auth"] = json!({});
-    assert!(!gets_in(&open(&config)));
-    converse(&mut ours, &mut theirs, 3);
-    std::fs::remove_file(&file).expect("it is there");
 }
 
 /// Who is let in and may publish, as anybody on this host without certificates: what it says is not heard, and told of by its reason.

@@ -190,10 +190,13 @@ fn requests_that_do_not_fit_are_faults() {
     assert!(node.couple("bottom").is_err(), "it does not move");
     assert!(node.couple("ballast").is_err(), "there is none");
     let points = node.couple("top").expect("a set").len();
-    assert!(node.couple("top").is_err(), "it is coupled already");
     assert!(node.select(&[points]).is_err(), "one too far");
+    let again = node.couple("top").expect("it may carry another layer");
+    assert_eq!(again.len(), points);
+    assert!(node.select(&[2 * points]).is_err(), "one too far");
     assert!(node.select(&[1, 1]).is_err(), "twice the same");
-    node.select(&[0, 2]).expect("two points");
+    node.select(&[0, points + 2])
+        .expect("two points, one of each layer");
     assert_eq!(
         code(node.advance(&window(0, 1), &[0.0; 3])),
         FaultCode::Protocol

@@ -1,7 +1,6 @@
 //! The scenario: who takes part, who talks to whom, and how.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -142,22 +141,6 @@ pub struct RemoteKeys {
     pub listen: Option<String>,
     /// The endpoint by which participants reach it, where that is another one.
     pub connect: Option<String>,
-    /// Certificates that both ends show; by default made for each run.
-    pub certificates: Option<CertificateKeys>,
-    /// File with `user:password`, asked for besides; nobody else may read it.
-    pub password_file: Option<PathBuf>,
-}
-
-/// Files (PEM) with certificates.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CertificateKeys {
-    /// Certificate of the authority that has signed the other one.
-    pub authority: PathBuf,
-    /// Certificate of both ends, for the name or address that participants connect to.
-    pub certificate: PathBuf,
-    /// Its private key; nobody else may read it.
-    pub private_key: PathBuf,
 }
 
 /// Files that are written, and their cadence.

@@ -2,15 +2,15 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use protocol::{LinkError, Session, Transport};
 use serde_json::{Value, json};
 use zenoh::Wait;
 
-use crate::complaints::Complaints;
-use crate::credentials::{CertificateFiles, Certificates, password};
+use crate::complaints;
+use crate::credentials::certificates;
 use crate::endpoint::Endpoint;
 use crate::link::{NetworkLink, failed};
 use crate::message::{Key, Sender, derived_key};
@@ -25,10 +25,6 @@ pub struct Access {
     pub listen: Endpoint,
     /// The endpoint by which participants reach it, where it has another address for them.
     pub connect: Option<Endpoint>,
-    /// Certificates; those of an encrypted endpoint are made for the run when absent.
-    pub certificates: Option<CertificateFiles>,
-    /// File with `user:password`.
-    pub password: Option<PathBuf>,
     /// Time without any sign of life after which the other end is gone.
     pub lost_after: Duration,
 }
@@ -76,19 +72,13 @@ impl Host {
         ours["transport"]["unicast"]["max_sessions"] = json!(participants + STRANGERS);
         theirs["connect"]["endpoints"] = json!([connect.text()]);
         if listen.is_encrypted() {
-            let certificates = match &access.certificates {
-                Some(files) => Certificates::read(files)?,
-                None => Certificates::made_for(&connect.host).map_err(|error| error.to_string())?,
-            };
-            ours["transport"]["link"]["tls"] = certificates.settings(true);
-            theirs["transport"]["link"]["tls"] = certificates.settings(false);
+            let made = certificates(&connect.host).map_err(|error| error.to_string())?;
+            [
+                ours["transport"]["link"]["tls"],
+                theirs["transport"]["link"]["tls"],
+            ] = made;
         }
-        if let Some(file) = &access.password {
-            let [asked, shown] = password(file)?;
-            ours["transport"]["auth"]["usrpwd"] = asked;
-            theirs["transport"]["auth"]["usrpwd"] = shown;
-        }
-        Complaints::Kept.begin();
+        complaints::listen(complaints::keep);
         let endpoint = listen.text();
         let refused = |error: LinkError| format!("listening at {endpoint}: {error}");
         Ok(Host {
@@ -111,7 +101,7 @@ impl Host {
 
     /// What zenoh has complained of since this was asked last: connections of strangers, mostly.
     pub fn complaints(&self) -> Vec<String> {
-        Complaints::take()
+        complaints::take()
     }
 
     /// The way to it, for the session of a participant; `mark` is a file in the folder of the run that holds its number.
@@ -142,7 +132,7 @@ pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
         read_key(key).ok_or_else(|| failed("the key of the session has 64 hexadecimal digits"))?;
     let lost_after = Duration::from_secs_f64(*lost_after_s);
     let from = Sender::Participant;
-    Complaints::Printed.begin();
+    complaints::listen(complaints::print);
     NetworkLink::new(&open(config)?, &place, from, key, lost_after)
 }
 

@@ -5,7 +5,7 @@
 //!
 //! # What zenoh does, and what it does not
 //!
-//! zenoh makes connections (QUIC, TCP) and makes them again, tells strangers without certificate or password apart, and carries
+//! zenoh makes connections (QUIC, TCP) and makes them again, keeps strangers without certificate out, and carries
 //! messages. Here its messages are numbered, signed, confirmed and repeated, since zenoh gives nothing again that was lost with a connection,
 //! and anybody who may connect may publish: see [`link`]. Scouting, gossip and listening at participants are off: nothing is open but the
 //! endpoint of the coordinator.
@@ -14,11 +14,11 @@
 //!
 //! | endpoint | who gets in | data |
 //! |---|---|---|
-//! | `quic/` | who has a certificate of the run, or of the authority that the scenario names | encrypted |
+//! | `quic/` | who has a certificate of the run | encrypted |
 //! | `tcp/`, loopback only | anybody on this host, to whom nobody listens: messages have signatures | in clear |
 //!
-//! With `password_file` user and password are asked for besides. Certificates and keys of the run are made by the coordinator and never
-//! stored in readable files of others: a participant gets them with its session, through its launcher.
+//! Certificates and keys are made by the coordinator for each run. A participant gets its own with its session, through its launcher, and
+//! no file holds them that others may read.
 //!
 //! # Limits
 //!
@@ -32,7 +32,7 @@
 //! - [`message`]: signed pieces of frames, pings and pongs;
 //! - [`link`]: one end of a connection;
 //! - [`endpoint`]: the address that the coordinator listens at;
-//! - [`credentials`]: certificates, user and password;
+//! - [`credentials`]: the certificates of both ends;
 //! - `complaints`: what zenoh says of connections that failed;
 //! - [`host`]: the side of the coordinator, and [`connect`].
 

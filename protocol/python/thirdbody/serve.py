@@ -76,6 +76,14 @@ def _connect(session: Dict[str, Any]) -> Any:
     return NetworkLink(transport, session["run_id"], participant)
 
 
+def _is_apart(session: Dict[str, Any]) -> bool:
+    """True for a process that does not see the folder of its run, which is on another host."""
+    try:
+        return "mark" in session["transport"] and f"{session['run_id']:016x}" not in Path(session["transport"]["mark"]).read_text()
+    except OSError:
+        return True
+
+
 def _told(error: Exception) -> str:
     """What went wrong, and the line of the participant's own files in which it did."""
     library = str(Path(__file__).parent)
@@ -163,6 +171,8 @@ class Server:
                 "scenario_hash": self._session["scenario_hash"],
                 "units": "SI",
                 "pid": os.getpid(),
+                "host": os.uname().nodename if "mark" in self._session["transport"] else "",
+                "apart": _is_apart(self._session),
                 "description": node.describe().document(),
             })
             while self._answer(node, self._receive()):
@@ -189,7 +199,7 @@ class Server:
             seed=shared["seed"],
             thickness_m=shared["thickness_m"],
             threads=shared["threads"],
-            fields=Path(fields) if fields else None,
+            fields=Path(fields) if fields and not _is_apart(self._session) else None,
         )
         config = Config(self._session["config"] or {})
         node = make(config, setting)

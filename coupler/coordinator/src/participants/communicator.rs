@@ -199,19 +199,19 @@ impl Peers {
 
     /// What strangers have tried, with the participant or the endpoint that it was about.
     pub fn strangers(&self) -> Vec<(String, String)> {
-        let said = |peer: &Peer| {
-            peer.strangers()
-                .into_iter()
-                .map(|said| (peer.name.clone(), said))
-                .collect::<Vec<_>>()
-        };
-        let tried = |network: &Network| {
-            (network.complaints().into_iter())
-                .map(|tried| (network.endpoint().into(), tried))
-                .collect::<Vec<_>>()
-        };
-        let all = self.peers.iter().flat_map(said);
-        all.chain(self.network.iter().flat_map(tried)).collect()
+        let mut all = Vec::new();
+        let peers = self
+            .peers
+            .iter()
+            .map(|peer| (&*peer.name, peer.strangers()));
+        let network = self
+            .network
+            .iter()
+            .map(|network| (network.endpoint(), network.complaints()));
+        for (about, tried) in peers.chain(network) {
+            all.extend(tried.into_iter().map(|tried| (about.to_string(), tried)));
+        }
+        all
     }
 
     /// What is known of the ways to participants on other hosts.

@@ -362,13 +362,10 @@ impl Peer {
                 if let Some(why) = self.other_end.ended() {
                     return self.lost(why);
                 }
-                let host = self
-                    .far
-                    .as_ref()
-                    .map(|far| format!("its host `{}`", far.host));
-                let host = host.unwrap_or_else(|| "its host".into());
+                let far = self.far.as_ref();
+                let host = far.map_or(String::new(), |far| format!(" `{}`", far.host));
                 let state = format!(
-                    "no sign of life came from it: {host}, the process there or the network to it is gone"
+                    "no sign of life came from it: its host{host}, the process there or the network to it is gone"
                 );
                 self.late(seconds, state, "link_s")
             }

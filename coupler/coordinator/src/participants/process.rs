@@ -182,11 +182,9 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
     // It may hold secrets.
-    let file = File::options()
-        .write(true)
-        .create_new(true)
-        .mode(0o600)
-        .open(&path);
+    let mut secret = File::options();
+    secret.write(true).create(true).truncate(true).mode(0o600);
+    let file = secret.open(&path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(Error::output(path.display()))?;
     let log_path = logs.join(format!("{name}.log"));

@@ -148,9 +148,16 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
         let (key, name) = (format!("participant[{index}].name"), &participant.name);
         plain_name(&key, name)?;
         refuse_taken(&key, name, &participants[..index])?;
-        if participant.command.as_ref().is_some_and(Vec::is_empty) {
+        let words = [
+            ("command", &participant.command),
+            ("launch", &participant.launch),
+        ];
+        let mut empty = words
+            .iter()
+            .filter(|(_, words)| *words == &Some(Vec::new()));
+        if let Some((key, _)) = empty.next() {
             let problem = "is empty: give the program and its arguments, or leave the key out";
-            let key = format!("participant[{index}].command");
+            let key = format!("participant[{index}].{key}");
             return refuse(&key, Cause::InvalidValue, problem, None);
         }
     }
@@ -161,17 +168,8 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
 fn check_launches(scenario: &Scenario) -> Result<(), ConfigError> {
     for (index, participant) in scenario.participant.iter().enumerate() {
         let key = format!("participant[{index}].launch");
-        let Some(words) = &participant.launch else {
-            continue;
-        };
         refuse_if(
-            words.is_empty(),
-            &key,
-            "is empty",
-            "give a program and its arguments, or leave the key out",
-        )?;
-        refuse_if(
-            scenario.transport(participant) != TransportKind::Zenoh,
+            participant.launch.is_some() && scenario.transport(participant) != TransportKind::Zenoh,
             &key,
             "starts the participant elsewhere, where shared memory does not reach",
             "set its transport = \"zenoh\"",

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::time::Duration;
 
 use kit::ConfigError;
-use network::credentials::CertificateFiles;
 use network::endpoint::Endpoint;
 use network::{Access, Host};
 use nix::unistd::gethostname;
@@ -39,16 +38,9 @@ fn access(loaded: &Loaded) -> Result<Access> {
     let connect = keys.connect.as_ref();
     let connect = connect.map(|text| read("run.remote.connect", text));
     let listen = keys.listen.clone().unwrap_or_else(default_endpoint);
-    let within = |path: &Path| loaded.folder.join(path);
     Ok(Access {
         listen: read("run.remote.listen", &listen)?,
         connect: connect.transpose()?,
-        certificates: keys.certificates.as_ref().map(|files| CertificateFiles {
-            authority: within(&files.authority),
-            certificate: within(&files.certificate),
-            private_key: within(&files.private_key),
-        }),
-        password: keys.password_file.as_deref().map(within),
         lost_after: Duration::from_secs_f64(loaded.scenario.run.deadlines.link_s),
     })
 }
