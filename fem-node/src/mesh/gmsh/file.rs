@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use kit::ConfigError;
 
 use super::error::{beginning, damaged, no_quadrilaterals, other_form};
-use super::text::{Section, Words, sections};
+use super::text::{Words, sections};
 
 /// Dimension and number of a physical group, or of a part of the geometry.
 pub(super) type Entity = (u8, i64);
@@ -80,8 +80,7 @@ impl File {
         [x, y]
     }
 
-    fn read_names(&mut self, section: &Section) -> Result<(), ConfigError> {
-        let mut words = section.words();
+    fn read_names(&mut self, mut words: Words) -> Result<(), ConfigError> {
         let count: usize = words.integer("the number of names")?;
         for _ in 0..count {
             let dimension = words.integer("the dimension of a group")?;
@@ -92,8 +91,7 @@ impl File {
         words.end(count)
     }
 
-    fn read_nodes(&mut self, version: Version, section: &Section) -> Result<(), ConfigError> {
-        let mut words = section.words();
+    fn read_nodes(&mut self, version: Version, mut words: Words) -> Result<(), ConfigError> {
         let names = ["the number of nodes or blocks", "the number of nodes"];
         let [parts, announced] = parts(&mut words, version, names)?;
         for _ in 0..parts {
@@ -140,10 +138,9 @@ impl File {
     fn read_elements(
         &mut self,
         version: Version,
-        section: &Section,
+        mut words: Words,
         groups: &HashMap<Entity, Vec<i64>>,
     ) -> Result<(), ConfigError> {
-        let mut words = section.words();
         let names = ["the number of elements or blocks", "the number of elements"];
         let [parts, announced] = parts(&mut words, version, names)?;
         for _ in 0..parts {
@@ -269,12 +266,9 @@ fn version(lines: &[&str]) -> Result<Version, ConfigError> {
 }
 
 /// The section of this name, of which there may be one.
-fn only<'a, 's>(
-    sections: &'s [Section<'a>],
-    name: &'static str,
-) -> Result<Option<&'s Section<'a>>, ConfigError> {
-    let mut found = sections.iter().filter(|section| section.name == name);
-    let first = found.next();
+fn only<'a>(sections: &[Words<'a>], name: &str) -> Result<Option<Words<'a>>, ConfigError> {
+    let mut found = sections.iter().filter(|words| words.section == name);
+    let first = found.next().cloned();
     match found.next() {
         None => Ok(first),
         Some(second) => Err(damaged(format!(
@@ -301,8 +295,7 @@ fn parts(
 
 /// Physical groups of the parts of the geometry (4.1): points have three coordinates, all others a box of six, and
 /// those that have a boundary list it.
-fn groups_of_entities(section: &Section) -> Result<HashMap<Entity, Vec<i64>>, ConfigError> {
-    let mut words = section.words();
+fn groups_of_entities(mut words: Words) -> Result<HashMap<Entity, Vec<i64>>, ConfigError> {
     let mut counts = [0usize; 4];
     for count in &mut counts {
         *count = words.integer("the number of parts of the geometry")?;

@@ -6,17 +6,18 @@ use kit::ConfigError;
 
 use super::error::{beginning, damaged, truncated};
 
-/// A section `$Name ... $EndName`.
-#[derive(Clone, Debug)]
-pub(super) struct Section<'a> {
-    pub(super) name: &'a str,
-    /// Number of its first line.
+/// The words of a section `$Name ... $EndName` that have not been read.
+#[derive(Clone)]
+pub(super) struct Words<'a> {
+    pub(super) section: &'a str,
+    /// Line of the next word, unless it stands further down.
     pub(super) line: usize,
-    lines: &'a [&'a str],
+    rest: &'a str,
+    later: &'a [&'a str],
 }
 
 /// Sections in their order. Text between them is ignored, as Gmsh does.
-pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, ConfigError> {
+pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Words<'a>>, ConfigError> {
     let mut sections = Vec::new();
     let mut at = 0;
     while at < lines.len() {
@@ -27,35 +28,16 @@ pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, Con
         let end = format!("$End{name}");
         let length = lines[at + 1..].iter().position(|line| line.trim() == end);
         let length = length.ok_or_else(|| truncated(name))?;
-        sections.push(Section {
-            name,
+        let own = &lines[at + 1..at + 1 + length];
+        sections.push(Words {
+            section: name,
             line: at + 2,
-            lines: &lines[at + 1..at + 1 + length],
+            rest: own.first().copied().unwrap_or_default(),
+            later: own.get(1..).unwrap_or_default(),
         });
         at += length + 2;
     }
     Ok(sections)
-}
-
-impl<'a> Section<'a> {
-    /// Its words, one after the other.
-    pub(super) fn words(&self) -> Words<'a> {
-        Words {
-            section: self.name,
-            line: self.line,
-            rest: self.lines.first().copied().unwrap_or_default(),
-            later: self.lines.get(1..).unwrap_or_default(),
-        }
-    }
-}
-
-/// The words of a section that have not been read.
-pub(super) struct Words<'a> {
-    section: &'a str,
-    /// Line of the next word, unless it stands further down.
-    pub(super) line: usize,
-    rest: &'a str,
-    later: &'a [&'a str],
 }
 
 impl<'a> Words<'a> {
