@@ -14,8 +14,6 @@ use protocol::checkpoint::{pack, unpack};
 use serde_json::json;
 
 use crate::config::DemConfig;
-use crate::config::layer::LayerConfig;
-use crate::config::rail::RailConfig;
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use crate::sample;
@@ -86,29 +84,17 @@ impl SampleStore<'_> {
 
 /// Everything that decides a bit of a prepared sample, as JSON; `None` for one that is not prepared.
 fn recipe(config: &DemConfig, seed: u64) -> Option<String> {
-    let (kind, keys, own) = match &config.sample {
+    let (kind, keys, own) = match config.sample.clone() {
         SampleConfig::Disks(_) => return None,
-        SampleConfig::Layer(layer) => {
-            let keys = LayerConfig {
-                seed: None,
-                ..layer.clone()
-            };
-            (
-                "layer",
-                json!([
-                    keys,
-                    config.law.contact_stiffness_pa,
-                    sample::stays_as_cut(config)
-                ]),
-                layer.seed,
-            )
+        SampleConfig::Layer(mut layer) => {
+            let own = layer.seed.take();
+            let stiffness = config.law.contact_stiffness_pa;
+            let as_cut = sample::stays_as_cut(config);
+            ("layer", json!([layer, stiffness, as_cut]), own)
         }
-        SampleConfig::Rail(rail) => {
-            let keys = RailConfig {
-                seed: None,
-                ..rail.clone()
-            };
-            ("rail", json!(keys), rail.seed)
+        SampleConfig::Rail(mut rail) => {
+            let own = rail.seed.take();
+            ("rail", json!(rail), own)
         }
     };
     let recipe = json!({
