@@ -18,7 +18,7 @@ use crate::rundir::{RunDir, free_bytes};
 use crate::scenario::{RunKeys, Scenario};
 
 /// Name of the last snapshot.
-const AT_THE_END: &str = "end";
+pub const AT_THE_END: &str = "end";
 
 /// The fields of a run.
 pub struct Fields<'a> {
@@ -110,18 +110,9 @@ impl<'a> Fields<'a> {
         Ok(sampled)
     }
 
-    /// Has the fields of the end written, at this time (s).
-    pub fn end(
-        &mut self,
-        communicator: &mut dyn Communicator,
-        groups: &[GroupRun],
-        time_s: f64,
-    ) -> Result<()> {
-        self.write(communicator, groups, AT_THE_END, time_s)
-    }
-
-    /// Participants are asked where nothing is written, too: results are of the state in which some were.
-    fn write(
+    /// Has the fields of a moment written, at this time (s). Participants are asked where nothing is written, too: results are of the state
+    /// in which some were.
+    pub fn write(
         &mut self,
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],

@@ -9,7 +9,7 @@ use protocol::{Description, Finding, Phase, Window};
 
 use super::checkpoint::restart::files_of;
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
-use super::fields::Fields;
+use super::fields::{AT_THE_END, Fields};
 use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
@@ -431,7 +431,8 @@ impl<'a> Outputs<'a> {
         summary: &mut Summary,
     ) -> Result<()> {
         self.pace.end();
-        self.fields.end(communicator, groups, summary.sim_time_s)?;
+        let end_s = summary.sim_time_s;
+        self.fields.write(communicator, groups, AT_THE_END, end_s)?;
         let foretold = self.dry_run.then(|| self.fields.foretold(Path::new(".")));
         summary.foreseen.extend(foretold.flatten());
         summary.results.extend(self.state.sampled.results());
