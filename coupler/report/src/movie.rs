@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 
 use coordinator::error::{Error, Refusal};
 use fields::{FieldFiles, FieldMoment};
-use fit::{Content, FRAMES_MOST, LINES_MOST, evenly};
+use fit::{Content, FRAMES_MOST, LINES_MOST};
 use page::{Movie, PLAYER, Words, page};
 use range::{MovieRanges, round_up};
+use runs::curve::evenly;
 use runs::files::RunFiles;
 use runs::scenario::Setup;
 use scene::Scene;

@@ -120,6 +120,17 @@ pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
     (below < numbers.len()).then(|| *numbers.select_nth_unstable_by(below, f64::total_cmp).1)
 }
 
+/// So many of the numbers below `all`, evenly, the first and the last among them.
+pub fn evenly(count: usize, all: usize) -> Vec<usize> {
+    if count >= all {
+        return (0..all).collect();
+    }
+    let last = count.saturating_sub(1).max(1);
+    (0..count)
+        .map(|k| (k * (all - 1) + last / 2) / last)
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,5 +176,15 @@ mod tests {
         assert!(error.expect_err("a tenth is missing").contains("9.0000e-1"));
         let fine = distance([&[0.001, 0.995], &[1.0, 1.0]], [&[0.0, 1.0], &[1.0, 1.0]]);
         assert_eq!(fine.expect("next to nothing is missing").max, 0.0);
+    }
+
+    #[test]
+    fn even_choices_keep_both_ends() {
+        assert_eq!(evenly(3, 9), [0, 4, 8]);
+        assert_eq!(evenly(9, 3), [0, 1, 2]);
+        assert_eq!(evenly(1, 5), [0]);
+        let some = evenly(24, 400);
+        assert_eq!((some[0], some[23]), (0, 399));
+        assert!(some.windows(2).all(|two| two[0] < two[1]));
     }
 }

@@ -9,6 +9,7 @@ use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
 use coordinator::scenario::load::{Loaded, load};
 use coordinator::scenario::overrides::{remove_at, value_at};
+use runs::curve::evenly;
 
 /// Part of a task in its study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -269,7 +270,7 @@ fn axes(file: &StudyFile, small: &Small) -> Result<Vec<Vec<KeyValue>>, String> {
         Ok(match (vary.scene, small.scenes) {
             (true, Some(most)) => values.into_iter().take(most.max(1)).collect(),
             (true, None) => values,
-            (false, _) => thinned(values, small.limit),
+            (false, _) => thinned(&values, small.limit),
         })
     };
     file.vary.iter().map(axis).collect()
@@ -294,16 +295,10 @@ fn count(file: &StudyFile, axes: &[Vec<KeyValue>]) -> f64 {
 }
 
 /// At most so many values: the first, the last, and some between.
-fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
-    match limit {
-        Some(limit) if limit < axis.len() => {
-            let last = axis.len() - 1;
-            let steps = limit.saturating_sub(1).max(1);
-            let kept = (0..limit.max(1)).map(|k| (k * last + steps / 2) / steps);
-            kept.map(|k| axis[k].clone()).collect()
-        }
-        _ => axis,
-    }
+fn thinned<T: Clone>(axis: &[T], limit: Option<usize>) -> Vec<T> {
+    let count = limit.map_or(axis.len(), |limit| limit.max(1));
+    let kept = evenly(count, axis.len());
+    kept.iter().map(|k| axis[*k].clone()).collect()
 }
 
 /// All combinations of the keys that this takes, the last changing first; the others stay as they are in `start`.
@@ -391,9 +386,9 @@ mod tests {
     #[test]
     fn a_thinned_axis_keeps_its_ends() {
         let all = vec![1, 2, 3, 4, 5];
-        assert_eq!(thinned(all.clone(), Some(3)), [1, 3, 5]);
-        assert_eq!(thinned(all.clone(), Some(2)), [1, 5]);
-        assert_eq!(thinned(all.clone(), Some(1)), [1]);
-        assert_eq!(thinned(all.clone(), None), all);
+        assert_eq!(thinned(&all, Some(3)), [1, 3, 5]);
+        assert_eq!(thinned(&all, Some(2)), [1, 5]);
+        assert_eq!(thinned(&all, Some(1)), [1]);
+        assert_eq!(thinned(&all, None), all);
     }
 }

@@ -80,17 +80,6 @@ fn largest(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usiz
     low
 }
 
-/// So many of the numbers below `all`, evenly, the first and the last among them.
-pub fn evenly(count: usize, all: usize) -> Vec<usize> {
-    if count >= all {
-        return (0..all).collect();
-    }
-    let last = count.saturating_sub(1).max(1);
-    (0..count)
-        .map(|k| (k * (all - 1) + last / 2) / last)
-        .collect()
-}
-
 /// Numbers of the so many points nearest to `centre`, in ascending order.
 pub fn nearest(points: &[[f64; 2]], centre: [f64; 2], count: usize) -> Vec<usize> {
     let far = |k: &usize| (points[*k][0] - centre[0]).hypot(points[*k][1] - centre[1]);
@@ -147,16 +136,6 @@ mod tests {
             assert!(kept.characters(10_000) <= PAGE, "{kept:?}");
             assert!(kept.frames >= 1 && kept.grains > 10_000, "{kept:?}");
         }
-    }
-
-    #[test]
-    fn even_choices_keep_both_ends() {
-        assert_eq!(evenly(3, 9), [0, 4, 8]);
-        assert_eq!(evenly(9, 3), [0, 1, 2]);
-        assert_eq!(evenly(1, 5), [0]);
-        let some = evenly(24, 400);
-        assert_eq!((some[0], some[23]), (0, 399));
-        assert!(some.windows(2).all(|two| two[0] < two[1]));
     }
 
     #[test]
