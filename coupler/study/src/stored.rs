@@ -335,18 +335,13 @@ impl StoredStudy {
         position: &[f64],
     ) -> Option<ErrorPrediction> {
         let floor = self.floor(measure);
+        let known = |expected, bound| Some(ErrorPrediction { expected, bound });
         if setting.set == self.reference {
-            return Some(ErrorPrediction {
-                expected: 0.0,
-                bound: floor,
-            });
+            return known(0.0, floor);
         }
         if self.seedless {
             let error = setting.errors[measure].first()?.max(floor);
-            return Some(ErrorPrediction {
-                expected: error,
-                bound: error,
-            });
+            return known(error, error);
         }
         let varied = self.scene_keys.iter().filter(|key| !key.any);
         let numbers: Vec<Vec<f64>> = varied
@@ -360,10 +355,7 @@ impl StoredStudy {
         let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
         let positions: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
         let found = predict(&positions, &setting.errors[measure], position)?;
-        Some(ErrorPrediction {
-            expected: found.expected,
-            bound: found.bound.max(floor),
-        })
+        known(found.expected, found.bound.max(floor))
     }
 
     /// The floor of noise of a measure: the largest of its scenes.
