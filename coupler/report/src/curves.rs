@@ -68,12 +68,17 @@ impl YAxis {
 /// A chart over time of the named columns.
 pub(super) fn over_time(file: &str, caption: &str, y: YAxis, lines: &[(&str, &str)]) -> Chart {
     let line = |(words, signal): &(&str, &str)| (words.to_string(), signal.to_string());
+    of_found(file, caption, y, lines.iter().map(line).collect())
+}
+
+/// A chart over time of columns that a run was found to have.
+pub(super) fn of_found(file: &str, caption: &str, y: YAxis, lines: Vec<(String, String)>) -> Chart {
     Chart {
         file: file.into(),
         caption: caption.into(),
         x: TIME,
         y,
-        lines: lines.iter().map(line).collect(),
+        lines,
         styles: &[],
     }
 }

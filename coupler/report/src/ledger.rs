@@ -1,6 +1,6 @@
 //! Curves of the balances of a run: interfaces, energies, bonds and flows of third body, as many as it has.
 
-use super::curves::{Chart, YAxis, over_time};
+use super::curves::{Chart, YAxis, of_found, over_time};
 use runs::files::RunFiles;
 use runs::table::Table;
 
@@ -68,15 +68,12 @@ fn works(signals: &Table) -> Chart {
     let columns = signals.chosen(|name| participant(name).is_some());
     let lines = columns.iter();
     let lines = lines.filter_map(|(name, _)| Some((participant(name)?, name.to_string())));
-    Chart {
-        lines: lines.collect(),
-        ..over_time(
-            "interface-work.svg",
-            "Work that each participant received through its interfaces: what one gives, the other takes",
-            YAxis::Linear("work (mJ)", 1e3),
-            &[],
-        )
-    }
+    of_found(
+        "interface-work.svg",
+        "Work that each participant received through its interfaces: what one gives, the other takes",
+        YAxis::Linear("work (mJ)", 1e3),
+        lines.collect(),
+    )
 }
 
 /// A term that is less than this over the largest one would be a line at zero beside it.
@@ -108,15 +105,12 @@ pub(super) fn energies(run: &RunFiles) -> Vec<Chart> {
             1 => " (a term below 0.01 % of the largest is not drawn)".into(),
             count => format!(" ({count} terms below 0.01 % of the largest are not drawn)"),
         };
-        Chart {
+        of_found(
+            &format!("energy-{name}.svg"),
+            &format!("Terms of the energy balance of `{name}`{rest}"),
+            YAxis::Linear("energy (mJ)", 1e3),
             lines,
-            ..over_time(
-                &format!("energy-{name}.svg"),
-                &format!("Terms of the energy balance of `{name}`{rest}"),
-                YAxis::Linear("energy (mJ)", 1e3),
-                &[],
-            )
-        }
+        )
     };
     run.entries("participants").map(chart).collect()
 }
@@ -159,15 +153,12 @@ pub(super) fn reactions(signals: &Table) -> Chart {
     let words = |name: &str| name.strip_suffix("_n").unwrap_or(name).replace('_', " ");
     let lines = columns.iter();
     let lines = lines.map(|(name, _)| (words(name), name.to_string()));
-    Chart {
-        lines: lines.collect(),
-        ..over_time(
-            "reactions.svg",
-            "Forces that driven sets exert on their bodies",
-            YAxis::Linear("force (N)", 1.0),
-            &[],
-        )
-    }
+    of_found(
+        "reactions.svg",
+        "Forces that driven sets exert on their bodies",
+        YAxis::Linear("force (N)", 1.0),
+        lines.collect(),
+    )
 }
 
 /// The force of each set that is moved over time along x or y, over its displacement.
