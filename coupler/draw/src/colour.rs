@@ -30,6 +30,15 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
+    /// A scale of this quantity up to `end`, with a word for values below zero.
+    pub fn new(quantity: &str, end: f64, below: Option<&'static str>) -> ColourScale {
+        ColourScale {
+            quantity: quantity.into(),
+            end,
+            below,
+        }
+    }
+
     /// Colour of a value.
     pub fn colour(&self, value: f64) -> String {
         let share = value / self.end;
@@ -121,11 +130,7 @@ mod tests {
             .collect();
         let darker = all.windows(2).take(39).all(|pair| pair[0] > pair[1]);
         assert!(darker, "{all:?}");
-        let scale = ColourScale {
-            quantity: "p (MPa)".into(),
-            end: 10.0,
-            below: Some("tension"),
-        };
+        let scale = ColourScale::new("p (MPa)", 10.0, Some("tension"));
         assert_eq!(scale.colour(-1.0), BELOW);
         assert_eq!(scale.colour(1e9), shade(1.0));
         let mut svg = Svg::default();

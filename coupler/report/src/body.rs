@@ -41,11 +41,11 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     let extent = body.with_margin(0.0, margin, margin);
     let values = arrays.get("hydrostatic_pressure_pa")?;
     let largest = values.iter().copied().fold(0.0, f64::max);
-    let scale = ColourScale {
-        quantity: "hydrostatic pressure (MPa)".into(),
-        end: full_mpa(largest),
-        below: Some("tension"),
-    };
+    let scale = ColourScale::new(
+        "hydrostatic pressure (MPa)",
+        full_mpa(largest),
+        Some("tension"),
+    );
     let scales = match is_to_scale(&extent) {
         true => "",
         false => " Both axes have scales of their own.",
@@ -84,11 +84,7 @@ pub fn status(run: &RunFiles) -> Result<Vec<Picture>, Error> {
 fn contact(file: &str, words: &str, arrays: &Arrays, nodes: &[ContactNode]) -> Picture {
     let sizes = magnitudes(arrays);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let scale = ColourScale {
-        quantity: "|u| (µm)".into(),
-        end: 1e6 * full_scale(largest),
-        below: None,
-    };
+    let scale = ColourScale::new("|u| (µm)", 1e6 * full_scale(largest), None);
     let svg = maps(&[Map::of(around(nodes), "")], Some(&scale), |panel, _| {
         draw_elements(panel, arrays, |cell| scale.colour(1e6 * sizes[cell]));
         mark(panel, nodes);

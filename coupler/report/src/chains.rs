@@ -138,11 +138,7 @@ fn adhesion(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     if whole == 0 {
         return None;
     }
-    let scale = ColourScale {
-        quantity: "intensity of adhesion".into(),
-        end: 1.0,
-        below: None,
-    };
+    let scale = ColourScale::new("intensity of adhesion", 1.0, None);
     let stride = bonds.len().div_ceil(LINES_MAX).max(1);
     let svg = maps(shown, Some(&scale), |panel, _| {
         let held = bonds.iter().filter(|(_, adhesion)| *adhesion > 0.0);

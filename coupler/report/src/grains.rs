@@ -29,11 +29,7 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
     shown.extend(body.iter().map(|body| Map::to_scale(body.0, "Continuum")));
     let pressures = cells.all.iter().map(|(_, p)| *p).collect();
     let full = full_scale(quantile(pressures, SHOWN).unwrap_or(0.0));
-    let scale = ColourScale {
-        quantity: "p = trace/3 (MPa)".into(),
-        end: 1e-6 * full,
-        below: Some("tension"),
-    };
+    let scale = ColourScale::new("p = trace/3 (MPa)", 1e-6 * full, Some("tension"));
     let svg = maps(&shown, Some(&scale), |panel, number| match body {
         Some((_, arrays, values)) if number > 0 => {
             draw_elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));

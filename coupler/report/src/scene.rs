@@ -88,11 +88,7 @@ impl Scene {
         if stride > 1 {
             what += &format!(" Every {stride}th of {disks} grains is drawn.");
         }
-        let scale = ColourScale {
-            quantity: "pressure (MPa)".into(),
-            end: self.full_mpa(),
-            below: Some("tension"),
-        };
+        let scale = ColourScale::new("pressure (MPa)", self.full_mpa(), Some("tension"));
         let svg = maps(shown, Some(&scale), |panel, _| self.draw(panel, &scale));
         let elements = self.continuum.iter();
         let elements: usize = elements.map(|a| numbers(a, "connectivity").len() / 4).sum();
