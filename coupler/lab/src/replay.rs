@@ -65,12 +65,9 @@ impl Recording {
 /// Reads a log; of a truncated one, the valid beginning. `overrides` change the scenario that made it.
 pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> {
     let mut log = recover(path)?;
-    let source = ScenarioSource {
-        name: format!("{} (scenario)", path.display()),
-        text: log.provenance.scenario_toml.clone(),
-        overrides: overrides.to_vec(),
-    };
-    let mut loaded = parse(source)?;
+    let name = format!("{} (scenario)", path.display());
+    let text = log.provenance.scenario_toml.clone();
+    let mut loaded = parse(ScenarioSource::new(name, text, overrides))?;
     if let Some(folder) = of_manifest(&log.provenance.manifest_json, FOLDER_KEY) {
         loaded.folder = folder;
     }

@@ -74,12 +74,7 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let manifest = std::fs::read_to_string(beside.join("manifest.json")).unwrap_or_default();
     let kept = of_manifest(&manifest, FOLDER_KEY);
     let changed = of_manifest(&manifest, CHANGED_KEY).unwrap_or_default();
-    let source = ScenarioSource {
-        name: path.display().to_string(),
-        text,
-        overrides: overrides.to_vec(),
-    };
-    let loaded = parse(source)?;
+    let loaded = parse(ScenarioSource::new(path.display(), text, overrides))?;
     Ok(Loaded {
         folder: kept.unwrap_or_else(|| absolute(beside)),
         changed: since(changed, loaded.changed),

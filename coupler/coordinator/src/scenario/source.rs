@@ -1,5 +1,7 @@
 //! Places of keys in the scenario file, for messages that point at them.
 
+use std::fmt::Display;
+
 use kit::ConfigError;
 use miette::NamedSource;
 use toml::Spanned;
@@ -19,6 +21,15 @@ pub struct ScenarioSource {
 }
 
 impl ScenarioSource {
+    /// A text under this name, with overrides that are to be applied to it.
+    pub fn new(name: impl Display, text: String, overrides: &[String]) -> ScenarioSource {
+        ScenarioSource {
+            name: name.to_string(),
+            text,
+            overrides: overrides.to_vec(),
+        }
+    }
+
     /// An error about `key`, a dotted path from the top of the scenario in which list entries are named or
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.

@@ -35,13 +35,10 @@ pub struct ParticipantRow {
 
 /// A scenario for a program that is asked without one.
 pub fn scenario_of_a_command() -> Result<Loaded, Error> {
-    parse(ScenarioSource {
-        name: "scenario.toml".into(),
-        text: format!(
-            "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"
-        ),
-        overrides: Vec::new(),
-    })
+    let text = format!(
+        "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"
+    );
+    parse(ScenarioSource::new("scenario.toml", text, &[]))
 }
 
 /// Asks a participant for its first window over and over, without a load.

@@ -38,11 +38,7 @@ const SCENES: [(&str, &str); 3] = [
 /// The scenes, each read once.
 pub fn scenes() -> Result<Vec<Loaded>, Error> {
     let texts = SCENES.iter().map(|(output, scheme)| text(output, scheme));
-    let sources = texts.map(|text| ScenarioSource {
-        name: "simulated.toml".into(),
-        text,
-        overrides: Vec::new(),
-    });
+    let sources = texts.map(|text| ScenarioSource::new("simulated.toml", text, &[]));
     sources.map(parse).collect()
 }
 
