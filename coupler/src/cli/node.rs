@@ -10,19 +10,23 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::getpgrp;
 use protocol::link::shm;
 use protocol::participate::{Connect, end_with_coordinator, participate_over, read_session};
-use protocol::{Session, Transport};
+use protocol::{Cause, Session, Transport};
 use signal_hook::consts::SIGTERM;
 use signal_hook::flag;
 
 use super::common::VerbResult;
 use coordinator::error::{Code, Error, Refusal};
 use coordinator::participants::Registry;
+use coordinator::rundir::BUILD;
 
 /// Arguments of `node`.
 #[derive(Debug, clap::Args)]
 pub struct NodeArguments {
     /// Kind of the solver: fem or dem.
     kind: String,
+    /// Refuse to serve if this program is of another build.
+    #[arg(long, hide = true)]
+    build: Option<String>,
 }
 
 /// Arguments of `exec-child`.
@@ -48,6 +52,12 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     let text = || format!("no solver of kind `{kind}` is built in");
     let missing = || Refusal::other(Code::UnknownKind, text());
     let solver = registry.get(kind).ok_or_else(missing)?;
+    if let Some(build) = arguments.build.as_ref().filter(|build| *build != BUILD) {
+        let text = format!(
+            "this program is of build {BUILD}, the coordinator of {build}: its bits would be others; put the same program on both hosts"
+        );
+        return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
+    }
     participate_over(CONNECT, solver.build).map_err(Refusal::from)?;
     Ok(0)
 }

@@ -33,11 +33,6 @@ pub(crate) fn keep(said: String) {
     }
 }
 
-/// Prints it on the standard error, which a coordinator keeps of its participants.
-pub(crate) fn print(said: String) {
-    eprintln!("zenoh: {said}");
-}
-
 /// Those that were kept.
 pub(crate) fn take() -> Vec<String> {
     std::mem::take(&mut *COMPLAINTS.lock().unwrap_or_else(PoisonError::into_inner))

@@ -132,7 +132,8 @@ pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
         read_key(key).ok_or_else(|| failed("the key of the session has 64 hexadecimal digits"))?;
     let lost_after = Duration::from_secs_f64(*lost_after_s);
     let from = Sender::Participant;
-    complaints::listen(complaints::print);
+    // Its coordinator keeps what it prints.
+    complaints::listen(|said| eprintln!("zenoh: {said}"));
     NetworkLink::new(&open(config)?, &place, from, key, lost_after)
 }
 

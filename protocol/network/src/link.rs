@@ -34,9 +34,6 @@ const SOON: Duration = Duration::from_millis(20);
 /// Time between two pings of a wait.
 const PING: Duration = Duration::from_millis(250);
 
-/// Pieces that are sent again at once.
-const AT_ONCE: usize = 64;
-
 /// Longest round trip that is measured.
 const LONGEST_TRIP: Duration = Duration::from_secs(2);
 
@@ -141,12 +138,11 @@ impl State {
     fn lost(&mut self, heard_there_ns: u64) -> Vec<(u64, ZBytes)> {
         let pieces = self.unconfirmed.iter_mut();
         let lost = pieces.filter(|piece| piece.put_ns <= heard_there_ns);
-        lost.take(AT_ONCE)
-            .map(|piece| {
-                piece.put_ns = u64::MAX;
-                (piece.number, piece.bytes.clone())
-            })
-            .collect()
+        let again = lost.map(|piece| {
+            piece.put_ns = u64::MAX;
+            (piece.number, piece.bytes.clone())
+        });
+        again.collect()
     }
 
     /// zenoh has a piece now.

@@ -169,7 +169,9 @@ impl Launcher<'_> {
         match &participant.command {
             None => {
                 self.registry.find(participant)?;
-                command.arg(&self.program).args(["node", &participant.kind])
+                // Another program may be at the same path there.
+                let words = ["node", &participant.kind, "--build", BUILD];
+                command.arg(&self.program).args(words)
             }
             Some(words) => command.args(words),
         };
