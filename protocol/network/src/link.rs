@@ -435,5 +435,7 @@ impl Drop for NetworkLink {
 }
 
 pub(crate) fn failed(error: impl std::fmt::Display) -> LinkError {
-    LinkError::Transport(format!("zenoh: {error}"))
+    // Without the place in its sources.
+    let said = format!("zenoh: {error}");
+    LinkError::Transport(said.split(" at /").next().unwrap_or_default().into())
 }

@@ -74,10 +74,9 @@ fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) ->
             return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
     }
-    let host = &welcome.host;
-    communicator.peers_mut().peer(peer).is_at(host);
+    communicator.peers_mut().peer(peer).is_at(&welcome.host);
     if welcome.apart {
-        refuse_apart(communicator.peers().name(peer), host, loaded)?;
+        refuse_apart(communicator.peers().name(peer), &welcome.host, loaded)?;
     }
     if let Some(why) = fault_of_description(&welcome.description) {
         return Err(communicator.peers().protocol_error(peer, why));
