@@ -106,7 +106,7 @@ pub struct RunKeys {
     /// Longest waits.
     #[serde(default)]
     pub deadlines: Deadlines,
-    /// How participants on other hosts reach the coordinator.
+    /// Endpoints by which participants on other hosts reach the coordinator.
     #[serde(default)]
     pub remote: RemoteKeys,
     /// Bounds of the checks of plausibility.
@@ -132,7 +132,7 @@ pub enum TransportKind {
     Zenoh,
 }
 
-/// How participants on other hosts reach the coordinator.
+/// Endpoints by which participants on other hosts reach the coordinator.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RemoteKeys {

@@ -1,4 +1,4 @@
-//! What zenoh complains of about connections: whom it did not let in, and whom it cannot reach.
+//! Complaints of zenoh about connections: whom it did not let in, and whom it cannot reach.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -17,12 +17,13 @@ pub(crate) fn listen(hear: fn(String)) {
                 .any(|of| about.target().starts_with(of));
             of_connection && ["WARN", "ERROR"].contains(&about.level().as_str())
         },
-        move |record| {
-            let said = record.message.unwrap_or_default();
-            // Where in its sources zenoh stands then helps nobody.
-            hear(said.split(" at /").next().unwrap_or_default().into());
-        },
+        move |record| hear(without_place(&record.message.unwrap_or_default())),
     );
+}
+
+/// Words of zenoh without the place in its sources, which they end with and which helps nobody.
+pub(crate) fn without_place(said: &str) -> String {
+    said.split(" at /").next().unwrap_or_default().into()
 }
 
 /// Keeps a complaint until it is taken.

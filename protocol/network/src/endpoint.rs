@@ -21,7 +21,7 @@ impl Endpoint {
                 "`{text}` must be written protocol/host:port with the protocol quic or, on loopback, tcp, for instance quic/192.168.7.1:7447"
             )
         };
-        // It reads and writes one connection in two threads at a time, which rustls does not allow: its issue 2557.
+        // zenoh reads and writes such a connection in two threads at a time, which rustls does not allow: its issue 2557.
         if text.starts_with("tls/") {
             return Err(format!(
                 "`{text}`: TLS over TCP makes processes crash in zenoh 1.10 when both ends send; quic/ encrypts and asks for certificates as well"
@@ -79,15 +79,11 @@ impl Endpoint {
 
     /// Its text.
     pub fn text(&self) -> String {
-        let Endpoint {
-            protocol,
-            host,
-            port,
-        } = self;
-        match host.contains(':') {
-            true => format!("{protocol}/[{host}]:{port}"),
-            false => format!("{protocol}/{host}:{port}"),
+        let mut host = self.host.clone();
+        if host.contains(':') {
+            host = format!("[{host}]");
         }
+        format!("{}/{host}:{}", self.protocol, self.port)
     }
 }
 

@@ -18,7 +18,7 @@ use crate::message::{Key, Sender, derived_key};
 /// Connections that strangers may have at a time besides the participants.
 const STRANGERS: usize = 4;
 
-/// How participants on other hosts reach a coordinator.
+/// Endpoints by which participants on other hosts reach a coordinator.
 #[derive(Clone, Debug)]
 pub struct Access {
     /// The endpoint to listen at.
@@ -99,7 +99,7 @@ impl Host {
         NetworkLink::new(&self.session, &place, from, key, self.lost_after)
     }
 
-    /// What zenoh has complained of since this was asked last: connections of strangers, mostly.
+    /// Complaints of zenoh since this was asked last: connections of strangers, mostly.
     pub fn complaints(&self) -> Vec<String> {
         complaints::take()
     }

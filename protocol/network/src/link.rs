@@ -17,6 +17,7 @@ use zenoh::bytes::ZBytes;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 
+use crate::complaints::without_place;
 use crate::message::{Key, Message, Purpose, Refused, Sender};
 
 /// Doubles of a piece: it fits into a batch of zenoh, so that each has the patience of its own there.
@@ -28,7 +29,7 @@ const MAX_DOUBLES: usize = 1 << 27;
 /// Frames that the other end has not taken yet: a request, and the one that was sent ahead.
 const WAITING_FRAMES: u64 = 2;
 
-/// Time between two pings before the other end was heard, and while it has to take frames.
+/// Time between two pings before the other end was heard, and of an end that leaves.
 const SOON: Duration = Duration::from_millis(20);
 
 /// Time between two pings of a wait.
@@ -55,7 +56,7 @@ pub struct NetworkLink {
     pinged: Option<Instant>,
 }
 
-/// What both threads of an end share: the one that calls the link, and zenoh's, which brings messages.
+/// State and keys that the two threads of an end share: the one that calls the link, and zenoh's, which brings messages.
 struct End {
     key: Key,
     sender: Sender,
@@ -435,7 +436,5 @@ impl Drop for NetworkLink {
 }
 
 pub(crate) fn failed(error: impl std::fmt::Display) -> LinkError {
-    // Without the place in its sources.
-    let said = format!("zenoh: {error}");
-    LinkError::Transport(said.split(" at /").next().unwrap_or_default().into())
+    LinkError::Transport(without_place(&format!("zenoh: {error}")))
 }

@@ -197,7 +197,7 @@ impl Peers {
         &mut self.peers[peer]
     }
 
-    /// What strangers have tried, with the participant or the endpoint that it was about.
+    /// Attempts of strangers, each with the participant or the endpoint that it was about.
     pub fn strangers(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
         let peers = self
@@ -214,7 +214,7 @@ impl Peers {
         all
     }
 
-    /// What is known of the ways to participants on other hosts.
+    /// Hosts of participants and the ways to them; none for those of this host.
     pub fn far(&self) -> impl Iterator<Item = &Option<Far>> {
         self.peers.iter().map(|peer| &peer.far)
     }

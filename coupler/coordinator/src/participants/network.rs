@@ -32,11 +32,10 @@ pub fn check(loaded: &Loaded) -> Result<()> {
     let Some(first) = remote else {
         return Ok(());
     };
-    let own = scenario.participant[first].transport.is_some();
-    let key = match own {
-        true => format!("participant[{first}].transport"),
-        false => "run.transport".into(),
-    };
+    let mut key = "run.transport".to_string();
+    if scenario.participant[first].transport.is_some() {
+        key = format!("participant[{first}].transport");
+    }
     refuse_if(
         !cfg!(feature = "zenoh"),
         &key,

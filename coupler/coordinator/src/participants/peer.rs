@@ -136,7 +136,7 @@ impl Peer {
         }
     }
 
-    /// What was said on its connection by others, in words.
+    /// Messages of others on its connection, in words.
     pub fn strangers(&self) -> Vec<String> {
         self.link.refused()
     }

@@ -76,7 +76,7 @@ impl Network {
         self.0.transport(participant, &run.join("manifest.json"))
     }
 
-    /// What it could not let in, in words.
+    /// Complaints about connections that it did not let in.
     pub fn complaints(&self) -> Vec<String> {
         self.0.complaints()
     }
