@@ -84,6 +84,7 @@ def session():
         "run_id": 0x0123456789ABCDEF,
         "scenario_hash": "5c" * 32,
         "coordinator_pid": 1,
+        "transport": {"kind": "shm"},
         "setting": {"participant": "bed", "seed": 7, "thickness_m": 1e-3, "threads": 1, "fields": None},
         "idle_deadline_s": 0.1,
         "config": {"stiffness_n_per_m": [1e6, 2e6, 4e6]},
