@@ -173,11 +173,12 @@ fn describe(loaded: &Loaded) -> String {
     let mut lines = vec![format!("{name}: valid, scenario {hash}")];
     for participant in &scenario.participant {
         let (name, kind) = (&participant.name, &participant.kind);
-        let command = match &participant.command {
-            None => format!("thirdbody node {kind}"),
-            Some(words) => words.join(" "),
-        };
-        lines.push(format!("participant {name} ({kind}): {command}"));
+        let mut words = participant.launch.clone().unwrap_or_default();
+        match &participant.command {
+            None => words.push(format!("thirdbody node {kind}")),
+            Some(command) => words.extend_from_slice(command),
+        }
+        lines.push(format!("participant {name} ({kind}): {}", words.join(" ")));
     }
     for interface in &scenario.interface {
         let ([a, b], scheme) = (&interface.between, interface.scheme);

@@ -94,8 +94,7 @@ struct State {
     left: bool,
     /// Time that was waited with pings since it was heard.
     silent: Duration,
-    /// Our clock at the last ping, and the answer to it.
-    ping_ns: u64,
+    /// The answer to the last ping, or to one before it that took longer than the pause between them.
     answer: Option<RoundTrip>,
     refused: BTreeMap<Refused, u64>,
 }
@@ -213,14 +212,12 @@ fn understand(state: &mut State, message: Message) -> Option<Message> {
             true
         }
         Purpose::Pong => {
-            if message.echo_ns == state.ping_ns {
-                let time_ns = monotonic_ns() - state.ping_ns;
-                let middle_ns = state.ping_ns + time_ns / 2;
-                state.answer = Some(RoundTrip {
-                    time: Duration::from_nanos(time_ns),
-                    offset_ns: middle_ns as i64 - message.clock_ns as i64,
-                });
-            }
+            let time_ns = monotonic_ns().saturating_sub(message.echo_ns);
+            let middle_ns = message.echo_ns + time_ns / 2;
+            state.answer = Some(RoundTrip {
+                time: Duration::from_nanos(time_ns),
+                offset_ns: middle_ns as i64 - message.clock_ns as i64,
+            });
             // Pieces that were sent before it would be here.
             message.number > state.received
         }
@@ -288,7 +285,6 @@ impl NetworkLink {
     fn ping(&self, pause: Duration) {
         let mut state = self.end.state();
         let ping = state.message(Purpose::Ping);
-        state.ping_ns = ping.clock_ns;
         state.answer = None;
         if state.heard_ns > 0 {
             state.silent += pause;
@@ -398,9 +394,7 @@ impl Link for NetworkLink {
         let mut shortest: Option<RoundTrip> = None;
         for _ in 0..ROUND_TRIPS {
             self.ping(PING);
-            let answered = self.wait(LONGEST_TRIP, LONGEST_TRIP, |state| {
-                state.answer.take().map(Ok)
-            });
+            let answered = self.wait(LONGEST_TRIP, PING, |state| state.answer.take().map(Ok));
             let answered = answered.ok().flatten();
             let all = shortest.into_iter().chain(answered);
             shortest = all.min_by_key(|trip| trip.time);

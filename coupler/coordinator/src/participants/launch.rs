@@ -201,7 +201,6 @@ impl Launcher<'_> {
     }
 }
 
-/// A place that a program in another folder finds.
 /// The setting that is common to all participants of a scenario, without a run directory.
 pub fn setting(loaded: &Loaded, participant: &Participant, threads: usize) -> Setting {
     let run = &loaded.scenario.run;
