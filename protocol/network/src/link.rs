@@ -38,6 +38,9 @@ const PING: Duration = Duration::from_millis(250);
 /// Longest round trip that is measured.
 const LONGEST_TRIP: Duration = Duration::from_secs(2);
 
+/// Longest wait for the other end to hear that this one leaves.
+const FAREWELL: Duration = Duration::from_secs(1);
+
 /// Round trips that are measured; the shortest tells.
 const ROUND_TRIPS: usize = 9;
 
@@ -91,7 +94,11 @@ struct State {
     /// Clock of the last message from it, and of the last ping; 0 before it was heard.
     heard_ns: u64,
     heard_ping_ns: u64,
+    /// Our clock at the last message that it has heard.
+    heard_there_ns: u64,
     left: bool,
+    /// True of an end that goes: its pings say so.
+    leaving: bool,
     /// Time that was waited with pings since it was heard.
     silent: Duration,
     /// The answer to the last ping, or to one before it that took longer than the pause between them.
@@ -223,10 +230,11 @@ fn understand(state: &mut State, message: Message) -> Option<Message> {
         }
         Purpose::Left => {
             state.left = true;
-            false
+            true
         }
     };
     state.heard_ns = state.heard_ns.max(message.clock_ns);
+    state.heard_there_ns = state.heard_there_ns.max(message.echo_ns);
     state.silent = Duration::ZERO;
     state.taken_there = state.taken_there.max(message.taken);
     answered.then(|| Message {
@@ -284,7 +292,11 @@ impl NetworkLink {
     /// Asks the other end, after a pause, for a sign of life.
     fn ping(&self, pause: Duration) {
         let mut state = self.end.state();
-        let ping = state.message(Purpose::Ping);
+        let ping = state.message(if state.leaving {
+            Purpose::Left
+        } else {
+            Purpose::Ping
+        });
         state.answer = None;
         if state.heard_ns > 0 {
             state.silent += pause;
@@ -420,10 +432,14 @@ impl Drop for NetworkLink {
                 (state.left || state.unconfirmed.is_empty()).then_some(Ok(()))
             });
         }
-        let left = self.end.state().message(Purpose::Left);
-        let left = left.signed(&self.end.key, self.end.sender);
-        let _ = self.frames.put(left).wait();
+        let left_ns = monotonic_ns();
+        self.end.state().leaving = true;
+        self.ping(SOON);
         if self.end.sender == Sender::Participant {
+            // A session that closes drops what zenoh has not sent yet.
+            let _ = self.wait(FAREWELL, SOON, |state| {
+                (state.left || state.heard_there_ns >= left_ns).then_some(Ok(()))
+            });
             let _ = self.session.close().wait();
         }
     }
