@@ -407,8 +407,7 @@ impl Link for NetworkLink {
         for _ in 0..ROUND_TRIPS {
             self.ping(PING);
             let answered = self.wait(LONGEST_TRIP, PING, |state| state.answer.take().map(Ok));
-            let answered = answered.ok().flatten();
-            let all = shortest.into_iter().chain(answered);
+            let all = shortest.into_iter().chain(answered.ok().flatten());
             shortest = all.min_by_key(|trip| trip.time);
         }
         shortest
