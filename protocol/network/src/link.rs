@@ -414,12 +414,11 @@ impl Link for NetworkLink {
     }
 
     fn refused(&self) -> Vec<String> {
+        let mut refused = self.refusals();
         // Pieces come again after a connection was lost.
-        let strange = self.refusals().into_iter();
-        let strange = strange.filter(|(reason, _)| *reason != Refused::Repeated);
-        strange
-            .map(|(reason, count)| format!("{count} messages {reason}"))
-            .collect()
+        refused.remove(&Refused::Repeated);
+        let line = |(reason, count): (Refused, u64)| format!("{count} messages {reason}");
+        refused.into_iter().map(line).collect()
     }
 }
 
@@ -434,11 +433,12 @@ impl Drop for NetworkLink {
         let left_ns = monotonic_ns();
         self.end.state().leaving = true;
         self.ping(SOON);
+        // A session that closes drops what zenoh has not sent yet.
+        let _ = self.wait(FAREWELL, SOON, |state| {
+            let heard = state.heard_there_ns >= left_ns || state.heard_ns == 0;
+            (state.left || heard).then_some(Ok(()))
+        });
         if self.end.sender == Sender::Participant {
-            // A session that closes drops what zenoh has not sent yet.
-            let _ = self.wait(FAREWELL, SOON, |state| {
-                (state.left || state.heard_there_ns >= left_ns).then_some(Ok(()))
-            });
             let _ = self.session.close().wait();
         }
     }

@@ -67,6 +67,8 @@ class Coordinator:
         #: Numbers of pieces that do not arrive, once each.
         self.lost = set()
         self.mute = False
+        #: Farewells that do not arrive.
+        self.deaf_to_farewells = 0
         place = f"thirdbody/{self.session['run_id']:016x}/{participant}"
         self.zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(settings(listen=[self.endpoint]))))
         self.publisher = self.zenoh.declare_publisher(f"{place}/request", congestion_control=zenoh.CongestionControl.BLOCK)
@@ -112,7 +114,9 @@ class Coordinator:
             if len(message) < 152 + 8 * 4096:
                 self.frames.put(Frame(Header.unpack(message[80:152]), self.arriving))
                 self.arriving = b""
-        elif purpose in (PIECE, PING) and not self.mute:
+        elif purpose == LEFT and self.deaf_to_farewells:
+            self.deaf_to_farewells -= 1
+        elif purpose in (PIECE, PING, LEFT) and not self.mute:
             # The test may be over.
             with contextlib.suppress(zenoh.ZError):
                 self.tell(PONG, echo_ns=clock_ns)
@@ -245,6 +249,21 @@ class Network(unittest.TestCase):
         self.assertEqual(self.coordinator.receive(), Frame(Header(window=2), b""))
         self.coordinator.until(lambda purpose, *_: purpose == LEFT)
 
+    def test_it_says_that_it_leaves_until_it_is_heard(self):
+        link = self.connected()
+        self.coordinator.deaf_to_farewells = 3
+        link.close()
+        self.coordinator.zenoh.close()
+        said = [purpose for purpose, *_ in self.coordinator.messages.queue]
+        self.assertEqual(said.count(LEFT), 4)
+
+    def test_a_coordinator_that_does_not_hear_its_farewell_is_left_all_the_same(self):
+        link = self.connected()
+        self.coordinator.mute = True
+        start = time.monotonic()
+        link.close()
+        self.assertLess(time.monotonic() - start, 5.0)
+
     def test_frames_of_every_length_arrive_both_ways(self):
         link = self.connected()
         for window, length in enumerate((0, 1, 4095, 4096, 4097, 8192, 300_000)):
@@ -360,6 +379,8 @@ class Network(unittest.TestCase):
         self.assertEqual(link.receive(DEADLINE_S).header.window, 2, "what it said before is heard")
         with self.assertRaisesRegex(LinkError, "closed the connection"):
             link.receive(DEADLINE_S)
+        # A coordinator that leaves says so until it is heard.
+        self.coordinator.until(lambda purpose, *_: purpose == PONG)
 
     def test_a_third_frame_waits_until_the_first_is_taken(self):
         link = self.connected()

@@ -28,6 +28,7 @@ WAITING_FRAMES = 2
 #: Between two pings of a wait, and before the coordinator was heard.
 PAUSE_S, SOON_S = 0.25, 20e-3
 ROUND_TRIPS, LONGEST_TRIP_S = 9, 2.0
+FAREWELLS = 50
 SIGNATURE_SIZE = 32
 #: purpose, number, received, taken, clock_ns, echo_ns.
 NUMBERS = struct.Struct("<6Q")
@@ -98,7 +99,12 @@ class NetworkLink:
         self._ping()
         with contextlib.suppress(LinkError):
             self._wait(self._lost_after_s, lambda: self._confirmed_pieces == self._sent_pieces)
-        self._frames.put(self._message(LEFT, self._sent_pieces, time.monotonic_ns(), self._heard_ns))
+            left_ns = time.monotonic_ns()
+            # A session that closes drops what zenoh has not sent yet.
+            for _ in range(FAREWELLS):
+                self._sign(LEFT, time.monotonic_ns(), self._heard_ns)
+                if self._wait(SOON_S, lambda: self._heard_there_ns >= left_ns):
+                    break
         self._session.close()
 
     def _put(self, unconfirmed: List[Any]) -> None:
@@ -150,9 +156,7 @@ class NetworkLink:
                 self._ping()
 
     def _ping(self) -> None:
-        self._unpinged_s = 0.0
-        with self._changed:
-            self._round_trip = None
+        self._unpinged_s, self._round_trip = 0.0, None
         self._sign(PING, time.monotonic_ns(), self._heard_ns)
 
     def _sign(self, purpose: int, clock_ns: int, echo_ns: int) -> None:
@@ -186,10 +190,9 @@ class NetworkLink:
                 self._heard_ping_ns = clock_ns
             elif purpose == PONG:
                 self._round_trip = now_ns - echo_ns, (echo_ns + now_ns) // 2 - clock_ns
-            elif purpose == LEFT:
-                self._left = True
+            self._left |= purpose == LEFT
             # Pieces that were sent before a pong would be here.
-            answered = purpose == PING or (purpose == PIECE and not due) or (purpose == PONG and number > self._received)
+            answered = purpose in (PING, LEFT) or (purpose == PIECE and not due) or (purpose == PONG and number > self._received)
             self._heard = True
             self._heard_ns = max(self._heard_ns, clock_ns)
             self._heard_there_ns = max(self._heard_there_ns, echo_ns)
@@ -203,6 +206,5 @@ class NetworkLink:
         self._received += 1
         self._arriving.append(message[PAYLOAD_AT:])
         if len(message) < PAYLOAD_AT + PIECE_SIZE:
-            header = Header.unpack(message[HEADER_AT:PAYLOAD_AT])
-            self._arrived.append(Frame(header, b"".join(self._arriving)))
+            self._arrived.append(Frame(Header.unpack(message[HEADER_AT:PAYLOAD_AT]), b"".join(self._arriving)))
             self._arriving.clear()
