@@ -18,6 +18,7 @@ use protocol::{Link, LinkError, PROTOCOL_VERSION, Session, Setting, Transport};
 use serde_json::{Value, json};
 use suite::{AMPLE, SHORT, numbered, receive};
 use zenoh::Wait;
+use zenoh::qos::CongestionControl;
 
 /// Number of the run.
 const RUN: u64 = 7;
@@ -92,6 +93,19 @@ fn a_network_is_a_link() {
     }
 }
 
+#[test]
+fn a_frame_beyond_the_capacity_is_refused_before_anything_is_sent() {
+    let (mut ours, mut theirs) = pair(&host(&access("tcp/127.0.0.1:0")));
+    let (capacity, doubles) = (1 << 27, (1 << 27) + 1);
+    let mut frame = numbered(1, vec![]);
+    frame.payload = vec![0.0; doubles];
+    let refused = Err(LinkError::TooLong { doubles, capacity });
+    assert_eq!(ours.send(&frame, AMPLE), refused);
+    ours.send(&numbered(2, vec![]), AMPLE)
+        .expect("the link still works");
+    assert_eq!(receive(&mut theirs).header.window, 2);
+}
+
 /// A relay between both ends whose connections can be cut: what is under way is lost.
 struct Relay {
     port: u16,
@@ -117,6 +131,8 @@ impl Relay {
                     continue;
                 };
                 for (from, to) in [(&stream, &beyond), (&beyond, &stream)] {
+                    // A piece's last bytes would wait for the other host to confirm those before them.
+                    to.set_nodelay(true).expect("it is open");
                     let [from, to] = [from, to].map(|end| end.try_clone().expect("it is open"));
                     thread::spawn(move || pass_on(from, to));
                 }
@@ -302,7 +318,12 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
         .expect("it listens");
     converse(&mut ours, &mut theirs, 3);
     let again = captured.lock().expect("nobody panics").clone();
-    let say = |place: &str, bytes: Vec<u8>| stranger.put(place, bytes).wait().expect("it is sent");
+    let say = |place: &str, bytes: Vec<u8>| {
+        let put = stranger.put(place, bytes);
+        // None of them is dropped where there is no room.
+        let put = put.congestion_control(CongestionControl::Block);
+        put.wait().expect("it is sent");
+    };
     let message = |purpose| Message {
         purpose,
         number: 4,
@@ -350,4 +371,68 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
     assert!(count(Refused::Signature) == 2_004, "{refused:?}");
     assert!(count(Refused::Form) == 1, "{refused:?}");
     assert!(count(Refused::Repeated) == 1, "{refused:?}");
+}
+
+/// A participant that is written here: pieces are taken in their order, whatever comes first, and a ping that came before is not answered.
+#[test]
+fn pieces_are_taken_in_their_order_and_pings_answered_once() {
+    let host = host(&access("tcp/127.0.0.1:0"));
+    let mut ours = host.link("rail").expect("it is made");
+    let (config, key) = settings(&host);
+    let participant = open(&config);
+    let (tell, heard) = std::sync::mpsc::channel();
+    let _subscriber = participant
+        .declare_subscriber(format!("thirdbody/{RUN:016x}/rail/request"))
+        .callback(move |sample| {
+            let message = Message::read(&sample.payload().to_bytes(), &key, Sender::Coordinator);
+            let _ = tell.send(message.expect("it is signed"));
+        })
+        .wait()
+        .expect("it listens");
+    let say = |purpose, number, clock_ns| {
+        let message = Message {
+            purpose,
+            number,
+            received: 0,
+            taken: 0,
+            clock_ns,
+            echo_ns: 0,
+        };
+        let bytes = message.signed(&key, Sender::Participant);
+        let put = participant.put(format!("thirdbody/{RUN:016x}/rail/answer"), bytes);
+        let put = put.congestion_control(CongestionControl::Block);
+        put.wait().expect("it is sent");
+    };
+    let is_pong = |message: &Message| message.purpose == Purpose::Pong;
+    // Nothing that is said before both have met is heard.
+    let met = (1..1_000).find(|clock_ns| {
+        say(Purpose::Ping, 0, *clock_ns);
+        heard
+            .recv_timeout(SHORT)
+            .is_ok_and(|message| is_pong(&message))
+    });
+    let met = met.expect("pings are answered");
+    for clock_ns in [met + 1, met + 1, met + 2, met + 1, met + 3] {
+        say(Purpose::Ping, 0, clock_ns);
+    }
+    let mut answered = Vec::new();
+    while answered.last() != Some(&(met + 3)) {
+        let message = heard.recv_timeout(AMPLE).expect("pings are answered");
+        let is_new = is_pong(&message) && message.echo_ns > met;
+        answered.extend(is_new.then_some(message.echo_ns));
+    }
+    assert_eq!(answered, [met + 1, met + 2, met + 3]);
+    let frames = [1, 2].map(|number| numbered(number, vec![number as f64]));
+    for number in [2, 1, 2, 2] {
+        let frame = &frames[number as usize - 1];
+        say(
+            Purpose::Piece(frame.header, frame.payload.clone()),
+            number,
+            4,
+        );
+    }
+    for frame in frames {
+        assert_eq!(receive(&mut ours), frame);
+    }
+    assert_eq!(ours.receive(SHORT), Ok(None));
 }
