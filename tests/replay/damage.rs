@@ -55,11 +55,7 @@ impl Run {
         change(&mut entries);
         let mut recorder = Recorder::create(&self.log(), &provenance, 10).expect("writable");
         for entry in entries {
-            let recorded = match entry {
-                Entry::Exchange(exchange) => recorder.record(vec![exchange], None),
-                Entry::WindowEnd(window) => recorder.record(Vec::new(), Some(window)),
-            };
-            recorded.expect("writable");
+            recorder.record(vec![entry]).expect("writable");
         }
         recorder.finish().expect("writable");
     }
@@ -366,8 +362,8 @@ fn two_participants_that_count_their_own_windows_repeat_none() {
                 receiver: exchange_log::COUPLER.into(),
                 frame: Frame::new(header, vec![1.0]),
             };
-            let recorded = recorder.record(vec![exchange], Some(window));
-            recorded.expect("writable");
+            let said = vec![Entry::Exchange(exchange), Entry::WindowEnd(window)];
+            recorder.record(said).expect("writable");
         }
     }
     recorder.finish().expect("writable");

@@ -2,6 +2,8 @@
 
 use protocol::{Frame, Kind};
 
+use super::entry::Entry;
+
 /// Order of a frame inside its block; frames that compare equal keep the order of their arrival.
 type Order = (u64, bool, u32, String, u32);
 
@@ -31,6 +33,14 @@ pub struct ExchangeHasher {
 }
 
 impl ExchangeHasher {
+    /// One entry of the log.
+    pub fn add_entry(&mut self, entry: &Entry) {
+        match entry {
+            Entry::Exchange(said) => self.add(&said.interface, &said.sender, &said.frame),
+            Entry::WindowEnd(_) => self.end_window(),
+        }
+    }
+
     /// One frame of the current window.
     pub fn add(&mut self, interface: &str, sender: &str, frame: &Frame) {
         let header = &frame.header;

@@ -16,7 +16,7 @@ use mcap::{Compression, McapError, WriteOptions, Writer};
 use prost::Message;
 use protocol::link::shm::MAX_DOUBLES;
 
-use super::entry::{Exchange, INTERFACE};
+use super::entry::{Entry, Exchange, INTERFACE};
 use super::error::LogError;
 use super::proto;
 use super::provenance::{self, Provenance};
@@ -56,11 +56,7 @@ pub struct Recorder {
 }
 
 enum Job {
-    Write {
-        exchanges: Vec<Exchange>,
-        /// The window that they end.
-        window: Option<u64>,
-    },
+    Write(Vec<Entry>),
     Sync(Sender<()>),
 }
 
@@ -92,25 +88,23 @@ impl Recorder {
         })
     }
 
-    /// Records frames that passed, and the end of the window that they end. An error may be about earlier ones.
-    pub fn record(
-        &mut self,
-        mut exchanges: Vec<Exchange>,
-        window: Option<u64>,
-    ) -> Result<(), LogError> {
-        if exchanges.is_empty() && window.is_none() {
+    /// Records what happened. An error may be about earlier entries.
+    pub fn record(&mut self, mut entries: Vec<Entry>) -> Result<(), LogError> {
+        if entries.is_empty() {
             return Ok(());
         }
         let start = Instant::now();
-        let doubles = |exchange: &Exchange| exchange.frame.payload.len();
-        let long = exchanges.iter().position(|e| doubles(e) > MAX_DOUBLES);
+        let doubles = |entry: &Entry| match entry {
+            Entry::Exchange(exchange) => exchange.frame.payload.len(),
+            Entry::WindowEnd(_) => 0,
+        };
+        let long = entries.iter().position(|e| doubles(e) > MAX_DOUBLES);
         let refused = long.map(|at| LogError::TooLong {
-            doubles: doubles(&exchanges[at]),
+            doubles: doubles(&entries[at]),
             capacity: MAX_DOUBLES,
         });
-        exchanges.truncate(long.unwrap_or(exchanges.len()));
-        let window = window.filter(|_| refused.is_none());
-        let handed = self.hand_over(Job::Write { exchanges, window });
+        entries.truncate(long.unwrap_or(entries.len()));
+        let handed = self.hand_over(Job::Write(entries));
         self.caller_wall += start.elapsed();
         handed.and(refused.map_or(Ok(()), Err))
     }
@@ -232,7 +226,7 @@ impl LogWriter {
         for job in jobs {
             let start = Instant::now();
             let written = match job {
-                Job::Write { exchanges, window } => self.write(exchanges, window),
+                Job::Write(entries) => entries.into_iter().try_for_each(|entry| self.write(entry)),
                 Job::Sync(done) => self.sync(&done),
             };
             written.map_err(LogError::write(&self.path))?;
@@ -241,10 +235,11 @@ impl LogWriter {
         self.finish()
     }
 
-    fn write(&mut self, exchanges: Vec<Exchange>, window: Option<u64>) -> Result<(), McapError> {
-        let mut exchanges = exchanges.into_iter();
-        exchanges.try_for_each(|exchange| self.write_one(exchange))?;
-        window.map_or(Ok(()), |window| self.end_window(window))
+    fn write(&mut self, entry: Entry) -> Result<(), McapError> {
+        match entry {
+            Entry::Exchange(exchange) => self.write_one(exchange),
+            Entry::WindowEnd(window) => self.end_window(window),
+        }
     }
 
     fn write_one(&mut self, exchange: Exchange) -> Result<(), McapError> {

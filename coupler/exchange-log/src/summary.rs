@@ -118,14 +118,14 @@ pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
     };
     let mut hasher = ExchangeHasher::default();
     for entry in &mut log {
-        match entry? {
+        let entry = entry?;
+        hasher.add_entry(&entry);
+        match entry {
             Entry::Exchange(exchange) => {
-                hasher.add(&exchange.interface, &exchange.sender, &exchange.frame);
                 summary.stats.see(&exchange.frame);
                 summary.count(&exchange);
             }
             Entry::WindowEnd(window) => {
-                hasher.end_window();
                 summary.stats.end();
                 summary.windows += 1;
                 summary.last_window = Some(window);

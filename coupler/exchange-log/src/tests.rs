@@ -98,18 +98,13 @@ fn story(windows: u64) -> Vec<Entry> {
     entries
 }
 
-fn put(recorder: &mut Recorder, entry: &Entry) -> Result<(), LogError> {
-    match entry {
-        Entry::Exchange(e) => recorder.record(vec![e.clone()], None),
-        Entry::WindowEnd(window) => recorder.record(Vec::new(), Some(*window)),
-    }
-}
-
 fn recorded(path: &Path, entries: &[Entry], flush_every_windows: u64) -> LogStats {
     let mut recorder =
         Recorder::create(path, &origin(), flush_every_windows).expect("it is created");
     for entry in entries {
-        put(&mut recorder, entry).expect("it is recorded");
+        recorder
+            .record(vec![entry.clone()])
+            .expect("it is recorded");
     }
     recorder.finish().expect("it is completed")
 }
@@ -122,12 +117,7 @@ fn bytes_of(entries: &[Entry], flush_every_windows: u64) -> Vec<u8> {
 
 fn hash_of(entries: &[Entry]) -> String {
     let mut hasher = ExchangeHasher::default();
-    for entry in entries {
-        match entry {
-            Entry::Exchange(e) => hasher.add(&e.interface, &e.sender, &e.frame),
-            Entry::WindowEnd(_) => hasher.end_window(),
-        }
-    }
+    entries.iter().for_each(|entry| hasher.add_entry(entry));
     hasher.finish()
 }
 
@@ -221,7 +211,7 @@ fn a_message_beyond_the_cap_is_refused() {
     let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
     let mut long = exchange("rail", Kind::Motion, 0, Vec::new());
     long.frame.payload = vec![0.0; MAX_DOUBLES + 1];
-    let refused = recorder.record(vec![long], None);
+    let refused = recorder.record(vec![Entry::Exchange(long)]);
     assert!(matches!(refused, Err(LogError::TooLong { .. })));
     recorder.finish().expect("the log goes on without it");
 }
@@ -343,7 +333,9 @@ fn a_killed_writer_loses_no_more_than_the_windows_since_the_last_flush() {
     let entries = story(7);
     let mut recorder = Recorder::create(&scratch.0, &origin(), 3).expect("it is created");
     for entry in &entries {
-        put(&mut recorder, entry).expect("it is recorded");
+        recorder
+            .record(vec![entry.clone()])
+            .expect("it is recorded");
     }
     // Killed here, as soon as the writer has caught up with the six windows it has to have flushed.
     let found = loop {
@@ -391,7 +383,7 @@ fn a_log_that_is_not_under_its_name_when_it_is_closed_is_an_error() {
         let mut recorder = Recorder::create(&scratch.0, &origin(), 100).expect("it is created");
         story(3)
             .iter()
-            .try_for_each(|entry| put(&mut recorder, entry))
+            .try_for_each(|entry| recorder.record(vec![entry.clone()]))
             .expect("it is recorded");
         harm(&scratch.0).expect("the folder is writable");
         let error = recorder.finish().expect_err(words).to_string();
@@ -410,7 +402,7 @@ fn whoever_waits_for_the_disk_hears_at_once_that_the_writer_has_failed() {
         let start = Instant::now();
         let error = story(3)
             .iter()
-            .try_for_each(|entry| put(&mut recorder, entry))
+            .try_for_each(|entry| recorder.record(vec![entry.clone()]))
             .and_then(|()| recorder.sync())
             .expect_err("the file is gone")
             .to_string();

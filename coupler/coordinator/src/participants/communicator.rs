@@ -31,6 +31,11 @@ pub trait Communicator {
         Ok(())
     }
 
+    /// Does what nobody waits for, while contacts are solved.
+    fn while_solving(&mut self) -> Result<()> {
+        Ok(())
+    }
+
     /// Closes a window.
     fn end_window(&mut self, window: u64) -> Result<()> {
         let _ = window;
@@ -65,6 +70,9 @@ impl dyn Communicator + '_ {
 
     /// Waits for the answer of this kind.
     pub fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame> {
+        if kind == Kind::Force {
+            self.while_solving()?;
+        }
         let (from, wait) = self.peers_mut().waiting(peer, kind == Kind::Welcome);
         let frame = from.receive(kind, &wait)?;
         let (theirs, ours) = (frame.header.run_id, self.peers().run_id);
@@ -200,14 +208,10 @@ impl Peers {
     /// Attempts of strangers, each with the participant or the endpoint that it was about.
     pub fn strangers(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
-        let peers = self
-            .peers
-            .iter()
-            .map(|peer| (&*peer.name, peer.strangers()));
-        let network = self
-            .network
-            .iter()
-            .map(|network| (network.endpoint(), network.complaints()));
+        let peers = self.peers.iter();
+        let peers = peers.map(|peer| (&*peer.name, peer.strangers()));
+        let network = self.network.iter();
+        let network = network.map(|network| (network.endpoint(), network.complaints()));
         for (about, tried) in peers.chain(network) {
             all.extend(tried.into_iter().map(|tried| (about.to_string(), tried)));
         }

@@ -9,11 +9,11 @@ use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover}
 /// Doubles that may wait for the end of their window.
 const WAITING_DOUBLES: usize = 1 << 17;
 
-/// Log and hash of an exchange. The messages of a window are hashed and logged when it ends: the participants are then at work
-/// on the next one, so that nobody waits for it.
+/// Log and hash of an exchange. The messages of a window are hashed and logged while contacts are solved in the next one, so that nobody
+/// waits for it, or when that ends.
 #[derive(Default)]
 pub struct Journal {
-    waiting: Vec<Exchange>,
+    waiting: Vec<Entry>,
     waiting_doubles: usize,
     hasher: ExchangeHasher,
     hash_wall: Duration,
@@ -66,22 +66,27 @@ impl Journal {
     /// Adds a message.
     pub fn add(&mut self, exchange: Exchange) -> Result<()> {
         self.waiting_doubles += exchange.frame.payload.len();
-        self.waiting.push(exchange);
+        self.waiting.push(Entry::Exchange(exchange));
         if self.waiting_doubles < WAITING_DOUBLES {
             return Ok(());
         }
-        self.write_down(None)
+        self.write_down()
     }
 
     /// Ends a block, the handshake or a window.
     pub fn end_window(&mut self, window: u64) -> Result<()> {
+        let is_end = |entry: &Entry| matches!(entry, Entry::WindowEnd(_));
+        if self.waiting.iter().any(is_end) {
+            self.write_down()?;
+        }
         self.blocks += 1;
-        self.write_down(Some(window))
+        self.waiting.push(Entry::WindowEnd(window));
+        Ok(())
     }
 
     /// Sees that the log is on the disk; returns how many blocks it holds.
     pub fn sync(&mut self) -> Result<u64> {
-        self.write_down(None)?;
+        self.write_down()?;
         if let Some(recorder) = &mut self.recorder {
             recorder.sync()?;
         }
@@ -90,7 +95,7 @@ impl Journal {
 
     /// Completes both; the messages of a window that did not end are in them.
     pub fn close(&mut self) -> Result<Closed> {
-        let written = self.write_down(None);
+        let written = self.write_down();
         let start = Instant::now();
         let hash = std::mem::take(&mut self.hasher).finish();
         let hash_wall = self.hash_wall + start.elapsed();
@@ -103,21 +108,17 @@ impl Journal {
         })
     }
 
-    /// Hashes and logs the waiting messages, and the end of a window if it is one.
-    fn write_down(&mut self, window: Option<u64>) -> Result<()> {
+    /// Hashes and logs what waits.
+    pub fn write_down(&mut self) -> Result<()> {
         self.waiting_doubles = 0;
         let waiting = std::mem::take(&mut self.waiting);
         let start = Instant::now();
-        for exchange in &waiting {
-            let (interface, sender) = (&exchange.interface, &exchange.sender);
-            self.hasher.add(interface, sender, &exchange.frame);
-        }
-        if window.is_some() {
-            self.hasher.end_window();
-        }
+        waiting
+            .iter()
+            .for_each(|entry| self.hasher.add_entry(entry));
         self.hash_wall += start.elapsed();
         match &mut self.recorder {
-            Some(recorder) => Ok(recorder.record(waiting, window)?),
+            Some(recorder) => Ok(recorder.record(waiting)?),
             None => Ok(()),
         }
     }

@@ -36,17 +36,14 @@ pub fn check(loaded: &Loaded) -> Result<()> {
     if scenario.participant[first].transport.is_some() {
         key = format!("participant[{first}].transport");
     }
-    refuse_if(
+    let refused = refuse_if(
         !cfg!(feature = "zenoh"),
         &key,
         "`zenoh` needs the feature `zenoh`, which this program was built without",
         "build it so: cargo install --locked --path coupler --features zenoh; or take \"shm\"",
-    )
-    .map_err(|error| {
-        loaded
-            .source
-            .error(&key, error.because(Cause::InvalidValue))
-    })?;
+    );
+    let refused = refused.map_err(|error| error.because(Cause::InvalidValue));
+    refused.map_err(|error| loaded.source.error(&key, error))?;
     built::check(loaded)
 }
 
@@ -71,10 +68,8 @@ impl Hosts {
         }
         let host = &self.names[self.given % self.names.len()];
         self.given += 1;
-        Ok(words
-            .iter()
-            .map(|word| word.replace("{host}", host))
-            .collect())
+        let filled_in = words.iter().map(|word| word.replace("{host}", host));
+        Ok(filled_in.collect())
     }
 }
 
@@ -82,9 +77,8 @@ fn hosts_of_job() -> Result<Vec<String>, String> {
     let nodes = std::env::var(NODES).map_err(|_| {
         format!("{NODES} is not set, run it inside of one (salloc, sbatch), or write the host")
     })?;
-    let told = Command::new("scontrol")
-        .args(["show", "hostnames", &nodes])
-        .output();
+    let mut scontrol = Command::new("scontrol");
+    let told = scontrol.args(["show", "hostnames", &nodes]).output();
     let told = told.map_err(|error| format!("scontrol: {error}"))?;
     let hosts = String::from_utf8_lossy(&told.stdout);
     let hosts: Vec<String> = hosts.split_whitespace().map(String::from).collect();

@@ -153,6 +153,10 @@ impl Communicator for Recorded {
         }
     }
 
+    fn while_solving(&mut self) -> Result<()> {
+        self.journal.write_down()
+    }
+
     fn end_window(&mut self, window: u64) -> Result<()> {
         self.note_times();
         self.journal.end_window(window)

@@ -85,22 +85,20 @@ fn frames(doubles: usize) -> Vec<Frame> {
 
 fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, Error> {
     let mut recorder = Recorder::create(path, &Provenance::default(), FLUSH_EVERY)?;
-    let mut said = Vec::new();
-    for message in 0..messages {
-        let mut frame = frames[message % frames.len()].clone();
-        let window = (message / PER_WINDOW) as u64;
-        frame.header.window = window;
-        said.push(Exchange {
-            interface: "layer-base".into(),
-            sender: "rail".into(),
-            receiver: "coupler".into(),
-            frame,
+    let said: Vec<&Frame> = frames.iter().cycle().take(messages).collect();
+    for (window, said) in (0..).zip(said.chunks(PER_WINDOW)) {
+        let said = said.iter().map(|frame| {
+            let mut frame = Frame::clone(frame);
+            frame.header.window = window;
+            Entry::Exchange(Exchange {
+                interface: "layer-base".into(),
+                sender: "rail".into(),
+                receiver: "coupler".into(),
+                frame,
+            })
         });
-        if said.len() == PER_WINDOW {
-            recorder.record(std::mem::take(&mut said), Some(window))?;
-        }
+        recorder.record(said.chain([Entry::WindowEnd(window)]).collect())?;
     }
-    recorder.record(said, None)?;
     Ok(recorder.finish()?)
 }
 

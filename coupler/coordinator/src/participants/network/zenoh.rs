@@ -18,11 +18,8 @@ pub(crate) struct Network(Host);
 
 /// Refuses keys of the endpoint that cannot be followed.
 pub fn check(loaded: &Loaded) -> Result<()> {
-    let access = access(loaded)?;
-    let key = "run.remote.listen";
-    access
-        .fault()
-        .map_or(Ok(()), |fault| refuse(loaded, key, fault))
+    let fault = access(loaded)?.fault();
+    fault.map_or(Ok(()), |fault| refuse(loaded, "run.remote.listen", fault))
 }
 
 fn refuse<T>(loaded: &Loaded, key: &str, problem: String) -> Result<T> {
