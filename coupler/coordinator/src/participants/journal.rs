@@ -123,3 +123,69 @@ impl Journal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::thread::sleep;
+
+    use exchange_log::Provenance;
+    use kit::scratch::Scratch;
+    use protocol::{Frame, Header, Kind};
+
+    use super::*;
+
+    fn said(iteration: u32) -> Exchange {
+        let header = Header {
+            iteration,
+            ..Header::of(Kind::Report)
+        };
+        Exchange {
+            frame: Frame::new(header, vec![1.0]),
+            ..Exchange::default()
+        }
+    }
+
+    /// A solver that runs alone solves no contacts for the coordinator to write meanwhile.
+    #[test]
+    fn a_window_is_on_its_way_to_the_log_when_the_next_one_ends() {
+        let scratch = Scratch::new("journal", std::process::id().into());
+        std::fs::create_dir_all(scratch.path()).expect("it can be made");
+        let log = scratch.path().join("exchange.mcap");
+        let recorder = Recorder::create(&log, &Provenance::default(), 1);
+        let mut journal = Journal::new(Some(recorder.expect("it is created")));
+        for window in [0, 1] {
+            journal.add(said(0)).expect("it is added");
+            journal.end_window(window).expect("it ends");
+        }
+        let start = Instant::now();
+        let written = || {
+            let entries: Vec<_> = recover(&log).expect("it is a log").flatten().collect();
+            entries.contains(&Entry::WindowEnd(0))
+        };
+        while !written() {
+            assert!(start.elapsed() < Duration::from_secs(20));
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// A message sorts before those of the window before its own, so that it must not come among them.
+    #[test]
+    fn messages_are_hashed_in_their_windows_whenever_they_are_written_down() {
+        let [mut at_once, mut late] = [Journal::new(None), Journal::new(None)];
+        let mut hasher = ExchangeHasher::default();
+        for window in 0..4 {
+            let message = said(9 - window);
+            hasher.add_entry(&Entry::Exchange(message.clone()));
+            hasher.end_window();
+            for journal in [&mut at_once, &mut late] {
+                journal.add(message.clone()).expect("it is added");
+                journal.end_window(window.into()).expect("it ends");
+            }
+            at_once.write_down().expect("nothing is in its way");
+        }
+        let expected = hasher.finish();
+        for mut journal in [at_once, late] {
+            assert_eq!(journal.close().expect("it closes").hash, expected);
+        }
+    }
+}
