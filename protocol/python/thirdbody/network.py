@@ -28,7 +28,7 @@ WAITING_FRAMES = 2
 #: Between two pings of a wait, and before the coordinator was heard.
 PAUSE_S, SOON_S = 0.25, 20e-3
 ROUND_TRIPS, LONGEST_TRIP_S = 9, 2.0
-FAREWELLS = 50
+FAREWELLS = 50  # A second, with the pauses between them.
 SIGNATURE_SIZE = 32
 #: purpose, number, received, taken, clock_ns, echo_ns.
 NUMBERS = struct.Struct("<6Q")

@@ -70,9 +70,6 @@ impl dyn Communicator + '_ {
 
     /// Waits for the answer of this kind.
     pub fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame> {
-        if kind == Kind::Force {
-            self.while_solving()?;
-        }
         let (from, wait) = self.peers_mut().waiting(peer, kind == Kind::Welcome);
         let frame = from.receive(kind, &wait)?;
         let (theirs, ours) = (frame.header.run_id, self.peers().run_id);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::error::{Refusal, Result};
 use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 
-/// Doubles that may wait for the end of their window.
+/// Doubles that may wait to be written down.
 const WAITING_DOUBLES: usize = 1 << 17;
 
 /// Log and hash of an exchange. The messages of a window are hashed and logged while contacts are solved in the next one, so that nobody

@@ -133,6 +133,7 @@ impl Participants for Remote<'_> {
     }
 
     fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer> {
+        self.communicator.while_solving()?;
         let numbers = self.numbers(peer, Kind::Force, window, 2 * n + 3)?;
         Ok(unpack_boundary_answer(&numbers, n))
     }
