@@ -173,6 +173,21 @@ fn a_participant_that_comes_first_waits_for_the_coordinator() {
     assert_eq!(receive(&mut right).header.window, 1);
 }
 
+/// A sleep whose rest is below a microsecond was once for ever: the system rounds it down to none, which has no end.
+#[test]
+fn a_patience_that_ends_within_a_microsecond_of_a_sleep_ends() {
+    let scene = Scene::new();
+    let (mut coordinator, _participant) = scene.pair("rail", WaitMode::Event);
+    let (tell, told) = std::sync::mpsc::channel();
+    // The wait is awake for 20 us, where the core is not wanted by others, and sleeps for the rest.
+    let patience_ns = (0..2_000).step_by(50).chain((19_000..24_000).step_by(25));
+    thread::spawn(move || {
+        let heard = patience_ns.map(|ns| coordinator.receive(Duration::from_nanos(ns)));
+        tell.send(heard.filter(|heard| !matches!(heard, Ok(None))).count())
+    });
+    assert_eq!(told.recv_timeout(AMPLE), Ok(0));
+}
+
 #[test]
 fn a_participant_without_coordinator_gives_up() {
     let scene = Scene::new();

@@ -44,6 +44,9 @@ pub const MAX_DOUBLES: usize = 1 << 27;
 /// Longest sleep before looking again, whatever the event says.
 const SLICE: Duration = Duration::from_millis(20);
 
+/// Shortest sleep: the system counts in microseconds, and takes a time of none for one without an end.
+const SHORTEST: Duration = Duration::from_micros(1);
+
 /// The way in which an end waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WaitMode {
@@ -197,7 +200,11 @@ impl ShmLink {
     }
 
     fn sleep(&self, time: Duration) -> Result<(), LinkError> {
-        match self.ports.listener.timed_wait(|_| {}, time.min(SLICE)) {
+        match self
+            .ports
+            .listener
+            .timed_wait(|_| {}, time.clamp(SHORTEST, SLICE))
+        {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(failed(error)),
         }

@@ -54,39 +54,35 @@ impl Launcher<'_> {
         let network = (remote > 0).then(|| Network::listen(self.loaded, self.run_id, remote));
         let network = network.transpose()?;
         let mut hosts = Hosts::default();
-        let mut started = Vec::new();
+        let mut peers = Vec::new();
         for participant in participants {
-            started.push(match scenario.transport(participant) {
+            let name = &participant.name;
+            let (link, process) = match scenario.transport(participant) {
                 TransportKind::Shm => {
                     let transport = Transport::Shm {
                         root: memory.root.clone(),
                         prefix: memory.prefix.clone(),
                     };
                     let command = self.command(participant)?;
-                    (None, self.start_process(participant, command, transport)?)
+                    // It is whole before the process begins: one that is killed half-way leaves nothing half made that we need.
+                    let link = self.connect(name, &memory)?;
+                    (link, self.start_process(participant, command, transport)?)
                 }
                 TransportKind::Zenoh => {
                     let network = network.as_ref().expect("it is made for this one");
                     // It is listened to before anybody can speak.
-                    let link = network.link(&participant.name)?;
-                    let transport = network.transport(&participant.name, &absolute(self.rundir.path()));
+                    let link = network.link(name)?;
+                    let transport = network.transport(name, &absolute(self.rundir.path()));
                     let command = self.command_elsewhere(participant, &mut hosts)?;
-                    let process = self.start_process(participant, command, transport)?;
-                    (Some(link), process)
+                    (link, self.start_process(participant, command, transport)?)
                 }
                 TransportKind::Channel if participant.command.is_some() => {
                     let problem = "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"";
-                    return Err(Refusal::participant(&participant.name, problem).into());
+                    return Err(Refusal::participant(name, problem).into());
                 }
                 TransportKind::Channel => self.start_thread(participant)?,
-            });
-        }
-        // Processes load while their connections are made: they wait for them.
-        let mut peers = Vec::new();
-        for (participant, (link, life)) in participants.iter().zip(started) {
-            let name = &participant.name;
-            let link = link.map_or_else(|| self.connect(name, &memory), Ok)?;
-            peers.push(Peer::new(name, link, life));
+            };
+            peers.push(Peer::new(name, link, process));
         }
         if let Some(network) = &network {
             self.rundir
@@ -126,7 +122,7 @@ impl Launcher<'_> {
         Ok(Box::new(link))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<(Option<Box<dyn Link>>, OtherEnd)> {
+    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd)> {
         let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
@@ -136,7 +132,7 @@ impl Launcher<'_> {
             .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
             .map_err(Error::input(what))?;
-        Ok((Some(Box::new(ours)), OtherEnd::Thread(Some(thread))))
+        Ok((Box::new(ours), OtherEnd::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
