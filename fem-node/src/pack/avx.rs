@@ -1,8 +1,9 @@
 //! The 256-bit and the 512-bit registers of x86-64.
 
 use std::ops::{Add, Mul, Sub};
+use std::slice::from_ref;
 
-use pulp::bytemuck::cast;
+use pulp::bytemuck::{cast, cast_slice};
 use pulp::x86::{V3, V4};
 use pulp::{Simd, f64x4, f64x8};
 
@@ -82,38 +83,21 @@ impl Registers for Avx512 {
     }
 }
 
-impl Lanes for Register<V3> {
+impl<S: Simd> Lanes for Register<S> {
     #[inline(always)]
-    fn all(self, value: f64) -> Register<V3> {
-        Avx(self.machine).splat(value)
+    fn all(self, value: f64) -> Register<S> {
+        self.with(self.machine.splat_f64s(value))
     }
 
     #[inline(always)]
-    fn larger(self, other: Register<V3>) -> Register<V3> {
+    fn larger(self, other: Register<S>) -> Register<S> {
         self.with(self.machine.max_f64s(self.lanes, other.lanes))
     }
 
     #[inline(always)]
     fn put(self, packs: &mut [[f64; LANES]], p: usize) {
-        packs[p] = cast(self.lanes);
-    }
-}
-
-impl Lanes for Register<V4> {
-    #[inline(always)]
-    fn all(self, value: f64) -> Register<V4> {
-        Avx512(self.machine).splat(value)
-    }
-
-    #[inline(always)]
-    fn larger(self, other: Register<V4>) -> Register<V4> {
-        self.with(self.machine.max_f64s(self.lanes, other.lanes))
-    }
-
-    #[inline(always)]
-    fn put(self, packs: &mut [[f64; LANES]], p: usize) {
-        let both: [[f64; LANES]; 2] = cast(self.lanes);
-        packs[p..p + 2].copy_from_slice(&both);
+        let own: &[[f64; LANES]] = cast_slice(from_ref(&self.lanes));
+        packs[p..p + own.len()].copy_from_slice(own);
     }
 }
 
@@ -129,29 +113,18 @@ impl<S: Simd> Register<S> {
     }
 }
 
-impl<S: Simd> Add for Register<S> {
-    type Output = Register<S>;
+/// Operators on whole registers: the trait, its method, the operation of the machine.
+macro_rules! register_by_register {
+    ($($operator:ident, $method:ident, $operation:ident;)*) => {$(
+        impl<S: Simd> $operator for Register<S> {
+            type Output = Register<S>;
 
-    #[inline(always)]
-    fn add(self, other: Register<S>) -> Register<S> {
-        self.with(self.machine.add_f64s(self.lanes, other.lanes))
-    }
+            #[inline(always)]
+            fn $method(self, other: Register<S>) -> Register<S> {
+                self.with(self.machine.$operation(self.lanes, other.lanes))
+            }
+        }
+    )*};
 }
 
-impl<S: Simd> Sub for Register<S> {
-    type Output = Register<S>;
-
-    #[inline(always)]
-    fn sub(self, other: Register<S>) -> Register<S> {
-        self.with(self.machine.sub_f64s(self.lanes, other.lanes))
-    }
-}
-
-impl<S: Simd> Mul for Register<S> {
-    type Output = Register<S>;
-
-    #[inline(always)]
-    fn mul(self, other: Register<S>) -> Register<S> {
-        self.with(self.machine.mul_f64s(self.lanes, other.lanes))
-    }
-}
+register_by_register! { Add, add, add_f64s; Sub, sub, sub_f64s; Mul, mul, mul_f64s; }

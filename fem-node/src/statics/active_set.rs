@@ -17,8 +17,7 @@
 //! increments are small. Coulomb's law is not the gradient of anything, so rounds can repeat; then only the worst status
 //! is changed, and when that does not end either the increment is halved.
 
-use faer::Mat;
-use faer::linalg::solvers::{PartialPivLu, Solve};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::contact::WheelContact;
@@ -179,12 +178,12 @@ impl ActiveSet {
     /// Forces and wheel under the present statuses; false where they leave the wheel or a node undetermined.
     fn solve(&mut self, increment: &ContactIncrement, edge: &EdgeCompliance) -> bool {
         let system = System::new(self, increment, edge);
-        let factor = PartialPivLu::new(system.matrix.as_ref());
-        let solution = factor.solve(&system.right);
-        let solution: Vec<f64> = solution.col(0).iter().copied().collect();
+        let Some(solution) = system.matrix.lu().solve(&system.right) else {
+            return false;
+        };
         self.normal.fill(0.0);
         self.tangential.fill(0.0);
-        for (unknown, value) in system.unknowns.iter().zip(&solution) {
+        for (unknown, value) in system.unknowns.iter().zip(solution.iter()) {
             let node = unknown.node;
             match unknown.along {
                 Direction::Normal => {
@@ -346,8 +345,8 @@ struct Unknown {
 /// the wheel is multiplied with it, so that all entries are of one size.
 pub(crate) struct System {
     unknowns: Vec<Unknown>,
-    matrix: Mat<f64>,
-    right: Mat<f64>,
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
     scale: f64,
 }
 
@@ -362,8 +361,8 @@ impl System {
         let (before, face, target) = (increment.before, increment.face, &increment.target);
         let unknowns = unknowns(now, increment, edge);
         let (count, scale) = (unknowns.len(), edge.known.scale);
-        let mut matrix = Mat::zeros(count + 1, count + 1);
-        let mut right = Mat::zeros(count + 1, 1);
+        let mut matrix = DMatrix::zeros(count + 1, count + 1);
+        let mut right = DVector::zeros(count + 1);
         let axis = |unknown: &Unknown| match unknown.along {
             Direction::Normal => face.normals[unknown.node],
             Direction::Tangent => face.tangent(unknown.node),
@@ -389,9 +388,9 @@ impl System {
                     dot(axis, [relative(0), relative(1)])
                 }
             };
-            right[(i, 0)] = to_go;
+            right[i] = to_go;
         }
-        right[(count, 0)] = scale * target.load;
+        right[count] = scale * target.load;
         System {
             unknowns,
             matrix,

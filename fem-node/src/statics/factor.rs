@@ -1,9 +1,17 @@
 //! Stiffness of the body and its Cholesky factor.
+//!
+//! The factor is made column by column (simplicial) and not by blocks of columns (supernodal): the dense kernels of blocks add up in
+//! another order where the registers of a processor have another width, and the last bits of all that follows differ between machines.
+//! At 54 000 equations it takes 0.21 s for 0.08 s, and solves take as long.
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
 use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, Side};
+use faer::{Conj, Mat, Par, Side};
 
 use crate::element::body;
 use crate::element::layout::Layout;
@@ -20,7 +28,9 @@ pub(crate) struct Factor {
     components: Vec<usize>,
     /// Equation of each component, [`FIXED`] where there is none.
     equations: Vec<u32>,
-    llt: Llt<u32, f64>,
+    symbolic: SymbolicCholesky<u32>,
+    /// Entries of L.
+    values: Vec<f64>,
 }
 
 /// The equation of a component that cannot move.
@@ -38,15 +48,33 @@ impl Factor {
         let matrix = SparseColMat::try_new_from_triplets(size, size, &triplets)
             .map_err(|error| failed(format!("{error:?}")))?;
         drop(triplets);
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower)
+        let by_columns = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..CholeskySymbolicParams::default()
+        };
+        let (pattern, ordering) = (matrix.symbolic(), SymmetricOrdering::Amd);
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, ordering, by_columns)
             .map_err(|error| failed(format!("{error:?}")))?;
-        let llt = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower)
+        let mut values = vec![0.0; symbolic.len_val()];
+        let needed = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(needed);
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                matrix.as_ref(),
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Default::default(),
+            )
             .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Factor {
             layout: model.body.layout,
             components,
             equations,
-            llt,
+            symbolic,
+            values,
         })
     }
 
@@ -58,13 +86,23 @@ impl Factor {
     /// Solves K u = f: displacements of the whole body under these forces, a field in the layout of the body.
     pub(crate) fn solve(&self, force: &[f64]) -> Vec<f64> {
         let mut x = Mat::from_fn(self.components.len(), 1, |i, _| force[self.components[i]]);
-        self.llt.solve_in_place(x.as_mut());
+        self.solve_in_place(&mut x);
         let mut u = vec![0.0; force.len()];
         for (row, component) in self.components.iter().enumerate() {
             u[*component] = x[(row, 0)];
         }
         self.layout.repeat_period(&mut u);
         u
+    }
+
+    /// Replaces right-hand sides, column by column, by their solutions.
+    fn solve_in_place(&self, x: &mut Mat<f64>) {
+        let needed = self
+            .symbolic
+            .solve_in_place_scratch::<f64>(x.ncols(), Par::Seq);
+        let mut memory = MemBuffer::new(needed);
+        let factor = LltRef::new(&self.symbolic, &self.values);
+        factor.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut memory));
     }
 
     /// Displacements of the components `at` under a unit force on each of the components `sources`, column by column.
@@ -75,7 +113,7 @@ impl Factor {
             for (j, source) in group.iter().enumerate().filter(|(_, s)| self.moves(**s)) {
                 x[(self.equations[*source] as usize, j)] = 1.0;
             }
-            self.llt.solve_in_place(x.as_mut());
+            self.solve_in_place(&mut x);
             columns.extend((0..group.len()).map(|j| {
                 let value = |component: &usize| match self.equations[*component] {
                     FIXED => 0.0,

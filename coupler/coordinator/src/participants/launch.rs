@@ -7,7 +7,7 @@ use std::thread;
 use protocol::link::channel;
 use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::session::{SESSION_VARIABLE, STANDARD_INPUT};
-use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
+use protocol::{Link, LinkError, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
 use super::communicator::Peers;
 use super::network::{Hosts, Network};
@@ -54,24 +54,30 @@ impl Launcher<'_> {
         let network = (remote > 0).then(|| Network::listen(self.loaded, self.run_id, remote));
         let network = network.transpose()?;
         let mut hosts = Hosts::default();
+        let processes = scenario.participant.len() + 1;
+        let wait = WaitMode::Auto { processes };
         let mut peers = Vec::new();
         for participant in participants {
             let name = &participant.name;
+            let unconnected = |error: LinkError| Error::Protocol {
+                peer: name.clone(),
+                phase: "at its launch".into(),
+                why: error.to_string(),
+            };
             let (link, process) = match scenario.transport(participant) {
                 TransportKind::Shm => {
-                    let transport = Transport::Shm {
-                        root: memory.root.clone(),
-                        prefix: memory.prefix.clone(),
-                    };
+                    let (root, prefix) = (memory.root.clone(), memory.prefix.clone());
                     let command = self.command(participant)?;
                     // It is whole before the process begins: one that is killed half-way leaves nothing half made that we need.
-                    let link = self.connect(name, &memory)?;
+                    let link = ShmLink::coordinator(&root, &prefix, name, wait);
+                    let link: Box<dyn Link> = Box::new(link.map_err(unconnected)?);
+                    let transport = Transport::Shm { root, prefix };
                     (link, self.start_process(participant, command, transport)?)
                 }
                 TransportKind::Zenoh => {
                     let network = network.as_ref().expect("it is made for this one");
                     // It is listened to before anybody can speak.
-                    let link = network.link(name)?;
+                    let link = network.link(name).map_err(unconnected)?;
                     let transport = network.transport(name, &absolute(self.rundir.path()));
                     let command = self.command_elsewhere(participant, &mut hosts)?;
                     (link, self.start_process(participant, command, transport)?)
@@ -108,18 +114,6 @@ impl Launcher<'_> {
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
         Ok(OtherEnd::Process(child))
-    }
-
-    fn connect(&self, participant: &str, memory: &SharedMemory) -> Result<Box<dyn Link>> {
-        let processes = self.loaded.scenario.participant.len() + 1;
-        let wait = WaitMode::Auto { processes };
-        let link = ShmLink::coordinator(&memory.root, &memory.prefix, participant, wait);
-        let link = link.map_err(|error| Error::Protocol {
-            peer: participant.into(),
-            phase: "at its launch".into(),
-            why: error.to_string(),
-        })?;
-        Ok(Box::new(link))
     }
 
     fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd)> {

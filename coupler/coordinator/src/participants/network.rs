@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use kit::keys::refuse_if;
+use kit::ConfigError;
 use protocol::Cause;
 
 use crate::error::{Code, Refusal, Result};
@@ -36,15 +36,17 @@ pub fn check(loaded: &Loaded) -> Result<()> {
     if scenario.participant[first].transport.is_some() {
         key = format!("participant[{first}].transport");
     }
-    let refused = refuse_if(
-        !cfg!(feature = "zenoh"),
-        &key,
-        "`zenoh` needs the feature `zenoh`, which this program was built without",
-        "build it so: cargo install --locked --path coupler --features zenoh; or take \"shm\"",
-    );
-    let refused = refused.map_err(|error| error.because(Cause::InvalidValue));
-    refused.map_err(|error| loaded.source.error(&key, error))?;
+    if !cfg!(feature = "zenoh") {
+        let problem = "`zenoh` needs the feature `zenoh`, which this program was built without";
+        let help =
+            "build it so: cargo install --locked --path coupler --features zenoh; or take \"shm\"";
+        return refuse(loaded, &key, ConfigError::new(&key, problem).help(help));
+    }
     built::check(loaded)
+}
+
+fn refuse<T>(loaded: &Loaded, key: &str, error: ConfigError) -> Result<T> {
+    Err(loaded.source.error(key, error.because(Cause::InvalidValue)))
 }
 
 /// Hosts of the job of Slurm that the coordinator runs in, given to participants in turns.

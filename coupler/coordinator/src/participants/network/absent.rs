@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::{Link, Transport};
+use protocol::{Link, LinkError, Transport};
 
 use crate::error::Result;
 use crate::scenario::load::Loaded;
@@ -20,7 +20,7 @@ impl Network {
         unreachable!("a scenario that asks for other hosts was refused")
     }
 
-    pub fn link(&self, _: &str) -> Result<Box<dyn Link>> {
+    pub fn link(&self, _: &str) -> Result<Box<dyn Link>, LinkError> {
         match *self {}
     }
 

@@ -7,10 +7,10 @@ use kit::ConfigError;
 use network::endpoint::Endpoint;
 use network::{Access, Host};
 use nix::unistd::gethostname;
-use protocol::{Cause, Link, Transport};
+use protocol::{Link, LinkError, Transport};
 
-use super::NODES;
-use crate::error::{Error, Refusal, Result};
+use super::{NODES, refuse};
+use crate::error::{Refusal, Result};
 use crate::scenario::load::Loaded;
 
 /// The endpoint of a run.
@@ -19,18 +19,16 @@ pub(crate) struct Network(Host);
 /// Refuses keys of the endpoint that cannot be followed.
 pub fn check(loaded: &Loaded) -> Result<()> {
     let fault = access(loaded)?.fault();
-    fault.map_or(Ok(()), |fault| refuse(loaded, "run.remote.listen", fault))
-}
-
-fn refuse<T>(loaded: &Loaded, key: &str, problem: String) -> Result<T> {
-    let error = ConfigError::new(key, problem).because(Cause::InvalidValue);
-    Err(loaded.source.error(key, error))
+    let key = "run.remote.listen";
+    fault.map_or(Ok(()), |fault| {
+        refuse(loaded, key, ConfigError::new(key, fault))
+    })
 }
 
 fn access(loaded: &Loaded) -> Result<Access> {
     let keys = &loaded.scenario.run.remote;
     let read = |key: &str, text: &str| {
-        Endpoint::read(text).or_else(|problem| refuse(loaded, key, problem))
+        Endpoint::read(text).or_else(|problem| refuse(loaded, key, ConfigError::new(key, problem)))
     };
     let connect = keys.connect.as_ref();
     let connect = connect.map(|text| read("run.remote.connect", text));
@@ -59,13 +57,8 @@ impl Network {
     }
 
     /// The coordinator's end of the connection to a participant.
-    pub fn link(&self, participant: &str) -> Result<Box<dyn Link>> {
-        let link = self.0.link(participant).map_err(|error| Error::Protocol {
-            peer: participant.into(),
-            phase: "at its launch".into(),
-            why: error.to_string(),
-        })?;
-        Ok(Box::new(link))
+    pub fn link(&self, participant: &str) -> Result<Box<dyn Link>, LinkError> {
+        Ok(Box::new(self.0.link(participant)?))
     }
 
     /// The way to it, for the session of a participant of the run in this folder.
