@@ -54,6 +54,22 @@ fn killing_either_node_ends_the_run_with_its_name() {
     }
 }
 
+/// A participant that is killed while it makes a file of a connection leaves it half made; nobody waits for that file if the coordinator
+/// has all of its own by then: four services, the data and the wake-ups of its end.
+#[test]
+fn a_connection_is_whole_before_its_participant_begins() {
+    let work = Scratch::new("whole");
+    // Nothing but the shell's own words: it counts as soon as it runs.
+    let find = r#"while read -r line; do case $line in *prefix*) p=${line#*: \"}; p=${p%%\"*};; esac; done < "$THIRDBODY_SESSION""#;
+    let count = "for f in /dev/shm/$p*; do case $f in *.dynamic|*.data|*.ev_mgmt) n=$((n + 1));; esac; done";
+    let script =
+        format!("n=0; {find}; {count}; if [ $n -ge 6 ]; then echo whole; else echo $n; fi");
+    let command = format!("participant.rail.command=['sh', '-c', '''{script}''']");
+    let output = short_quick(work.path(), &[&command]).output();
+    let said = ["lost participant `rail`", "it printed last: whole"];
+    fails(&output.expect("it starts"), 4, &said);
+}
+
 #[test]
 fn killing_the_coordinator_ends_its_children_and_keeps_the_log() {
     let work = Scratch::new("orphans");
