@@ -64,11 +64,11 @@ impl Launcher<'_> {
                 phase: "at its launch".into(),
                 why: error.to_string(),
             };
-            let (link, process) = match scenario.transport(participant) {
+            let (link, other_end) = match scenario.transport(participant) {
                 TransportKind::Shm => {
                     let (root, prefix) = (memory.root.clone(), memory.prefix.clone());
                     let command = self.command(participant)?;
-                    // It is whole before the process begins: one that is killed half-way leaves nothing half made that we need.
+                    // Our end is whole before the process begins: whatever a killed one leaves half made, we do not wait for it.
                     let link = ShmLink::coordinator(&root, &prefix, name, wait);
                     let link: Box<dyn Link> = Box::new(link.map_err(unconnected)?);
                     let transport = Transport::Shm { root, prefix };
@@ -88,7 +88,7 @@ impl Launcher<'_> {
                 }
                 TransportKind::Channel => self.start_thread(participant)?,
             };
-            peers.push(Peer::new(name, link, process));
+            peers.push(Peer::new(name, link, other_end));
         }
         if let Some(network) = &network {
             self.rundir
