@@ -4,12 +4,13 @@
 //! - [`loads`], [`tiles`]: forces of the contacts grain by grain, and the part of the plane that belongs to each;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`graph`], [`flow`]: agglomerates and first bodies by the graph of bonds, and the flows of third body;
-//! - [`cycles`]: the full cycles of the wheel's motion;
+//! - [`accommodation`], [`cycles`]: where the wheel's motion goes, and its full cycles;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`force_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
 //! - [`snapshot`]: the fields that are written.
 
+pub mod accommodation;
 pub mod cycles;
 pub mod flow;
 pub mod force_means;

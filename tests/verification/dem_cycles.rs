@@ -14,7 +14,7 @@ use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
 use crate::dem_flow::{STEP as FLOW_STEP, followed, sheared};
-use crate::dem_support::{Report, build, close, march, scene, setting};
+use crate::dem_support::{Report, THICKNESS, build, close, march, scene, setting};
 
 const RADIUS: f64 = 1e-3;
 const FRICTION: f64 = 0.3;
@@ -112,6 +112,35 @@ fn a_sliding_wheel_has_the_work_and_the_friction_of_each_cycle() {
         !results.contains_key("cycle_wear_kg"),
         "no flows are followed"
     );
+    // It slides all the way, but for the step in which it turns back.
+    for name in ["slip_amplitude_m", "slip_by_work_m"] {
+        close(name, results[name], AMPLITUDE, 1e-4 * AMPLITUDE);
+    }
+    close(
+        "nothing gives way",
+        results["accommodated_by_body_m"],
+        0.0,
+        0.0,
+    );
+}
+
+/// The same under a constant load on springs: of the amplitude each contact takes F/k, with F = mu N and k = kt of two contacts together.
+#[test]
+fn what_the_springs_of_the_contacts_take_is_no_slip() {
+    let taken = 0.3 * AMPLITUDE;
+    let stiffness = FRICTION * LOAD / taken;
+    let mut config = slider(3.5);
+    config["law"]["contact_stiffness_pa"] = json!(stiffness / THICKNESS);
+    config["law"]["tangential_stiffness_ratio"] = json!(0.5);
+    config["law"]["damping"] = json!(0.4);
+    let wheel = config["wheel"].as_object_mut().expect("it is a table");
+    wheel.remove("load_table");
+    let mut dem = build(&config);
+    march(&mut dem, 0, BEFORE + 7 * CYCLE / 2);
+    let results = dem.finish().expect("it ends").results;
+    for name in ["cycle_slip_amplitude_m", "slip_by_work_m"] {
+        close(name, results[name], AMPLITUDE - taken, 5e-3 * AMPLITUDE);
+    }
 }
 
 #[test]

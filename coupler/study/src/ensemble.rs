@@ -3,7 +3,7 @@
 
 use super::collect::{Results, line};
 use super::settings::{StudySetting, settings};
-use super::statistics::student;
+use kit::student::student;
 
 /// A result of a setting over all scenes.
 #[derive(Clone, Debug, Default, PartialEq)]

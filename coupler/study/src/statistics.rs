@@ -1,5 +1,6 @@
 //! Prediction of the error of a scene from those of others.
 
+use kit::student::student;
 use nalgebra::{DMatrix, DVector};
 
 /// A prediction of an error.
@@ -9,18 +10,6 @@ pub struct ErrorPrediction {
     pub expected: f64,
     /// Value that 39 of 40 scenes stay below.
     pub bound: f64,
-}
-
-/// Quantile 0.975 of Student's t for 1, 2, ... degrees of freedom.
-const STUDENT: [f64; 30] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
-    2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
-    2.052, 2.048, 2.045, 2.042,
-];
-
-/// Quantile 0.975 of Student's t for so many degrees of freedom, at least 1.
-pub fn student(freedom: usize) -> f64 {
-    STUDENT[freedom.clamp(1, STUDENT.len()) - 1]
 }
 
 /// Least degrees of freedom: with fewer a bound is many times the error.

@@ -1,6 +1,7 @@
 //! A study as it is kept for choosing by it: `study.json`.
 
 use draw::axis::range;
+use kit::student::student;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,7 @@ use super::file::{StudyFile, Vary, shipped_or_read, shown_values};
 use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
-use super::statistics::{ErrorPrediction, least_scenes, predict, student};
+use super::statistics::{ErrorPrediction, least_scenes, predict};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::overrides::{key_of, remove_at, value_at};

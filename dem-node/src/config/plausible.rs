@@ -56,6 +56,9 @@ kit::plausible_bounds! {
         numerical_rel = [0.1, 0.5],
         /// Kinetic stress of the grains in the zone of a flow over the pressure of the wheel, mean over the run.
         flow_kinetic_rel = [1e-3, 1e-2],
+        /// Change that a cycle of the wheel makes of a fed flow, over the last half of at least eight cycles and beyond the 95 % interval of its trend:
+        /// of the third body per length, over its mean, or of the wheel's height, over the mean diameter.
+        not_steady_rel = [0.01, 0.5],
         /// Mass that found no place to be fed in, over the mass that was due.
         injection_rel = [0.02, 0.5],
         /// Work of friction on bare surfaces that took nothing off, since as much was gone as may go, over all of it.

@@ -4,10 +4,14 @@
 //! Heights, accounts and forces are known at the ends of steps and taken as straight between them, so that the sums over all cycles
 //! do not depend on where the steps lie.
 
+use kit::cycle_drift::Mean;
 use kit::wheel::WheelProgram;
 use serde::{Deserialize, Serialize};
 
+use crate::bodies::Bodies;
+use crate::measure::accommodation::Accommodation;
 use crate::measure::flow::Flow;
+use crate::measure::trend::Trend;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
 
@@ -20,21 +24,25 @@ const ROUNDING: f64 = 1e-6;
 /// - work of its sideways drive (J), the area of the friction loop;
 /// - |T| (N) at D = 0, mean of the crossings in the middle and at the end: at the start of the first cycle nothing has slid;
 /// - |T|/N, mean over the time in which the wheel is pressed;
+/// - slip over the layer, amplitude of the base (m) and pressure on it (Pa), see [`Accommodation`];
 /// - real masses that were detached in the zone, ejected and worn (kg);
 /// - third body per length in the middle of the zone, mean over the time (kg/m).
-const QUANTITIES: [&str; 8] = [
+const QUANTITIES: [&str; 11] = [
     "sink_m",
     "work_j",
     "tangential_at_zero_n",
     "friction_coefficient",
+    "slip_amplitude_m",
+    "accommodated_by_body_m",
+    "p0_1mm_pa",
     "source_kg",
     "ejected_kg",
     "wear_kg",
     "third_body_kg_per_m",
 ];
 /// How many of them there are without flows.
-const OF_WHEEL: usize = 4;
-/// Those of which all cycles together have the mean; of the others they have the sum.
+const OF_WHEEL: usize = 7;
+/// Those of which all cycles together have the mean under this name; of the others they have the sum.
 const MEANS: [&str; 3] = [
     "tangential_at_zero_n",
     "friction_coefficient",
@@ -49,9 +57,15 @@ type Reading = [f64; 9];
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct WheelCycles {
     /// Start and end (s), and the [`QUANTITIES`] of each.
-    all: Vec<([f64; 2], [f64; 8])>,
-    /// Passages through D = 0 so far, the start of the motion being the first.
-    zeros: u64,
+    all: Vec<([f64; 2], [f64; 11])>,
+    /// Quarters of a period that are over: passages through D = 0, the start of the motion being the first, and reversals in turn.
+    quarters: u64,
+    slip: Accommodation,
+    /// Work of the drive at the last reversal at D = A from the second cycle on (J), way of the slip and work of |T| over it since then (m, J),
+    /// and the slip W/(4 F) of each loop (m).
+    reversal: Option<f64>,
+    slid: [f64; 2],
+    loops: Mean,
     /// Time and reading at the start of the cycle, and |T| in its middle (N).
     start: (f64, Reading),
     middle: f64,
@@ -60,19 +74,23 @@ pub struct WheelCycles {
 }
 
 impl WheelCycles {
-    /// Those of a run that begins with the wheel at this height (m).
-    pub fn new(wheel_height: f64) -> WheelCycles {
-        let mut cycles = WheelCycles::default();
+    /// Those of a run that begins with the wheel at this height, in a scene of this thickness (m).
+    pub fn new(wheel_height: f64, thickness_m: f64) -> WheelCycles {
+        let mut cycles = WheelCycles {
+            slip: Accommodation::new(thickness_m),
+            ..WheelCycles::default()
+        };
         cycles.now[0] = -wheel_height;
         cycles
     }
 
-    /// Records the state at the end of a step that lasted from `start` to `end` (s).
+    /// Records the state at the end of a step that lasted from `start` to `end` (s), and the impulses on the points of the boundary (2 n).
     pub fn record(
         &mut self,
         program: &WheelProgram,
         [start, end]: [f64; 2],
-        (state, step): (&GrainState, &StepSummary),
+        (bodies, state, step): (&Bodies, &GrainState, &StepSummary),
+        impulses: &[f64],
         flow: Option<&Flow>,
     ) {
         if program.cycles <= 0.0 {
@@ -86,6 +104,9 @@ impl WheelCycles {
             false => [0.0; 2],
         };
         let ledger = flow.map(|flow| *flow.ledger()).unwrap_or_default();
+        if 0.5 * (start + end) > program.motion_start() {
+            self.slip.record(length, state, tangential, impulses);
+        }
         self.now = [
             -state.wheel.position[1],
             state.ledger.drive,
@@ -98,34 +119,51 @@ impl WheelCycles {
             tangential,
         ];
         loop {
-            let time = program.motion_start() + 0.5 * self.zeros as f64 * program.period();
+            let time = program.motion_start() + 0.25 * self.quarters as f64 * program.period();
             if time > end + ROUNDING * length {
                 return;
             }
             let share = ((time - start) / length).clamp(0.0, 1.0);
             let now = std::array::from_fn(|k| before[k] + share * (self.now[k] - before[k]));
-            self.pass_zero(time, now);
+            match self.quarters % 4 {
+                0 => self.end_cycle(bodies, time, now),
+                2 => self.middle = now[8].abs(),
+                _ => self.turn(now[1]),
+            }
+            self.quarters += 1;
         }
     }
 
-    /// The wheel passes D = 0, in the middle or at the end of a cycle.
-    fn pass_zero(&mut self, time: f64, reading: Reading) {
-        let tangential = reading[8].abs();
-        if self.zeros % 2 == 1 {
-            self.middle = tangential;
-        } else {
-            let (from, start) = self.start;
-            let [sink, work, ratio, pressed, source, ejected, wear, held, _]: Reading =
-                std::array::from_fn(|k| reading[k] - start[k]);
-            let at_zero = 0.5 * (self.middle + tangential);
-            let [friction, held] = [ratio / pressed, held / (time - from)];
-            let values = [sink, work, at_zero, friction, source, ejected, wear, held];
-            if self.zeros > 0 {
-                self.all.push(([from, time], values));
-            }
-            self.start = (time, reading);
+    /// The wheel passes D = 0 at the end of a cycle, or starts.
+    fn end_cycle(&mut self, bodies: &Bodies, time: f64, reading: Reading) {
+        let (from, start) = self.start;
+        let [sink, work, ratio, pressed, source, ejected, wear, held, _]: Reading =
+            std::array::from_fn(|k| reading[k] - start[k]);
+        let at_zero = 0.5 * (self.middle + reading[8].abs());
+        let [friction, held] = [ratio / pressed, held / (time - from)];
+        let [slip, by_body, pressure] = self.slip.end_cycle(bodies);
+        let values = [
+            sink, work, at_zero, friction, slip, by_body, pressure, source, ejected, wear, held,
+        ];
+        if self.quarters > 0 {
+            self.all.push(([from, time], values));
         }
-        self.zeros += 1;
+        self.start = (time, reading);
+    }
+
+    /// The wheel turns back, at D = A after a whole loop. That has the area F s of its slip s behind a spring: with F, the mean of |T| over
+    /// the slip, a quarter of s is W/(4 F).
+    fn turn(&mut self, work: f64) {
+        let slid = self.slip.turn();
+        self.slid = [0, 1].map(|k| self.slid[k] + slid[k]);
+        if self.quarters % 4 == 1 {
+            let [way, rubbed] = std::mem::take(&mut self.slid);
+            let before = self.reversal.filter(|_| rubbed > 0.0);
+            if let Some(before) = before {
+                self.loops.add(0.25 * (work - before) * way / rubbed);
+            }
+            self.reversal = (self.quarters > 4).then_some(work);
+        }
     }
 
     /// The cycles as CSV, a line each; `None` without any. `flows` is true where they are followed.
@@ -140,6 +178,21 @@ impl WheelCycles {
         (!self.all.is_empty()).then_some(text)
     }
 
+    /// What a cycle changes, by the straight lines through the last half of the cycles, each with the half of its 95 % interval: third body per
+    /// length (kg/m), and height of the wheel (m); then the mean of that third body. `None` with less than eight cycles.
+    pub fn trends(&self) -> Option<([[f64; 2]; 2], f64)> {
+        let half = self.all.len().div_ceil(2);
+        let (mut third, mut height, mut y, mut sum) =
+            (Trend::default(), Trend::default(), 0.0, 0.0);
+        for (cycle, (_, values)) in self.all[self.all.len() - half..].iter().enumerate() {
+            y -= values[0];
+            sum += values[QUANTITIES.len() - 1];
+            third.add(cycle as f64, values[QUANTITIES.len() - 1]);
+            height.add(cycle as f64, y);
+        }
+        Some(([third.slope()?, height.slope()?], sum / half as f64))
+    }
+
     /// The results of the last cycle and of all together; none without any.
     pub fn results(&self, flows: bool) -> Vec<(String, f64)> {
         let Some((_, last)) = self.all.last() else {
@@ -152,9 +205,30 @@ impl WheelCycles {
                 "work_j" => "loop_area_j".into(),
                 _ => format!("cycle_{name}"),
             };
-            let sum: f64 = self.all.iter().map(|(_, values)| values[k]).sum();
-            let all = sum / if MEANS.contains(name) { count } else { 1.0 };
-            results.extend([(of_last, last[k]), (format!("all_cycles_{name}"), all)]);
+            let values = || self.all.iter().map(|(_, values)| values[k]);
+            let sum: f64 = values().sum();
+            let all = match *name {
+                // Of the layer as it was: one that is ground bears the wheel on few grains.
+                "p0_1mm_pa" => (
+                    "p0_1mm_motion_pa".into(),
+                    values().next().unwrap_or_default(),
+                ),
+                "slip_amplitude_m" | "accommodated_by_body_m" => (name.to_string(), sum / count),
+                _ if MEANS.contains(name) => (format!("all_cycles_{name}"), sum / count),
+                _ => (format!("all_cycles_{name}"), sum),
+            };
+            results.extend([(of_last, last[k]), all]);
+        }
+        let by_work = self.loops.value();
+        results.extend(by_work.map(|slip| ("slip_by_work_m".into(), slip)));
+        if let (true, Some(([third, height], _))) = (flows, self.trends()) {
+            let named = [
+                ("third_body_trend_kg_per_m", third[0]),
+                ("third_body_trend_interval_kg_per_m", third[1]),
+                ("wheel_trend_m", height[0]),
+                ("wheel_trend_interval_m", height[1]),
+            ];
+            results.extend(named.map(|(name, value)| (name.into(), value)));
         }
         results.retain(|(_, value)| value.is_finite());
         results

@@ -4,6 +4,7 @@ use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
 use crate::config::plausible::DemPlausibleConfig;
+use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use crate::setup::bounds::StiffnessBounds;
@@ -39,6 +40,8 @@ pub struct FinishedRun<'a> {
     pub flow: Option<&'a Flow>,
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
+    /// The full cycles of the wheel.
+    pub cycles: &'a WheelCycles,
     /// The wheel, where there is one.
     pub program: Option<&'a WheelProgram>,
     /// True for a run without coupler.
@@ -67,6 +70,7 @@ impl FinishedRun<'_> {
             self.bond_energy(),
             self.numerical(),
             self.flow_kinetic(),
+            self.not_steady(),
             self.injection(),
             self.detachment(),
             self.contact_width(),
@@ -272,6 +276,23 @@ impl FinishedRun<'_> {
             "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
     }
 
+    /// Judges whether a flow that is fed has come to a balance: flows that are equal are no proof, while the wheel sinks.
+    fn not_steady(&self) -> Option<Finding> {
+        let ([third, height], mean) = self.cycles.trends()?;
+        let diameter = 2.0 * self.bodies.mean_radius();
+        let beyond = |[slope, half]: [f64; 2]| larger(0.0, slope.abs() - half);
+        let of_mass = if mean > 0.0 {
+            beyond(third) / mean
+        } else {
+            0.0
+        };
+        let value = larger(of_mass, beyond(height) / diameter);
+        let found = judge!(self.bounds.not_steady_rel, "not_steady", value;
+            "over the last half of its cycles the third body per length changed by {:.2e} +- {:.2e} of its mean a cycle, and the height of the wheel by {:.2e} +- {:.2e} m: the flow is not steady, and its means are those of these cycles; take more wheel.cycles, or feed another rate",
+            third[0] / mean, third[1] / mean, height[0], height[1]);
+        found.filter(|_| self.bodies.injection.is_some())
+    }
+
     /// Judges the mass that was due to be fed in and found no place.
     fn injection(&self) -> Option<Finding> {
         let bodies = self.bodies;
@@ -339,6 +360,7 @@ fn pressed_half_width(bodies: &Bodies, state: &GrainState) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::bodies::faces::{Face, RigidWall};
+    use crate::bodies::feed::{Injection, PointSource, Source};
     use crate::contact::detect::Slot;
     use crate::law::Springs;
     use crate::solver::residual::Convergence;
@@ -367,6 +389,7 @@ mod tests {
         first_height: f64,
         /// Contacts that share the wheel's force in each step.
         carriers: Vec<u32>,
+        cycles: WheelCycles,
     }
 
     /// Nothing to find, each value being at hand for every check.
@@ -414,6 +437,7 @@ mod tests {
             heights: vec![0.0; STEPS],
             first_height: 1.0,
             carriers: vec![10; STEPS],
+            cycles: WheelCycles::default(),
         }
     }
 
@@ -460,6 +484,7 @@ mod tests {
                 stiffness: StiffnessBounds::default(),
                 flow: None,
                 statistics: &self.statistics(),
+                cycles: &self.cycles,
                 program: Some(&program),
                 alone: true,
                 ends: self.ends,
@@ -519,6 +544,40 @@ mod tests {
         judges("overlap_rigid", [2e-3, 0.1], |value| {
             with_step(0, |step| step.overlap = [value * RADIUS, RADIUS])
         });
+    }
+
+    /// A wheel that sinks by a part of a diameter, 1 m, in each of ten cycles of a second.
+    #[test]
+    fn a_fed_flow_below_a_wheel_that_sinks_is_not_steady() {
+        let sinking = |value: f64, fed: bool| {
+            let mut scene = sound();
+            let program = WheelProgram {
+                amplitude_m: 1.0,
+                cycles: 10.0,
+                ..scene.program.clone()
+            };
+            scene.bodies.injection = fed.then_some(Injection {
+                grains: 0,
+                growth: 1.0,
+                source: Source::Point(PointSource {
+                    point: [0.0; 2],
+                    rate: 1.0,
+                    start: 0.0,
+                    end: 1.0,
+                }),
+            });
+            scene.cycles = WheelCycles::new(0.0, 1.0);
+            for step in 0..104 {
+                let [start, end] = [step, step + 1].map(|n| 0.125 * f64::from(n));
+                let mut state = GrainState::default();
+                state.wheel.position[1] = -value * (end - program.motion_start());
+                let moved = (&scene.bodies, &state, &StepSummary::default());
+                (scene.cycles).record(&program, [start, end], moved, &[], None);
+            }
+            scene
+        };
+        judges("not_steady", [0.01, 0.5], |value| sinking(value, true));
+        assert_eq!(sinking(0.1, false).found(), [], "nothing is fed");
     }
 
     #[test]

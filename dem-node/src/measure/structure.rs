@@ -2,10 +2,12 @@
 //!
 //! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
 
+use std::f64::consts::PI;
+
 use protocol::larger;
 
 use crate::bodies::Bodies;
-use crate::contact::bond::holding;
+use crate::contact::bond::{Bond, holding};
 use crate::measure::graph::{agglomerates, backbone, degrees};
 use crate::step::state::GrainState;
 
@@ -103,9 +105,79 @@ pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>
     })
 }
 
+/// Tensile and shear strength of a bonded packing as a material (Pa), phi Z F/(pi d t): Rumpf's (1958), in the plane. A cut of unit length
+/// crosses 2 phi Z/(pi d^2) d |cos| bonds of each direction, and each bears F |cos| across it, the mean of cos^2 being a half. Z bonds a
+/// grain, F the mean force that breaks one in tension, l sqrt(w Cn), or in shear, l sqrt(w Ct), d the mean diameter, t the thickness.
+/// `None` without bonds.
+pub fn bonded_strength(
+    bodies: &Bodies,
+    bonds: &[Bond],
+    solid_fraction: f64,
+    thickness_m: f64,
+) -> Option<[f64; 2]> {
+    let law = bodies.law.cohesion.filter(|_| !bonds.is_empty())?;
+    let ends = bonds.iter().flat_map(|bond| [bond.a, bond.b]);
+    let ends = ends.filter(|end| (*end as usize) < bodies.free).count();
+    let coordination = ends as f64 / bodies.free as f64;
+    let area = bonds.iter().map(|bond| bond.area).sum::<f64>() / bonds.len() as f64;
+    let crossed = solid_fraction * coordination / (PI * 2.0 * bodies.mean_radius() * thickness_m);
+    let strength = |stiffness: f64| crossed * area * (law.energy * stiffness).sqrt();
+    Some([law.normal, law.tangential].map(strength))
+}
+
 /// The bodies of the contacts that press, clusters as one body.
 fn contacts(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = [usize; 2]> {
     let leader = |body: u32| bodies.clusters.leader_of(body as usize);
     let pressing = state.list.pressing();
     pressing.map(move |slot| [leader(slot.a), leader(slot.b)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::Law;
+    use crate::law::cohesion::{Cohesion, HPrime};
+
+    /// A triangular lattice of disks that touch, phi = pi/(2 sqrt(3)), Z = 6: across its rows two bonds a disk bear F cos 30 degrees each,
+    /// so that the lattice breaks at sqrt(3) F/(d t).
+    #[test]
+    fn a_triangular_lattice_breaks_at_the_strength_of_rumpf() {
+        let (radius, thickness) = (0.5e-3, 2e-3);
+        let cohesion = Cohesion {
+            normal: 4e14,
+            tangential: 1e14,
+            energy: 16.0,
+            viscosity: 0.0,
+            power: 1.0,
+            h_prime: HPrime::One,
+            thickness,
+            alert: 1e-9,
+            bonds_min: 0,
+            damping: 0.0,
+        };
+        let bodies = Bodies {
+            free: 100,
+            radii: vec![radius; 100],
+            law: Law {
+                cohesion: Some(cohesion),
+                ..Law::default()
+            },
+            ..Bodies::default()
+        };
+        // Three bonds for each grain, two of them to the next row: of a strip that repeats.
+        let bonds: Vec<Bond> = (0..300)
+            .map(|k| Bond::new(&bodies, &cohesion, [k % 100, (k + 1) % 100], 0.0))
+            .collect();
+        let solid_fraction = PI / (2.0 * f64::sqrt(3.0));
+        let found = bonded_strength(&bodies, &bonds, solid_fraction, thickness);
+        // l = r/2 t, and F = l sqrt(w Cn) = 0.5e-6 x 8e7 = 40 N; Ct is a quarter of Cn.
+        let tension = f64::sqrt(3.0) * 40.0 / (2.0 * radius * thickness);
+        let [in_tension, in_shear] = found.expect("it is bonded");
+        assert!((in_tension / tension - 1.0).abs() < 1e-12, "{in_tension:e}");
+        assert!((in_shear / tension - 0.5).abs() < 1e-12, "{in_shear:e}");
+        assert_eq!(
+            bonded_strength(&bodies, &[], solid_fraction, thickness),
+            None
+        );
+    }
 }

@@ -1,5 +1,6 @@
-//! The straight line through values over time.
+//! The straight line through values over time, and how well they say it.
 
+use kit::student::student;
 use serde::{Deserialize, Serialize};
 
 /// Sums from which the line of least squares follows, y = a + b t.
@@ -10,6 +11,7 @@ pub struct Trend {
     y: f64,
     tt: f64,
     ty: f64,
+    yy: f64,
     first: f64,
     last: f64,
 }
@@ -28,6 +30,23 @@ impl Trend {
         self.y += y;
         self.tt += t * t;
         self.ty += t * y;
+        self.yy += y * y;
+    }
+
+    /// Slope of the line, and the half of its 95 % interval by Student's t, which takes the values about the line as independent; `None` of
+    /// less than four values.
+    pub fn slope(&self) -> Option<[f64; 2]> {
+        let n = self.count;
+        let [tt, ty, yy] = [
+            (self.tt, self.t * self.t),
+            (self.ty, self.t * self.y),
+            (self.yy, self.y * self.y),
+        ]
+        .map(|(sum, product)| sum - product / n);
+        let slope = ty / tt;
+        let freedom = n - 2.0;
+        let variance = (yy - slope * ty).max(0.0) / (freedom * tt);
+        (n >= 4.0).then(|| [slope, student(freedom as usize) * variance.sqrt()])
     }
 
     /// Change of the line from the first to the last time; `None` of less than three values.
@@ -57,5 +76,18 @@ mod tests {
             line.add(t, 2.0 * t - 1.0);
         }
         assert!((line.change().expect("three") - 4.0).abs() < 1e-12);
+        assert_eq!(line.slope(), None);
+    }
+
+    /// 1, 3, 2, 4 at 0, 1, 2, 3: a slope of 0.8, residuals -0.3, 0.9, -0.9, 0.3, and t = 4.303 of two degrees of freedom.
+    #[test]
+    fn a_slope_has_the_interval_of_its_residuals() {
+        let mut trend = Trend::default();
+        for (t, y) in [(0.0, 1.0), (1.0, 3.0), (2.0, 2.0), (3.0, 4.0)] {
+            trend.add(t, y);
+        }
+        let [slope, half] = trend.slope().expect("four values");
+        assert!((slope - 0.8).abs() < 1e-12);
+        assert!((half - 4.303 * (1.8f64 / 2.0 / 5.0).sqrt()).abs() < 1e-12);
     }
 }

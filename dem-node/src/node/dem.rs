@@ -22,6 +22,7 @@ use crate::measure::force_means::ForceMeans;
 use crate::measure::profile::GrainProfile;
 use crate::measure::report::RunStatistics;
 use crate::measure::stress::{self, StressMap};
+use crate::measure::structure::bonded_strength;
 use crate::node::interface::InterfaceDisks;
 use crate::sample::prepared::{SampleStore, WORTH};
 use crate::sample::types::Sample;
@@ -58,6 +59,8 @@ pub struct Dem {
     /// Origin of the sample, where a recipe made it.
     pub(super) prepared_sample: Option<PreparedSample>,
     pub(super) solid_fraction: f64,
+    /// Tensile and shear strength of a bonded layer (Pa).
+    pub(super) strength: Option<[f64; 2]>,
     /// Part of the radii that the preparation took off, where it tells.
     pub(super) radii_shrunk: Option<f64>,
     /// Ends of a layer that does not repeat, in |x| (m).
@@ -156,6 +159,9 @@ impl Dem {
         }
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
+        let solid_fraction = Some(sample.solid_fraction).filter(|known| *known > 0.0);
+        let strength = solid_fraction
+            .and_then(|known| bonded_strength(&bodies, &state.bonds, known, setting.thickness_m));
         Ok(Dem {
             setting: setting.clone(),
             mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
@@ -176,7 +182,7 @@ impl Dem {
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
-                cycles: WheelCycles::new(state.wheel.position[1]),
+                cycles: WheelCycles::new(state.wheel.position[1], setting.thickness_m),
                 flow: config.flow.map(|_| Flow::new(&bodies, &state)),
                 state,
                 ..Progress::default()
@@ -189,6 +195,7 @@ impl Dem {
             program,
             prepared_sample: prepared.origin,
             solid_fraction: sample.solid_fraction,
+            strength,
             radii_shrunk: sample.radii_shrunk,
             ends: config.sample.ends(),
             cut_lines: config.sample.cut_lines(),
@@ -305,9 +312,9 @@ impl Dem {
             .record(&self.stepper.on_named, start, self.end);
         if let Some(program) = &self.program {
             let flow = progress.flow.as_ref();
-            progress
-                .cycles
-                .record(program, [start, end], (state, summary), flow);
+            let impulses = &self.stepper.problem.boundary.impulse;
+            let grains = (&self.bodies, state, summary);
+            (progress.cycles).record(program, [start, end], grains, impulses, flow);
         }
         let (program, grains) = (self.program.as_ref(), (&self.bodies, state));
         progress

@@ -131,6 +131,11 @@ impl Dem {
         let solid_fraction = Some(self.solid_fraction).filter(|x| *x > 0.0);
         results.extend(report::given([
             ("solid_fraction", solid_fraction),
+            (
+                "layer_tension_pa",
+                self.strength.map(|[tension, _]| tension),
+            ),
+            ("layer_shear_pa", self.strength.map(|[_, shear]| shear)),
             ("radii_shrunk_rel", self.radii_shrunk),
             ("bonds", bonds),
             ("bonds_broken", broken),
@@ -172,6 +177,7 @@ impl Dem {
             stiffness: self.stiffness,
             flow: self.progress.flow.as_ref(),
             statistics: &self.progress.statistics,
+            cycles: &self.progress.cycles,
             program: self.program.as_ref(),
             alone: self.interface.disks.is_empty(),
             ends: self.ends,

@@ -9,11 +9,14 @@
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`cycle_drift`]: its drift from cycle to cycle;
+//! - [`student`]: Student's t;
+//! - [`boxes`]: means of a traction over boxes;
 //! - [`bounds`]: the two bounds of a check of plausibility;
 //! - [`vtk`]: files of fields;
 //! - [`scratch`]: folders that go with whoever made them.
 
 pub mod bounds;
+pub mod boxes;
 pub mod cycle_drift;
 pub mod input_file;
 pub mod keys;
@@ -21,6 +24,7 @@ pub mod limits;
 pub mod number;
 pub mod schema;
 pub mod scratch;
+pub mod student;
 pub mod table;
 pub mod vtk;
 pub mod wheel;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use protocol::larger;
+use kit::boxes::peak_of_means;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -55,28 +55,14 @@ impl InterfaceTraction {
         text
     }
 
-    /// The largest mean pressure (Pa) over boxes of `width_m` centred at multiples of it. Single nodes carry
-    /// single grains, whose pressures say little. Each node's force is spread over its own segment, so that a box
-    /// between two nodes gets its share of both, and one across the seam of a line that repeats that of the images beyond.
+    /// The largest mean pressure (Pa) over boxes of `width_m`, see [`peak_of_means`]; the force of a node acts on its own segment.
     pub fn peak_of_means(&self, width_m: f64) -> f64 {
-        let mut boxes = std::collections::BTreeMap::new();
-        let images = self.period_m.map_or(vec![0.0], |p| vec![0.0, -p, p]);
-        let nodes_and_images = self.x_m.iter().enumerate();
-        let nodes_and_images =
-            nodes_and_images.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
-        for (node, x) in nodes_and_images {
-            let length = self.area_m2[node] / self.thickness_m;
-            let (low, high) = (x - 0.5 * length, x + 0.5 * length);
-            let index = |x: f64| (x / width_m).round() as i64;
-            for cell in index(low)..=index(high) {
-                let left = (cell as f64 - 0.5) * width_m;
-                let covered = high.min(left + width_m) - low.max(left);
-                *boxes.entry(cell).or_insert(0.0) += self.normal_n[node] * covered / length;
-            }
-        }
-        let area_m2 = width_m * self.thickness_m;
-        let boxes = boxes.values();
-        boxes.map(|force| force / area_m2).fold(0.0, larger)
+        let nodes = self.x_m.iter().zip(&self.area_m2).zip(&self.normal_n);
+        let pieces = nodes.map(|((x, area), force)| {
+            let half = 0.5 * area / self.thickness_m;
+            ([x - half, x + half], *force)
+        });
+        peak_of_means(pieces, width_m, self.period_m) / self.thickness_m
     }
 
     /// Half of the shortest distance that is symmetric about the middle and carries `share` of the normal force (m). The middle is
