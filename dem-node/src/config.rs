@@ -208,7 +208,8 @@ impl DemConfig {
             stress.validate(2.0 * self.sample.radii().0, held)?;
         }
         if let Some(flow) = &self.flow {
-            flow.validate(&self.law, &self.sample, self.wheel.as_ref())?;
+            let gravity = self.gravity_m_per_s2;
+            flow.validate(&self.law, &self.sample, self.wheel.as_ref(), gravity)?;
         }
         if let Some(injection) = &self.injection {
             injection.validate(&self.law, self.flow.as_ref(), self.gravity_m_per_s2)?;

@@ -171,3 +171,38 @@ fn a_feed_comes_into_play_with_its_first_grain() {
     close("feed", moments["injection.start_s"], first, 1e-12 * first);
     assert_eq!(config["flow"]["wear_s"], moments["flow.wear_s"]);
 }
+
+/// The fed grains leave sideways after a mean of a hundred steps, with what they move and press: masses and energies balance, and nothing meets
+/// a grain that has left, whichever way the run goes on.
+#[test]
+fn what_leaves_sideways_takes_its_mass_and_its_energy_along() {
+    let mut config = fed(3f64.sqrt() * R);
+    config["flow"]["lateral"] = json!({ "time_s": 1e2 * STEP });
+    // What a solve leaves is in the balance: 2e-9 at 1e-6.
+    config["solver"]["tolerance"] = json!(1e-8);
+    let mut dem = build(&config);
+    let middle = u64::from(STEPS / 2);
+    march(&mut dem, 0, STEPS / 2);
+    let checkpoint = dem.checkpoint().expect("it can be packed");
+    let mut resumed = build(&config);
+    resumed.restore(&checkpoint).expect("it is of these grains");
+    march(&mut resumed, middle, STEPS - STEPS / 2);
+    let report = march(&mut dem, middle, STEPS - STEPS / 2);
+    assert!(!store_is_met(&dem));
+    let taken = dem.state().taken.len() as f64;
+    assert!(taken >= 2.0, "{taken} have left");
+    let works = ["wheel_drive", "wheel_load", "injection"].map(|name| report.energy(name).abs());
+    let size = works.iter().sum();
+    assert!(report.energy("lateral") > 1e-5 * size);
+    close("energies", report.imbalance(size), 0.0, 1e-9);
+    let [ended, again] = [dem, resumed].map(|mut dem| dem.finish().expect("it ends"));
+    assert_eq!(ended.state_hash, again.state_hash);
+    let results = &ended.results;
+    let left = results["q_lateral_kg"];
+    close("left", left, taken * mass(R), 1e-12 * mass(R));
+    close("balance", results["flow_balance_rel"], 0.0, 1e-15);
+    assert_eq!(
+        results["disks"],
+        present(&build(&config)) as f64 + 3.0 - taken
+    );
+}

@@ -136,6 +136,11 @@ impl Feed {
         if owed > 0.0 { owed / self.due } else { 0.0 }
     }
 
+    /// A grain that is no longer there does not grow.
+    pub fn forget(&mut self, grain: u32) {
+        self.growing.retain(|growing| growing.grain != grain);
+    }
+
     /// Part of a disk's radius that it has not grown yet (m).
     #[inline]
     pub fn missing(&self, disk: u32) -> f64 {

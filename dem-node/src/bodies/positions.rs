@@ -17,6 +17,8 @@ pub struct Positions<'a> {
     pub surface: &'a [[f64; 2]],
     /// Number of free grains that are not in store.
     pub present: usize,
+    /// Grains that were taken out, in order.
+    pub taken: &'a [u32],
     /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
     pub wheel: [f64; 2],
     /// Time for which moving walls have moved (s).
@@ -27,6 +29,11 @@ impl Positions<'_> {
     /// The free grains in store, which nothing meets.
     pub fn store(&self) -> Range<usize> {
         self.present..self.bodies.free
+    }
+
+    /// True for a grain that was taken out, which nothing meets either.
+    pub fn is_taken(&self, grain: usize) -> bool {
+        !self.taken.is_empty() && self.taken.binary_search(&(grain as u32)).is_ok()
     }
 
     /// Normal and gap of two bodies, a the disk of the lower number.

@@ -35,6 +35,17 @@ pub struct FlowConfig {
     /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub wear_s: f64,
+    /// Third body that leaves the zone sideways, out of the plane; none does when absent.
+    pub lateral: Option<LateralConfig>,
+}
+
+/// `flow.lateral`: third body leaves the zone at M / time, M being its mass there; grains are drawn by the run's seed.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LateralConfig {
+    /// Mean time that a grain stays in the zone before it leaves it sideways (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub time_s: f64,
 }
 
 fn zone_share() -> f64 {
@@ -61,12 +72,20 @@ impl FlowConfig {
         law: &LawConfig,
         sample: &SampleConfig,
         wheel: Option<&DemWheelConfig>,
+        gravity: [f64; 2],
     ) -> Result<(), ConfigError> {
         within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
         not_negative("flow.margin_diameters", self.margin_diameters, "")?;
         not_negative("flow.hysteresis_diameters", self.hysteresis_diameters, "")?;
         positive("flow.wear_s", self.wear_s, "s")?;
         not_negative("flow.zone_mean_s", self.mean_s(), "s")?;
+        positive("flow.lateral.time_s", self.lateral.map(|l| l.time_s), "s")?;
+        refuse_if(
+            self.lateral.is_some() && (gravity != [0.0; 2] || sample.has_clusters()),
+            "flow.lateral",
+            "takes single grains out of the plane: nothing would hold them there against gravity_m_per_s2, and a rigid cluster goes as a whole",
+            "remove the table, or gravity_m_per_s2 and sample.disks.cluster",
+        )?;
         refuse_if(
             law.kind.plain() != LawKind::Cohesion,
             "flow",

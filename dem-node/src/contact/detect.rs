@@ -172,9 +172,10 @@ pub fn list_pairs(positions: &Positions, reach: f64) -> Vec<Slot> {
     );
     let store = positions.store();
     let segments = bodies.surface.order(positions.surface);
-    for a in (0..store.start).chain(store.end..bodies.disks()) {
+    let there = (0..store.start).chain(store.end..bodies.disks());
+    for a in there.filter(|a| !positions.is_taken(*a)) {
         let near = near.of(a).iter().map(|b| *b as usize);
-        let near = near.filter(|b| !store.contains(b));
+        let near = near.filter(|b| !store.contains(b) && !positions.is_taken(*b));
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
         slots.extend(apart.map(|b| Slot::new(a as u32, b as u32)));
         // A rough face is met in its disks.

@@ -164,6 +164,7 @@ mod tests {
             ..Bodies::default()
         };
         let positions = Positions {
+            taken: &[],
             bodies: &bodies,
             centres: &[[0.0, 0.9]],
             surface: &[],

@@ -30,6 +30,7 @@ use crate::contact::bond::holding;
 use crate::measure::graph::first_bodies;
 use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
+use crate::sample::random::RandomNumbers;
 use crate::step::state::GrainState;
 use ledger::MassLedger;
 use zone::{Zone, ZoneLoads};
@@ -54,7 +55,12 @@ pub struct FlowScene {
     pub base: f64,
     /// Time from which on the middle of the zone stays where it is (s).
     pub middle_from: f64,
+    /// Seed of the grains that leave sideways.
+    pub seed: u64,
 }
+
+/// Sets the random numbers of grains that leave sideways apart from others.
+const STREAM: u64 = 0x4c61_7465;
 
 /// Membership of a grain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,12 +121,22 @@ pub struct Flow {
     /// The middle half of the zone, once the motion has begun, and third body in it (kg).
     middle: Option<Zone>,
     in_middle: f64,
+    /// True where third body leaves sideways, mass that is due to (kg), and grains that have.
+    lateral: bool,
+    lateral_due: f64,
+    lateral_grains: u64,
 }
 
 impl FlowScene {
     /// The constants of these bodies, whose masses are `mass_scale` times the real ones, and whose wheel moves from this time on (s).
-    pub fn new(config: FlowConfig, bodies: &Bodies, mass_scale: f64, moves_from: f64) -> FlowScene {
+    pub fn new(
+        config: FlowConfig,
+        bodies: &Bodies,
+        mass_scale: f64,
+        (moves_from, seed): (f64, u64),
+    ) -> FlowScene {
         FlowScene {
+            seed,
             config,
             masses: bodies.masses.iter().map(|m| m / mass_scale).collect(),
             diameter: 2.0 * bodies.mean_radius(),
@@ -250,7 +266,7 @@ impl Grain {
 
 impl Flow {
     /// The flows at the start: there is no zone yet, and third body is initial stock.
-    pub fn new(bodies: &Bodies, state: &GrainState) -> Flow {
+    pub fn new(config: &FlowConfig, bodies: &Bodies, state: &GrainState) -> Flow {
         let bonds: Vec<(u32, u32)> = holding(&state.bonds).collect();
         let first = first_bodies(bodies.free, &bonds);
         let present = state.present(bodies);
@@ -269,6 +285,7 @@ impl Flow {
             grains: grains.collect(),
             present,
             bonds,
+            lateral: config.lateral.is_some(),
             ..Flow::default()
         }
     }
@@ -299,6 +316,9 @@ impl Flow {
         let detached = state.worn.detaches().then_some(end);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
+            if state.waits(bodies, i) {
+                continue;
+            }
             let (centre, mass) = (state.centres[i], scene.masses[i]);
             let ([x, _], section) = (shown(bodies, centre), section(bodies, centre[0]));
             let [was_inside, inside] =
@@ -332,6 +352,44 @@ impl Flow {
             None => pressed_by_lid(bodies, state, scene.base),
         };
         self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
+    }
+
+    /// Takes third body out of the zone sideways, at its mass over `flow.lateral.time_s`, after a step of the length `step` (s): grains drawn by
+    /// chance, one when half a mean grain is due, so that what has left is right within a half. Returns their numbers.
+    pub fn leave_sideways(
+        &mut self,
+        scene: &FlowScene,
+        (bodies, state): (&Bodies, &GrainState),
+        step: f64,
+    ) -> Vec<usize> {
+        let mut leaving = Vec::new();
+        let Some(lateral) = scene.config.lateral else {
+            return leaving;
+        };
+        self.lateral_due += self.held * step / lateral.time_s;
+        let mean = scene.masses.iter().sum::<f64>() / scene.masses.len() as f64;
+        while self.lateral_due >= 0.5 * mean {
+            let grains = state
+                .grains(bodies)
+                .filter(|grain| !leaving.contains(grain));
+            let loose = grains.filter(|i| self.grains[*i].inside && self.grains[*i].is_third());
+            let loose: Vec<usize> = loose.collect();
+            let mut random = RandomNumbers::new(scene.seed ^ STREAM ^ (self.lateral_grains << 32));
+            let drawn = (random.unit() * loose.len() as f64) as usize;
+            let Some(grain) = loose.get(drawn).copied() else {
+                break;
+            };
+            let ([x, _], mass) = (shown(bodies, state.centres[grain]), scene.masses[grain]);
+            self.lateral_due -= mass;
+            self.lateral_grains += 1;
+            self.ledger.lateral += mass;
+            self.held -= mass;
+            if self.middle.is_some_and(|middle| middle.holds(x)) {
+                self.in_middle -= mass;
+            }
+            leaving.push(grain);
+        }
+        leaving
     }
 
     /// Moves the zone: to the ends of the strip, or of the lid, or with what carries the wheel. It stays while that bears nothing.
@@ -392,11 +450,18 @@ impl Flow {
         self.in_middle / (right - left)
     }
 
+    /// The masses of the ledger, with what left sideways where something does.
+    fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let lateral = self.lateral.then_some(self.ledger.lateral);
+        let named = self.ledger.named().into_iter();
+        named.chain(given([("q_lateral_kg", lateral)]))
+    }
+
     /// The masses of the ledger, the third body in the zone and in its middle, and the ends of the zone, 0 before the wheel bears
     /// anything.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let [left, right] = self.zone.map_or([0.0; 2], |zone| zone.ends);
-        self.ledger.named().into_iter().chain([
+        self.named().chain([
             ("third_body_zone_kg", self.held),
             ("third_body_per_length_kg_per_m", self.per_length()),
             ("zone_left_m", left),
@@ -410,7 +475,7 @@ impl Flow {
         let turnover = self.ledger.turnover();
         let defect = self.defect / if turnover > 0.0 { turnover } else { 1.0 };
         let middle = self.middle.map(|_| self.per_length());
-        let results = self.ledger.named().into_iter().chain([
+        let results = self.named().chain([
             ("third_body_zone_kg", self.held),
             ("flow_balance_rel", defect),
             ("flow_kinetic_rel", self.kinetic_share()),
@@ -458,6 +523,10 @@ impl Flow {
         visit(self.defect);
         self.kinetic.iter().for_each(|x| visit(*x));
         visit(self.in_middle);
+        if self.lateral {
+            visit(self.ledger.lateral);
+            visit(self.lateral_due);
+        }
     }
 }
 

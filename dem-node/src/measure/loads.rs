@@ -72,7 +72,9 @@ pub fn for_each_load(bodies: &Bodies, state: &GrainState, mut visit: impl FnMut(
 
 /// The disks of the grains.
 pub fn grains(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = usize> {
-    (0..state.present(bodies)).filter(|disk| !is_driven(bodies, *disk))
+    state
+        .grains(bodies)
+        .filter(|disk| !is_driven(bodies, *disk))
 }
 
 fn is_driven(bodies: &Bodies, disk: usize) -> bool {

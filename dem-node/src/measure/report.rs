@@ -77,8 +77,8 @@ fn widest(bodies: &Bodies) -> f64 {
 /// Free grains beyond the bodies that are there.
 pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let is_lost = is_lost(bodies);
-    let grains = state.centres[..state.present(bodies)].iter();
-    grains.filter(|centre| is_lost(centre)).count()
+    let grains = state.grains(bodies).map(|grain| state.centres[grain]);
+    grains.filter(is_lost).count()
 }
 
 /// Free grains that left the sample: those that are lost, and those that lie on a surface beside it.
@@ -88,7 +88,7 @@ pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
         let ends = bodies.ends;
         ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x))
     };
-    let grains = state.centres[..state.present(bodies)].iter();
+    let grains = state.grains(bodies).map(|grain| state.centres[grain]);
     let ejected = grains.filter(|centre| is_beside(centre[0]) || is_lost(centre));
     ejected.count()
 }
@@ -113,11 +113,10 @@ pub fn inside_grains(bodies: &Bodies, state: &GrainState) -> usize {
         let [a, b] = [line.get(next.checked_sub(1)?)?, line.get(next)?];
         Some(a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0]))
     };
-    let present = state.present(bodies);
-    let grains = state.centres[..present].iter().zip(&bodies.radii);
-    let inside = grains.filter(|([x, y], radius)| {
-        let below = height(&lines[0], *x).is_some_and(|line| *y < line - BEYOND * **radius);
-        below || height(&lines[1], *x).is_some_and(|line| *y > line + BEYOND * **radius)
+    let inside = state.grains(bodies).filter(|grain| {
+        let ([x, y], radius) = (state.centres[*grain], bodies.radii[*grain]);
+        let below = height(&lines[0], x).is_some_and(|line| y < line - BEYOND * radius);
+        below || height(&lines[1], x).is_some_and(|line| y > line + BEYOND * radius)
     });
     inside.count()
 }
@@ -335,7 +334,7 @@ impl RunStatistics {
         let radius = bodies.mean_radius();
         let mut results = structure::results(bodies, state);
         results.extend([
-            ("disks", state.present(bodies) as f64),
+            ("disks", state.grains(bodies).count() as f64),
             ("glued_disks", bodies.glued() as f64),
             ("contacts", self.last.closed as f64),
             ("true_residual_max", self.residual_max),

@@ -31,7 +31,7 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
     let all = degrees(bodies.free, contacts(bodies, state));
     let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
-    let present = (0..state.present(bodies)).filter(leads);
+    let present = state.grains(bodies).filter(leads);
     let degrees: Vec<usize> = present.map(|body| all[body]).collect();
     let grains = degrees.len();
     let held: Vec<usize> = degrees.iter().copied().filter(|d| *d >= HELD).collect();
@@ -81,7 +81,7 @@ fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str
     let Some(sizes) = agglomerate_sizes(bodies, state) else {
         return Vec::new();
     };
-    let present = &sizes[..state.present(bodies)];
+    let present: Vec<u32> = state.grains(bodies).map(|grain| sizes[grain]).collect();
     // Each of n grains counts the n-th part of its agglomerate.
     let joined = present.iter().filter(|size| **size > 1);
     let parts = joined.map(|size| 1.0 / f64::from(*size));

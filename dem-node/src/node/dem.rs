@@ -183,13 +183,13 @@ impl Dem {
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
                 cycles: WheelCycles::new(state.wheel.position[1], setting.thickness_m),
-                flow: config.flow.map(|_| Flow::new(&bodies, &state)),
+                flow: (config.flow).map(|flow| Flow::new(&flow, &bodies, &state)),
                 state,
                 ..Progress::default()
             },
             flow: config.flow.map(|flow| {
                 let moves = program.as_ref().map_or(0.0, WheelProgram::motion_start);
-                FlowScene::new(flow, &bodies, config.mass_scale, moves)
+                FlowScene::new(flow, &bodies, config.mass_scale, (moves, setting.seed))
             }),
             bodies,
             program,
@@ -320,6 +320,11 @@ impl Dem {
         progress
             .statistics
             .record(program, grains, summary, [start, end]);
+        if let (Some(scene), Some(flow)) = (&self.flow, &mut progress.flow) {
+            for grain in flow.leave_sideways(scene, (&self.bodies, state), end - start) {
+                progress.state.take(&self.bodies, grain);
+            }
+        }
     }
 }
 

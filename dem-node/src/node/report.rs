@@ -60,6 +60,12 @@ impl Dem {
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
+            (
+                self.flow
+                    .as_ref()
+                    .is_some_and(|flow| flow.config.lateral.is_some()),
+                ("lateral", Role::Dissipated, ledger.lateral),
+            ),
             (damped, ("damping", Role::Dissipated, ledger.damping)),
         ];
         let some = some.into_iter().filter(|(there, _)| *there);

@@ -52,6 +52,8 @@ pub struct GrainLedger {
     pub unforeseen: f64,
     /// Energy that rigid contacts have made, contact by contact and step by step: what others lose hides none of it.
     pub made: f64,
+    /// Energy of grains that were taken out of the plane.
+    pub lateral: f64,
     /// Work of load and weight in repairs of overlaps, which nothing stores.
     pub repair: f64,
 }

@@ -37,6 +37,8 @@ pub struct GrainState {
     pub bonds: Vec<Bond>,
     /// Grains that are fed in.
     pub feed: Feed,
+    /// Grains that were taken out of the plane, in order: nothing meets them any more.
+    pub taken: Vec<u32>,
     /// The wear of the bare surfaces.
     pub worn: Worn,
     /// Energy since the start, term by term.
@@ -71,6 +73,7 @@ impl Clone for GrainState {
         self.list.clone_from(&other.list);
         self.bonds.clone_from(&other.bonds);
         self.feed.clone_from(&other.feed);
+        self.taken.clone_from(&other.taken);
         self.worn.clone_from(&other.worn);
         self.ledger = other.ledger;
     }
@@ -149,6 +152,7 @@ impl GrainState {
             centres: &self.centres,
             surface: &self.surface,
             present: self.present(bodies),
+            taken: &self.taken,
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
             wall_motion_time: self.wall_motion_time,
         }
@@ -159,9 +163,35 @@ impl GrainState {
         bodies.free - self.feed.waiting as usize
     }
 
-    /// True for a grain in store.
+    /// Free grains that are neither in store nor taken out.
+    pub fn grains(&self, bodies: &Bodies) -> impl Iterator<Item = usize> {
+        (0..self.present(bodies)).filter(|grain| !self.is_taken(*grain))
+    }
+
+    fn is_taken(&self, grain: usize) -> bool {
+        self.taken.binary_search(&(grain as u32)).is_ok()
+    }
+
+    /// True for a grain in store or taken out.
     pub fn waits(&self, bodies: &Bodies, disk: usize) -> bool {
-        (self.present(bodies)..bodies.free).contains(&disk)
+        (self.present(bodies)..bodies.free).contains(&disk) || self.is_taken(disk)
+    }
+
+    /// Takes a grain out of the plane, with what it moves, its contacts and its bonds: the ledger has the energy that goes with it.
+    pub fn take(&mut self, bodies: &Bodies, grain: usize) {
+        let energy = |state: &GrainState| state.energies(bodies).iter().sum::<f64>();
+        let before = energy(self);
+        let number = grain as u32;
+        let place = self.taken.partition_point(|taken| *taken < number);
+        self.taken.insert(place, number);
+        self.velocities[grain] = [0.0; 3];
+        self.bonds
+            .retain(|bond| bond.a != number && bond.b != number);
+        let slots = &mut self.list.slots;
+        slots.retain(|slot| slot.a != number && slot.b != number);
+        self.list.invalidate();
+        self.feed.forget(number);
+        self.ledger.lateral += before - energy(self);
     }
 
     /// Radius that a disk shows (m): none in store, less than its own while it grows.
@@ -316,7 +346,9 @@ impl GrainState {
             add(self.wall_motion_time);
             add(self.ledger.walls);
         }
-        for rare in [self.ledger.damping, self.ledger.healing] {
+        let taken = self.taken.iter().map(|grain| f64::from(*grain));
+        let rare = [self.ledger.damping, self.ledger.healing];
+        for rare in rare.into_iter().chain(taken).chain([self.ledger.lateral]) {
             if rare != 0.0 {
                 add(rare);
             }

@@ -29,6 +29,8 @@ pub struct MassLedger {
     pub wear: f64,
     /// Came back after that, whichever way.
     pub wear_returned: f64,
+    /// Ql: left the zone sideways, out of the plane.
+    pub lateral: f64,
     /// Qi: through the section x = 0 towards +x, less that towards -x.
     pub internal_net: f64,
     /// Through that section in both directions.
@@ -40,7 +42,7 @@ impl MassLedger {
     fn sides(&self) -> [f64; 2] {
         [
             self.source + self.external + self.recirculated + self.entered + self.covered,
-            self.reattached + self.ejected + self.uncovered,
+            self.reattached + self.ejected + self.uncovered + self.lateral,
         ]
     }
 

@@ -4,6 +4,7 @@
 
 use super::*;
 use crate::bodies::geometry::Period;
+use crate::config::flow::LateralConfig;
 use crate::contact::bond::Bond;
 use crate::contact::detect::Slot;
 
@@ -59,10 +60,11 @@ impl Trial {
             hysteresis_diameters: 1.0,
             zone_mean_s: Some(0.0),
             wear_s: WEAR,
+            lateral: None,
         };
         Trial {
-            scene: FlowScene::new(config, &bodies, 100.0, 0.0),
-            flow: Flow::new(&bodies, &state),
+            scene: FlowScene::new(config, &bodies, 100.0, (0.0, 1)),
+            flow: Flow::new(&config, &bodies, &state),
             bodies,
             state,
             time: 0.0,
@@ -331,7 +333,7 @@ fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
     let mut trial = Trial::new();
     trial.state.bonds.retain(|bond| bond.a != 4);
     trial.state.feed.waiting = 2;
-    trial.flow = Flow::new(&trial.bodies, &trial.state);
+    trial.flow = Flow::new(&trial.scene.config, &trial.bodies, &trial.state);
     assert_eq!(trial.step(&[]), MassLedger::default());
     trial.state.feed.waiting = 1;
     let inside = MassLedger {
@@ -394,7 +396,7 @@ fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
 fn what_leaves_a_strip_on_one_side_has_entered_it_on_the_other() {
     let mut trial = Trial::new();
     trial.bodies.period = Some(Period::between([-4.0, 8.0]));
-    trial.flow = Flow::new(&trial.bodies, &trial.state);
+    trial.flow = Flow::new(&trial.scene.config, &trial.bodies, &trial.state);
     trial.detach();
     let start = MassLedger {
         covered: 8.0,
@@ -453,4 +455,107 @@ fn the_zone_below_a_lid_goes_from_its_first_disk_to_its_last() {
     assert_eq!((worn.wear, trial.flow.held), (8.0, 0.0));
     let back = trial.step(&[(3, -1.0)]);
     assert_eq!([back.recirculated, back.wear_returned], [8.0; 2]);
+}
+
+/// The time that third body stays, a step, and the steps of a run (s).
+const STAYS: f64 = 40.0;
+const STEP: f64 = 0.1;
+const STEPS: u32 = 3000;
+
+/// Grains of 1 kg in a strip that repeats, which come at a rate by the third body there (kg/s) and leave sideways: as one comes the state is
+/// changed. Third body must be within two grains of `expected` at each time, as coming and leaving are each off by one at most.
+fn drained(
+    mut state: GrainState,
+    rate: impl Fn(f64) -> f64,
+    come: impl Fn(&mut GrainState),
+    expected: impl Fn(f64) -> f64,
+) -> MassLedger {
+    let count = state.velocities.len();
+    let bodies = Bodies {
+        free: count,
+        radii: vec![0.5; count],
+        masses: vec![1.0; count],
+        reference: vec![[0.0; 2]],
+        base: 1,
+        wheel_mass: Some(1.0),
+        period: Some(Period::between([-1.0, 1.0])),
+        ..Bodies::default()
+    };
+    let config = FlowConfig {
+        zone_share: 0.99,
+        margin_diameters: 1.0,
+        hysteresis_diameters: 1.0,
+        zone_mean_s: None,
+        wear_s: WEAR,
+        lateral: Some(LateralConfig { time_s: STAYS }),
+    };
+    let scene = FlowScene::new(config, &bodies, 1.0, (0.0, 7));
+    let mut flow = Flow::new(&config, &bodies, &state);
+    let mut due = 0.0;
+    for number in 1..=STEPS {
+        due += rate(flow.held) * STEP;
+        while due >= 0.5 {
+            due -= 1.0;
+            come(&mut state);
+        }
+        let t = STEP * f64::from(number);
+        flow.record(&scene, (&bodies, &state), t, STEP);
+        for grain in flow.leave_sideways(&scene, (&bodies, &state), STEP) {
+            state.take(&bodies, grain);
+        }
+        let expected = expected(t);
+        assert!((flow.held - expected).abs() < 2.0, "{} at {t} s", flow.held);
+        let all = flow.held + state.taken.len() as f64;
+        assert_eq!(all, flow.ledger.source + flow.ledger.external);
+        assert_eq!(flow.defect, 0.0);
+    }
+    let signals = Vec::from_iter(flow.signals());
+    assert!(signals.contains(&("q_lateral_kg", flow.ledger.lateral)));
+    assert!(flow.ledger.lateral > 700.0);
+    flow.ledger
+}
+
+fn at_rest(count: usize) -> GrainState {
+    GrainState {
+        centres: vec![[0.0; 2]; count + 1],
+        velocities: vec![[0.0; 3]; count],
+        ..GrainState::default()
+    }
+}
+
+/// m = Q T (1 - exp(-t/T)).
+#[test]
+fn a_constant_feed_and_a_sink_come_to_the_feed_times_the_time_that_grains_stay() {
+    let (feed, count) = (3.0, 1000);
+    let mut state = at_rest(count);
+    state.feed.waiting = count as u32;
+    let ledger = drained(
+        state,
+        |_| feed,
+        |state| state.feed.waiting -= 1,
+        |t| feed * STAYS * (1.0 - (-t / STAYS).exp()),
+    );
+    assert_eq!([ledger.source, ledger.external], [0.0, 900.0]);
+}
+
+/// A source Qs = alpha (m* - m): m = m_e (1 - exp(-(alpha + 1/T) t)) with m_e = alpha m*/(alpha + 1/T).
+#[test]
+fn a_source_that_third_body_slows_and_a_sink_come_to_their_balance() {
+    let (alpha, wanted, count) = (0.02, 300.0, 1500);
+    let mut state = at_rest(count);
+    let anchored = (0..count as u32).map(|a| Bond {
+        a,
+        b: count as u32,
+        adhesion: 1.0,
+        ..Bond::default()
+    });
+    state.bonds = anchored.collect();
+    let rate = alpha + 1.0 / STAYS;
+    let ledger = drained(
+        state,
+        |held| alpha * (wanted - held),
+        |state| state.bonds.truncate(state.bonds.len() - 1),
+        |t| alpha * wanted / rate * (1.0 - (-rate * t).exp()),
+    );
+    assert_eq!(ledger.external, 0.0);
 }
