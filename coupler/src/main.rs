@@ -10,6 +10,7 @@ fn main() -> ExitCode {
             ShippedSolver {
                 kind: "fem",
                 check: fem_node::check,
+                nonlinear: Some(fem_node::nonlinear),
                 schema: Some(fem_node::schema),
                 build: fem_node::build,
                 bench: Some(|| {
@@ -20,6 +21,7 @@ fn main() -> ExitCode {
             ShippedSolver {
                 kind: "dem",
                 check: dem_node::check,
+                nonlinear: None,
                 schema: Some(dem_node::schema),
                 build: dem_node::build,
                 bench: Some(|| {

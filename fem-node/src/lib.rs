@@ -229,6 +229,13 @@ pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigErr
     Ok(model::Model::new(&config, setting)?.warnings)
 }
 
+/// True for keys of a body that yields.
+pub fn nonlinear(config: &Value) -> bool {
+    let material = config.get("material");
+    let has = |key: &str| material.and_then(|material| material.get(key));
+    has("yield_pa").is_some() || has("kind").is_some_and(|kind| kind == "j2")
+}
+
 /// The keys of a participant as a JSON Schema, for editors.
 pub fn schema() -> Value {
     schema_of::<FemConfig>()

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use coordinator::error::{Code, Error};
 use coordinator::run::check::check;
-use coordinator::scenario::load::parse;
+use coordinator::scenario::load::{load, parse};
 use coordinator::scenario::source::ScenarioSource;
 use harness::json_schema::faults;
 use harness::registry;
@@ -189,4 +189,25 @@ fn schema_and_program_agree_on_changed_scenes() {
         refused > 1_000 && taken > 100,
         "{refused} refused, {taken} taken"
     );
+}
+
+/// With `dual-schur` it would end as not-converged once it flows; the secant follows it.
+#[test]
+fn a_body_that_yields_is_warned_of_where_its_compliance_is_taken_as_constant() {
+    let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
+    let quick = quick.display().to_string();
+    let warned = |scheme: &str, yields: bool| {
+        let scheme = format!("interface.layer-base.scheme={scheme}");
+        let material = "participant.rail.config.material.yield_pa=5e8".to_string();
+        let set = [Some(scheme), yields.then_some(material)]
+            .into_iter()
+            .flatten();
+        let loaded = load(&quick, &set.collect::<Vec<String>>()).expect("it is a scenario");
+        let warnings = check(&loaded, &registry(), 1).expect("it is valid");
+        let of = |text: &str| text.contains("`rail` yields") && text.contains("dual-schur-secant");
+        warnings.iter().filter(|warning| of(&warning.text)).count()
+    };
+    assert_eq!(warned("dual-schur", true), 1);
+    assert_eq!(warned("dual-schur", false), 0);
+    assert_eq!(warned("dual-schur-secant", true), 0);
 }

@@ -32,6 +32,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "bar",
             check: |config, _| kit::read_config::<bar::Config>(config).map(|_| Vec::new()),
+            nonlinear: None,
             schema: None,
             build: bar::build,
             bench: None,
@@ -39,6 +40,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "chain",
             check: |config, _| kit::read_config::<chain::Config>(config).map(|_| Vec::new()),
+            nonlinear: None,
             schema: None,
             build: chain::build,
             bench: None,
@@ -46,6 +48,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "plate",
             check: |config, _| kit::read_config::<plate::Config>(config).map(|_| Vec::new()),
+            nonlinear: None,
             schema: None,
             build: plate::build,
             bench: None,
@@ -53,6 +56,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "broken",
             check: broken::check,
+            nonlinear: None,
             schema: None,
             build: broken::build,
             bench: None,
@@ -60,6 +64,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "fem",
             check: fem_node::check,
+            nonlinear: Some(fem_node::nonlinear),
             schema: Some(fem_node::schema),
             build: fem_node::build,
             bench: None,
@@ -67,6 +72,7 @@ pub fn registry() -> Registry {
         ShippedSolver {
             kind: "dem",
             check: dem_node::check,
+            nonlinear: None,
             schema: Some(dem_node::schema),
             build: dem_node::build,
             bench: None,

@@ -16,6 +16,8 @@ pub struct ShippedSolver {
     pub kind: &'static str,
     /// Validates its keys; returns what the user should know beforehand.
     pub check: fn(&serde_json::Value, &Setting) -> Result<Vec<String>, ConfigError>,
+    /// True where the body that its keys describe does not answer in proportion to forces, as one that yields; absent for none that does.
+    pub nonlinear: Option<fn(&serde_json::Value) -> bool>,
     /// Its keys as a JSON Schema; absent for one whose keys are not described.
     pub schema: Option<fn() -> serde_json::Value>,
     /// Makes the node.

@@ -10,6 +10,7 @@ use crate::participants::{Registry, network};
 use crate::plausible::Warning;
 use crate::scenario::FieldsFormat;
 use crate::scenario::load::Loaded;
+use scheme::keys::SchemeWord;
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
 pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>> {
@@ -60,5 +61,35 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
             Warning::advice("unused_key", &key, text)
         }));
     }
+    warnings.extend(yielding(loaded, registry));
     Ok(warnings)
+}
+
+/// Interfaces whose scheme takes the compliance of a body as constant which its keys say is not.
+fn yielding(loaded: &Loaded, registry: &Registry) -> Vec<Warning> {
+    let scenario = &loaded.scenario;
+    let nonlinear = scenario.participant.iter().filter(|participant| {
+        let solver = registry
+            .get(&participant.kind)
+            .filter(|_| participant.command.is_none());
+        let judge = solver.and_then(|solver| solver.nonlinear);
+        judge.is_some_and(|judge| judge(&config_value(participant)))
+    });
+    let nonlinear: Vec<&str> = nonlinear
+        .map(|participant| participant.name.as_str())
+        .collect();
+    let linear = [SchemeWord::DualSchur, SchemeWord::DualSchurCheap];
+    let interfaces = scenario.interface.iter();
+    let interfaces = interfaces.filter(|interface| linear.contains(&interface.scheme));
+    let joined = interfaces.filter_map(|interface| {
+        let sides = interface.between.iter();
+        let names = sides.filter_map(|side| side.split_once('.').map(|(name, _)| name));
+        let body = nonlinear.iter().find(|body| names.clone().any(|name| name == **body))?;
+        let text = format!(
+            "`{body}` yields, and scheme = \"{}\" takes its compliance as constant: the run ends with not-converged where it flows; take scheme = \"dual-schur-secant\"",
+            interface.scheme
+        );
+        Some(Warning::advice("advice", &interface.name, text))
+    });
+    joined.collect()
 }

@@ -63,6 +63,7 @@ pub fn registry() -> Registry {
     let solver = |kind, build| ShippedSolver {
         kind,
         check: |config, _| read_config::<NoKeys>(config).map(|_| Vec::new()),
+        nonlinear: None,
         schema: None,
         build,
         bench: None,
