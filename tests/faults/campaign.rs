@@ -9,12 +9,11 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 fn campaign(trials: &str) -> Command {
-    let mut command = Command::new(program("thirdbody"));
+    let mut command = Command::new(program("faults"));
     command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     // Nothing is kept in the cache of whoever runs the tests.
     command.env("XDG_CACHE_HOME", "").env("HOME", "");
-    command.args(["validate", "--suite", "faults", "--json"]);
-    command.args(["--trials", trials]);
+    command.args(["--json", "--trials", trials]);
     command
 }
 

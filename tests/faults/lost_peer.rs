@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use harness::campaign::stops::LONG_FRAMES;
 use harness::runs::{Scratch, program, thirdbody};
-use lab::validate::faults::stops::LONG_FRAMES;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 

@@ -1,10 +1,10 @@
-//! Runs behind a simulated network: what right means is in [`lab::validate::faults::simulated::schedule`].
+//! Runs behind a simulated network: what right means is in [`harness::campaign::simulated::schedule`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use coordinator::participants::Watch;
-use lab::validate::faults::simulated::{Counts, run_schedules};
+use harness::campaign::simulated::{Counts, run_schedules};
 use protocol::{Frame, FrameError, Header, Link, LinkError};
 
 /// Schedules in an ordinary run of this suite; more with THIRDBODY_SCHEDULES.

@@ -2,6 +2,7 @@
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
 //! - [`broken`]: any of the solvers with one of its answers spoilt;
+//! - [`campaign`]: runs of the program that are killed, stopped, starved and damaged, counted;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
 //! - [`json_schema`]: a validator of JSON Schemas;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
@@ -14,6 +15,7 @@
 
 pub mod bar;
 pub mod broken;
+pub mod campaign;
 pub mod chain;
 pub mod filegraph;
 pub mod json_schema;

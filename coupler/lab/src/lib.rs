@@ -2,7 +2,7 @@
 //!
 //! - [`replay`]: solvers and coupler again, against the log;
 //! - [`conform`]: the rules of the wire, tried on one participant;
-//! - [`validate`]: scenes against what must come out of them, and faults that a run has to survive;
+//! - [`validate`]: scenes against what must come out of them;
 //! - [`mod@bench`]: what the machine gives;
 //! - [`random`]: numbers for trials; [`cores`]: trials side by side; [`quiet`]: runs of trials.
 

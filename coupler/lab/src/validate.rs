@@ -14,11 +14,9 @@
 //! `full = true` keeps a long case for `--full`, `seeds = [1, 2, 3]` runs it with each of them. `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
 //!
 //! - [`case`](mod@case): the file; `signals`: numbers of signals.csv;
-//! - [`suite`]: running the cases of a folder; [`page`]: a page of what came out;
-//! - [`faults`]: runs that are killed, stopped, starved and damaged.
+//! - [`suite`]: running the cases of a folder; [`page`]: a page of what came out.
 
 pub mod case;
-pub mod faults;
 pub mod page;
 mod signals;
 pub mod suite;

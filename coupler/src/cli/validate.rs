@@ -4,15 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::common::{VerbResult, own_program, print_rows, thread_count};
-use super::start::{listen, options};
+use super::common::{VerbResult, print_rows, thread_count};
+use super::start::options;
 use coordinator::error::CHECK_FAILED;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::{RunOptions, fresh_run_id};
 use kit::scratch::Scratch;
-use lab::validate::faults::row::FaultRow;
-use lab::validate::faults::{Campaign, run_campaign};
 use lab::validate::page;
 use lab::validate::suite::{CaseRow, SuiteOptions, run_suite};
 use report::provenance::quoted;
@@ -24,20 +22,14 @@ pub struct ValidateArguments {
     /// Scenes to run: a folder below scenarios/ where there is one, else those inside this program.
     #[arg(long, default_value = "verification")]
     suite: Suite,
-    /// Trials of each row of the suite `faults`, 1 to 10 000.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    trials: u64,
-    /// Seed of the instants and schedules of the suite `faults`.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Run only what has this in its name: a scene or a case, or a fault (killed, stopped, disk, simulated).
+    /// Run only what has this in its name: a scene or a case.
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
     /// Run the long cases too.
     #[arg(long)]
     full: bool,
     /// Folder to keep the runs in, with validation.html, a page of them: what it holds of the same scenario and build is not run again, and
-    /// several processes may share it. New or from an earlier time; without it nothing is kept. Not of `faults`.
+    /// several processes may share it. New or from an earlier time; without it nothing is kept.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads of each participant (results never depend on it).
@@ -63,8 +55,6 @@ enum Suite {
     Scenes,
     /// The paper that all this began with, figure by figure, and what coupling both scales adds: two minutes, and with --full hours.
     Paper,
-    /// Processes that are killed and stopped, places that are full, files that are damaged: found, named, and resumed.
-    Faults,
 }
 
 /// Runs a suite; exit code 8 if a row does not hold. Scenes on the disk go before those that ship.
@@ -73,7 +63,6 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     let suite = word.as_ref().map_or("", |word| word.get_name());
     let folder = match arguments.suite {
         Suite::Scenes => "",
-        Suite::Faults => return faults(arguments),
         _ => suite,
     };
     let mut scenes = Path::new("scenarios").join(folder);
@@ -108,59 +97,6 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     print_rows(&rows[..], arguments.json, table)?;
     let all_hold = rows.iter().all(|row| row.holds);
     Ok(if all_hold { 0 } else { CHECK_FAILED })
-}
-
-/// Runs the fault campaign.
-fn faults(arguments: &ValidateArguments) -> VerbResult {
-    let campaign = Campaign {
-        program: own_program()?,
-        trials: arguments.trials,
-        seed: arguments.seed,
-        watch: listen()?,
-        only: arguments.only.clone(),
-    };
-    let rows = run_campaign(&campaign)?;
-    print_rows(&rows[..], arguments.json, fault_table)?;
-    for why in rows.iter().flat_map(|row| &row.wrong) {
-        tell(&format!("wrong: {why}"));
-    }
-    let all_hold = rows.iter().all(|row| row.holds);
-    Ok(if all_hold { 0 } else { CHECK_FAILED })
-}
-
-fn fault_table(rows: &[FaultRow]) -> String {
-    let mut lines = vec![format!(
-        "{:<5} {:<29} {:>6} {:>6} {:>17} {:>5} {:>15} {:>5}  outcomes",
-        "holds", "fault", "trials", "right", "found p50/p99 (s)", "bound", "lost mean/max", "left"
-    )];
-    let either = |number: Option<f64>, digits: usize| {
-        number.map_or("-".into(), |number| format!("{number:.digits$}"))
-    };
-    lines.extend(rows.iter().map(|row| {
-        let holds = if row.holds { "yes" } else { "NO" };
-        let found = [row.detection_p50_s, row.detection_p99_s].map(|s| either(s, 3));
-        let most = row.windows_lost_max.map(|most| most as f64);
-        let lost = [either(row.windows_lost_mean, 1), either(most, 0)];
-        let outcomes = row.outcomes.iter();
-        let outcomes = outcomes.map(|(word, count)| format!("{count} {word}"));
-        let mut outcomes: Vec<String> = outcomes.collect();
-        outcomes.extend(row.per_minute.map(|rate| format!("{rate:.0} a minute")));
-        format!(
-            "{holds:<5} {:<29} {:>6} {:>6} {:>17} {:>5} {:>15} {:>5}  {}",
-            row.name,
-            row.trials,
-            row.right,
-            found.join(" / "),
-            either(row.detection_bound_s, 1),
-            lost.join(" / "),
-            row.leftovers,
-            outcomes.join(", ")
-        )
-    }));
-    let failed = rows.iter().filter(|row| !row.holds).count();
-    let (seed, all) = (rows.first().map_or(0, |row| row.seed), rows.len());
-    lines.push(format!("seed {seed}, {all} rows, {failed} do not hold"));
-    lines.join("\n")
 }
 
 fn table(rows: &[CaseRow]) -> String {

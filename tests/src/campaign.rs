@@ -41,8 +41,8 @@ pub mod trial;
 
 use std::path::PathBuf;
 
-use crate::cores::on_all_cores;
-use crate::random::Random;
+use lab::cores::on_all_cores;
+use lab::random::Random;
 use row::{FaultResult, FaultRow, Wrong};
 use trial::{ANSWER_S, FaultTrial, UndisturbedRun};
 

@@ -1,7 +1,7 @@
 //! The faults of a schedule, drawn from its seed: either one, or many.
 
 use super::bodies::DEADLINE_S;
-use crate::random::Random;
+use lab::random::Random;
 
 /// A fault that befalls a message.
 #[derive(Clone, Copy, Debug, PartialEq)]

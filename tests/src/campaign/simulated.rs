@@ -11,7 +11,7 @@ pub mod schedule;
 
 use std::time::Instant;
 
-use crate::cores::on_all_cores;
+use lab::cores::on_all_cores;
 use network::Wrap;
 use schedule::{ScheduleEnd, Simulation};
 
