@@ -93,7 +93,7 @@ pub struct DemConfig {
     /// Displaces each free grain by up to 1e-12 of its radius, as drawn from this seed: what then differs from the run without it is
     /// noise. Nothing is displaced when absent.
     pub perturb_seed: Option<u64>,
-    /// StepBounds of the checks of plausibility.
+    /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: DemPlausibleConfig,
 }

@@ -108,7 +108,7 @@
 //!
 //! An unbalanced grain crosses its diameter in t_i. Up to 0.05 t_i forces are clean; above it the step is warned of, above t_i refused
 //! ([`setup::bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
-//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. ZoneLoads and the wheel's mass are never scaled.
+//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
 //!
 //! # Checks
 //!

@@ -70,7 +70,7 @@ impl StepInput<'_> {
 /// Summary of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSummary {
-    /// GrainState of convergence in which the contact solver ended; of the repair of overlaps, if only that did not converge.
+    /// How far the contact solver has converged; of the repair of overlaps, if only that did not converge.
     pub convergence: Convergence,
     /// True if the solve of the step converged, and only the repair did not.
     pub repair_failed: bool,

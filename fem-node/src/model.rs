@@ -80,7 +80,7 @@ pub struct Model {
     pub step_limit: f64,
     /// End of the run (s), where the scenario gives one.
     pub end: Option<f64>,
-    /// StaticLoads on named sets.
+    /// Loads on named sets.
     pub tractions: Vec<Traction>,
     /// The body's own wheel.
     pub wheel: Option<Wheel>,

@@ -160,3 +160,20 @@ fn exit_code(explanation: &Explanation) -> Option<i32> {
     let digits: String = told.chars().take_while(char::is_ascii_digit).collect();
     digits.parse().ok()
 }
+
+/// Longest glossary (words).
+const GLOSSARY: usize = 60;
+
+#[test]
+fn the_glossary_is_short_and_says_each_word_once() {
+    let page = include_str!("../../protocol/README.md");
+    let (_, glossary) = page.split_once("## Glossary\n").expect("there is one");
+    let glossary = glossary.split("\n## ").next().unwrap_or(glossary);
+    let rows = glossary.lines().filter(|line| line.starts_with("| *"));
+    let mut words: Vec<&str> = rows.filter_map(|row| row.split('*').nth(1)).collect();
+    let all = words.len();
+    assert!((20..=GLOSSARY).contains(&all), "{all} words");
+    words.sort_unstable();
+    words.dedup();
+    assert_eq!(words.len(), all, "a word stands there twice");
+}

@@ -53,7 +53,7 @@ pub(super) struct Tuning<'a> {
     pub(super) target: f64,
     pub(super) watch: Watch,
     pub(super) begun: Instant,
-    /// Wall-clock time for outcome the setting (s).
+    /// Wall-clock time for finding the setting (s).
     pub(super) limit_s: f64,
     /// Wall-clock time of the scene as it is, if a run with the setting follows (s).
     pub(super) run_s: f64,

@@ -109,7 +109,7 @@ impl Pack {
         (cold, [posing, listing])
     }
 
-    /// ZoneLoads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
+    /// Loads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
     /// pack in one step.
     fn load(&self, problem: &mut Problem) {
         let plate = &mut problem.records[self.disks.len()];

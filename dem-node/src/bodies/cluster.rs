@@ -33,7 +33,7 @@ pub struct Cluster {
     pub radius: f64,
     /// 1 where it can move, 0 where its velocity stays what it was at the start: x, y, rotation.
     pub free: [f64; 3],
-    /// ZoneLoads, where it is driven.
+    /// Loads, where it is driven.
     pub drive: Option<Drive>,
     /// Its pose at the start.
     pub start: Pose,
@@ -56,7 +56,7 @@ pub struct ClusterMembers {
     pub inertia: Option<f64>,
     /// Velocity of the centre of mass and spin at the start (m/s, m/s, rad/s).
     pub velocity: [f64; 3],
-    /// ZoneLoads, where it is driven.
+    /// Loads, where it is driven.
     pub drive: Option<Drive>,
 }
 

@@ -6,7 +6,7 @@
 
 use kit::table::{LoadTable, load_at};
 
-/// ZoneLoads of a driven cluster.
+/// Loads of a driven cluster.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drive {
     /// Name of the cluster.

@@ -1,4 +1,4 @@
-//! ZoneLoads of the grains: each force of a contact on a grain, and the point where it acts.
+//! Loads of the grains: each force of a contact on a grain, and the point where it acts.
 //!
 //! Grains are the free disks and the clusters that nothing drives. Two disks touch in the middle of their gap or overlap, a
 //! disk touches a wall or the wheel on their face: in equilibrium the moments of all grains then add up to those of the

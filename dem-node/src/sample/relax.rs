@@ -261,7 +261,7 @@ impl Packing {
     }
 }
 
-/// GrainState of the relaxation; a disk has mass 1, the floor that of a row of disks.
+/// State of the relaxation; a disk has mass 1, the floor that of a row of disks.
 struct Fire {
     velocities: Vec<[f64; 2]>,
     floor_velocity: f64,

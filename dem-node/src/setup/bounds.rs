@@ -1,4 +1,4 @@
-//! StepBounds on the step, that is on the windows of a coupled run.
+//! Bounds on the step, that is on the windows of a coupled run.
 
 use kit::ConfigError;
 use protocol::{AccuracyLimit, Cause};

@@ -100,7 +100,7 @@ fn softened(problem: &Problem, softening: f64) -> Vec<[f64; 2]> {
     problem.contacts.iter().map(of).collect()
 }
 
-/// GrainState of a contact. A side is the sign s of r_t = s mu r_n when it slips; one that sticks keeps that of a side that it may slip to.
+/// State of a contact. A side is the sign s of r_t = s mu r_n when it slips; one that sticks keeps that of a side that it may slip to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Status {
     Open,

@@ -9,7 +9,7 @@ use super::rolling;
 use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
 
-/// GrainState of convergence in which a solver ended.
+/// How far a solver has converged at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
     /// Iterations done.
@@ -97,7 +97,7 @@ impl QuadSums {
     }
 }
 
-/// GrainState of convergence after so many iterations, with what they left. The true residual alone decides.
+/// How far the solve has converged after these iterations, with the residual that they left. The true residual alone decides.
 pub(super) fn convergence(
     problem: &Problem,
     (left, quad): (Defect, Quad),

@@ -1,4 +1,4 @@
-//! NodalState of the wheel at the end of a step.
+//! The state of the wheel at the end of a step.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct Energies {
     pub numerical: f64,
 }
 
-/// NodalState of the wheel and its contact.
+/// State of the wheel and its contact.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WheelState {
     /// Lowest point of the face (m).

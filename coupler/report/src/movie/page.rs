@@ -19,7 +19,7 @@ pub struct Movie<'a> {
     pub scene: &'a Scene,
     /// Their frames.
     pub shots: &'a Shots,
-    /// MovieRanges of the numbers.
+    /// Ranges of the numbers.
     pub ranges: &'a MovieRanges,
     /// Texts.
     pub words: &'a Words,

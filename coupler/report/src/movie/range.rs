@@ -1,4 +1,4 @@
-//! MovieRanges of the numbers of a movie, over all of its frames.
+//! Ranges of the numbers of a movie, over all of its frames.
 
 use draw::axis::range;
 use runs::curve::quantile;

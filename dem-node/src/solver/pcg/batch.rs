@@ -28,7 +28,7 @@ pub enum Pass {
 /// Contacts with all that belongs to them, in groups.
 #[derive(Clone, Debug, Default)]
 pub struct ContactBatch {
-    /// BodyState from which on they count.
+    /// State from which on they count.
     pub first: usize,
     /// Their indices in the problem.
     pub members: Vec<u32>,
@@ -309,7 +309,7 @@ impl ContactBatch {
         found
     }
 
-    /// StepBounds of r_n; both are 0 on one branch of a bond.
+    /// Bounds of r_n; both are 0 on one branch of a bond.
     #[inline(always)]
     fn bounds<F: Features>(&self, g: usize) -> [Doubles; 2] {
         if F::BONDS {

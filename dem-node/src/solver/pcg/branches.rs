@@ -47,7 +47,7 @@ impl Branches {
         }
     }
 
-    /// StepBounds of r_n on the branches (N s).
+    /// Bounds of r_n on the branches (N s).
     #[inline(always)]
     pub fn bounds(&self) -> [Doubles; 2] {
         let low = self.either(Doubles::splat(f64::NEG_INFINITY), Doubles::splat(0.0));
