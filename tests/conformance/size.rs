@@ -12,7 +12,7 @@ const LINES: [(&str, usize); 15] = [
     ("kit", 990),
     ("network", 823),
     ("fem-node", 13_361),
-    ("dem-node", 17_454),
+    ("dem-node", 17_471),
     ("scheme", 4_080),
     ("exchange-log", 2_087),
     ("scenes", 202),
@@ -37,7 +37,10 @@ fn the_crates_have_the_lines_of_their_limits() {
     let total: usize = counts.iter().map(|(_, lines)| lines).sum();
     println!("{total} lines of code: {counts:?}");
     let limits = LINES.map(|(name, lines)| (name.to_string(), lines));
-    assert_eq!(counts, limits, "lower the numbers of crates that have become smaller");
+    assert_eq!(
+        counts, limits,
+        "lower the numbers of crates that have become smaller"
+    );
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Where the motion of the wheel goes: into slip of the layer, into the body below it, and, the rest, into shear of the layer itself (the
-//! sites of velocity accommodation: Berthier, Godet and Brendle 1989).
+//! The sites of velocity accommodation (Berthier, Godet and Brendle 1989): the motion of the wheel goes into slip of the layer, into the body
+//! below it, and the rest into shear of the layer itself.
 //!
 //! ```text
 //!      T |      ______   d, the way of the wheel against the base, turns back at the ends of a stroke. Behind a spring k a Coulomb contact

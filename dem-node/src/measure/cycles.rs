@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::measure::accommodation::Accommodation;
 use crate::measure::flow::Flow;
-use crate::measure::trend::Trend;
+use crate::measure::trend::slope;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
 
@@ -178,19 +178,20 @@ impl WheelCycles {
         (!self.all.is_empty()).then_some(text)
     }
 
-    /// What a cycle changes, by the straight lines through the last half of the cycles, each with the half of its 95 % interval: third body per
-    /// length (kg/m), and height of the wheel (m); then the mean of that third body. `None` with less than eight cycles.
+    /// Slopes of the straight lines through the last half of the cycles, each with the half of its 95 % interval: third body per length (kg/m) and
+    /// height of the wheel (m) over the number of the cycle; then the mean of that third body. `None` with less than eight cycles.
     pub fn trends(&self) -> Option<([[f64; 2]; 2], f64)> {
-        let half = self.all.len().div_ceil(2);
-        let (mut third, mut height, mut y, mut sum) =
-            (Trend::default(), Trend::default(), 0.0, 0.0);
-        for (cycle, (_, values)) in self.all[self.all.len() - half..].iter().enumerate() {
-            y -= values[0];
-            sum += values[QUANTITIES.len() - 1];
-            third.add(cycle as f64, values[QUANTITIES.len() - 1]);
-            height.add(cycle as f64, y);
-        }
-        Some(([third.slope()?, height.slope()?], sum / half as f64))
+        let last = &self.all[self.all.len().div_ceil(2)..];
+        let third: Vec<f64> = last
+            .iter()
+            .map(|(_, values)| values[QUANTITIES.len() - 1])
+            .collect();
+        let height = last.iter().scan(0.0, |y, (_, values)| {
+            *y -= values[0];
+            Some(*y)
+        });
+        let slopes = [slope(&third)?, slope(&height.collect::<Vec<f64>>())?];
+        Some((slopes, third.iter().sum::<f64>() / third.len() as f64))
     }
 
     /// The results of the last cycle and of all together; none without any.

@@ -18,6 +18,7 @@
 //! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
 //! therefore the mass per length in its middle half, as that was when the wheel's motion began; in a strip in all of it.
 
+mod lateral;
 pub mod ledger;
 pub mod zone;
 
@@ -30,7 +31,6 @@ use crate::contact::bond::holding;
 use crate::measure::graph::first_bodies;
 use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
-use crate::sample::random::RandomNumbers;
 use crate::step::state::GrainState;
 use ledger::MassLedger;
 use zone::{Zone, ZoneLoads};
@@ -58,9 +58,6 @@ pub struct FlowScene {
     /// Seed of the grains that leave sideways.
     pub seed: u64,
 }
-
-/// Sets the random numbers of grains that leave sideways apart from others.
-const STREAM: u64 = 0x4c61_7465;
 
 /// Membership of a grain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -352,44 +349,6 @@ impl Flow {
             None => pressed_by_lid(bodies, state, scene.base),
         };
         self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
-    }
-
-    /// Takes third body out of the zone sideways, at its mass over `flow.lateral.time_s`, after a step of the length `step` (s): grains drawn by
-    /// chance, one when half a mean grain is due, so that what has left is right within a half. Returns their numbers.
-    pub fn leave_sideways(
-        &mut self,
-        scene: &FlowScene,
-        (bodies, state): (&Bodies, &GrainState),
-        step: f64,
-    ) -> Vec<usize> {
-        let mut leaving = Vec::new();
-        let Some(lateral) = scene.config.lateral else {
-            return leaving;
-        };
-        self.lateral_due += self.held * step / lateral.time_s;
-        let mean = scene.masses.iter().sum::<f64>() / scene.masses.len() as f64;
-        while self.lateral_due >= 0.5 * mean {
-            let grains = state
-                .grains(bodies)
-                .filter(|grain| !leaving.contains(grain));
-            let loose = grains.filter(|i| self.grains[*i].inside && self.grains[*i].is_third());
-            let loose: Vec<usize> = loose.collect();
-            let mut random = RandomNumbers::new(scene.seed ^ STREAM ^ (self.lateral_grains << 32));
-            let drawn = (random.unit() * loose.len() as f64) as usize;
-            let Some(grain) = loose.get(drawn).copied() else {
-                break;
-            };
-            let ([x, _], mass) = (shown(bodies, state.centres[grain]), scene.masses[grain]);
-            self.lateral_due -= mass;
-            self.lateral_grains += 1;
-            self.ledger.lateral += mass;
-            self.held -= mass;
-            if self.middle.is_some_and(|middle| middle.holds(x)) {
-                self.in_middle -= mass;
-            }
-            leaving.push(grain);
-        }
-        leaving
     }
 
     /// Moves the zone: to the ends of the strip, or of the lid, or with what carries the wheel. It stays while that bears nothing.

@@ -159,9 +159,6 @@ impl Dem {
         }
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
-        let solid_fraction = Some(sample.solid_fraction).filter(|known| *known > 0.0);
-        let strength = solid_fraction
-            .and_then(|known| bonded_strength(&bodies, &state.bonds, known, setting.thickness_m));
         Ok(Dem {
             setting: setting.clone(),
             mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
@@ -173,6 +170,7 @@ impl Dem {
             pool: threads::pool(setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
+            strength: strength(&sample, &bodies, &state, setting.thickness_m),
             stiffness: StiffnessBounds::new(&bodies, &state),
             opening,
             start: match setting.fields {
@@ -195,7 +193,6 @@ impl Dem {
             program,
             prepared_sample: prepared.origin,
             solid_fraction: sample.solid_fraction,
-            strength,
             radii_shrunk: sample.radii_shrunk,
             ends: config.sample.ends(),
             cut_lines: config.sample.cut_lines(),
@@ -326,6 +323,17 @@ impl Dem {
             }
         }
     }
+}
+
+/// Tensile and shear strength of a bonded sample whose solid fraction is known (Pa).
+fn strength(
+    sample: &Sample,
+    bodies: &Bodies,
+    state: &GrainState,
+    thickness_m: f64,
+) -> Option<[f64; 2]> {
+    let solid_fraction = Some(sample.solid_fraction).filter(|known| *known > 0.0)?;
+    bonded_strength(bodies, &state.bonds, solid_fraction, thickness_m)
 }
 
 /// The state at the start, and the prescribed motion of a pair that is pulled apart.

@@ -13,7 +13,7 @@ const D: f64 = 1.0;
 const MASSES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const WEAR: f64 = 2.0;
 
-/// Grains 0 and 1 carry the wheel at -2 and 2; 2 hangs on 0, 3 is loose, 4 stands far away. Body 5 is glued, 6 the wheel.
+/// Grains 0 and 1 carry the wheel at -2 and 2; 2 is bonded to 0, 3 is loose, 4 stands far away. Body 5 is glued, 6 the wheel.
 struct Trial {
     bodies: Bodies,
     state: GrainState,
