@@ -198,11 +198,12 @@ fn a_body_that_yields_is_warned_of_where_its_compliance_is_taken_as_constant() {
     let quick = quick.display().to_string();
     let warned = |scheme: &str, yields: bool| {
         let scheme = format!("interface.layer-base.scheme={scheme}");
-        let material = "participant.rail.config.material.yield_pa=5e8".to_string();
-        let set = [Some(scheme), yields.then_some(material)]
-            .into_iter()
-            .flatten();
-        let loaded = load(&quick, &set.collect::<Vec<String>>()).expect("it is a scenario");
+        let mut set = vec![scheme];
+        if yields {
+            let key = |pair: &str| format!("participant.rail.config.material.{pair}");
+            set.extend([key("kind=j2"), key("yield_pa=5e8")]);
+        }
+        let loaded = load(&quick, &set).expect("it is a scenario");
         let warnings = check(&loaded, &registry(), 1).expect("it is valid");
         let of = |text: &str| text.contains("`rail` yields") && text.contains("dual-schur-secant");
         warnings.iter().filter(|warning| of(&warning.text)).count()
