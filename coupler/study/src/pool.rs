@@ -17,6 +17,8 @@ use coordinator::error::Error;
 
 /// Time between two looks at the processes.
 const LOOK: Duration = Duration::from_millis(20);
+/// Time that a process has to end in order.
+const GRACE: Duration = Duration::from_secs(5);
 /// Time between two looks at heartbeats, and at tasks that other processes do.
 const LOOK_ELSEWHERE: Duration = Duration::from_secs(1);
 
@@ -31,16 +33,42 @@ pub struct TaskCommand {
 
 impl TaskCommand {
     /// Starts the process of a task, which ends when this one does.
-    fn start(&self, task: &Task) -> Result<Child, Error> {
-        Command::new(&self.program)
+    fn start(&self, task: &Task) -> Result<TaskProcess, Error> {
+        let child = Command::new(&self.program)
             .args(&self.arguments)
             .arg(task.index.to_string())
             .args(["--parent", &std::process::id().to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
-            .spawn()
-            .map_err(Error::input("starting a task's process"))
+            .spawn();
+        let child = child.map_err(Error::input("starting a task's process"))?;
+        Ok(TaskProcess(child))
+    }
+}
+
+/// The process of a task. A study that is refused while others run leaves none of them behind: dropped, it is ended and waited for.
+struct TaskProcess(Child);
+
+impl TaskProcess {
+    /// Asks it to end in order; the number of one that has ended may be another's.
+    fn interrupt(&mut self) {
+        if let Ok(None) = self.0.try_wait() {
+            let _ = kill(Pid::from_raw(self.0.id() as i32), Signal::SIGTERM);
+        }
+    }
+}
+
+impl Drop for TaskProcess {
+    fn drop(&mut self) {
+        self.interrupt();
+        let asked = Instant::now();
+        while let Ok(None) = self.0.try_wait() {
+            if asked.elapsed() > GRACE {
+                let _ = self.0.kill();
+            }
+            std::thread::sleep(LOOK);
+        }
     }
 }
 
@@ -56,7 +84,7 @@ pub fn run(
     stopped: impl Fn() -> bool,
 ) -> Result<(), Error> {
     let mut waiting: VecDeque<&Task> = progress.left()?.into();
-    let mut running: Vec<(&Task, Child)> = Vec::new();
+    let mut running: Vec<(&Task, TaskProcess)> = Vec::new();
     let mut elsewhere: Vec<&Task> = Vec::new();
     let mut heartbeats = HeartbeatWatch::new(SILENT);
     let (mut looked, mut told_to_stop) = (Instant::now(), false);
@@ -77,15 +105,16 @@ pub fn run(
         if look {
             looked = Instant::now();
         }
-        for (task, mut child) in std::mem::take(&mut running) {
-            let ended = child.try_wait().map_err(Error::input("a task's process"))?;
+        for (task, mut process) in std::mem::take(&mut running) {
+            let ended = process.0.try_wait();
+            let ended = ended.map_err(Error::input("a task's process"))?;
             if ended.is_none() {
                 // One that has stopped, and not ended, would be waited for without end.
                 if look && heartbeats.is_over(&task.id, progress.folder(task).heartbeat()) {
-                    let _ = child.kill();
+                    let _ = process.0.kill();
                     heartbeats.forget(&task.id);
                 }
-                running.push((task, child));
+                running.push((task, process));
                 continue;
             }
             match progress.stage(task)? {
@@ -110,9 +139,9 @@ pub fn run(
         }
         if stopped() && !told_to_stop {
             told_to_stop = true;
-            for (_, child) in &running {
-                let _ = kill(Pid::from_raw(child.id() as i32), Signal::SIGTERM);
-            }
+            running
+                .iter_mut()
+                .for_each(|(_, process)| process.interrupt());
         }
     }
     Ok(())
