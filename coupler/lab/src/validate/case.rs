@@ -1,5 +1,6 @@
 //! `expected.toml`: what must come out of a scene, and who says so.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -47,8 +48,18 @@ pub struct SuiteCase {
     /// Overrides of a second run, after those of the first, that numbers are held against which have none to expect, or a norm: a finer
     /// step or mesh, another element or solver.
     pub reference: Option<Vec<String>>,
-    /// Folder of the scenario of that run, where it is another one: of the overrides it has those of `reference` only.
+    /// Folder of the scenario of that run, where it is another one: of the overrides it has those of `reference`, and of a case with `first`
+    /// those of its variation and the seed.
     pub reference_scene: Option<PathBuf>,
+    /// Runs that come first, in this order: what they give is taken by those after them and by the case.
+    #[serde(default)]
+    pub first: Vec<First>,
+    /// What the case takes from the runs that come first.
+    #[serde(default)]
+    pub take: Vec<Take>,
+    /// Variations: the case is run once with each. One case without, if empty.
+    #[serde(default)]
+    pub vary: Vec<Variation>,
     /// Exit code that the run must end with.
     #[serde(default)]
     pub exit_code: i32,
@@ -70,6 +81,58 @@ pub struct SuiteCase {
     /// Numbers that must come out.
     #[serde(default)]
     pub number: Vec<Number>,
+}
+
+/// A run that comes before its case.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct First {
+    /// Name by which others take from it.
+    pub name: String,
+    /// Its scenario, relative to the file; that of the case, with its overrides and variation, if absent.
+    pub scene: Option<PathBuf>,
+    /// Its own overrides.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// What it takes from runs before it.
+    #[serde(default)]
+    pub take: Vec<Take>,
+}
+
+/// A key whose value is a product of powers of numbers of earlier runs.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Take {
+    /// The key that is set.
+    pub key: String,
+    /// Factor before the product, in the unit that is left over; 1 if absent.
+    pub factor: Option<f64>,
+    /// Exponents, by name of the run and path of the number: `rail.results.p0_pa`.
+    pub of: BTreeMap<String, f64>,
+}
+
+/// A variation of a case.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Variation {
+    /// What differs, in words.
+    pub name: String,
+    /// Overrides.
+    pub set: Vec<String>,
+}
+
+impl Take {
+    /// The override `KEY=VALUE`; the error is the number that a run lacks.
+    pub(super) fn of_runs(&self, runs: &[(String, RunFiles)]) -> Result<String, String> {
+        let mut value = self.factor.unwrap_or(1.0);
+        for (path, power) in &self.of {
+            let (name, number) = path.split_once('.').unwrap_or((path, ""));
+            let run = runs.iter().find(|(of, _)| of == name);
+            let number = run.and_then(|(_, run)| run.number(number));
+            value *= number.ok_or_else(|| path.clone())?.powf(*power);
+        }
+        Ok(format!("{}={value:e}", self.key))
+    }
 }
 
 /// One number.
@@ -159,7 +222,7 @@ impl Number {
 pub fn read(path: &Path) -> Result<Expected, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let refuse = |why: String| Error::from(Refusal::file(path, why));
-    let expected: Expected = from_toml(&text).map_err(refuse)?;
+    let mut expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
         // True of what is held against a run.
         let is_open = |of: &Number| of.norm.is_some() || of.expected.is_none() && !of.told;
@@ -175,5 +238,23 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
         };
         return Err(refuse(format!("case `{}`: {problem}", case.name)));
     }
+    expected.case = expected.case.into_iter().flat_map(varied).collect();
     Ok(expected)
+}
+
+/// The case of each variation; its overrides also go to a reference that has a scenario of its own.
+fn varied(case: SuiteCase) -> Vec<SuiteCase> {
+    if case.vary.is_empty() {
+        return vec![case];
+    }
+    let variation = |of: &Variation| {
+        let mut case = case.clone();
+        case.name = format!("{}: {}", case.name, of.name);
+        case.set.extend(of.set.clone());
+        if let (Some(_), Some(reference)) = (&case.reference_scene, &mut case.reference) {
+            reference.extend(of.set.clone());
+        }
+        case
+    };
+    case.vary.iter().map(variation).collect()
 }

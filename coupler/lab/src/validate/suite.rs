@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::case::{Basis, Number, SuiteCase, read};
+use super::case::{Basis, Number, SuiteCase, Take, read};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::run::session::RunOptions;
@@ -122,7 +122,7 @@ fn run_case(
     }
     let (mut ends, mut whole) = (Vec::new(), Vec::new());
     for seed in &seeds {
-        let (outcome, run) = attempt(scenario, &[&case.set[..], seed].concat(), runs)?;
+        let (outcome, run) = last_of(beside, scenario, seed, &case, runs)?;
         if outcome.message.is_empty() {
             let reference = referred(beside, scenario, seed, &case, runs)?;
             whole.extend(run.map(|run| (run, reference)));
@@ -148,6 +148,42 @@ fn run_case(
     })
 }
 
+/// The run of a case after those that come first, or the first end that is no result.
+fn last_of(
+    beside: &Path,
+    scenario: &Path,
+    seed: &[String],
+    case: &SuiteCase,
+    runs: &SuiteOptions,
+) -> Result<(TaskOutcome, Option<RunFiles>), Error> {
+    let mut before: Vec<(String, RunFiles)> = Vec::new();
+    let taken = |take: &[Take], before: &[(String, RunFiles)]| {
+        let sets: Result<Vec<String>, String> = take.iter().map(|t| t.of_runs(before)).collect();
+        sets.map_err(|path| {
+            let problem = format!(
+                "case `{}` takes `{path}`, which no run before gives",
+                case.name
+            );
+            Error::from(Refusal::file(&beside.join("expected.toml"), problem))
+        })
+    };
+    for first in &case.first {
+        let (scene, above) = match &first.scene {
+            Some(scene) => (beside.join(scene), &[][..]),
+            None => (scenario.to_path_buf(), &case.set[..]),
+        };
+        let set = [above, &first.set, &taken(&first.take, &before)?, seed].concat();
+        match attempt(&scene, &set, runs)? {
+            (outcome, Some(run)) if outcome.message.is_empty() => {
+                before.push((first.name.clone(), run));
+            }
+            stopped => return Ok(stopped),
+        }
+    }
+    let set = [&case.set, &taken(&case.take, &before)?[..], seed].concat();
+    attempt(scenario, &set, runs)
+}
+
 /// A run that came to its end, and the one that it is held against.
 pub type Held = (RunFiles, Option<RunFiles>);
 
@@ -163,7 +199,8 @@ fn referred(
         return Ok(None);
     };
     let (outcome, run) = match &case.reference_scene {
-        Some(other) => attempt(&beside.join(other), reference, runs)?,
+        Some(other) if case.first.is_empty() => attempt(&beside.join(other), reference, runs)?,
+        Some(other) => attempt(&beside.join(other), &[reference, seed].concat(), runs)?,
         None => attempt(scenario, &[&case.set[..], seed, reference].concat(), runs)?,
     };
     Ok(run.filter(|_| outcome.message.is_empty()))
