@@ -6,6 +6,7 @@
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
 //! - [`json_schema`]: a validator of JSON Schemas;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
+//! - [`pages`]: the lists in the committed pages, written from the tables beside the code;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
 //! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
@@ -20,6 +21,7 @@ pub mod chain;
 pub mod filegraph;
 pub mod json_schema;
 pub mod lattice;
+pub mod pages;
 pub mod plate;
 pub mod runs;
 pub mod scene;

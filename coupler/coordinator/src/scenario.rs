@@ -15,6 +15,7 @@ pub mod schema;
 pub mod source;
 
 pub use plausible::Plausible;
+use scenes::listing::About;
 use scheme::keys::Interface;
 
 /// Longest deadline (s): a year.
@@ -24,6 +25,8 @@ const LONGEST_WAIT: f64 = 3.2e7;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
+    /// What the scene shows.
+    pub about: Option<About>,
     /// Keys common to all participants.
     pub run: RunKeys,
     /// The solvers.

@@ -1,102 +1,74 @@
 //! The list of the shipped scenes and studies.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{SCENE, STUDY, files_of, names, text};
+
+/// The table `[about]` of a scene or a study. It describes the file and changes nothing that is computed.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct About {
+    /// What it shows, in a line or two.
+    pub shows: String,
+    /// Time that it takes on two cores, in words.
+    pub time: String,
+    /// Words to find it by: its solvers (`fem`, `dem`, `coupled`, `foreign`) and its subjects.
+    #[serde(default)]
+    pub tags: Vec<String>,
+}
 
 /// A scene or a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Listed {
     /// Name, as verbs take it.
     pub name: String,
-    /// What it shows, in a line.
-    pub shows: String,
-    /// Time that it takes, in words.
-    pub time: String,
+    /// What it says of itself.
+    #[serde(flatten)]
+    pub about: About,
     /// Programs that it starts beside the shipped solvers.
     pub starts: Vec<String>,
     /// Its files.
     pub files: Vec<&'static str>,
 }
 
-/// A line of the tables of scenes and of studies in `scenarios/README.md`.
-struct Line {
-    names: Vec<String>,
-    shows: String,
-    time: String,
-}
+/// Folders of scenes in the order of the list; scenes in no folder come first.
+const FOLDERS: [&str; 5] = [
+    "foreign",
+    "verification",
+    "benchmarks",
+    "extremes",
+    "studies",
+];
 
-/// All scenes and studies in the order of the tables of `scenarios/README.md`, which say what each shows and how long it takes. A scene
-/// that shares its line with others is told by the first sentence of its own file instead.
+/// All scenes and studies by folder and name, as their tables `[about]` describe them.
 pub fn listing() -> Vec<Listed> {
-    let lines: Vec<Line> = text("README.md").into_iter().flat_map(table).collect();
-    let mut left = names();
-    let mut listed = Vec::new();
-    for line in &lines {
-        let means = |name: &str| line.names.iter().any(|pattern| matches(pattern, name));
-        let (own, others): (Vec<&str>, Vec<&str>) = left.iter().partition(|name| means(name));
-        let alone = own.len() == 1;
-        listed.extend(own.into_iter().map(|name| entry(name, line, alone)));
-        left = others;
-    }
+    let mut listed: Vec<Listed> = names().into_iter().map(entry).collect();
+    let folder = |one: &Listed| {
+        let (folder, _) = one.name.split_once('/')?;
+        FOLDERS.iter().position(|known| *known == folder)
+    };
+    listed.sort_by_key(folder);
     listed
 }
 
-fn entry(name: &str, line: &Line, alone: bool) -> Listed {
-    let files = files_of(name);
+fn entry(name: &str) -> Listed {
     let own = [SCENE, STUDY].map(|file| text(&format!("{name}/{file}")));
     let own = own.into_iter().flatten().next().unwrap_or_default();
-    let said = if alone { None } else { first_sentence(own) };
+    let table: toml::Table = own.parse().unwrap_or_default();
+    let about = table.get("about").cloned();
     Listed {
         name: name.into(),
-        shows: said.unwrap_or_else(|| line.shows.clone()),
-        time: line.time.clone(),
-        starts: programs(own),
-        files: files.into_iter().map(|(file, _)| file).collect(),
+        about: about
+            .and_then(|about| about.try_into().ok())
+            .unwrap_or_default(),
+        starts: programs(&table),
+        files: files_of(name).into_iter().map(|(file, _)| file).collect(),
     }
-}
-
-/// Rows of tables whose first cell begins with a name in backquotes; a name without a folder has that of the first one.
-fn table(manual: &str) -> impl Iterator<Item = Line> {
-    let rows = manual.lines().filter(|line| line.starts_with("| `"));
-    rows.filter_map(|row| {
-        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
-        let [names, shows, time] = cells[..] else {
-            return None;
-        };
-        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
-        let folder = names.first()?.rsplit_once('/').map(|(folder, _)| folder);
-        let whole = |name: &&str| match folder {
-            Some(folder) if !name.contains('/') => format!("{folder}/{name}"),
-            _ => name.to_string(),
-        };
-        Some(Line {
-            names: names.iter().map(whole).collect(),
-            shows: shows.into(),
-            time: time.into(),
-        })
-    })
-}
-
-fn matches(pattern: &str, name: &str) -> bool {
-    match pattern.strip_suffix('*') {
-        Some(folder) => name.starts_with(folder),
-        None => pattern == name,
-    }
-}
-
-/// The first sentence of the comment that a file opens with.
-fn first_sentence(text: &str) -> Option<String> {
-    let head = text.lines().map_while(|line| line.strip_prefix('#'));
-    let head = head.map(str::trim).collect::<Vec<_>>().join(" ");
-    let end = head.find(". ").map_or(head.len(), |end| end + 1);
-    (end > 0).then(|| head[..end].to_string())
 }
 
 /// The programs that a scenario's participants name.
-fn programs(scenario: &str) -> Vec<String> {
-    let table: toml::Table = scenario.parse().unwrap_or_default();
-    let participants = table.get("participant").and_then(toml::Value::as_array);
+fn programs(scenario: &toml::Table) -> Vec<String> {
+    let participants = scenario.get("participant").and_then(toml::Value::as_array);
     let commands = participants.into_iter().flatten();
     let programs = commands.filter_map(|participant| participant.get("command")?.get(0)?.as_str());
     programs.map(String::from).collect()
@@ -107,44 +79,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_scene_and_every_study_is_in_the_manual_once() {
+    fn every_scene_and_every_study_describes_itself() {
         let listed = listing();
-        let mut told: Vec<&str> = listed.iter().map(|one| one.name.as_str()).collect();
-        told.sort_unstable();
-        let mut names = names();
-        names.sort_unstable();
-        assert_eq!(
-            told, names,
-            "scenarios/README.md has another list of scenes"
-        );
-        assert!(names.len() > 40, "{names:?}");
+        assert!(listed.len() > 40, "{listed:?}");
         for one in &listed {
-            assert!(one.shows.len() > 10 && !one.time.is_empty(), "{one:?}");
+            let about = &one.about;
+            assert!(
+                about.shows.len() > 10 && about.shows.ends_with('.'),
+                "{one:?}"
+            );
+            assert!(!about.time.is_empty() && !about.tags.is_empty(), "{one:?}");
         }
+        assert!(!listed[0].name.contains('/'), "{:?}", listed[0]);
     }
 
     #[test]
-    fn a_line_tells_of_one_scene_and_several_of_themselves() {
-        let listed = listing();
-        let of = |name: &str| {
-            listed
-                .iter()
-                .find(|one| one.name == name)
-                .expect("it ships")
-        };
-        assert!(of("quick").shows.starts_with("The main job, small"));
-        assert!(
-            of("verification/bar-driven")
-                .shows
-                .starts_with("A bar, held laterally")
-        );
-        assert!(
-            of("extremes/disks")
-                .shows
-                .starts_with("Two disks above a plane wall")
-        );
-        assert_eq!(of("foreign/winkler").starts, ["python3"]);
-        assert_eq!(of("foreign/winkler").files, ["rail.py", "scenario.toml"]);
+    fn an_entry_has_the_programs_and_files_of_its_scene() {
+        let winkler = entry("foreign/winkler");
+        assert_eq!(winkler.starts, ["python3"]);
+        assert_eq!(winkler.files, ["rail.py", "scenario.toml"]);
+        assert_eq!(winkler.about.time, "4 s");
     }
 
     /// Whatever a scene names beside itself must be inside the program too.

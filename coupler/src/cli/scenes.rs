@@ -6,14 +6,20 @@ use scenes::listing::{Listed, listing};
 /// Arguments of `scenes`.
 #[derive(Debug, clap::Args)]
 pub struct ScenesArguments {
+    /// Only those with this tag: fem, dem, coupled, foreign, bonds, wear, wheel, plasticity, periodic, static, study.
+    tag: Option<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Lists them, smallest first, as the manual does.
+/// Lists them by folder and name.
 pub fn scenes(arguments: &ScenesArguments) -> VerbResult {
-    print_rows(&listing()[..], arguments.json, table)?;
+    let mut listed = listing();
+    if let Some(tag) = &arguments.tag {
+        listed.retain(|one| one.about.tags.contains(tag));
+    }
+    print_rows(&listed[..], arguments.json, table)?;
     Ok(0)
 }
 
@@ -31,5 +37,8 @@ fn entry(one: &Listed) -> String {
         }
         Some(program) => format!("; starts {program}, built in its folder of the source tree"),
     };
-    format!("{} ({}{needs})\n    {}", one.name, one.time, one.shows)
+    format!(
+        "{} ({}{needs})\n    {}",
+        one.name, one.about.time, one.about.shows
+    )
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use scenes::listing::About;
 use serde::Deserialize;
 
 use super::measure::{Measure, percent, plain};
@@ -17,6 +18,8 @@ use scenes::STUDY;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
+    /// What it varies.
+    pub about: Option<About>,
     /// The scenario and how it is run.
     pub study: StudyKeys,
     /// The study that `--small` makes of it.

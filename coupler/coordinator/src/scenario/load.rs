@@ -62,6 +62,9 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
     }
 }
 
+/// The table that describes a scenario to its readers: no run depends on it, and neither does the scenario's hash.
+const ABOUT: &str = "about";
+
 /// Reads the file of a scenario.
 fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let length = path.metadata().map_or(0, |file| file.len());
@@ -123,6 +126,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         .map_err(refused)?;
     let scenario: Scenario = read_config(table.clone()).map_err(refused)?;
     check(&scenario).map_err(refused)?;
+    table.remove(ABOUT);
     let shipped = scenario
         .run
         .derived_from
@@ -132,6 +136,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
         origin = shipped;
     }
     paths::make_absolute(&mut origin, folder.unwrap_or(Path::new("")));
+    origin.remove(ABOUT);
     let mut changed = changes([&origin, &table]);
     changed.retain(|key, _| key != "run.name" && key != "run.derived_from");
     let resolved = toml::to_string(&table)

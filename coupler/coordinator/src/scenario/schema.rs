@@ -15,6 +15,17 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
         "title": "Scenario of thirdbody",
         "type": "object",
         "properties": {
+            "about": {
+                "description": "What the scene shows: no run depends on it.",
+                "type": "object",
+                "properties": {
+                    "shows": { "type": "string", "description": "What it shows, in a line or two." },
+                    "time": { "type": "string", "description": "Time that it takes on two cores, in words." },
+                    "tags": { "type": "array", "items": { "type": "string" }, "description": "Words to find it by." },
+                },
+                "required": ["shows", "time"],
+                "additionalProperties": false,
+            },
             "run": schema_of::<RunKeys>(),
             "participant": {
                 "description": "The solvers.",

@@ -1,0 +1,131 @@
+//! Parts of the committed pages that are written from the tables beside the code. `cargo run --release -p tests --bin pages` writes them,
+//! and a test holds the pages against them.
+
+use std::path::{Path, PathBuf};
+
+use scenes::listing::{Listed, listing};
+
+/// Opens a written part in a page: `<!-- list: scenes -->`.
+const OPEN: &str = "<!-- list: ";
+
+/// Closes it.
+const CLOSE: &str = "<!-- end of list -->";
+
+/// The pages that have such parts, from the root of the repository.
+const PAGES: [&str; 1] = ["scenarios/README.md"];
+
+/// A page as it stands and as it should.
+pub struct Page {
+    /// Its file.
+    pub path: PathBuf,
+    /// Its text.
+    pub stands: String,
+    /// The text with all parts written anew.
+    pub written: String,
+}
+
+/// All pages with written parts.
+///
+/// # Panics
+/// A page is missing, or has a part that is not closed or has no list.
+pub fn pages() -> Vec<Page> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = |name: &str| {
+        let path = root.join(name);
+        let stands = std::fs::read_to_string(&path).expect("the page is committed");
+        let written = rewrite(&stands);
+        Page {
+            path,
+            stands,
+            written,
+        }
+    };
+    PAGES.map(page).into()
+}
+
+/// A page with the text of each part replaced by its list.
+fn rewrite(page: &str) -> String {
+    let mut parts = page.split(OPEN);
+    let mut text = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let (name, rest) = part.split_once(" -->\n").expect("a part has a name");
+        let (_, after) = rest.split_once(CLOSE).expect("a part is closed");
+        text += &format!("{OPEN}{name} -->\n{}{CLOSE}{after}", list(name));
+    }
+    text
+}
+
+/// The list of a name.
+fn list(name: &str) -> String {
+    let of = |study: bool| {
+        listing()
+            .into_iter()
+            .filter(move |one| one.name.starts_with("studies/") == study)
+    };
+    match name {
+        "scenes" => table("| scene | what it shows | time |", of(false)),
+        "studies" => table("| study | what it varies | time, `--small` |", of(true)),
+        other => panic!("no list is called {other}"),
+    }
+}
+
+/// A table of scenes or studies: folder by folder, the shortest first.
+fn table(heading: &str, listed: impl Iterator<Item = Listed>) -> String {
+    let mut listed: Vec<Listed> = listed.collect();
+    let folder = |one: &Listed| {
+        one.name
+            .rsplit_once('/')
+            .map(|(folder, _)| folder.to_string())
+    };
+    for of_folder in listed.chunk_by_mut(|a, b| folder(a) == folder(b)) {
+        of_folder.sort_by_key(|one| seconds(&one.about.time));
+    }
+    let row = |one: &Listed| {
+        format!(
+            "| `{}` | {} | {} |\n",
+            one.name, one.about.shows, one.about.time
+        )
+    };
+    let rows: String = listed.iter().map(row).collect();
+    format!("{heading}\n|---|---|---|\n{rows}")
+}
+
+/// The first time in words, in seconds: `14 to 30 min`; a time without a number comes first.
+fn seconds(time: &str) -> u64 {
+    let mut words = time.split([' ', ',']);
+    let number = words.by_ref().find_map(|word| word.parse::<u64>().ok());
+    let unit = words.find_map(|word| match word {
+        "s" => Some(1),
+        "min" => Some(60),
+        "h" | "hour" | "hours" => Some(3600),
+        _ => None,
+    });
+    number.unwrap_or(0) * unit.unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_hold_what_the_tables_beside_the_code_say() {
+        for page in pages() {
+            assert!(
+                page.stands == page.written,
+                "{}: `cargo run --release -p tests --bin pages` writes it anew",
+                page.path.display()
+            );
+        }
+    }
+
+    #[test]
+    fn times_in_words_are_ordered() {
+        let times = [
+            "a few seconds",
+            "3 s",
+            "under 1 min, 1 min whole",
+            "14 to 30 min",
+        ];
+        assert_eq!(times.map(seconds), [0, 3, 60, 840]);
+    }
+}
