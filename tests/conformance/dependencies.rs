@@ -63,36 +63,16 @@ fn each_crate_knows_only_lower_layers() {
     let wire = ["protocol"];
     let shared = ["kit", "protocol"];
     let log = ["exchange-log", "kit", "protocol", "scenes", "scheme"];
-    let run = [
-        "coordinator",
-        "exchange-log",
-        "kit",
-        "protocol",
-        "scenes",
-        "scheme",
-    ];
-    let drawn = [
-        "coordinator",
-        "draw",
-        "exchange-log",
-        "kit",
-        "protocol",
-        "runs",
-        "scenes",
-        "scheme",
-    ];
-    let judged = [
-        "coordinator",
-        "draw",
-        "exchange-log",
-        "kit",
-        "protocol",
-        "report",
-        "runs",
-        "scenes",
-        "scheme",
-        "study",
-    ];
+    let with = |below: &[&'static str], more: &[&'static str]| {
+        let mut all = [below, more].concat();
+        all.sort_unstable();
+        all
+    };
+    let keys = with(&log, &["scenario"]);
+    let files = with(&keys, &["runs"]);
+    let drawn = with(&files, &["draw"]);
+    let run = with(&drawn, &["coordinator"]);
+    let judged = with(&run, &["report", "study"]);
     for (package, below) in [
         ("protocol", &[] as &[&str]),
         ("kit", &wire),
@@ -102,10 +82,11 @@ fn each_crate_knows_only_lower_layers() {
         ("exchange-log", &wire),
         ("scenes", &shared),
         ("draw", &[]),
-        ("coordinator", &log),
-        ("runs", &run),
+        ("scenario", &log),
+        ("runs", &keys),
+        ("coordinator", &files),
         ("report", &drawn),
-        ("study", &drawn),
+        ("study", &run),
         ("lab", &judged),
     ] {
         assert_eq!(members_below(package), below, "{package}");

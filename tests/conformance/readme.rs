@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coordinator::error::{Code, Explanation, explanation, explanations};
 use harness::source::{Sources, product_code, product_crates, read_sources};
 use proc_macro2::{Delimiter, TokenTree};
+use scenario::error::{Code, Explanation, explanation, explanations};
 
 /// Names of formats with their versions, `thirdbody.<format>/<version>`, in a text.
 fn formats(text: &str) -> BTreeSet<&str> {

@@ -9,13 +9,13 @@
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Launcher, Watch, handshake};
 use coordinator::run::session::fresh_run_id;
-use coordinator::rundir::RunDir;
-use coordinator::scenario::load::parse;
-use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, as_programs, program};
 use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
 use protocol::Window;
+use runs::run_dir::RunDir;
+use scenario::load::parse;
+use scenario::source::ScenarioSource;
 use scheme::group::Group;
 use scheme::join::join;
 use scheme::participants::Participants;

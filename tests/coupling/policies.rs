@@ -6,9 +6,9 @@
 //! windows; `halve` reaches the end on shorter windows where those cure the fault, and says so where nothing is left to
 //! halve. A number that is not finite is never accepted.
 
-use coordinator::error::Error;
 use harness::runs::{Left, run_in_process};
 use harness::scene::{bar, body, glue, head};
+use scenario::error::Error;
 
 fn scenario(scheme: &str) -> String {
     [

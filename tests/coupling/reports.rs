@@ -3,8 +3,8 @@
 //! Problem: the bar and the body of [`super::schemes`] in 200 windows of a twentieth of the critical step; the body tells something
 //! else in some windows. Exact: what comes of it is said by name, and a balance that comes right again is not forgotten.
 
-use coordinator::error::Error;
 use harness::runs::{Left, run_in_process};
+use scenario::error::Error;
 use serde_json::Value;
 
 use super::schemes;

@@ -8,9 +8,9 @@
 //! relaxation omega converges below omega (1 + 1 / (C S)) = 2 (Causin, Gerbeau and Nobile 2005 with the roles swapped), where
 //! that of the other roles does below omega (1 + C S) = 2.
 
-use coordinator::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
+use scenario::error::Error;
 
 use super::{schemes, several, static_patch};
 

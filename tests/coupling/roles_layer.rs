@@ -7,9 +7,9 @@
 //! changes its frequencies by at most half of its ratio to the mass that moves there without it (Rayleigh's quotient), so that
 //! over less than one swing, as here, motions differ by no more than that ratio; a quarter of the mass is that much less.
 
-use coordinator::scenario::load::parse;
-use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Left, node, run_in_process};
+use scenario::load::parse;
+use scenario::source::ScenarioSource;
 
 const SCENE: &str = include_str!("../../scenarios/extremes/coupled/scenario.toml");
 const BONDED: &str = "participant.third-body.config.law={ kind = \"cohesion\", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e15, ct_pa_per_m = 2.56e15, w_j_per_m2 = 15625.0, b_pa_m_s = 0.0, p = 1.0, h_prime = \"one\", alert_m = 8e-6, bonds_min = 2 }";

@@ -7,9 +7,9 @@
 //! motion of the default one, since they solve the same window equations, and that a scheme which does not converge
 //! must say so.
 
-use coordinator::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
+use scenario::error::Error;
 
 pub(super) fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String {
     let step_s = 0.9;

@@ -15,10 +15,10 @@
 //! is exact for any window is the momentum (to rounding), the closed gap (1e-12), and one repeat a window, since
 //! C is block-diagonal and known.
 
-use coordinator::error::Error;
 use harness::lattice::Lattice;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, chain, head, interface};
+use scenario::error::Error;
 
 const END_S: f64 = 180.0;
 

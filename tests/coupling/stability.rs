@@ -7,7 +7,6 @@
 //! disturbance grows if its spectral radius is above one. The forces of the real coupler must be those of the matrix; for a
 //! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
 
-use coordinator::error::Error;
 use harness::runs::{Left, Scratch, run_in_process, thirdbody};
 use harness::scene::{bar, glue, head, participant};
 use harness::window_matrix::{Joint, Operator, TransmissionCondition as Condition};
@@ -17,6 +16,7 @@ use lab::bench::stability::setup::keys;
 use lab::bench::stability::{findings, limits};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
+use scenario::error::Error;
 use scheme::keys::{CouplingScheme, Dirichlet, Order, SchemeWord};
 use scheme::predict::sprung_mass::{Masses, SprungMass};
 

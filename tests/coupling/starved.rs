@@ -1,9 +1,9 @@
 //! A contact solve that ran out of iterations (case 10 of the coupling page): the gap still reads zero, since the coupler
 //! gives the continuum whatever force came back, so only the solver's own residual can tell.
 
-use coordinator::error::Error;
 use harness::runs::{run_in_process, run_over_shared_memory};
 use harness::scene::{bar, body, glue, head};
+use scenario::error::Error;
 
 fn scenario() -> String {
     [

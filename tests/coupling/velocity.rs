@@ -10,12 +10,12 @@
 //! a.(M - h^2/4 K).a / 2 + v.K v / 2 of both sides together does not rise at theta = 1 but by -h^2/8 of what a.K a jumps by
 //! between two windows.
 
-use coordinator::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::window_matrix::{Operator, TransmissionCondition};
 use lab::bench::stability::bar::UnitBar;
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
+use scenario::error::Error;
 use scheme::predict::sprung_mass::{Masses, SprungMass};
 
 use super::split_bar::{STEP_S, interface_error, mechanical_j};

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use coordinator::participants::Watch;
-use coordinator::scenario::load::parse;
-use coordinator::scenario::source::ScenarioSource;
 use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use lab::conform::conform;
 use lab::conform::rule::{ConformRow, RuleVerdict};
 use lab::conform::tested::ConformOptions;
+use scenario::load::parse;
+use scenario::source::ScenarioSource;
 
 use crate::scene::fails;
 

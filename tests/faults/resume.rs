@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use coordinator::run::checkpoint::FOLDER;
 use coordinator::run::checkpoint::file::{MAGIC, encode, list, read};
 use coordinator::run::checkpoint::keeper::about;
-use coordinator::rundir::write_whole;
-use coordinator::scenario::load::load;
 use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use runs::run_dir::write_whole;
+use scenario::load::load;
 use serde_json::Value;
 
 use crate::scene::{Running, completed, fails, gone_within, short_quick};

@@ -4,14 +4,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use coordinator::error::{Code, Error};
 use coordinator::run::check::check;
-use coordinator::scenario::load::{load, parse};
-use coordinator::scenario::source::ScenarioSource;
 use harness::json_schema::faults;
 use harness::registry;
 use harness::runs::{parse_json, program};
 use protocol::Cause;
+use scenario::error::{Code, Error};
+use scenario::load::{load, parse};
+use scenario::source::ScenarioSource;
 use serde_json::{Value, json};
 
 /// The schema as the program prints it.

@@ -6,12 +6,12 @@ use coordinator::run::checkpoint::FOLDER;
 use coordinator::run::checkpoint::content::{About, Checkpoint};
 use coordinator::run::checkpoint::file::{MAGIC, encode, list, read};
 use coordinator::run::checkpoint::keeper::about;
-use coordinator::scenario::load::{Loaded, load, parse};
-use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, node, thirdbody};
 use protocol::frame::packed;
 use protocol::serve::{Farewell, Hello, Welcome};
 use protocol::{Frame, Header, Kind, Node, NodeError, Setting, Surface};
+use scenario::load::{Loaded, load, parse};
+use scenario::source::ScenarioSource;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")

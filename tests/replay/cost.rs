@@ -3,8 +3,8 @@
 //! Reference: the file itself, and the clocks of run and replay. The size is foreseen within 25 %, as lz4 packs no two
 //! scenes alike.
 
-use coordinator::scenario::load::load;
 use harness::runs::{Scratch, parse_json, thirdbody};
+use scenario::load::load;
 use serde_json::Value;
 
 use super::resume::{conduct, loaded, shipped};

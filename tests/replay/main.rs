@@ -9,13 +9,13 @@ mod resume_kinds;
 use std::path::Path;
 
 use coordinator::participants::{Launcher, Watch};
-use coordinator::rundir::RunDir;
 use exchange_log::mismatch::Difference;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use lab::replay::replayed::Replayed;
 use lab::replay::{Recording, coupler as loop_replay, recording, solver};
 use protocol::{Frame, Kind};
+use runs::run_dir::RunDir;
 
 mod several;
 mod trace;

@@ -6,9 +6,9 @@ use coordinator::participants::Watch;
 use coordinator::run::checkpoint::file::{list, read};
 use coordinator::run::checkpoint::{FOLDER, find, keeper};
 use coordinator::run::session::{Ended, RunOptions, run, run_from};
-use coordinator::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
 use lab::replay::recording;
+use scenario::load::{Loaded, load};
 use serde_json::Value;
 
 use crate::scenario;

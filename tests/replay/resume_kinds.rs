@@ -5,9 +5,9 @@
 
 use std::fmt::Write as _;
 
-use coordinator::scenario::load::Loaded;
 use harness::runs::Scratch;
 use harness::scene::{bar, body, glue, head};
+use scenario::load::Loaded;
 
 use super::resume::{loaded, resume_from_all, shipped};
 use super::several;

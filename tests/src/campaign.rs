@@ -46,9 +46,9 @@ use lab::random::Random;
 use row::{FaultResult, FaultRow, Wrong};
 use trial::{ANSWER_S, FaultTrial, UndisturbedRun};
 
-use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::Watch;
+use scenario::error::{Error, Refusal};
 use simulated::run_schedules;
 
 /// Simulated schedules for each trial of the other rows.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use coordinator::error::Error;
 use coordinator::participants::Watch;
 use coordinator::run::session::{Ended, RunOptions, run};
-use coordinator::scenario::load::parse;
-use coordinator::scenario::source::ScenarioSource;
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
 use runs::table::Table;
+use scenario::error::Error;
+use scenario::load::parse;
+use scenario::source::ScenarioSource;
 use serde_json::Value;
 
 /// A folder of its own below the system's temporary one, removed when dropped.

@@ -1,7 +1,7 @@
 //! The shipped studies: all their tasks are valid, and the one to choose by covers its scene.
 
 use coordinator::run::check::check;
-use coordinator::scenario::load::load;
+use scenario::load::load;
 use study::budget::SceneSettings;
 use study::plan::{Plan, runs};
 use study::stored::StoredStudy;

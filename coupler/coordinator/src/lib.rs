@@ -1,8 +1,7 @@
 //! The coordinator of a run: it launches participants, couples them window by window, and writes down what they say.
 //!
 //! In reading order:
-//! - [`error`]: what can end a run, its code and exit code; [`scenario`]: who takes part, who talks to whom, and how;
-//! - [`rundir`], [`output`], [`cost`]: the files of a run, what they hold, where its time went;
+//! - [`output`], [`cost`]: what comes about while a run goes on, where its time went; its files are of [`runs`], its keys of [`scenario`];
 //! - [`participants`]: starting participants, keeping watch over them, speaking to them;
 //! - [`plausible`], [`summary`]: the judgement of a run, and how it is written down;
 //! - [`mod@run`]: the loop over windows, checkpoints, a whole run.
@@ -16,15 +15,12 @@
 //! 5. [`predict`](scheme::predict) runs the scheme itself on linear stand-ins of both sides. What will grow is refused.
 //! 6. [`run::time_loop`] goes over the windows; [`Coupling::window`](scheme::coupling::Coupling::window) solves one by its scheme, judges it
 //!    ([`scheme::criteria`]), and accepts, halves or ends by the scenario's policy. An accepted window is committed on all sides.
-//! 7. [`exchange_log`] keeps every message, [`output`] the signals and energies of each window, [`run::checkpoint`] all states to go on from.
+//! 7. [`exchange_log`] keeps every message, [`runs`] the signals and energies of each window, [`run::checkpoint`] all states to go on from.
 //! 8. [`plausible`] judges the end, [`summary`] writes it down; `replay` of `lab` runs each solver again from the log alone and compares bits.
 
 pub mod cost;
-pub mod error;
 pub mod output;
 pub mod participants;
 pub mod plausible;
 pub mod run;
-pub mod rundir;
-pub mod scenario;
 pub mod summary;

@@ -14,7 +14,7 @@ pub mod stability;
 
 use std::time::Instant;
 
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Median and 99th percentile (us) of the times of turns, after some that are not counted.
 fn time_turns(

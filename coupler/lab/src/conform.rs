@@ -24,13 +24,13 @@ use kit::keys::proposal;
 use protocol::Cause;
 
 use crate::quiet::participant_index;
-use coordinator::error::{Code, Error, Refusal};
-use coordinator::scenario::Participant;
-use coordinator::scenario::load::Loaded;
 use joined::joins;
 use launch::Launch;
 use plain::RuleTrial;
 use rule::{ConformRow, Rule, RuleFinding, RuleVerdict, Stop};
+use scenario::error::{Code, Error, Refusal};
+use scenario::keys::Participant;
+use scenario::load::Loaded;
 use tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
 /// A rule, the parts that it concerns, and how it is tried.

@@ -1,9 +1,9 @@
 //! Runs without words, for trials.
 
-use coordinator::error::{Code, Error, Refusal};
 use coordinator::run::session::Ended;
-use coordinator::scenario::Scenario;
 use kit::keys::proposal;
+use scenario::error::{Code, Error, Refusal};
+use scenario::keys::Scenario;
 
 /// A run that came to its end; one that did not is its error.
 pub fn whole(ended: Result<Ended, Error>) -> Result<Ended, Error> {

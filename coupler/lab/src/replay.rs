@@ -10,11 +10,11 @@
 
 use std::path::Path;
 
-use coordinator::error::Error;
 use coordinator::run::checkpoint::RestartPoint;
-use coordinator::scenario::load::{FOLDER_KEY, Loaded, of_manifest, parse};
-use coordinator::scenario::source::ScenarioSource;
 use exchange_log::{Entry, Exchange, LogError, recover};
+use scenario::error::Error;
+use scenario::load::{FOLDER_KEY, Loaded, of_manifest, parse};
+use scenario::source::ScenarioSource;
 use tape::turns;
 
 pub mod coupler;

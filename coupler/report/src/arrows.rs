@@ -2,7 +2,6 @@
 
 use super::mesh::points_mm;
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::colour::shade;
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
@@ -10,6 +9,7 @@ use draw::picture::Picture;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::RunFiles;
+use scenario::error::Error;
 
 /// Arrows along the longer side of a field.
 const ARROWS: f64 = 48.0;

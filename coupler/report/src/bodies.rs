@@ -3,12 +3,12 @@
 
 use super::mesh::points_mm;
 use super::scene::{circles, disks};
-use coordinator::error::Error;
 use draw::extent::Extent;
 use draw::map::{Map, maps_of_kinds};
 use draw::picture::Picture;
 use runs::fields::{Arrays, numbers};
 use runs::files::RunFiles;
+use scenario::error::Error;
 
 /// Colour and words of each body by its number in the fields: light what holds, dark what came off.
 const BODIES: [[&str; 2]; 4] = [

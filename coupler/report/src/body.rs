@@ -2,13 +2,13 @@
 
 use super::mesh::{deformed_extent, deformed_mm, draw_elements};
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::colour::{ColourScale, full_mpa, full_scale};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, is_to_scale, maps};
 use draw::picture::Picture;
 use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
+use scenario::error::Error;
 
 /// Hydrostatic pressure in the whole of each body at the first of the moments that has fields of one.
 pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {

@@ -2,13 +2,13 @@
 
 use super::mesh::{closer, points_mm};
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::colour::ColourScale;
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
 use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
+use scenario::error::Error;
 
 /// More contacts than this are drawn by their strongest.
 const LINES_MAX: usize = 20_000;

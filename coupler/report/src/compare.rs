@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::page::table;
 use super::units::{four, with_unit_of};
-use coordinator::error::Error;
 use draw::svg::escape;
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
+use scenario::error::Error;
 
 /// Tables of the distances of a run from another one.
 ///

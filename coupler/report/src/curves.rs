@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use super::cycles;
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::axis::range;
 use draw::picture::Picture;
 use draw::plot::{BACKGROUND, PlotCurve, cloud, plot};
 use runs::files::RunFiles;
 use runs::table::Table;
+use scenario::error::Error;
 
 /// Share of the profile's length over which the smooth curve of its pressure is a mean.
 const MEAN_SHARE: f64 = 0.05;

@@ -2,12 +2,12 @@
 
 use super::page::{Section, names};
 use super::provenance::{quoted, scenario_file};
-use coordinator::scenario::overrides::{key_of, value_at};
 use draw::axis::{AxisPair, Grid, PlotAxis, number};
 use draw::picture::Picture;
 use draw::svg::{Svg, escape};
 use runs::files::RunFiles;
 use runs::front::{MeasuredFront, MeasuredSetting};
+use scenario::overrides::{key_of, value_at};
 
 /// Attributes of the settings in a picture, of their bounds, of the front, and of the marks.
 const DOTS: &str = "fill=\"#787878\"";

@@ -2,7 +2,6 @@
 
 use super::mesh::{deformed_extent, draw_elements};
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::colour::{ColourScale, full_scale};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
@@ -10,6 +9,7 @@ use draw::picture::Picture;
 use runs::curve::quantile;
 use runs::files::RunFiles;
 use runs::table::Table;
+use scenario::error::Error;
 
 /// Share of the cells whose pressure the colours show: single ones have many times the mean.
 const SHOWN: f64 = 0.98;

@@ -15,12 +15,12 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use coordinator::error::Error;
 use curves::{Tables, plots};
 use draw::picture::Picture;
 use page::Section;
 use runs::files::RunFiles;
 use runs::front::MeasuredFront;
+use scenario::error::Error;
 
 mod arrows;
 mod bodies;

@@ -9,14 +9,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use coordinator::error::{Error, Refusal};
 use fields::{FieldFiles, FieldMoment};
 use fit::{Content, FRAMES_MOST, LINES_MOST};
 use page::{Movie, PLAYER, Words, page};
 use range::{MovieRanges, round_up};
 use runs::curve::evenly;
 use runs::files::RunFiles;
-use runs::scenario::Setup;
+use runs::scene::Setup;
+use scenario::error::{Error, Refusal};
 use scene::Scene;
 use shots::Shots;
 use track::Track;

@@ -4,7 +4,6 @@ use super::mesh::{closer, deformed_mm, draw_elements, points_mm};
 use super::movie::mesh::QuadMesh;
 use super::movie::position::{JoinedGrains, beside};
 use super::units::with_unit;
-use coordinator::error::Error;
 use draw::colour::{ColourScale, full_mpa};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
@@ -12,6 +11,7 @@ use draw::picture::Picture;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};
+use scenario::error::Error;
 
 /// Fields at a moment: those of the first continuum and of all layers of grains. A second continuum has a frame of its
 /// own, in which it may lie where the first one does.

@@ -6,8 +6,8 @@ use super::provenance::{changed, quoted};
 use super::results::groups;
 use super::units::{four, span, with_unit, with_unit_of};
 use super::verdict::{balances, is_balance};
-use coordinator::plausible::Warning;
 use runs::files::RunFiles;
+use runs::warning::Warning;
 use serde_json::Value;
 
 /// Results that people ask for first, in this order; a scene has some of them.

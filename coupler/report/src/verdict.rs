@@ -3,10 +3,10 @@
 use super::page::table;
 use super::provenance::changed;
 use super::units::{four, span, with_unit};
-use coordinator::error::Error;
-use coordinator::scenario::Plausible;
 use draw::svg::escape;
 use runs::files::RunFiles;
+use scenario::error::Error;
+use scenario::plausible::Plausible;
 
 /// The box at the top of the page.
 pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {

@@ -8,7 +8,7 @@ use super::curve::{Curve, Distance, part};
 use super::files::RunFiles;
 use super::steps::Steps;
 use super::table::Table;
-use coordinator::scenario::overrides::{Changes, changes};
+use scenario::overrides::{Changes, changes};
 
 /// Column of the time in signals.csv, and of the position in profile.csv.
 const TIME: &str = "t_s";

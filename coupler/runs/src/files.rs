@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::fields::{Arrays, flags, numbers, read};
-use super::scenario::Setup;
+use super::scene::Setup;
 use super::table::Table;
-use coordinator::error::{Code, Error, Refusal};
-use coordinator::output::table::{Written, contents};
-use coordinator::scenario::load::CHANGED_KEY;
-use coordinator::scenario::overrides::Changes;
+use crate::written::Written;
+use scenario::content::contents;
+use scenario::error::{Code, Error, Refusal};
+use scenario::load::CHANGED_KEY;
+use scenario::overrides::Changes;
 
 /// Files of a run directory.
 #[derive(Clone, Debug, Default)]

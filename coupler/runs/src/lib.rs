@@ -1,15 +1,26 @@
-//! The one reader of run directories.
+//! Run directories: everything that names, writes or reads a file of one.
 //!
-//! - [`files`]: summary, tables and moments of a run; [`table`]: tables of numbers; [`fields`]: what the participants wrote as VTK;
-//! - [`scenario`]: the parts of its scenario that pages go by;
+//! - [`run_dir`]: the folder of a run and its manifest; [`written`]: size, rows and hash of its tables; [`warning`]: a line of its warnings;
+//! - [`signals`]: one row a window; [`profile`]: the traction of an interface; [`interface_fields`]: its fields; [`collection`]: the fields over time;
+//! - [`fields`]: the numbers in files of VTK; `vtkhdf`, a feature: gathered in one file a part;
+//! - [`files`]: summary, tables and moments of a run; [`table`]: tables of numbers; [`scene`]: the parts of its scenario that pages go by;
 //! - [`curve`]: numbers over time, and their distance from a reference; [`steps`]: numbers along a line, likewise;
 //! - [`compare`]: the distances of everything that two runs hold; [`front`]: a run among the settings that a study measured.
 
+pub mod collection;
 pub mod compare;
 pub mod curve;
 pub mod fields;
 pub mod files;
 pub mod front;
-pub mod scenario;
+pub mod interface_fields;
+pub mod profile;
+pub mod run_dir;
+pub mod scene;
+pub mod signals;
 pub mod steps;
 pub mod table;
+#[cfg(feature = "vtkhdf")]
+pub mod vtkhdf;
+pub mod warning;
+pub mod written;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coordinator::error::{Error, Refusal};
+use scenario::error::{Error, Refusal};
 
 /// Columns of numbers, in the order of the file. A column with a word in any row is none of them.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -7,11 +7,11 @@ use serde_json::Value;
 
 use super::common::{VerbResult, own_program, print, print_rows};
 use super::start::listen;
-use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
-use coordinator::scenario::load::load;
 use lab::bench::{exchange, log, mapping, participant, pieces, stability};
 use lab::conform::tested::ConformOptions;
+use scenario::error::{CHECK_FAILED, Error, Refusal};
+use scenario::load::load;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]

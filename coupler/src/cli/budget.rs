@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use super::common::ScenarioArguments;
 use super::start::rehearse;
-use coordinator::error::{Error, Refusal};
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::RunBudget;
-use coordinator::rundir::BUILD;
-use coordinator::scenario::load::Loaded;
+use runs::run_dir::BUILD;
+use scenario::error::{Error, Refusal};
+use scenario::load::Loaded;
 use study::budget::{Budget, Candidate, SceneSettings, first_choice};
 use study::stored::StoredStudy;
 

@@ -5,14 +5,14 @@ use serde_json::Value;
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
 use super::start::rehearse;
 use coordinator::cost::prediction::CostPrediction;
-use coordinator::error::Error;
 use coordinator::participants::Registry;
-use coordinator::plausible::Warning;
 use coordinator::run::check::check as check_scenario;
 use coordinator::run::session::Ended;
-use coordinator::scenario::load::Loaded;
-use coordinator::scenario::schema::schema;
 use coordinator::summary::Summary;
+use runs::warning::Warning;
+use scenario::error::Error;
+use scenario::load::Loaded;
+use scenario::schema::schema;
 
 /// Set-up (s) that a check waits for: a large sample that is not kept yet takes minutes.
 const SETUP_S: f64 = 8.0;

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print};
-use coordinator::error::{Error, Refusal};
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
+use scenario::error::{Error, Refusal};
 use study::file::StudyFile;
 use study::measure::ReferenceNumbers;
 

@@ -2,14 +2,14 @@
 
 use super::common::{VerbResult, own_program, print};
 use super::start::listen;
-use coordinator::error::CHECK_FAILED;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
-use coordinator::scenario::load::load;
 use lab::conform::rule::{ConformRow, RuleVerdict};
 use lab::conform::tested::ConformOptions;
 use lab::conform::{all_hold, conform as try_rules};
+use scenario::error::CHECK_FAILED;
+use scenario::load::load;
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]

@@ -5,9 +5,9 @@ use serde_json::Value;
 
 use super::check::schema_of;
 use super::common::{VerbResult, print};
-use coordinator::error::{Refusal, explanation, explanations};
 use coordinator::participants::Registry;
 use report::results;
+use scenario::error::{Refusal, explanation, explanations};
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap_mangen::{Man, generate_to};
 
 use super::common::{VerbResult, print};
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Arguments of `man`.
 #[derive(Debug, clap::Args)]

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, print};
 use super::explain::keys;
-use coordinator::error::{Error, Refusal};
 use coordinator::participants::Registry;
-use coordinator::scenario::overrides::leaves;
+use scenario::error::{Error, Refusal};
+use scenario::overrides::leaves;
 use scenes::{STUDY, kept};
 
 /// Arguments of `new`.

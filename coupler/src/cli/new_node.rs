@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::common::{VerbResult, print};
-use coordinator::error::{Error, Refusal};
+use scenario::error::{Error, Refusal};
 
 /// Arguments of `new-node`.
 #[derive(Debug, clap::Args)]

@@ -15,9 +15,9 @@ use signal_hook::consts::SIGTERM;
 use signal_hook::flag;
 
 use super::common::VerbResult;
-use coordinator::error::{Code, Error, Refusal};
 use coordinator::participants::Registry;
-use coordinator::rundir::BUILD;
+use runs::run_dir::BUILD;
+use scenario::error::{Code, Error, Refusal};
 
 /// Arguments of `node`.
 #[derive(Debug, clap::Args)]

@@ -8,18 +8,18 @@ use super::common::{
     RecoverArgument, VerbResult, file_of, foreign, log_of, own_program, print, refuse_commands,
     restart_point, thread_count,
 };
-use coordinator::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use coordinator::output::tell;
 use coordinator::participants::{Launcher, Registry, Watch};
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::run::session::fresh_run_id;
-use coordinator::rundir::RunDir;
-use coordinator::scenario::TransportKind;
 use kit::scratch::Scratch;
 use lab::replay::replayed::Replayed;
 use lab::replay::solver::ReplayOptions;
 use lab::replay::{Recording, coupler, drift, recording, solver};
 use runs::files::read_json;
+use runs::run_dir::RunDir;
+use scenario::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
+use scenario::keys::TransportKind;
 
 /// The picture of a drift.
 const DRIFT: &str = "replay-drift.svg";

@@ -7,13 +7,13 @@ use super::common::{
 };
 use super::run::{EndingArguments, conclude};
 use super::start::options;
-use coordinator::error::Refusal;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::run_from;
-use coordinator::scenario::inputs::refuse_changed_inputs;
-use coordinator::scenario::load::load;
 use exchange_log::damage;
+use scenario::error::Refusal;
+use scenario::inputs::refuse_changed_inputs;
+use scenario::load::load;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]

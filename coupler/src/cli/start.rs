@@ -5,11 +5,11 @@ use std::path::Path;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::common::own_program;
-use coordinator::error::Error;
 use coordinator::participants::{Registry, Watch};
 use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
-use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
+use scenario::error::Error;
+use scenario::load::Loaded;
 
 /// Options of a run that is started here and shows its progress.
 pub(super) fn options<'a>(

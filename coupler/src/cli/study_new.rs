@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use super::common::{ScenarioArguments, from_anywhere, print};
-use coordinator::error::{Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
-use coordinator::rundir::write_whole;
+use runs::run_dir::write_whole;
+use scenario::error::{Error, Refusal};
 use study::draft::{Draft, measures, of_choices, shortened};
 use study::knobs::Knobs;
 use study::plan::perturbed_participants;

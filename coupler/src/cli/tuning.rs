@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use super::common::{ScenarioArguments, foreign, from_anywhere, print, threads};
 use super::study::{Opened, PlaceArguments, keep_list};
-use coordinator::error::{Error, Refusal};
 use coordinator::output::{tell, tell_progress};
 use coordinator::participants::{Registry, Watch};
-use coordinator::rundir::write_whole;
-use coordinator::scenario::load::Loaded;
 use runs::curve::median;
 use runs::files::RunFiles;
+use runs::run_dir::write_whole;
+use scenario::error::{Error, Refusal};
+use scenario::load::Loaded;
 use study::collect::{Results, StudyRow, finished};
 use study::draft::{Draft, Refined, varied};
 use study::error_model::{ErrorModel, KnobErrors};

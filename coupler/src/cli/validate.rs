@@ -6,7 +6,6 @@ use clap::ValueEnum;
 
 use super::common::{VerbResult, print_rows, thread_count};
 use super::start::options;
-use coordinator::error::CHECK_FAILED;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::{RunOptions, fresh_run_id};
@@ -14,6 +13,7 @@ use kit::scratch::Scratch;
 use lab::validate::page;
 use lab::validate::suite::{CaseRow, SuiteOptions, run_suite};
 use report::provenance::quoted;
+use scenario::error::CHECK_FAILED;
 use scenes::{FILES, kept};
 
 /// Arguments of `validate`.

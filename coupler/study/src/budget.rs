@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use super::measure::{named_errors, percent};
 use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
-use coordinator::error::{Error, Refusal};
 use runs::curve::median;
+use scenario::error::{Error, Refusal};
 
 /// A bound of the cost of a run, or of its error.
 #[derive(Clone, Debug, PartialEq)]

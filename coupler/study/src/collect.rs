@@ -8,8 +8,8 @@ use super::file::{StudyFile, shown_values};
 use super::measure::ReferenceNumbers;
 use super::plan::{Plan, Task, TaskRole};
 use super::task::{TaskFolder, TaskStage};
-use coordinator::error::Error;
 use runs::files::RunFiles;
+use scenario::error::Error;
 
 /// Status of a run whose files cannot be read any more.
 pub const DAMAGED: &str = "damaged";

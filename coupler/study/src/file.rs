@@ -9,9 +9,9 @@ use scenes::listing::About;
 use serde::Deserialize;
 
 use super::measure::{Measure, percent, plain};
-use coordinator::error::{Error, Refusal};
-use coordinator::scenario::load::from_toml;
-use coordinator::scenario::overrides::leaves;
+use scenario::error::{Error, Refusal};
+use scenario::load::from_toml;
+use scenario::overrides::leaves;
 use scenes::STUDY;
 
 /// A study, as its file says it.

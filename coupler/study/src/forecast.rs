@@ -9,13 +9,13 @@ use super::measure::Measure;
 use super::plan::Task;
 use super::slurm::SlurmRequest;
 use super::stored::positive;
-use coordinator::error::Error;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
-use coordinator::rundir::{BUILD, write_whole};
-use coordinator::scenario::overrides::value_at;
 use kit::keys::proposal;
 use kit::scratch::Scratch;
+use runs::run_dir::{BUILD, write_whole};
 use runs::table::Table;
+use scenario::error::Error;
+use scenario::overrides::value_at;
 
 /// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
 /// machine. A task that runs into its limit is given twice as much.

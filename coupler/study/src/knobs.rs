@@ -1,8 +1,8 @@
 //! The numerical choices of a scene, and the overrides that refine or coarsen each of them.
 
-use coordinator::scenario::Scenario;
-use coordinator::scenario::load::Loaded;
-use coordinator::scenario::overrides::value_at;
+use scenario::keys::Scenario;
+use scenario::load::Loaded;
+use scenario::overrides::value_at;
 
 use super::file::shown;
 use super::stored::number as number_of;
@@ -319,7 +319,7 @@ fn number(key: &str, value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coordinator::scenario::load::load;
+    use scenario::load::load;
 
     fn value(set: &[String], end: &str) -> f64 {
         let mut keys = set.iter().filter_map(|set| set.split_once('='));

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
-use coordinator::error::{Error, Refusal};
-use coordinator::rundir::BUILD;
-use coordinator::scenario::Scenario;
-use coordinator::scenario::load::{Loaded, load};
-use coordinator::scenario::overrides::{remove_at, value_at};
 use runs::curve::evenly;
+use runs::run_dir::BUILD;
+use scenario::error::{Error, Refusal};
+use scenario::keys::Scenario;
+use scenario::load::{Loaded, load};
+use scenario::overrides::{remove_at, value_at};
 
 /// Part of a task in its study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

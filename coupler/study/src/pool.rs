@@ -13,7 +13,7 @@ use super::heartbeats::HeartbeatWatch;
 use super::plan::Task;
 use super::progress::StudyProgress;
 use super::task::{SILENT, TaskStage};
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Time between two looks at the processes.
 const LOOK: Duration = Duration::from_millis(20);

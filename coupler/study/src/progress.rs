@@ -9,10 +9,10 @@ use serde_json::json;
 use super::measure::Measure;
 use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
-use coordinator::error::{Error, Refusal};
 use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
 use coordinator::output::{Count, tell, tell_progress};
 use runs::files::RunFiles;
+use scenario::error::{Error, Refusal};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;

@@ -15,8 +15,8 @@ use super::plan::Task;
 use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
 use super::task::TaskStage;
-use coordinator::error::{Error, Refusal};
 use coordinator::output::tell;
+use scenario::error::{Error, Refusal};
 
 /// Time between two looks at the tasks' files, and between two at Slurm's queue.
 const LOOK: Duration = Duration::from_millis(500);

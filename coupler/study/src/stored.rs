@@ -13,9 +13,9 @@ use super::measure::Measure;
 use super::plan::{Plan, Task};
 use super::settings::{StudySetting, settings};
 use super::statistics::{ErrorPrediction, least_scenes, predict};
-use coordinator::error::{Error, Refusal};
-use coordinator::rundir::BUILD;
-use coordinator::scenario::overrides::{key_of, remove_at, value_at};
+use runs::run_dir::BUILD;
+use scenario::error::{Error, Refusal};
+use scenario::overrides::{key_of, remove_at, value_at};
 
 /// Name of the format, with its version.
 const SCHEMA: &str = "thirdbody.study/1";

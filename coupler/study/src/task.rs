@@ -17,11 +17,11 @@ use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 use serde::{Deserialize, Serialize};
 
-use coordinator::error::Error;
 use coordinator::run::session::{Ended, RunOptions, run};
-use coordinator::rundir::write_whole;
-use coordinator::scenario::load::Loaded;
 use exchange_log::timing::TIMING;
+use runs::run_dir::write_whole;
+use scenario::error::Error;
+use scenario::load::Loaded;
 
 /// Time between two heartbeats.
 const BEAT: Duration = Duration::from_secs(2);

@@ -2,10 +2,10 @@
 //! `cargo run --release -p tests --bin faults -- --trials 200`. Exit code 8 if a row does not hold.
 
 use clap::Parser;
-use coordinator::error::{CHECK_FAILED, Error};
 use coordinator::participants::Watch;
 use harness::campaign::row::FaultRow;
 use harness::campaign::{Campaign, run_campaign};
+use scenario::error::{CHECK_FAILED, Error};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 /// Kills and stops processes of short runs, fills disks and damages files at random instants: found, named, and resumed?

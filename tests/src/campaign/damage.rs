@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::row::{FaultOutcome, FaultResult, Wrong};
 use super::trial::FaultTrial;
-use coordinator::error::Error;
 use coordinator::run::checkpoint::{FOLDER, file};
 use lab::random::Random;
+use scenario::error::Error;
 
 /// Bytes before the first record of a log.
 const MAGIC: usize = 8;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// A trial whose outcome was right.
 #[derive(Clone, Debug, Default)]

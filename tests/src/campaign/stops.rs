@@ -10,7 +10,7 @@ use super::kills::outlived;
 use super::resumes::resumes;
 use super::row::{FaultOutcome, FaultResult, Wrong};
 use super::trial::{ANSWER_S, FaultTrial, HANGS, RunPhase, send};
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// A run that went on after a fault as if nothing had been.
 fn completed(trial: &mut FaultTrial) -> FaultResult {

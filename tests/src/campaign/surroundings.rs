@@ -9,7 +9,7 @@ use nix::sys::signal::Signal;
 use super::resumes::resumes;
 use super::row::{FaultOutcome, FaultResult};
 use super::trial::FaultTrial;
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
 const BLOCK: u64 = 512;

@@ -12,12 +12,12 @@ use protocol::session::SESSION_VARIABLE;
 use serde_json::Value;
 
 use super::row::{FaultOutcome, FaultResult, Wrong};
-use coordinator::error::Error;
 use coordinator::participants::Watch;
 use coordinator::run::checkpoint::{FOLDER, file};
 use coordinator::run::session::fresh_run_id;
 use kit::scratch::Scratch;
 use lab::random::Random;
+use scenario::error::Error;
 
 /// Keys of the scene `quick` that make it short, with many checkpoints, and impatient.
 const SCENE: [&str; 6] = [

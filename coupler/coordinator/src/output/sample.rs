@@ -4,7 +4,7 @@ use kit::cycle_drift::Mean;
 use protocol::{Description, Phase, Window};
 use serde::{Deserialize, Serialize};
 
-use super::profile::InterfaceTraction;
+use runs::profile::InterfaceTraction;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
 

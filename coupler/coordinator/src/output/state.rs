@@ -11,8 +11,9 @@ use protocol::Finding;
 
 use super::running_balance::RunningBalance;
 use super::sample::SampledMeans;
-use super::signals::SIGNALS;
-use super::table::{Written, changed};
+use runs::signals::SIGNALS;
+use runs::written::Written;
+use scenario::content::changed;
 use scheme::window::InterfaceSignals;
 
 /// Memory of the outputs from window to window. Checkpoints keep it by the order of its fields.

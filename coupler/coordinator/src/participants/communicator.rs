@@ -12,9 +12,10 @@ use super::network::Network;
 use super::peer::{Far, Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
-use crate::error::{Error, Result};
-use crate::plausible::{self, Warning};
-use crate::scenario::{Deadlines, Label, Scenario};
+use crate::plausible;
+use runs::warning::Warning;
+use scenario::error::{Error, Result};
+use scenario::keys::{Deadlines, Label, Scenario};
 
 /// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; those that record an exchange or
 /// compare it with a log are wrapped around it and see every frame.

@@ -7,8 +7,8 @@ use protocol::{Cause, Description, Kind, PROTOCOL_VERSION, Window};
 use super::admission::fault_of_description;
 use super::communicator::Communicator;
 use super::peer::read_json;
-use crate::error::{Code, Refusal, Result};
-use crate::scenario::load::Loaded;
+use scenario::error::{Code, Refusal, Result};
+use scenario::load::Loaded;
 
 /// A participant that answered the greeting.
 #[derive(Clone, Debug)]

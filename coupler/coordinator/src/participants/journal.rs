@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::error::{Refusal, Result};
 use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
+use scenario::error::{Refusal, Result};
 
 /// Doubles that may wait to be written down.
 const WAITING_DOUBLES: usize = 1 << 17;

@@ -15,10 +15,10 @@ use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
-use crate::error::{Error, Refusal, Result};
-use crate::rundir::{BUILD, RunDir};
-use crate::scenario::load::{Loaded, absolute};
-use crate::scenario::{Participant, TransportKind};
+use runs::run_dir::{BUILD, RunDir};
+use scenario::error::{Error, Refusal, Result};
+use scenario::keys::{Participant, TransportKind};
+use scenario::load::{Loaded, absolute};
 
 /// The run, as every launch needs it.
 pub struct Launcher<'a> {

@@ -5,9 +5,9 @@ use std::process::Command;
 use kit::ConfigError;
 use protocol::Cause;
 
-use crate::error::{Code, Refusal, Result};
-use crate::scenario::TransportKind;
-use crate::scenario::load::Loaded;
+use scenario::error::{Code, Refusal, Result};
+use scenario::keys::TransportKind;
+use scenario::load::Loaded;
 
 #[cfg(not(feature = "zenoh"))]
 mod absent;

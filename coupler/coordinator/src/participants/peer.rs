@@ -14,9 +14,9 @@ use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
 use super::watch::Watch;
-use crate::error::{Code, Error, Refusal, Result};
 use crate::output::progress::prepares;
 use exchange_log::timing::RequestTimes;
+use scenario::error::{Code, Error, Refusal, Result};
 use scheme::ledger::{largest_difference, ratio};
 
 /// Time after which a wait looks up from the connection to see whether the peer still lives.

@@ -16,7 +16,7 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 
 use super::printed::Printed;
-use crate::error::{Code, Error, Refusal, Result};
+use scenario::error::{Code, Error, Refusal, Result};
 
 /// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);

@@ -8,9 +8,9 @@ use protocol::{Frame, Kind};
 
 use super::communicator::{Communicator, Peers, SentBy};
 use super::journal::Journal;
-use crate::error::{Refusal, Result};
 use exchange_log::timing::{OwnTimes, TimingLog};
 use exchange_log::{COUPLER, Exchange, Mismatch};
+use scenario::error::{Refusal, Result};
 
 /// Participants whose exchange is recorded and hashed. A request that is sent early is recorded when its turn has come. The
 /// handshake of a resumed run is in the log already: it is compared with that, message by message.

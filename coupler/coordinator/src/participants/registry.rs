@@ -6,8 +6,8 @@ use kit::ConfigError;
 use kit::keys::proposal;
 use protocol::{Node, NodeError, Session, Setting};
 
-use crate::error::{Code, Refusal, Result};
-use crate::scenario::Participant;
+use scenario::error::{Code, Refusal, Result};
+use scenario::keys::Participant;
 
 /// A shipped solver.
 #[derive(Clone, Copy)]

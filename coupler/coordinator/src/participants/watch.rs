@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
+use scenario::error::{Error, Result};
 
 /// Signals that reached the coordinator; 0 while there was none.
 #[derive(Clone, Debug, Default)]

@@ -3,13 +3,13 @@
 use kit::keys::refuse_if;
 use protocol::Cause;
 
-use crate::error::Result;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
 use crate::participants::{Registry, network};
-use crate::plausible::Warning;
-use crate::scenario::FieldsFormat;
-use crate::scenario::load::Loaded;
+use runs::warning::Warning;
+use scenario::error::Result;
+use scenario::keys::FieldsFormat;
+use scenario::load::Loaded;
 use scheme::keys::SchemeWord;
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.

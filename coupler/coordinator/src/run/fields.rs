@@ -7,15 +7,15 @@ use protocol::frame::packed;
 use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
-use crate::error::Result;
-use crate::output::collection::{self, Collection, FieldsSummary, SnapshotTime};
-use crate::output::interface_fields;
 use crate::output::sample::load_history;
-use crate::output::vtk_arrays::ranges;
 use crate::participants::Communicator;
-use crate::plausible::Warning;
-use crate::rundir::{RunDir, free_bytes};
-use crate::scenario::{RunKeys, Scenario};
+use runs::collection::{self, Collection, FieldsSummary, SnapshotTime};
+use runs::fields::ranges;
+use runs::interface_fields;
+use runs::run_dir::{RunDir, free_bytes};
+use runs::warning::Warning;
+use scenario::error::Result;
+use scenario::keys::{RunKeys, Scenario};
 
 /// Name of the last snapshot.
 pub const AT_THE_END: &str = "end";
@@ -220,7 +220,7 @@ impl<'a> Fields<'a> {
     /// A file cannot be read, written or gathered: those of the participants stay.
     #[cfg(feature = "vtkhdf")]
     pub fn gather(&self, told: &mut Option<FieldsSummary>) -> Result<()> {
-        let asked = self.run.output.fields_format == crate::scenario::FieldsFormat::Vtkhdf;
+        let asked = self.run.output.fields_format == scenario::keys::FieldsFormat::Vtkhdf;
         let Some(told) = told.as_mut().filter(|_| asked) else {
             return Ok(());
         };
@@ -230,7 +230,7 @@ impl<'a> Fields<'a> {
         (told.files, told.bytes) = (0, 0);
         for part in parts {
             let path = folder.join(format!("{}.vtkhdf", part.name));
-            crate::output::vtkhdf::write(&path, &part.moments)?;
+            runs::vtkhdf::write(&path, &part.moments)?;
             told.files += 1;
             told.bytes += path.metadata().map_or(0, |file| file.len());
             let names = self.snapshot_times.iter().map(|moment| &*moment.name);
@@ -240,7 +240,7 @@ impl<'a> Fields<'a> {
             gone.push(path.with_extension("pvd"));
         }
         for path in gone {
-            std::fs::remove_file(&path).map_err(crate::error::Error::output(path.display()))?;
+            std::fs::remove_file(&path).map_err(scenario::error::Error::output(path.display()))?;
         }
         told.wall_s += start.elapsed().as_secs_f64();
         Ok(())

@@ -6,10 +6,10 @@ use std::path::Path;
 use protocol::Description;
 
 use super::time_loop::GroupRun;
-use crate::error::{Error, Result};
 use crate::participants::handshake::Greeted;
-use crate::scenario::Scenario;
 use exchange_log::{COUPLER, Volume};
+use scenario::error::{Error, Result};
+use scenario::keys::Scenario;
 use scheme::clock::Clock;
 use scheme::keys::{CompliancePrior, CouplingScheme, Dirichlet, Update};
 

@@ -6,11 +6,11 @@ use std::ops::ControlFlow;
 use protocol::{Window, larger};
 
 use super::position::{GroupPosition, RunPosition};
-use crate::error::{Code, Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
-use crate::scenario::Scenario;
+use scenario::error::{Code, Refusal, Result};
+use scenario::keys::Scenario;
 use scheme::clock::Clock;
 use scheme::coupling::Coupling;
 use scheme::group::Group;

@@ -11,10 +11,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::time_turns;
-use coordinator::error::{Error, Refusal};
 use coordinator::participants::OtherEnd;
 use coordinator::participants::process::{SharedMemory, spawn};
 use kit::scratch::Scratch;
+use scenario::error::{Error, Refusal};
 
 /// Frames that pass before counting starts.
 const WARM_UP: usize = 500;

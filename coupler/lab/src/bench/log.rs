@@ -7,10 +7,10 @@ use protocol::{Frame, Header, Kind};
 use serde::Serialize;
 
 use crate::random::Random;
-use coordinator::error::{Error, Refusal};
 use coordinator::run::session::fresh_run_id;
 use exchange_log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
 use kit::scratch::Scratch;
+use scenario::error::{Error, Refusal};
 
 /// Doubles written for each row, 64 MB.
 const DOUBLES: usize = 8_000_000;

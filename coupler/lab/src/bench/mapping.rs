@@ -6,7 +6,7 @@ use std::time::Instant;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use coordinator::error::{Error, Refusal};
+use scenario::error::{Error, Refusal};
 use scheme::keys::MappingKind;
 use scheme::mapping::Mapping;
 

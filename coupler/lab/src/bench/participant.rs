@@ -6,9 +6,9 @@ use super::time_turns;
 use crate::conform::conforming;
 use crate::conform::launch::Launch;
 use crate::conform::tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
-use coordinator::error::{Error, Refusal};
-use coordinator::scenario::load::{Loaded, parse};
-use coordinator::scenario::source::ScenarioSource;
+use scenario::error::{Error, Refusal};
+use scenario::load::{Loaded, parse};
+use scenario::source::ScenarioSource;
 
 /// Windows that pass before counting starts.
 const WARM_UP: usize = 200;

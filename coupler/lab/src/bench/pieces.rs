@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use crate::quiet::whole;
 use coordinator::cost::prediction::Pace;
-use coordinator::error::{Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::run::session::{RunOptions, fresh_run_id, run};
-use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
 use runs::files::RunFiles;
+use scenario::error::{Error, Refusal};
+use scenario::load::load;
 
 /// Runs of each kind, in turns; the middle one counts.
 const TURNS: usize = 5;

@@ -16,10 +16,10 @@
 use std::fmt;
 use std::path::Path;
 
-use coordinator::error::Error;
 use coordinator::output::tell;
 use map::{Axes, Cell};
 use protocol::larger;
+use scenario::error::Error;
 use scheme::keys::CouplingScheme;
 use scheme::predict::prediction::NEUTRAL;
 

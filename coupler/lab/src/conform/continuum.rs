@@ -6,8 +6,8 @@ use protocol::{Kind, Window, larger};
 use super::launch::Launch;
 use super::plain::{RuleTrial, WINDOWS, apart, dot, greatest, minus};
 use super::rule::{RuleFinding, broken, exceeds, not_tested, offered, within};
-use coordinator::error::Error;
 use coordinator::participants::admission::fault_of_columns;
+use scenario::error::Error;
 
 /// Largest difference of two motions that are the same but for rounding, over the larger.
 const ROUNDING: f64 = 1e-7;

@@ -9,7 +9,7 @@ use super::launch::{Launch, LaunchEnd};
 use super::plain::{RuleTrial, WINDOWS};
 use super::rule::{RuleFinding, broken, exceeds, not_tested};
 use super::tested::Part;
-use coordinator::error::{Error, Refusal};
+use scenario::error::{Error, Refusal};
 
 /// Time in which a participant ends.
 const GRACE: Duration = Duration::from_secs(1);

@@ -2,9 +2,9 @@
 
 use super::rule::{RuleFinding, broken, not_tested};
 use super::tested::{Part, TestedParticipant};
-use coordinator::error::Error;
 use coordinator::participants::remote::Remote;
 use coordinator::plausible;
+use scenario::error::Error;
 use scheme::join::join;
 
 /// Launches all participants of the scenario and joins their sets.

@@ -8,12 +8,12 @@ use protocol::serve::Farewell;
 use protocol::{Frame, Kind, NodeError, Reaction, Surface, Window};
 
 use super::tested::{Part, TestedParticipant};
-use coordinator::error::Error;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::handshake::Greeted;
 use coordinator::participants::process::Process;
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Communicator, Peers};
+use scenario::error::Error;
 use scheme::join::append;
 use scheme::participants::{Participants, Request};
 

@@ -7,7 +7,7 @@ use super::launch::{Launch, LaunchEnd};
 use super::load::{TrialLoads, into};
 use super::rule::{RuleFinding, broken};
 use super::tested::{Part, TestedParticipant};
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Part of a motion by which a compliant boundary yields.
 const YIELDS: f64 = 0.1;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// A rule that a participant must keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use nalgebra::DMatrix;
 use protocol::Description;
 
-use coordinator::error::{Error, Refusal};
 use coordinator::participants::handshake::{Greeted, greet};
 use coordinator::participants::{Launcher, Peers, Registry, Watch};
 use coordinator::run::session::fresh_run_id;
-use coordinator::rundir::RunDir;
-use coordinator::scenario::load::Loaded;
-use coordinator::scenario::{Participant, Scenario};
 use kit::scratch::Scratch;
+use runs::run_dir::RunDir;
+use scenario::error::{Error, Refusal};
+use scenario::keys::{Participant, Scenario};
+use scenario::load::Loaded;
 use scheme::clock::Clock;
 use scheme::error::Unfit;
 use scheme::join::step_of;

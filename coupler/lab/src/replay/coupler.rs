@@ -7,15 +7,15 @@ use std::time::Instant;
 use super::Recording;
 use super::replayed::Replayed;
 use super::tape::{TapeLink, TapeProgress, turns};
-use coordinator::error::{Code, Error, Refusal};
 use coordinator::output::Count;
 use coordinator::participants::handshake::{Greeted, greet};
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::run::time_loop::{each_window, groups_at_start};
-use coordinator::scenario::Scenario;
 use exchange_log::COUPLER;
+use scenario::error::{Code, Error, Refusal};
+use scenario::keys::Scenario;
 use scheme::join::join;
 use scheme::predict::inputs::foresee;
 

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use coordinator::error::{Error, Refusal};
-use coordinator::scenario::load::from_toml;
 use runs::files::RunFiles;
+use scenario::error::{Error, Refusal};
+use scenario::load::from_toml;
 use study::measure::{Measure, Norm, ReferenceNumbers};
 
 use super::signals::of_signals;

@@ -10,7 +10,7 @@ use report::units::{four, with_unit_of};
 
 use super::case::Number;
 use super::suite::{CaseOutcome, CaseRow};
-use coordinator::error::Error;
+use scenario::error::Error;
 
 /// Name of the page in the folder of the suite.
 const PAGE: &str = "validation.html";

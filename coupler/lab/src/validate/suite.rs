@@ -9,13 +9,13 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::case::{Basis, Number, SuiteCase, Take, read};
-use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::run::session::RunOptions;
-use coordinator::scenario::load::load;
 use protocol::larger;
 use runs::curve::median;
 use runs::files::RunFiles;
+use scenario::error::{Error, Refusal};
+use scenario::load::load;
 use study::plan::run_id;
 use study::task::{TaskFolder, TaskOutcome, TaskStage};
 

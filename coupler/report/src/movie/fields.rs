@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use coordinator::error::{Error, Refusal};
 use runs::fields::{Arrays, read};
-use runs::scenario::Setup;
+use runs::scene::Setup;
+use scenario::error::{Error, Refusal};
 
 /// Ends of the names of files that belong to those of grains, and of interfaces.
 const CONTACTS: &str = "-contacts";

@@ -6,7 +6,7 @@
 
 use super::mesh::{MeshSide, QuadMesh, height};
 use runs::fields::{Arrays, flags, numbers, points};
-use runs::scenario::JoinedSet;
+use runs::scene::JoinedSet;
 
 /// Grains at the first moment, as a mesh lies beside them (m).
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use super::fit::{Content, nearest};
 use super::mesh::{MeshSide, QuadMesh};
 use super::position::{JoinedGrains, MeshPosition, beside};
 use runs::fields::{Arrays, numbers, points};
-use runs::scenario::Setup;
+use runs::scene::Setup;
 
 /// A mesh in its position.
 #[derive(Debug)]

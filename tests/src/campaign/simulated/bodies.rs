@@ -11,10 +11,10 @@ use protocol::{
 };
 use serde::{Deserialize, Serialize};
 
-use coordinator::error::Error;
 use coordinator::participants::{Registry, ShippedSolver};
-use coordinator::scenario::load::{Loaded, parse};
-use coordinator::scenario::source::ScenarioSource;
+use scenario::error::Error;
+use scenario::load::{Loaded, parse};
+use scenario::source::ScenarioSource;
 
 /// Longest wait of a simulated run (s).
 pub const DEADLINE_S: f64 = 2.0;

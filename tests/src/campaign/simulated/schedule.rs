@@ -18,13 +18,13 @@ use protocol::Transport;
 use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
 use super::network_faults::{NetworkFault, NetworkFaults};
-use coordinator::error::Error;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::{RestartPoint, find};
 use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run, run_among};
-use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
 use lab::quiet::whole;
+use scenario::error::Error;
+use scenario::load::Loaded;
 
 /// Name of a program that no simulated run starts.
 const PROGRAM: &str = "thirdbody";

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use protocol::{Link, LinkError, Transport};
 
-use crate::error::Result;
-use crate::scenario::load::Loaded;
+use scenario::error::Result;
+use scenario::load::Loaded;
 
 /// There is none: a scenario that asks for one is refused before.
 pub(crate) enum Network {}

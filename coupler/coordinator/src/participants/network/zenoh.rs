@@ -10,8 +10,8 @@ use nix::unistd::gethostname;
 use protocol::{Link, LinkError, Transport};
 
 use super::{NODES, refuse};
-use crate::error::{Refusal, Result};
-use crate::scenario::load::Loaded;
+use scenario::error::{Refusal, Result};
+use scenario::load::Loaded;
 
 /// The endpoint of a run.
 pub(crate) struct Network(Host);

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::content::{About, Checkpoint};
-use crate::error::{Refusal, Result};
+use scenario::error::{Refusal, Result};
 
 /// First bytes of the file: name and version of its format.
 pub const MAGIC: &[u8] = b"thirdbody.checkpoint/4\n";
@@ -130,8 +130,8 @@ mod tests {
     use super::*;
     use crate::output::OutputState;
     use crate::run::position::{GroupPosition, RunPosition};
-    use crate::rundir::write_whole;
     use kit::scratch::Scratch;
+    use runs::run_dir::write_whole;
 
     fn about() -> About {
         About {

@@ -8,14 +8,14 @@ use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_TIME, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path};
-use crate::error::{Error, Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::RunPosition;
-use crate::rundir::write_whole;
-use crate::rundir::{BUILD, RunDir};
-use crate::scenario::load::Loaded;
+use runs::run_dir::write_whole;
+use runs::run_dir::{BUILD, RunDir};
+use scenario::error::{Error, Refusal, Result};
+use scenario::load::Loaded;
 
 /// Knows when a checkpoint is due, and writes it.
 pub struct Keeper {

@@ -9,16 +9,17 @@ use protocol::{Kind, Window};
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
-use crate::error::{Error, Refusal, Result};
-use crate::output::collection::SnapshotTime;
-use crate::output::table::{content_hash, names};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
 use crate::run::time_loop::GroupRun;
-use crate::rundir::{RunDir, write_whole};
-use crate::scenario::load::Loaded;
 use exchange_log::{Entry, recover};
+use runs::collection::SnapshotTime;
+use runs::run_dir::{RunDir, write_whole};
+use runs::written::names;
+use scenario::content::content_hash;
+use scenario::error::{Error, Refusal, Result};
+use scenario::load::Loaded;
 
 /// A checkpoint that a run can be resumed from.
 pub struct RestartPoint {

@@ -3,7 +3,7 @@
 use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
 use super::setup::{StabilitySetup, keys, largest, word};
-use coordinator::error::Error;
+use scenario::error::Error;
 use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
 

@@ -5,7 +5,7 @@ use protocol::{BoundaryInertia, larger};
 use super::bar::UnitBar;
 use super::setup::{MOVING, StabilitySetup, keys, largest, word};
 use crate::cores::on_all_cores;
-use coordinator::error::Error;
+use scenario::error::Error;
 use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
 use scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use scheme::predict::linear_pair::LinearPair;

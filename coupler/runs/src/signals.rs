@@ -6,9 +6,9 @@ use std::io::{BufWriter, Seek, Write};
 
 use protocol::Description;
 
-use super::table::{Growing, Written};
-use crate::error::{Error, Result};
-use crate::rundir::RunDir;
+use super::written::{Growing, Written};
+use crate::run_dir::RunDir;
+use scenario::error::{Error, Result};
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
 

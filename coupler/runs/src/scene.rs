@@ -1,7 +1,8 @@
 //! The parts of a scenario that pages go by, read from the run's own copy as far as it can be read: a run may be older than this
 //! program, and its files may be gone.
 
-use coordinator::scenario::{Plausible, TransportKind};
+use scenario::keys::TransportKind;
+use scenario::plausible::Plausible;
 use serde::Deserialize;
 use toml::{Table, Value};
 

@@ -113,7 +113,7 @@ pub enum Error {
 }
 
 /// Result of what a run may fail at.
-pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// A window or interface that a scheme cannot go on with.
 impl From<SchemeError> for Error {

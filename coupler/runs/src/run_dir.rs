@@ -10,9 +10,9 @@ use nix::fcntl::posix_fallocate;
 use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
-use crate::error::{Error, Refusal, Result};
-use crate::scenario::inputs::INPUTS_KEY;
-use crate::scenario::load::{CHANGED_KEY, FOLDER_KEY, Loaded};
+use scenario::error::{Error, Refusal, Result};
+use scenario::inputs::INPUTS_KEY;
+use scenario::load::{CHANGED_KEY, FOLDER_KEY, Loaded};
 
 /// A run's own folder.
 pub struct RunDir {

@@ -7,12 +7,12 @@ use kit::keys::read_config;
 use kit::limits::finite;
 use serde::de::DeserializeOwned;
 
-use super::Scenario;
-use super::check::check;
-use super::overrides::{Changes, apply, changes, leaves};
-use super::paths;
-use super::source::ScenarioSource;
+use crate::check::check;
 use crate::error::{Code, Error, Refusal, Result, ScenarioError};
+use crate::keys::Scenario;
+use crate::overrides::{Changes, apply, changes, leaves};
+use crate::paths;
+use crate::source::ScenarioSource;
 use scenes::kept;
 
 /// A scenario that passed all checks which need no solver.
@@ -96,7 +96,7 @@ fn since(mut first: Changes, again: Changes) -> Changes {
 }
 
 /// A folder from the root, the current one for none.
-pub(crate) fn absolute(folder: &Path) -> PathBuf {
+pub fn absolute(folder: &Path) -> PathBuf {
     let here = if folder.as_os_str().is_empty() {
         Path::new(".")
     } else {
@@ -260,7 +260,7 @@ load_n = 8000.0
         let loaded = read(SMALL, &["run.transport=channel"]).expect("valid");
         assert_eq!(
             loaded.scenario.run.transport,
-            super::super::TransportKind::Channel
+            crate::keys::TransportKind::Channel
         );
     }
 

@@ -6,7 +6,7 @@ use kit::limits::{positive, within};
 use protocol::Cause;
 use scheme::keys::connected;
 
-use super::{LONGEST_WAIT, Participant, Scenario, TransportKind};
+use crate::keys::{LONGEST_WAIT, Participant, Scenario, TransportKind};
 use scheme::keys::{CompliancePrior, Dirichlet, Interface, SchemeWord};
 
 /// Stops at the first that fails.

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use protocol::Phase;
 use serde::Serialize;
 
-use crate::error::{Error, Refusal, Result};
-use crate::output::vtk_arrays::ArrayRanges;
+use crate::fields::ArrayRanges;
+use scenario::error::{Error, Refusal, Result};
 use scheme::error::Unfit;
 
 /// Most snapshots within a phase: more files in a folder are of no use.

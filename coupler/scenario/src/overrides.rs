@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use kit::keys::proposal;
 
-use super::source::segments;
 use crate::error::{Error, Refusal, Result};
+use crate::source::segments;
 
 /// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use kit::boxes::peak_of_means;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::rundir::RunDir;
+use crate::run_dir::RunDir;
+use scenario::error::{Error, Result};
 use scheme::coupling::Coupling;
 use scheme::group::Patch;
 

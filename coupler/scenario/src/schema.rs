@@ -3,7 +3,7 @@
 use kit::schema::schema_of;
 use serde_json::{Map, Value, json};
 
-use super::{Participant, RunKeys};
+use crate::keys::{Participant, RunKeys};
 use scheme::keys::Interface;
 
 /// The schema, for solvers of these kinds with the schemas of their own keys where they have one.

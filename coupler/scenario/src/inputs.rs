@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::load::{Loaded, of_manifest};
+use crate::content::{changed, content_hash};
 use crate::error::{Refusal, Result};
-use crate::output::table::{changed, content_hash};
+use crate::load::{Loaded, of_manifest};
 
 /// Key of the manifest that keeps what the files of a run held.
 pub const INPUTS_KEY: &str = "inputs";

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kit::vtk::{DatasetKind, VtkFile};
 
-use crate::error::{Error, Result};
+use scenario::error::{Error, Result};
 use scheme::group::{Group, Patch};
 use scheme::window::InterfaceState;
 

@@ -1,25 +1,17 @@
-//! The scenario: who takes part, who talks to whom, and how.
+//! The keys of a scenario: who takes part, who talks to whom, and how.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-mod check;
-pub mod inputs;
-pub mod load;
-pub mod overrides;
-mod paths;
-mod plausible;
-pub mod schema;
-pub mod source;
-
-pub use plausible::Plausible;
 use scenes::listing::About;
 use scheme::keys::Interface;
 
+use crate::plausible::Plausible;
+
 /// Longest deadline (s): a year.
-const LONGEST_WAIT: f64 = 3.2e7;
+pub(crate) const LONGEST_WAIT: f64 = 3.2e7;
 
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

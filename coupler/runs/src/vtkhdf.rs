@@ -6,8 +6,8 @@ use std::{fs, io};
 
 use hdf5_pure::{self as hdf5, AttrValue, File};
 
-use super::vtk_arrays::{StoredArray, stored};
-use crate::error::{Error, Refusal, Result};
+use crate::fields::{StoredArray, stored};
+use scenario::error::{Error, Refusal, Result};
 
 /// Sections of cells in VTK XML, and the groups of VTKHDF that they become.
 type Groups = &'static [(&'static str, &'static str)];
