@@ -193,22 +193,15 @@
 )]
 
 pub mod config;
-pub mod element;
-pub mod integrate;
-pub mod material;
 pub mod mesh;
 pub mod model;
 pub mod node;
 pub mod output;
-pub mod scheme;
-pub mod statics;
-pub mod wheel;
 
 pub mod bench;
 
 mod error;
 mod interface;
-mod pack;
 
 use kit::schema::schema_of;
 use kit::{ConfigError, read_config};
