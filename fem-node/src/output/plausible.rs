@@ -122,14 +122,14 @@ fn largest_plastic_strain(model: &Model, state: &NodalState) -> f64 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
     use kit::read_config;
     use protocol::Setting;
     use serde_json::{Value, json};
 
     /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).
-    pub(crate) fn model(crown: f64) -> Model {
+    fn model(crown: f64) -> Model {
         let mut mesh = json!({"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3});
         if crown > 0.0 {
             mesh["crown_radius_m"] = Value::from(crown);
