@@ -10,9 +10,10 @@ use std::process::Command;
 
 /// What a run is made of, from the folder of this crate. Scenes are no part of it, for the hash of a scenario tells them apart; nor is
 /// what reads runs that have ended.
-const SOURCES: [&str; 11] = [
+const SOURCES: [&str; 12] = [
     "../../protocol/src",
     "../../protocol/kit/src",
+    "../../fem-node/kernel/src",
     "../../fem-node/src",
     "../../dem-node/src",
     "../scheme/src",

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use fem_kernel::error::KernelError;
 use kit::ConfigError;
 use protocol::{Cause, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -14,6 +15,8 @@ use thiserror::Error;
 pub enum FemError {
     #[error("participant.config.{0}")]
     FemConfig(#[from] ConfigError),
+    #[error(transparent)]
+    Kernel(#[from] KernelError),
     #[error(
         "its pool of {threads} threads cannot be started: {reason}; ask for fewer with --threads"
     )]
@@ -97,15 +100,6 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "step {step}, t = {time_s:.6e} s: the contact with the wheel left a residual of {residual:.2e} after {sweeps} sweeps: a heavier wheel.mass_kg converges faster, a flat one (wheel.radius_m = 0) needs no sweeps"
-    )]
-    Contact {
-        step: u64,
-        time_s: f64,
-        sweeps: usize,
-        residual: f64,
-    },
-    #[error(
         "its set `{set}` cannot be coupled: the body carries a wheel of its own on its upper edge; remove [participant.config.wheel], or give the wheel to the other participant"
     )]
     CoupledWithWheel { set: String },
@@ -117,33 +111,6 @@ pub enum FemError {
         "a static analysis cannot be coupled through its set `{set}`: write analysis = \"dynamic\", or remove the [[interface]]"
     )]
     CoupledStatics { set: String },
-    #[error(
-        "its stiffness ({equations} equations) has no Cholesky factor: {reason}; check base and sides (the body must be held) and the mesh (no element may be inside out)"
-    )]
-    Factor { equations: usize, reason: String },
-    #[error(
-        "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n, or lower contact.friction"
-    )]
-    ContactNotConverged {
-        increment: usize,
-        load_n: f64,
-        lateral_m: f64,
-        friction: f64,
-        violation_n: f64,
-        iterations: usize,
-    },
-    #[error(
-        "the static contact has become {half_width_m:.3e} m wide on each side under {load_n:?} N, more than half of wheel.radius_m = {radius_m:?} m, and is solved with the normals of the undeformed edge: raise the radius, or lower wheel.load_n"
-    )]
-    NarrowWheel {
-        radius_m: f64,
-        half_width_m: f64,
-        load_n: f64,
-    },
-    #[error(
-        "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
-    )]
-    StaticSize { displacement_m: f64, size_m: f64 },
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -172,23 +139,18 @@ impl FemError {
     pub fn cause(&self) -> Cause {
         match self {
             FemError::FemConfig(error) => error.cause,
+            FemError::Kernel(error) => error.cause(),
             FemError::Pool { .. } => Cause::ThreadsUnavailable,
             FemError::UnknownSet { .. } => Cause::UnknownSet,
             FemError::SupportedSet | FemError::MovedSet { .. } => Cause::SetIsHeld,
             FemError::CoupledWithWheel { .. } => Cause::WheelOnCoupledBody,
             FemError::CoupledStatics { .. } => Cause::StaticBodyCoupled,
             FemError::NoPrescribedVelocity => Cause::NotOffered,
-            FemError::Factor { .. } => Cause::SingularStiffness,
             FemError::SnapshotName { .. } => Cause::ParticipantRefused,
             FemError::Diverged { .. }
             | FemError::EnergyExcess { .. }
             | FemError::DivergedColumns { .. } => Cause::Diverged,
             FemError::GivenNotFinite { .. } => Cause::InputNotFinite,
-            FemError::Contact { .. } | FemError::ContactNotConverged { .. } => {
-                Cause::ContactNotConverged
-            }
-            FemError::NarrowWheel { .. } => Cause::ContactTooWide,
-            FemError::StaticSize { .. } => Cause::DisplacementTooLarge,
             FemError::Point { .. }
             | FemError::GivenLength { .. }
             | FemError::NoSteps

@@ -1,19 +1,15 @@
 //! The points that the body exchanges with a coupler, and what it does between two exchanges.
 //!
-//! - `prescribed_velocity`: components whose velocity a coupler prescribes;
-//! - `compliance`: condensed compliance and impedance of the coupled components;
 //! - `window`: one window from the committed state.
 
-pub(crate) mod compliance;
-pub(crate) mod prescribed_velocity;
 pub(crate) mod window;
 
 use std::collections::BTreeMap;
 
+use fem_kernel::mesh::{Edge, Mesh};
 use protocol::Surface;
 
 use crate::error::FemError;
-use crate::mesh::{Edge, Mesh};
 use crate::model::Model;
 
 /// Coupled nodes, those of them that are exchanged, and the matrices condensed onto them.

@@ -1,6 +1,6 @@
 //! From the checked keys to everything that does not change during a run.
 //!
-//! - [`spectrum`]: the largest frequency and the longest stable step;
+//! - `supports`: components that do not move;
 //! - [`boundary`]: loads and prescribed motions of named sets;
 //! - [`motion`]: the latter over time;
 //! - `initial`: initial velocities;
@@ -10,35 +10,36 @@ pub mod boundary;
 pub(crate) mod initial;
 pub mod motion;
 pub(crate) mod probe_points;
-pub mod spectrum;
+mod supports;
 
 use std::collections::BTreeMap;
 
+use fem_kernel::element::body::{Body, ElementKind};
+use fem_kernel::integrate::dissipation::Mechanisms;
+use fem_kernel::material::Elastic;
+use fem_kernel::material::j2::J2;
+use fem_kernel::material::nonlinear::NonlinearLaw;
+use fem_kernel::mesh::connectivity::Connectivity;
+use fem_kernel::mesh::{Edge, Mesh};
+use fem_kernel::scheme::{Damping, NewmarkScheme};
+use fem_kernel::spectrum;
+use fem_kernel::statics::problem::StaticProblem;
+use fem_kernel::wheel::rigid::{Wheel, WheelNumbers};
 use kit::ConfigError;
 use kit::limits::positive;
 use protocol::{Cause, Setting};
 
 use crate::config::boundary::SetConfig;
-use crate::config::choice::{Analysis, Base, ElementKind, Kinematics, Sides, Start};
+use crate::config::choice::{Analysis, Base, Kinematics, Plane, Sides, Start};
 use crate::config::keys::FemConfig;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
 use crate::config::plausible::FemPlausibleConfig;
 use crate::config::time::StepChoice;
-use crate::element::body::Body;
-use crate::element::supports::Supports;
-use crate::integrate::dissipation::Mechanisms;
-use crate::material::Elastic;
-use crate::material::j2::J2;
-use crate::material::nonlinear::NonlinearLaw;
-use crate::mesh::connectivity::Connectivity;
-use crate::mesh::gmsh;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::{gmsh, graded, listed_sets};
 use crate::model::boundary::Traction;
 use crate::model::motion::PrescribedMotion;
 use crate::model::probe_points::ProbePoint;
-use crate::scheme::{Damping, NewmarkScheme};
-use crate::wheel::rigid::Wheel;
 
 /// Share of the stability limit that `step_s = "auto"` takes by default.
 const SAFETY: f64 = 0.9;
@@ -112,21 +113,19 @@ impl Model {
         config.check()?;
         positive("thickness_m", setting.thickness_m, "m")?;
         let mut mesh = match &config.mesh {
-            MeshSource::Graded(numbers) => Mesh::graded(numbers)?,
+            MeshSource::Graded(numbers) => graded::build(numbers)?,
             MeshSource::Gmsh(file) => gmsh::read(file)?,
         };
         if let Some(seed) = config.perturb_seed {
             mesh.perturb(seed);
         }
         check_sets(config, &mesh)?;
-        let elastic = Elastic::new(&config.material, config.plane);
+        let elastic = elastic(config);
         let law = law(config, &elastic);
-        let supports = Supports {
-            base: config.base,
-            sides: config.sides,
-        };
-        let thickness = setting.thickness_m;
-        let mut body = Body::new(&mesh, config.element(), &elastic, supports, thickness);
+        let (element, thickness) = (config.element().into(), setting.thickness_m);
+        let mut body = Body::new(&mesh, element, &elastic, thickness);
+        let fixed = supports::fixed_components(&mesh, body.layout, (config.base, config.sides));
+        body.fix(fixed.into_iter());
         let (tractions, motions) = boundary::build(config, &mesh, &mut body, thickness)?;
         let initial_velocity = initial::velocities(&config.initial, &mesh, &body)?;
         let probes = probe_points::locate(&config.probes, &mesh)?;
@@ -150,8 +149,16 @@ impl Model {
             wheel.ramp_s = 0.0;
         }
         let parts = history.as_ref().zip(config.contact.as_ref());
-        let wheel = parts
-            .map(|(wheel, contact)| Wheel::new(wheel, contact, &mesh, &body, step, start_damping));
+        let wheel = parts.map(|(wheel, contact)| {
+            let numbers = WheelNumbers {
+                mass: wheel.mass_kg,
+                radius: wheel.radius_m,
+                friction: contact.friction,
+                friction_while_loading: contact.friction_while_loading,
+                start_damping,
+            };
+            Wheel::new(wheel.program(), numbers, &mesh, &body, step)
+        });
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let warnings = warnings(config, &mesh, &scheme, step_limit);
         Ok(Model {
@@ -160,7 +167,7 @@ impl Model {
             elastic,
             law,
             moments: config.moments(wheel.as_ref().map(|wheel| &wheel.program)),
-            element: config.element(),
+            element,
             thickness,
             body,
             scheme,
@@ -210,6 +217,22 @@ impl Model {
         self.law.as_ref().and_then(NonlinearLaw::plastic)
     }
 
+    /// The body in equilibrium with its full tractions.
+    pub fn static_problem(&self) -> StaticProblem<'_> {
+        let mut tractions = vec![0.0; self.body.layout.len()];
+        for (index, force) in self.tractions.iter().flat_map(|t| &t.forces) {
+            tractions[*index] += force;
+        }
+        StaticProblem {
+            mesh: &self.mesh,
+            body: &self.body,
+            elastic: &self.elastic,
+            element: self.element,
+            thickness: self.thickness,
+            tractions,
+        }
+    }
+
     /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and
     /// back twice.
     pub fn first_period(&self) -> f64 {
@@ -251,7 +274,7 @@ fn check_sets(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     if let Some((_, key, problem)) = refusals.into_iter().find(|(refused, ..)| *refused) {
         return Err(ConfigError::new(key, problem)
             .because(Cause::UnknownName)
-            .help(mesh.listed_sets()));
+            .help(listed_sets(mesh)));
     }
     Ok(())
 }
@@ -324,10 +347,26 @@ fn spacing_below_wheel(mesh: &Mesh) -> f64 {
         })
 }
 
+/// The plane reduction of the material.
+fn elastic(config: &FemConfig) -> Elastic {
+    let material = &config.material;
+    let (young, density) = (material.young_pa, material.density_kg_per_m3);
+    match config.plane {
+        Plane::Strain => Elastic::plane_strain(young, material.poisson, density),
+        Plane::Stress => Elastic::plane_stress(young, material.poisson, density),
+    }
+}
+
 /// The law where it is more than linear elasticity in small strain.
 fn law(config: &FemConfig, elastic: &Elastic) -> Option<NonlinearLaw> {
-    match (config.material.law(), config.kinematics) {
-        (MaterialKind::J2, _) => J2::new(&config.material, elastic).map(NonlinearLaw::Plastic),
+    let material = &config.material;
+    match (material.law(), config.kinematics) {
+        (MaterialKind::J2, _) => Some(NonlinearLaw::Plastic(J2 {
+            mu: elastic.c33,
+            yield_stress: material.yield_pa?,
+            isotropic: material.hardening_pa.unwrap_or(0.0),
+            kinematic: material.kinematic_hardening_pa.unwrap_or(0.0),
+        })),
         (MaterialKind::Elastic, Kinematics::Corotational) => Some(NonlinearLaw::Corotational),
         (MaterialKind::Elastic, Kinematics::Small) => None,
     }

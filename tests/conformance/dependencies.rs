@@ -62,6 +62,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn each_crate_knows_only_lower_layers() {
     let wire = ["protocol"];
     let shared = ["kit", "protocol"];
+    let kernel = ["fem-kernel", "kit", "protocol"];
     let log = ["exchange-log", "kit", "protocol", "scenes", "scheme"];
     let with = |below: &[&'static str], more: &[&'static str]| {
         let mut all = [below, more].concat();
@@ -76,7 +77,8 @@ fn each_crate_knows_only_lower_layers() {
     for (package, below) in [
         ("protocol", &[] as &[&str]),
         ("kit", &wire),
-        ("fem-node", &shared),
+        ("fem-kernel", &shared),
+        ("fem-node", &kernel),
         ("dem-node", &shared),
         ("scheme", &wire),
         ("exchange-log", &wire),
@@ -97,7 +99,8 @@ fn each_crate_knows_only_lower_layers() {
 fn only_the_composition_root_names_the_solvers() {
     for path in sources(&root().join("coupler")) {
         let text = std::fs::read_to_string(&path).expect("it is text");
-        let names = text.contains("fem_node") || text.contains("dem_node");
+        let solvers = ["fem_kernel", "fem_node", "dem_node"];
+        let names = solvers.iter().any(|solver| text.contains(solver));
         assert_eq!(
             names,
             path.ends_with("coupler/src/main.rs"),
@@ -111,6 +114,7 @@ fn only_the_composition_root_names_the_solvers() {
 fn no_solver_names_another_room() {
     for (room, others) in [
         ("protocol", ["fem_node", "dem_node", "coupler::"]),
+        ("fem-node/kernel", ["fem_node", "dem_node", "coupler::"]),
         ("fem-node", ["dem_node", "coupler::", "harness"]),
         ("dem-node", ["fem_node", "coupler::", "harness"]),
     ] {

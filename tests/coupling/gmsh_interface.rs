@@ -9,9 +9,10 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
+use fem_kernel::mesh::Edge;
 use fem_node::FemConfig;
 use fem_node::config::mesh::MeshSource;
-use fem_node::mesh::{Edge, Mesh};
+use fem_node::mesh::graded;
 use harness::runs::read_csv;
 use harness::runs::{Scratch, thirdbody};
 
@@ -23,7 +24,7 @@ fn rail(scene: &toml::Table) -> String {
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("the scene's rail is a block");
     };
-    let mesh = Mesh::graded(&numbers).expect("the scene is valid");
+    let mesh = graded::build(&numbers).expect("the scene is valid");
     let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
     text += "$PhysicalNames\n2\n1 1 \"crown\"\n1 2 \"bottom\"\n$EndPhysicalNames\n";
     writeln!(text, "$Nodes\n{}", mesh.points.len()).expect("a string");

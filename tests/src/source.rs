@@ -17,11 +17,16 @@ pub fn product_crates() -> Vec<(String, PathBuf)> {
     let folders = members.iter().filter_map(|member| member.as_str());
     let product = folders.filter(|folder| *folder != "tests");
     product
-        .map(|folder| {
-            let name = folder.rsplit('/').next().unwrap_or(folder);
-            (name.to_string(), root.join(folder))
-        })
+        .map(|folder| (name_of_crate(&root.join(folder)), root.join(folder)))
         .collect()
+}
+
+/// The name in the manifest of a crate.
+fn name_of_crate(folder: &Path) -> String {
+    let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).expect("it is there");
+    let manifest: toml::Table = manifest.parse().expect("it is TOML");
+    let name = manifest["package"]["name"].as_str().expect("a name");
+    name.to_string()
 }
 
 /// All Rust files below `crate_folder/src`.

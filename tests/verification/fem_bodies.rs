@@ -1,6 +1,5 @@
 //! The bodies of the cases.
 
-use fem_node::config::material::MaterialConfig;
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Setting, Window};
@@ -96,16 +95,6 @@ pub fn node(config: &Value) -> FemNode {
 pub fn node_on(config: &Value, threads: usize) -> FemNode {
     let config: FemConfig = read_config(config).expect("the keys are valid");
     FemNode::new(&config, &setting(threads)).expect("the body is valid")
-}
-
-/// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
-pub fn elastic_material(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
-    MaterialConfig {
-        young_pa,
-        poisson,
-        density_kg_per_m3,
-        ..MaterialConfig::default()
-    }
 }
 
 /// The same body from these displacements (m) and velocities (m/s) on, given for each position; fixed components stay at rest.

@@ -14,7 +14,7 @@
 //! cos omega h = (1 - (b+1/2) Omega^2/2) / |z|        b = 1/2: omega h = 2 asin((c h/dx) sin(k dx/2))
 //! ```
 //!
-//! Source: Belytschko, Liu, Moran 2000, section 6.5 (b = 1/2); trace and determinant in `fem_node::model::spectrum`.
+//! Source: Belytschko, Liu, Moran 2000, section 6.5 (b = 1/2); trace and determinant in `fem_kernel::spectrum`.
 //! Tolerance: 1e-10 for the phase of a step and 1e-10 for the decay, the rounding of 400 steps.
 
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! Problem: a crowned block under an interface force that jumps at every window, a traction that ramps, and a force that
 //! follows a table.
 //! Exact: work - stored - dissipated = 0 at every window, each term from its own formula.
-//! Source: the derivation in `fem_node::integrate`, for the update as it is done.
+//! Source: the derivation in `fem_kernel::integrate`, for the update as it is done.
 //! Tolerance: 1e-10 of the sum of the works' magnitudes, rounding over 2 000 steps.
 
 use protocol::{Node, Role};

@@ -14,7 +14,7 @@
 //! is affine in v_end with the columns of D as slope, D is symmetric and H D is not less than M_i; all work is accounted
 //! for.
 //! Source: the mode of the held body about its static shape, which velocity Verlet follows exactly for a constant
-//! acceleration of the edge; the derivation in `fem_node::interface::prescribed_velocity`.
+//! acceleration of the edge; the derivation in `fem_kernel::interface::prescribed_velocity`.
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps, 1e-10 for energies of 2 000 steps.
 
 use nalgebra::{DMatrix, DVector};

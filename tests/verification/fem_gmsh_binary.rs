@@ -4,7 +4,7 @@
 //! `reference/gmsh_*_binary.msh` are from Gmsh 4.15.2 (a rectangle of 4 x 2, 16 elements, its edges as groups).
 //! Tolerance: none.
 
-use fem_node::mesh::Mesh;
+use fem_kernel::mesh::Mesh;
 use fem_node::mesh::gmsh::parse;
 
 use crate::fem_msh::{Drawing, fan};

@@ -13,9 +13,9 @@
 //! Tolerance: the body is 20 times as wide and 15 times as high as the contact, which leaves the pressure within 1 % of p0,
 //! as for the block of `fem_static_contact`; beyond 0.9 a, where it ends within an element, it is not compared.
 
+use fem_kernel::mesh::Edge;
 use fem_node::FemConfig;
 use fem_node::StaticNode;
-use fem_node::mesh::Edge;
 use kit::read_config;
 use protocol::Node;
 use serde_json::json;

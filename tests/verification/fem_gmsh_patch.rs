@@ -4,14 +4,11 @@
 //! Source: Irons' patch test (Irons and Razzaque 1972), as in `fem_patch` for structured meshes.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
-use fem_node::config::choice::{ElementKind, Plane};
-use fem_node::element::body::Body;
-use fem_node::element::supports::Supports;
-use fem_node::material::Elastic;
-use fem_node::mesh::Mesh;
+use fem_kernel::element::body::{Body, ElementKind};
+use fem_kernel::material::Elastic;
+use fem_kernel::mesh::Mesh;
 use fem_node::mesh::gmsh;
 
-use crate::fem_bodies::elastic_material;
 use crate::fem_msh::fan;
 
 const KINDS: [ElementKind; 3] = [
@@ -34,7 +31,7 @@ fn mesh(n: usize) -> Mesh {
 }
 
 fn elastic() -> Elastic {
-    Elastic::new(&elastic_material(2.0, 0.3, 1.0), Plane::Strain)
+    Elastic::plane_strain(2.0, 0.3, 1.0)
 }
 
 fn field(slope: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {
@@ -43,7 +40,7 @@ fn field(slope: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {
 
 /// Displacement and force of every node.
 fn forces(mesh: &Mesh, kind: ElementKind, slope: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
-    let body = Body::new(mesh, kind, &elastic(), Supports::default(), 1.0);
+    let body = Body::new(mesh, kind, &elastic(), 1.0);
     let layout = body.layout;
     let (mut u, mut force) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
     for node in mesh.nodes() {

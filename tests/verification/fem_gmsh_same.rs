@@ -6,7 +6,7 @@
 //! condition of 1e4 multiplies 1e-16); 1e-11 after 600 explicit steps, the rounding of each kept by the next.
 
 use fem_node::config::mesh::MeshSource;
-use fem_node::mesh::Mesh;
+use fem_node::mesh::graded;
 use fem_node::{FemConfig, FemNode, StaticNode};
 use kit::read_config;
 use protocol::Node;
@@ -21,7 +21,7 @@ fn written(config: &Value) -> [(MshFile, Value); 2] {
     let MeshSource::Graded(numbers) = read.mesh else {
         panic!("it is a block");
     };
-    let drawing = Drawing::of_block(&Mesh::graded(&numbers).expect("a valid block"));
+    let drawing = Drawing::of_block(&graded::build(&numbers).expect("a valid block"));
     [drawing.msh2(), drawing.msh4()].map(|text| {
         let file = MshFile::new(&text);
         let mut config = config.clone();

@@ -4,9 +4,10 @@
 //! Source: Renouf, Saulot and Berthier (2006), section 6, with the sizes that give its number of elements.
 //! Tolerance: the digits printed.
 
+use fem_kernel::mesh::{Edge, Mesh};
 use fem_node::FemConfig;
 use fem_node::config::mesh::{MeshConfig, MeshSource};
-use fem_node::mesh::{Edge, Mesh};
+use fem_node::mesh::graded;
 use kit::read_config;
 use serde_json::Value;
 
@@ -17,7 +18,7 @@ fn mesh(sizes: Value) -> (Mesh, MeshConfig) {
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("it names no file");
     };
-    (Mesh::graded(&numbers).expect("valid"), numbers)
+    (graded::build(&numbers).expect("valid"), numbers)
 }
 
 #[test]

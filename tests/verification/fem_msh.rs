@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use fem_node::mesh::{Edge, Mesh};
+use fem_kernel::mesh::{Edge, Mesh};
 
 /// A mesh before it is written.
 #[derive(Clone, Debug, Default)]

@@ -5,14 +5,10 @@
 //! orthogonality of the hourglass vectors.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
-use fem_node::config::choice::{ElementKind, Plane};
-use fem_node::element::body::Body;
-use fem_node::element::supports::Supports;
-use fem_node::material::Elastic;
-use fem_node::mesh::Mesh;
-use fem_node::output::probe;
-
-use crate::fem_bodies::elastic_material;
+use fem_kernel::element::body::{Body, ElementKind};
+use fem_kernel::element::shape::strain;
+use fem_kernel::material::Elastic;
+use fem_kernel::mesh::Mesh;
 
 const SIZE: usize = 5;
 
@@ -31,14 +27,13 @@ fn distorted() -> Mesh {
 }
 
 fn elastic() -> Elastic {
-    let material = elastic_material(2.0, 0.3, 1.0);
-    Elastic::new(&material, Plane::Strain)
+    Elastic::plane_strain(2.0, 0.3, 1.0)
 }
 
 /// Nodal forces under the field u = slope x, in the order of the rows of nodes.
 fn forces(kind: ElementKind, slope: [[f64; 2]; 2], shift: [f64; 2]) -> Vec<([usize; 2], [f64; 2])> {
     let mesh = distorted();
-    let body = Body::new(&mesh, kind, &elastic(), Supports::default(), 1.0);
+    let body = Body::new(&mesh, kind, &elastic(), 1.0);
     let layout = body.layout;
     let nodes: Vec<[usize; 2]> = (0..=SIZE)
         .flat_map(|j| (0..=SIZE).map(move |i| [i, j]))
@@ -75,7 +70,7 @@ fn a_linear_field_has_constant_stress_and_leaves_inner_nodes_alone() {
         let points = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
         let u = points.map(|x| field(SLOPE, [0.1, -2.0], x));
         for natural in [[0.0, 0.0], [0.57, -0.57], [-1.0, 1.0]] {
-            let stress = elastic().stress(probe::strain(&points, &u, natural));
+            let stress = elastic().stress(strain(&points, &u, natural));
             let error = (0..3)
                 .map(|k| (stress[k] - exact[k]).abs())
                 .fold(0.0, f64::max);

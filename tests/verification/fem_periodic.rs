@@ -12,8 +12,8 @@
 //! Source: d'Alembert; the dispersion relation of `fem_dispersion`; M = lambda + 2 mu.
 //! Tolerance: rounding, beside each assertion.
 
+use fem_kernel::statics::history::{StaticLoads, equilibrium};
 use fem_node::output::profile::ContactProfile;
-use fem_node::statics::history::{StaticLoads, equilibrium};
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
@@ -146,7 +146,9 @@ fn under_a_uniform_traction_every_column_is_alike() {
             with(flat(), load.clone()),
             json!({"element": element}),
         ));
-        let state = equilibrium(&body.model, None).expect("it exists").state;
+        let state = equilibrium(&body.model.static_problem(), None)
+            .expect("it exists")
+            .state;
         let (mesh, layout) = (&body.model.mesh, body.model.body.layout);
         let moduli = [102.5e9 / 2.6, confined_modulus()];
         for (i, j) in (0..=8).flat_map(|j| (0..=24).map(move |i| (i, j))) {
@@ -173,7 +175,7 @@ fn a_flat_wheel_presses_alike_everywhere() {
         friction_while_loading: true,
         increments: 3,
     };
-    let contact = equilibrium(&body.model, Some(&loads))
+    let contact = equilibrium(&body.model.static_problem(), Some(&loads))
         .expect("it exists")
         .contact;
     let profile = ContactProfile::new(&body.model, &contact.expect("there is a wheel"));

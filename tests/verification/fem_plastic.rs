@@ -7,8 +7,8 @@
 //! Tolerance: 1e-6 for the cycles: each branch takes 500 periods at 0.9 of the critical damping, what
 //! is left of the oscillation is that of a step of 2e-3 of the force. 1e-4 for the limit: what is still elastic.
 
+use fem_kernel::element::body::ElementKind;
 use fem_node::FemNode;
-use fem_node::config::choice::ElementKind;
 use fem_node::output::probe;
 use protocol::Node;
 use serde_json::{Value, json};

@@ -3,11 +3,11 @@
 //! Exact: a mode omega has the damping ratio xi = (c/omega + beta omega)/2. The scheme takes beta K of the mean velocity of
 //! the last step, which for b = 1/2 and c = 0 makes its trace 2 - (omega h)^2 (1 + beta/h) and its determinant
 //! 1 - (omega h)^2 beta/h. Stable below h = (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max, xi that of omega_max.
-//! Source: Rayleigh 1877, section 102; Belytschko, Liu, Moran 2000, section 6.2; `fem_node::integrate`.
+//! Source: Rayleigh 1877, section 102; Belytschko, Liu, Moran 2000, section 6.2; `fem_kernel::integrate`.
 //! Tolerance: 1e-9 against the scheme; 0.2 % against the continuous ratio at omega h = 0.002 to 0.02, of which the lag is
 //! a share of that order; 1e-10 for the energy balance, as in `fem_energy`.
 
-use fem_node::model::spectrum;
+use fem_kernel::spectrum;
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 

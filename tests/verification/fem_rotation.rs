@@ -1,7 +1,7 @@
 //! Problem: a slender soft column, clamped at its foot, is bent over by a force on its head until it has turned far.
 //! Exact: work - stored - dissipated = 0; small strain makes the turned column longer, the corotational one keeps its
 //! length but for the stretch that the force gives it.
-//! Source: the energy in `fem_node::material::nonlinear`; inextensibility of a slender column in bending (Euler).
+//! Source: the energy in `fem_kernel::material::nonlinear`; inextensibility of a slender column in bending (Euler).
 //! Tolerance: the work of the internal forces is taken by the trapezium rule, exact for linear forces only, so the
 //! balance of a turning body is of second order in the step: order 2 within 0.3, and 1e-6 of the work at 0.45 of the
 //! limit. 1 % for the length.

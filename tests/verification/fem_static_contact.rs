@@ -15,9 +15,9 @@
 //! Tolerance: that code computes the same discrete problem, so its printed digits hold: 1e-5. The block of the Hertz
 //! case is 20 times as wide and 15 times as high as the contact, which leaves p0 within 1 %.
 
+use fem_kernel::wheel::node_contact::ContactStatus;
 use fem_node::FemConfig;
 use fem_node::StaticNode;
-use fem_node::wheel::node_contact::ContactStatus;
 use kit::read_config;
 use protocol::Node;
 use serde_json::{Value, json};

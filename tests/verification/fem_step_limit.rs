@@ -2,11 +2,11 @@
 //! Exact: h = sqrt(2/b)/omega_max; paper mesh omega_max = 9.18e7 1/s, h = 2.179e-8 / 1.778e-8 / 1.540e-8 s at
 //! b = 0.5 / 0.75 / 1.
 //! Source: spectral radius of the scheme (see `fem_newmark`), omega_max from an independent code on the same mesh.
-//! Mass damping does not lower the limit (derived in `fem_node::integrate`).
+//! Mass damping does not lower the limit (derived in `fem_kernel::integrate`).
 //! Tolerance: 0.2 % of independent figures with 3 to 4 digits. Stability is judged by running: 400 steps at
 //! 0.999 of the limit stay bounded, at 1.01 the fastest mode grows by 1.15 to 1.3 a step.
 
-use fem_node::model::spectrum;
+use fem_kernel::spectrum;
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 

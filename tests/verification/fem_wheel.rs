@@ -17,9 +17,9 @@
 //! Tolerance: that of the coarse mesh, where 26 nodes touch and each weighs 4 % of Sn; sampling every 1.5 us moves F_T at
 //! D = 0 by up to 9 N.
 
+use fem_kernel::statics::history::{StaticLoads, equilibrium};
 use fem_node::config::statics::INCREMENTS;
 use fem_node::output::profile::ContactProfile;
-use fem_node::statics::history::{StaticLoads, equilibrium};
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
 use protocol::{Node, Role, Setting};
@@ -120,7 +120,7 @@ fn at_rest() -> f64 {
         friction_while_loading: true,
         increments: INCREMENTS,
     };
-    let state = equilibrium(&rail.model, Some(&loads)).expect("it exists");
+    let state = equilibrium(&rail.model.static_problem(), Some(&loads)).expect("it exists");
     let contact = state.contact.expect("there is a wheel");
     let profile = ContactProfile::new(&rail.model, &contact);
     profile.half_width().expect("26 nodes touch")

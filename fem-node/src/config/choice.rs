@@ -1,5 +1,6 @@
 //! Choices with a few named values each.
 
+use fem_kernel::element::body;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +40,16 @@ pub enum ElementKind {
     /// does not lock when nearly incompressible.
     #[serde(rename = "q4_bbar")]
     Q4MeanDilatation,
+}
+
+impl From<ElementKind> for body::ElementKind {
+    fn from(kind: ElementKind) -> body::ElementKind {
+        match kind {
+            ElementKind::Q4OnePoint => body::ElementKind::Q4OnePoint,
+            ElementKind::Q4Full => body::ElementKind::Q4Full,
+            ElementKind::Q4MeanDilatation => body::ElementKind::Q4MeanDilatation,
+        }
+    }
 }
 
 /// Out-of-plane condition.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::statics::history::StaticLoads;
 use kit::table::last_change;
 use kit::wheel::{WheelProgram, moments};
 use schemars::JsonSchema;
@@ -85,6 +86,18 @@ impl FemConfig {
             ElementKind::Q4OnePoint
         };
         self.element.unwrap_or(own)
+    }
+
+    /// The loads of a wheel in equilibrium, where there is one.
+    pub fn static_loads(&self) -> Option<StaticLoads> {
+        let (wheel, contact) = self.wheel.as_ref().zip(self.contact.as_ref())?;
+        Some(StaticLoads {
+            load: wheel.load_n,
+            radius: wheel.radius_m,
+            friction: contact.friction,
+            friction_while_loading: contact.friction_while_loading,
+            increments: self.statics.load_increments(wheel.load_n),
+        })
     }
 
     /// Times (s) at which the loads and motions over time, and those of the wheel, have come into play.

@@ -43,19 +43,6 @@ pub struct MaterialConfig {
     pub kinematic_hardening_pa: Option<f64>,
 }
 
-#[cfg(test)]
-impl MaterialConfig {
-    /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
-    pub(crate) fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
-        MaterialConfig {
-            young_pa,
-            poisson,
-            density_kg_per_m3,
-            ..MaterialConfig::default()
-        }
-    }
-}
-
 impl MaterialConfig {
     /// The law that the keys ask for: scripts give `yield_pa` alone.
     pub fn law(&self) -> MaterialKind {

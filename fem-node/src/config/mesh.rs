@@ -76,7 +76,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// By hand: the keys are sorted after they were read, see [`KEYS`].
+/// By hand: the keys are sorted after they were read, see `KEYS`.
 impl JsonSchema for MeshSource {
     fn schema_name() -> Cow<'static, str> {
         "MeshSource".into()

@@ -17,23 +17,23 @@ mod start;
 pub(crate) mod team;
 pub(crate) mod works;
 
+use fem_kernel::element::layout::Layout;
+use fem_kernel::integrate::fields::StepFields;
+use fem_kernel::integrate::integrator::Integrator;
+use fem_kernel::integrate::region::{Region, RingRecord};
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::integrate::tally::{Tally, kinetic_energy};
+use fem_kernel::interface::prescribed_velocity::PrescribedVelocity;
+use fem_kernel::material::nonlinear::NonlinearLaw;
+use fem_kernel::wheel::run::WheelRun;
+use fem_kernel::wheel::upper_row::UpperRow;
 use protocol::larger;
 
-use crate::element::layout::Layout;
-use crate::integrate::fields::StepFields;
-use crate::integrate::integrator::Integrator;
-use crate::integrate::region::{Region, RingRecord};
-use crate::integrate::state::NodalState;
-use crate::integrate::tally::{Tally, kinetic_energy};
-use crate::interface::prescribed_velocity::PrescribedVelocity;
 use crate::interface::window::committed::Committed;
-use crate::material::nonlinear::NonlinearLaw;
 use crate::model::Model;
 use crate::model::boundary::Traction;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, hold_record};
-use crate::wheel::run::WheelRun;
-use crate::wheel::upper_row::UpperRow;
 
 use extent::{BodyWindow, Extent, WindowInput};
 use partition::Partition;
@@ -215,7 +215,7 @@ impl WindowRun {
         }
         let (body, tally) = (&model.body, &mut self.tally);
         match extent {
-            Extent::Part(region) => tally.again(body, &self.fields, region.blocks.iter().copied()),
+            Extent::Part(region) => tally.again(body, &self.fields, &region.blocks),
             _ => tally.all(body, &self.fields),
         }
         input.substeps
@@ -357,10 +357,8 @@ impl WindowRun {
         self.record.rewind();
         self.set_load(model, window.input, committed.steps, true);
         region.begin(&mut self.fields, (body, damping), &committed.state);
-        let (start, load) = (&committed.state, &self.fields.load);
-        let acceleration = |k: usize| start.acceleration(body, damping, load, k);
-        let tally = &mut self.tally;
-        tally.begin_again(body, &region.sources, acceleration);
+        let start = (&committed.state, &self.fields.load, damping);
+        self.tally.begin_again(body, &region.sources, start);
     }
 
     /// The contact forces at the start of the run, and the accelerations under them.

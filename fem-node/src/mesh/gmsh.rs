@@ -22,12 +22,12 @@ mod joints;
 mod lines;
 mod text;
 
+use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::input_file::content;
 use protocol::Cause;
 
 use crate::config::mesh::GmshConfig;
-use crate::mesh::Mesh;
 use error::{KEY, other_form};
 
 /// Reads the mesh of a scenario.

@@ -1,9 +1,9 @@
 //! The structured mesh of the scenario: uniform where it is fine, graded beside and beyond, under or over a crown.
 
+use fem_kernel::mesh::{Mesh, circle_drop};
 use kit::ConfigError;
 use protocol::Cause;
 
-use super::{Mesh, circle_drop};
 use crate::config::choice::ContactEdge;
 use crate::config::mesh::MeshConfig;
 
@@ -11,29 +11,27 @@ use crate::config::mesh::MeshConfig;
 /// elastic elements peaks at 432 MB, program included; 28 080 elements at 30 MB.
 const ELEMENTS_MAX: f64 = 1e7;
 
-impl Mesh {
-    /// The structured mesh of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
-    /// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat. A body whose lower edge
-    /// has the crown stands on its head: y is minus that.
-    pub fn graded(config: &MeshConfig) -> Result<Mesh, ConfigError> {
-        check_count(config)?;
-        let (x, ratio_columns) = columns(config)?;
-        let (depth, ratio_rows) = rows(config)?;
-        let radius = config.crown_radius_m.unwrap_or(0.0);
-        check_crown(config, radius)?;
-        let rows = depth.len() - 1;
-        let below = |x: f64, d: f64| -circle_drop(radius, x) * (1.0 - d / config.height_m) - d;
-        let mesh = Mesh::structured(x.len() - 1, rows, |i, j| match config.contact_edge {
-            ContactEdge::Top => [x[i], below(x[i], depth[j])],
-            ContactEdge::Bottom => [x[i], -below(x[i], depth[rows - j])],
-        });
-        Ok(Mesh {
-            periodic: config.periodic_x,
-            ratio_columns,
-            ratio_rows,
-            ..mesh
-        })
-    }
+/// The structured mesh of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
+/// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat. A body whose lower edge
+/// has the crown stands on its head: y is minus that.
+pub fn build(config: &MeshConfig) -> Result<Mesh, ConfigError> {
+    check_count(config)?;
+    let (x, ratio_columns) = columns(config)?;
+    let (depth, ratio_rows) = rows(config)?;
+    let radius = config.crown_radius_m.unwrap_or(0.0);
+    check_crown(config, radius)?;
+    let rows = depth.len() - 1;
+    let below = |x: f64, d: f64| -circle_drop(radius, x) * (1.0 - d / config.height_m) - d;
+    let mesh = Mesh::structured(x.len() - 1, rows, |i, j| match config.contact_edge {
+        ContactEdge::Top => [x[i], below(x[i], depth[j])],
+        ContactEdge::Bottom => [x[i], -below(x[i], depth[rows - j])],
+    });
+    Ok(Mesh {
+        periodic: config.periodic_x,
+        ratio_columns,
+        ratio_rows,
+        ..mesh
+    })
 }
 
 fn check_count(config: &MeshConfig) -> Result<(), ConfigError> {
@@ -210,7 +208,7 @@ fn solve_ratio(n: usize, sum: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Edge;
+    use fem_kernel::mesh::Edge;
 
     fn strip() -> MeshConfig {
         MeshConfig {
@@ -238,7 +236,7 @@ mod tests {
             crown_radius_m: Some(4.0),
             ..strip()
         };
-        let mesh = Mesh::graded(&config).expect("1 + 1 + 2 rows");
+        let mesh = build(&config).expect("1 + 1 + 2 rows");
         let heights = |i: usize| [0, 1, 2, 3].map(|j| mesh.point(i, j)[1]);
         let middle = [4.0, 2.0, 1.0, 0.0];
         let edge = 4.0 - 12.0_f64.sqrt();
@@ -251,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_uniform_strip_needs_three_numbers() {
-        let mesh = Mesh::graded(&strip()).expect("4 x 2 elements");
+        let mesh = build(&strip()).expect("4 x 2 elements");
         assert_eq!((mesh.columns, mesh.rows), (4, 2));
         assert_eq!(mesh.point(0, 0), [-2.0, 0.0]);
         assert_eq!(mesh.point(4, 2), [2.0, -2.0]);
@@ -265,7 +263,7 @@ mod tests {
             side_columns: 3,
             ..strip()
         };
-        let mesh = Mesh::graded(&config).expect("1 + 2 + 4 on each side");
+        let mesh = build(&config).expect("1 + 2 + 4 on each side");
         assert!((mesh.ratio_columns - 2.0).abs() < 1e-12);
         let x: Vec<f64> = mesh
             .edge(Edge::Top)
@@ -286,7 +284,7 @@ mod tests {
             side_columns: 2,
             ..strip()
         };
-        let error = Mesh::graded(&config).expect_err("1 m is left on each side for 2 columns");
+        let error = build(&config).expect_err("1 m is left on each side for 2 columns");
         assert_eq!(error.key, "mesh.side_columns");
         assert!(error.help.is_some());
     }
@@ -297,7 +295,7 @@ mod tests {
             fine_depth_m: Some(1.0),
             ..strip()
         };
-        let error = Mesh::graded(&config).expect_err("1 m is left below");
+        let error = build(&config).expect_err("1 m is left below");
         assert_eq!(error.key, "mesh.fine_depth_m");
     }
 
@@ -307,7 +305,7 @@ mod tests {
             width_m: 4.3,
             ..strip()
         };
-        let error = Mesh::graded(&config).expect_err("4.3 elements");
+        let error = build(&config).expect_err("4.3 elements");
         assert_eq!(error.key, "mesh.width_m");
     }
 
@@ -317,7 +315,7 @@ mod tests {
             crown_radius_m: Some(1.9),
             ..strip()
         };
-        let error = Mesh::graded(&config).expect_err("half the width is 2");
+        let error = build(&config).expect_err("half the width is 2");
         assert_eq!(error.key, "mesh.crown_radius_m");
     }
 }

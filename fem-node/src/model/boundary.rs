@@ -4,6 +4,9 @@
 //! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
 //! and does the work [(1-b) r + b r'] du in a step.
 
+use fem_kernel::element::body::Body;
+use fem_kernel::element::layout::Layout;
+use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::table::{LoadTable, last_change, load_at};
@@ -13,9 +16,7 @@ use crate::config::boundary::{SetConfig, SetLoad};
 use crate::config::choice::Base;
 use crate::config::keys::FemConfig;
 use crate::config::motion::SetMotion;
-use crate::element::body::Body;
-use crate::element::layout::Layout;
-use crate::mesh::Mesh;
+use crate::mesh::named_set;
 
 /// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
@@ -96,7 +97,7 @@ fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>,
         "is clamped and follows no load or motion",
         "set base = \"free\" or \"roller\", or name another set",
     )?;
-    mesh.named_set(name, &key, "")
+    named_set(mesh, name, &key, "")
 }
 
 /// The lines on which tractions act; none under a motion alone.

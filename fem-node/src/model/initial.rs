@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::element::body::Body;
+use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 
 use crate::config::initial::{BODY, InitialConfig};
-use crate::element::body::Body;
-use crate::mesh::Mesh;
+use crate::mesh::named_set;
 
 /// Velocity of each component that has one at the start (m/s), by its index in a field. A set comes before `body`; two sets may
 /// share nodes that both give the same velocity.
@@ -24,7 +25,7 @@ pub(crate) fn velocities(
         }
         let key = format!("initial.{name}");
         let all = format!(", or `{BODY}` for all nodes");
-        let nodes = mesh.named_set(name, &key, &all)?;
+        let nodes = named_set(mesh, name, &key, &all)?;
         let own = movable(body, &nodes, set.velocity_m_per_s);
         let given = set.velocity_m_per_s.iter().any(|v| *v != 0.0);
         refuse_if(

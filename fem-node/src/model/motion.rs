@@ -3,11 +3,11 @@
 //! A component that is moved has the displacement D of its motion at the end of every step, u' = D(t + h), whatever rounding
 //! left at its start: the step is made with the velocity (D(t + h) - u)/h and no acceleration.
 
+use fem_kernel::element::layout::Layout;
 use kit::table::{LoadTable, load_at, slope_at};
 use kit::wheel::WheelProgram;
 
 use crate::config::motion::{SetMotion, by_direction, settled_at};
-use crate::element::layout::Layout;
 
 /// Components whose motion is prescribed.
 #[derive(Clone, Debug, PartialEq)]

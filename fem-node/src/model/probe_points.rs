@@ -1,12 +1,12 @@
 //! Points of the body whose motion is reported, between its nodes by the shape functions of their element.
 
+use fem_kernel::element::layout::Layout;
+use fem_kernel::element::shape::{natural_coordinates, shape_functions};
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 
 use crate::config::probe::ProbeConfig;
-use crate::element::layout::Layout;
-use crate::element::shape::{natural_coordinates, shape_functions};
-use crate::integrate::state::NodalState;
-use crate::mesh::Mesh;
 
 /// A point and the nodes around it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! The committed state of a checkpoint, taken up again.
 
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::wheel::state::WheelState;
 use protocol::{Cause, NodeError};
 
 use super::fem_node::FemNode;
-use crate::integrate::state::NodalState;
 use crate::interface::window::committed::Committed;
-use crate::wheel::state::WheelState;
 
 impl FemNode {
     /// Takes up a committed state if it is of this body; `hash` is that of the node that wrote it: bytes that are read into

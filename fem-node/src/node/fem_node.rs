@@ -2,13 +2,15 @@
 
 use std::cell::OnceCell;
 
+use fem_kernel::integrate::integrator::Integrator;
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::statics::history::equilibrium;
+use fem_kernel::wheel::state::WheelState;
 use protocol::Setting;
 
 use crate::config::choice::Start;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
-use crate::integrate::integrator::Integrator;
-use crate::integrate::state::NodalState;
 use crate::interface::Interface;
 use crate::interface::window::WindowRun;
 use crate::interface::window::committed::Committed;
@@ -18,8 +20,6 @@ use crate::model::Model;
 use crate::output::ledger::Ledger;
 use crate::output::probe;
 use crate::output::snapshot::Snapshots;
-use crate::statics::history::{StaticLoads, equilibrium};
-use crate::wheel::state::WheelState;
 
 /// An elastic body in explicit dynamics.
 ///
@@ -112,7 +112,7 @@ fn start_state(
         model.body.layout.repeat_period(&mut state.v);
         return Ok((state, wheel.map(WheelState::at_rest)));
     }
-    let start = equilibrium(model, StaticLoads::new(config).as_ref())?;
+    let start = equilibrium(&model.static_problem(), config.static_loads().as_ref())?;
     let resting = wheel.zip(start.contact).map(|(wheel, contact)| {
         WheelState::resting(wheel, contact.approach, contact.node_contacts())
     });

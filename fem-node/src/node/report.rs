@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::integrate::tally::kinetic_energy;
 use kit::wheel::{HOLD, phases};
 use protocol::{Finding, Phase};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::integrate::tally::kinetic_energy;
 use crate::interface::window::extent::WindowInput;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;

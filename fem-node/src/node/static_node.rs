@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
+use fem_kernel::wheel::node_contact::ContactStatus;
 use kit::wheel::{HOLD, moments, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
@@ -14,15 +17,12 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::foreign;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
-use crate::integrate::state::NodalState;
 use crate::interface::coupling_sets;
 use crate::model::Model;
 use crate::output::plausible;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
 use crate::output::snapshot::Snapshots;
-use crate::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
-use crate::wheel::node_contact::ContactStatus;
 
 /// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
 /// 28 080 elements, far less than a coupler waits for an answer.
@@ -73,12 +73,12 @@ impl StaticNode {
     /// Builds and factorises the body; nothing is loaded yet.
     pub fn new(config: &FemConfig, setting: &Setting) -> Result<StaticNode, FemError> {
         let model = Model::new(config, setting)?;
-        let loads = StaticLoads::new(config);
+        let loads = config.static_loads();
         let wheel = config.wheel.iter().find(|wheel| wheel.amplitude_m > 0.0);
         let (amplitude, cycles) =
             wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
         Ok(StaticNode {
-            statics: Statics::new(&model, loads)?,
+            statics: Statics::new(&model.static_problem(), loads)?,
             snapshots: Snapshots::new(setting),
             loads,
             cycling: Cycling {
@@ -110,16 +110,16 @@ impl StaticNode {
             return Ok(());
         }
         if self.done() < self.loading() {
-            self.statics.load_increment(&self.model)?;
+            self.statics.load_increment(&self.model.static_problem())?;
             if self.done() == self.loading() {
-                self.held = Some(self.statics.state(&self.model));
+                self.held = Some(self.statics.state(&self.model.static_problem()));
                 self.note();
             }
             return Ok(());
         }
         let step = self.done() + 1 - self.loading();
         self.statics
-            .move_to(&self.model, self.cycling.lateral(step))?;
+            .move_to(&self.model.static_problem(), self.cycling.lateral(step))?;
         self.note();
         if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
             let slipping = 100.0 * contact.slipping_share();
@@ -165,7 +165,7 @@ impl StaticNode {
         }
         let state = match &self.held {
             Some(held) if name == HOLD => held.clone(),
-            _ => self.statics.state(&self.model),
+            _ => self.statics.state(&self.model.static_problem()),
         };
         let contact = state.contact.as_ref();
         let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
@@ -301,7 +301,7 @@ impl Node for StaticNode {
         for _ in 0..window.substeps {
             self.increment()?;
         }
-        let signals = self.signals(&self.statics.state(&self.model));
+        let signals = self.signals(&self.statics.state(&self.model.static_problem()));
         Ok(signals.into_iter().map(|(_, value)| value).collect())
     }
 
@@ -338,7 +338,7 @@ impl Node for StaticNode {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let last = self.statics.state(&self.model);
+        let last = self.statics.state(&self.model.static_problem());
         let mut hasher = blake3::Hasher::new();
         let contact = last.contact.iter();
         let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));

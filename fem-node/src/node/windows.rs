@@ -1,14 +1,15 @@
 //! Windows and condensed matrices that a coupler asks for.
 
+use fem_kernel::element::body::Body;
+use fem_kernel::interface::compliance::{compliance, impedance};
+use fem_kernel::material::nonlinear::NonlinearLaw;
+use fem_kernel::pack::largest;
+use fem_kernel::scheme::NewmarkScheme;
 use protocol::Window;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::interface::compliance::{compliance, impedance};
 use crate::interface::window::extent::WindowInput;
-use crate::material::nonlinear::NonlinearLaw;
-use crate::model::Model;
-use crate::pack::largest;
 
 /// Displacement of a body that turns, over its larger extent: twice the diagonal of a square.
 const MOST_TURNED: f64 = 3.0;
@@ -71,7 +72,7 @@ impl FemNode {
         self.committed.steps_done += u64::from(window.substeps);
         self.check_divergence(window)?;
         if let Some(failed) = self.run.wheel.as_mut().and_then(|run| run.failed.take()) {
-            return Err(failed);
+            return Err(failed.into());
         }
         self.pending = Some((window.index, input));
         Ok(())
@@ -144,7 +145,7 @@ impl FemNode {
             self.committed.column_steps += u64::from(substeps) * components.len() as u64;
             self.team
                 .pool
-                .install(|| compute(model, components, substeps))
+                .install(|| compute(&model.body, model.scheme, components, substeps))
         });
         if columns.iter().all(|c| c.is_finite()) {
             return Ok(columns.to_vec());
@@ -162,7 +163,7 @@ impl FemNode {
 #[derive(Clone, Copy)]
 pub(super) struct CondensedMatrix {
     what: &'static str,
-    compute: fn(&Model, &[usize], u32) -> Vec<f64>,
+    compute: fn(&Body, NewmarkScheme, &[usize], u32) -> Vec<f64>,
 }
 
 /// C (m/N) of a constant force.

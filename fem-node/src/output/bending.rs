@@ -12,11 +12,13 @@
 //! three times its hourglass modulus for both. Other quadrilaterals are taken for the rectangle of their mid-lines. Macneal (1994), Finite
 //! Elements: Their Design and Performance, chapters 3 and 6, derives both locks from these modes.
 
-use super::probe::{corners, gradient, stress};
-use crate::config::choice::ElementKind;
-use crate::element::q4_1point::hourglass_modulus;
-use crate::integrate::state::NodalState;
-use crate::mesh::area;
+use fem_kernel::element::body::ElementKind;
+use fem_kernel::element::q4_1point::hourglass_modulus;
+use fem_kernel::element::shape::gradient;
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::mesh::area;
+
+use super::probe::{corners, stress};
 use crate::model::Model;
 
 /// Energy of the hourglass modes less that of pure bending, and all strain energy (J).

@@ -1,11 +1,10 @@
 //! The energy ledger: every term from its own formula, none the remainder.
 
+use fem_kernel::wheel::state::Energies;
 use protocol::Role;
 use serde::{Deserialize, Serialize};
 
-use crate::wheel::state::Energies;
-
-/// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
+/// Cumulative energies since the start (J); their formulas are derived in [`fem_kernel::integrate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Work of the interface force, lambda du.
@@ -29,7 +28,7 @@ pub struct Ledger {
     pub wheel_kinetic: f64,
     /// Work of the prescribed motions, [`crate::model::boundary`].
     pub drive_work: f64,
-    /// Dissipated by plastic flow, [`crate::material::j2`].
+    /// Dissipated by plastic flow, [`fem_kernel::material::j2`].
     pub plastic: f64,
 }
 

@@ -1,18 +1,18 @@
 //! Plausibility of the body's results: values of a run beyond the bounds of its scenario.
 
+use fem_kernel::element::body::ElementKind;
+use fem_kernel::element::shape::GAUSS_POINTS;
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::mesh::Edge;
+use fem_kernel::pack::largest;
+use fem_kernel::wheel::node_contact::ContactStatus;
 use kit::judge;
 use protocol::{Finding, larger};
 
-use crate::config::choice::ElementKind;
-use crate::element::shape::GAUSS_POINTS;
-use crate::integrate::state::NodalState;
-use crate::mesh::Edge;
 use crate::model::Model;
 use crate::output::bending::bending_excess;
 use crate::output::probe::largest_strain;
 use crate::output::profile::ContactProfile;
-use crate::pack::largest;
-use crate::wheel::node_contact::ContactStatus;
 
 /// Share of the energy moved below which that of the strain is what is left of vibrations.
 const QUIET: f64 = 0.01;
@@ -122,14 +122,14 @@ fn largest_plastic_strain(model: &Model, state: &NodalState) -> f64 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
     use kit::read_config;
     use protocol::Setting;
     use serde_json::{Value, json};
 
     /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).
-    pub(crate) fn model(crown: f64) -> Model {
+    fn model(crown: f64) -> Model {
         let mut mesh = json!({"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3});
         if crown > 0.0 {
             mesh["crown_radius_m"] = Value::from(crown);

@@ -1,19 +1,19 @@
 //! Signals of each window, stresses and pressures.
 
+use fem_kernel::element::body::ElementKind;
+use fem_kernel::element::layout::Layout;
+use fem_kernel::element::shape::{GAUSS_POINTS, gradient, jacobian, strain, symmetric};
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::material::nonlinear::{NonlinearLaw, stretch_at};
+use fem_kernel::mesh::{Edge, area};
+use fem_kernel::pack::largest;
+use fem_kernel::wheel::rigid::Wheel;
+use fem_kernel::wheel::state::WheelState;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::config::choice::ElementKind;
-use crate::element::layout::Layout;
-use crate::element::shape::{GAUSS_POINTS, jacobian, slopes};
-use crate::integrate::state::NodalState;
-use crate::material::nonlinear::{NonlinearLaw, stretch_at};
-use crate::mesh::{Edge, area};
 use crate::model::Model;
 use crate::output::profile::ContactProfile;
-use crate::pack::largest;
-use crate::wheel::rigid::Wheel;
-use crate::wheel::state::WheelState;
 
 /// Momentum of a body along the directions in which nothing holds or moves it (kg m/s), by the names of its signals.
 pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
@@ -290,31 +290,6 @@ fn mean_dilatation_stress(
     let weighted = GAUSS_POINTS.map(|point| jacobian(points, point) * dilatation(point));
     let mean = weighted.iter().sum::<f64>() / area(points);
     model.elastic.bulk() * (mean - dilatation(natural))
-}
-
-/// Strain (exx, eyy, 2 exy) of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
-pub fn strain(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [f64; 3] {
-    symmetric(gradient(points, u, natural))
-}
-
-fn symmetric([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
-    [xx, yy, xy + yx]
-}
-
-/// u,x u,y / v,x v,y of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
-pub(super) fn gradient(
-    points: &[[f64; 2]; 4],
-    u: &[[f64; 2]; 4],
-    natural: [f64; 2],
-) -> [[f64; 2]; 2] {
-    let mut gradient = [[0.0; 2]; 2];
-    for (slope, u) in slopes(points, natural).iter().zip(u) {
-        for k in 0..2 {
-            gradient[k][0] += slope[0] * u[k];
-            gradient[k][1] += slope[1] * u[k];
-        }
-    }
-    gradient
 }
 
 /// Displacement of the node (column, row) (m).

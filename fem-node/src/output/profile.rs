@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
+use fem_kernel::mesh::Edge;
+use fem_kernel::statics::contact::WheelContact;
+use fem_kernel::wheel::node_contact::{ContactStatus, NodeContact};
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::Edge;
 use crate::model::Model;
-use crate::statics::contact::WheelContact;
-use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
 /// pressure of the outermost node belongs to a part of its surface that is not known.

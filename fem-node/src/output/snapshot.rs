@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::PathBuf;
 
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::wheel::node_contact::NodeContact;
 use protocol::Setting;
 
 use crate::error::FemError;
-use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::output::profile::ContactProfile;
 use crate::output::vtu;
-use crate::wheel::node_contact::NodeContact;
 
 /// Folder of the snapshots, where there is one.
 #[derive(Clone, Debug)]

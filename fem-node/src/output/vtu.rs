@@ -3,14 +3,14 @@
 use std::iter::repeat_n;
 use std::path::Path;
 
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::wheel::node_contact::{ContactStatus, NodeContact};
 use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::error::FemError;
-use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
-use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;

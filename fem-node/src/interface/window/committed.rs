@@ -1,11 +1,11 @@
 //! The accepted state of a body in motion.
 
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::wheel::state::WheelState;
 use serde::{Deserialize, Serialize};
 
-use crate::integrate::state::NodalState;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, PressureMaxima};
-use crate::wheel::state::WheelState;
 
 /// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use fem_kernel::integrate::region::Region;
+
 use super::committed::Committed;
-use crate::integrate::region::Region;
 use crate::model::Model;
 
 /// Boundary data of a window.

@@ -9,14 +9,15 @@
 
 use std::sync::Arc;
 
+use fem_kernel::element::layout::Layout;
+use fem_kernel::integrate::region::Region;
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::integrate::tally::{BLOCK, Tally};
+
 use super::extent::{BodyWindow, Extent, WindowInput};
 use super::piece::Piece;
 use super::start::PieceStart;
 use super::team::Team;
-use crate::element::layout::Layout;
-use crate::integrate::region::Region;
-use crate::integrate::state::NodalState;
-use crate::integrate::tally::{BLOCK, Tally};
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
 

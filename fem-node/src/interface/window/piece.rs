@@ -3,15 +3,16 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use fem_kernel::element::body::Body;
+use fem_kernel::integrate::cut::{Cut, CutRegion};
+use fem_kernel::integrate::fields::StepFields;
+use fem_kernel::integrate::integrator::Integrator;
+use fem_kernel::integrate::region::{Region, RingRecord};
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::integrate::tally::{Tally, blocks_of};
+
 use super::extent::{BodyWindow, WindowInput};
 use super::start::PieceStart;
-use crate::element::body::Body;
-use crate::integrate::cut::{Cut, CutRegion};
-use crate::integrate::fields::StepFields;
-use crate::integrate::integrator::Integrator;
-use crate::integrate::region::{Region, RingRecord};
-use crate::integrate::state::NodalState;
-use crate::integrate::tally::{Tally, blocks_of};
 use crate::model::Model;
 
 /// A piece with copies of the columns beside its own.
@@ -87,8 +88,7 @@ impl Piece {
                 self.record.record_end(&step.ring, fields);
             }
         }
-        let blocks = self.own_blocks.iter().copied();
-        self.tally.again(&self.body, &self.fields, blocks);
+        self.tally.again(&self.body, &self.fields, &self.own_blocks);
     }
 
     /// Repeats the window that was run last under another force, within its part of the region.
@@ -102,8 +102,8 @@ impl Piece {
             self.record.read(&step.ring, fields, &mut Vec::new());
             self.integrator.step_cut(&self.body, fields, step);
         }
-        let blocks = self.region.blocks.iter().copied();
-        self.tally.again(&self.body, &self.fields, blocks);
+        self.tally
+            .again(&self.body, &self.fields, &self.region.blocks);
     }
 
     /// Sets the damping of step `k`.
@@ -130,8 +130,8 @@ impl Piece {
             let part = self.cut.in_line(line, &columns);
             self.fields.accelerate_part(&self.body, damping, part);
         }
-        let a = |k: usize| self.fields.state.a[k];
-        self.tally.begin_again(&self.body, &self.own_blocks, a);
+        let a = &self.fields.state.a;
+        self.tally.begin_blocks(&self.body, &self.own_blocks, a);
     }
 
     /// The start of the window where it differs from that of the last run.
@@ -151,9 +151,9 @@ impl Piece {
             }
         }
         let start = &starts[self.index].state;
-        let (body, load, sources) = (&self.body, &self.fields.load, &self.region.sources);
-        let acceleration = |k: usize| start.acceleration(body, damping, load, k);
-        self.tally.begin_again(body, sources, acceleration);
+        let start = (start, &self.fields.load, damping);
+        self.tally
+            .begin_again(&self.body, &self.region.sources, start);
     }
 
     fn set_load(&mut self, input: &WindowInput) {

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use fem_kernel::integrate::region::Region;
+
 use super::extent::{Extent, WindowInput};
-use crate::integrate::region::Region;
 use crate::model::Model;
 
 /// Regions by numbers of steps, and the last run.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::integrate::cut::Cut;
-use crate::integrate::state::NodalState;
+use fem_kernel::integrate::cut::Cut;
+use fem_kernel::integrate::state::NodalState;
 
 /// The committed state in the own columns of a piece; in the others it is some older one.
 #[derive(Clone, Debug)]

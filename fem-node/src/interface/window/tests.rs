@@ -4,6 +4,8 @@ use kit::read_config;
 use protocol::{Node, Setting, Window};
 use serde_json::{Value, json};
 
+mod flight;
+
 use crate::FemNode;
 
 /// Steps in a window.

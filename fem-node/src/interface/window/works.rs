@@ -3,9 +3,10 @@
 //! The displacements of loaded components and the reactions of driven ones are kept for each step: a repeat of the window
 //! replaces only those that it reaches.
 
+use fem_kernel::integrate::fields::StepFields;
+use fem_kernel::integrate::state::NodalState;
+
 use super::extent::Extent;
-use crate::integrate::fields::StepFields;
-use crate::integrate::state::NodalState;
 use crate::model::Model;
 use crate::model::boundary::Traction;
 use crate::model::motion::PrescribedMotion;

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use fem_kernel::mesh::connectivity::{Connectivity, NodeSet};
+use fem_kernel::mesh::{Mesh, area};
 use kit::ConfigError;
 
 use super::error::{no_quadrilaterals, refused};
 use super::file::{File, FileElement};
 use super::joints::check_joints;
 use super::lines::{join, sort_from_left};
-use crate::mesh::connectivity::{Connectivity, NodeSet};
-use crate::mesh::{Mesh, area};
 
 /// Share of the size of the body below which a height is none, and of the square of a corner's sides below which its
 /// area is none.

@@ -1,0 +1,87 @@
+//! Failures of a step or of an equilibrium.
+
+use protocol::Cause;
+use thiserror::Error;
+
+/// Failure of a step or of an equilibrium.
+#[derive(Clone, Debug, Error)]
+pub enum KernelError {
+    /// A step left a law of contact violated.
+    #[error(
+        "step {step}, t = {time_s:.6e} s: the contact with the wheel left a residual of {residual:.2e} after {sweeps} sweeps: a heavier wheel.mass_kg converges faster, a flat one (wheel.radius_m = 0) needs no sweeps"
+    )]
+    Contact {
+        /// Own steps since the start of the run.
+        step: u64,
+        /// Time (s).
+        time_s: f64,
+        /// Sweeps that were done.
+        sweeps: usize,
+        /// Residual that they left.
+        residual: f64,
+    },
+    /// The stiffness is singular.
+    #[error(
+        "its stiffness ({equations} equations) has no Cholesky factor: {reason}; check base and sides (the body must be held) and the mesh (no element may be inside out)"
+    )]
+    Factor {
+        /// Components that can move.
+        equations: usize,
+        /// What the factorisation reports.
+        reason: String,
+    },
+    /// An increment left a law of contact violated.
+    #[error(
+        "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n, or lower contact.friction"
+    )]
+    ContactNotConverged {
+        /// Increment of the load or of the motion.
+        increment: usize,
+        /// Vertical force on the wheel (N).
+        load_n: f64,
+        /// Sideways position of the wheel (m).
+        lateral_m: f64,
+        /// Coefficient of friction.
+        friction: f64,
+        /// Violation of a law, as a force (N).
+        violation_n: f64,
+        /// Rounds that were done.
+        iterations: usize,
+    },
+    /// The contact is too wide for the normals of the undeformed edge.
+    #[error(
+        "the static contact has become {half_width_m:.3e} m wide on each side under {load_n:?} N, more than half of wheel.radius_m = {radius_m:?} m, and is solved with the normals of the undeformed edge: raise the radius, or lower wheel.load_n"
+    )]
+    NarrowWheel {
+        /// Radius of the face (m).
+        radius_m: f64,
+        /// Half of the width of the contact (m).
+        half_width_m: f64,
+        /// Vertical force on the wheel (N).
+        load_n: f64,
+    },
+    /// A displacement exceeds the size of the body.
+    #[error(
+        "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
+    )]
+    StaticSize {
+        /// Displacement of a node or the wheel (m).
+        displacement_m: f64,
+        /// Larger extent of the mesh (m).
+        size_m: f64,
+    },
+}
+
+impl KernelError {
+    /// Its cause, a word for scripts.
+    pub fn cause(&self) -> Cause {
+        match self {
+            KernelError::Contact { .. } | KernelError::ContactNotConverged { .. } => {
+                Cause::ContactNotConverged
+            }
+            KernelError::Factor { .. } => Cause::SingularStiffness,
+            KernelError::NarrowWheel { .. } => Cause::ContactTooWide,
+            KernelError::StaticSize { .. } => Cause::DisplacementTooLarge,
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Steps of the wheel along with the body.
+
+use super::flat;
+use super::newmark::Newmark;
+use super::node_contact::NodeContact;
+use super::problem::{NodeMotion, WheelStep};
+use super::rigid::Wheel;
+use super::round::{RoundFace, SWEEPS_MAX};
+use super::state::WheelState;
+use crate::error::KernelError;
+use crate::scheme::{NewmarkScheme, Rule};
+use crate::wheel::upper_row::UpperRow;
+
+/// Steps the wheel along with the body.
+#[derive(Clone, Debug, Default)]
+pub struct WheelRun {
+    /// Wheel and contact at the end of the last step.
+    pub state: WheelState,
+    /// Failure of a step; the steps after it mean nothing.
+    pub failed: Option<KernelError>,
+    nodes: Vec<NodeMotion>,
+    sweeps: RoundFace,
+    /// Forces on the upper row, applied and of contact, x then y components (N).
+    pub load: Vec<f64>,
+    old: Vec<NodeContact>,
+}
+
+impl WheelRun {
+    /// Buffers for a wheel at rest.
+    pub fn new(wheel: &Wheel) -> WheelRun {
+        let still = |point: &[f64; 2]| NodeMotion {
+            point: *point,
+            ..NodeMotion::default()
+        };
+        WheelRun {
+            state: WheelState::at_rest(wheel),
+            nodes: wheel.points.iter().map(still).collect(),
+            load: vec![0.0; 2 * wheel.stride],
+            old: vec![NodeContact::default(); wheel.points.len()],
+            ..WheelRun::default()
+        }
+    }
+
+    /// Starts from the state at the start of a window.
+    pub fn restore(&mut self, start: &WheelState) {
+        self.state.clone_from(start);
+        self.failed = None;
+    }
+
+    /// The contact forces at the start of the run, where v is given: w = h^2/2 M^-1, and
+    /// u_free = u + h v + h^2/2 a with the acceleration a without contact.
+    pub fn open(&mut self, wheel: &Wheel, row: &UpperRow) {
+        let h = wheel.step;
+        let weight = 0.5 * h * h;
+        let indices = (0..wheel.points.len()).map(|k| [k, wheel.stride + k]);
+        for (node, at) in self.nodes.iter_mut().zip(indices) {
+            node.now = at.map(|at| row.u[at]);
+            node.free = at.map(|at| row.u[at] + h * row.v[at] + weight * row.a[at]);
+            node.weight = at.map(|at| weight * row.inverse_mass[at]);
+        }
+        let state = &mut self.state;
+        let drag = wheel.damping_at(state.step) * state.velocity;
+        state.acceleration = -wheel.load_at(state.step) / wheel.numbers.mass - drag;
+        let free_height = state.height + h * state.velocity + weight * state.acceleration;
+        self.solve(wheel, free_height, weight);
+        self.state.acceleration += self.state.force()[1] / wheel.numbers.mass;
+        self.apply(wheel, row.load);
+    }
+
+    /// Ends a step: contact forces, motion of the wheel, energies. `row` holds the new u and F(u), the old
+    /// v and a.
+    pub(crate) fn close(&mut self, wheel: &Wheel, rule: &Rule, row: &UpperRow) {
+        let scheme = &rule.scheme;
+        let (h, b) = (scheme.step, scheme.damping);
+        let (before, rates) = (
+            self.state.step,
+            [self.state.velocity, self.state.acceleration],
+        );
+        let sunk = h * rates[0] + 0.5 * h * h * rates[1];
+        self.state.step += 1;
+        self.state.height += sunk;
+        self.old.copy_from_slice(&self.state.contacts);
+
+        let body = Newmark::new(h, b, rule.damping.end);
+        let indices = (0..wheel.points.len()).map(|k| [k, wheel.stride + k]);
+        for (node, at) in self.nodes.iter_mut().zip(indices) {
+            node.now = at.map(|at| row.u[at]);
+            node.free = at.map(|at| {
+                let push = row.inverse_mass[at] * (row.load[at] - row.force[at]);
+                body.next(row.u[at], [row.v[at], row.a[at]], push)
+            });
+            node.weight = at.map(|at| body.weight() * row.inverse_mass[at]);
+        }
+        let own = Newmark::new(h, b, wheel.damping_at(self.state.step));
+        let push = -wheel.load_at(self.state.step) / wheel.numbers.mass;
+        let free_height = own.next(self.state.height, rates, push);
+        self.solve(wheel, free_height, own.weight());
+
+        let push = push + self.state.force()[1] / wheel.numbers.mass;
+        [self.state.velocity, self.state.acceleration] = own.rates(rates, push);
+        let lateral = wheel.lateral_at(self.state.step) - wheel.lateral_at(before);
+        let moved = StepMotion {
+            wheel: [lateral, sunk],
+            rates,
+            row,
+        };
+        let drive_work = self.add_energies(wheel, scheme, &moved);
+        let state = &mut self.state;
+        state
+            .statistics
+            .record(wheel, &state.contacts, state.step, drive_work);
+        let t = state.step as f64 * wheel.step;
+        let drift = &mut state.statistics.drift;
+        drift.record(&wheel.program, t, state.height);
+        self.apply(wheel, row.load);
+    }
+
+    /// Energies of the step, f standing for (1-b) f_n + b f_n+1, dX for the motion of the wheel, T and N for the
+    /// friction and normal forces on the nodes:
+    ///
+    /// ```text
+    /// load      -F dY                               drive    sum (N + T)_x dD
+    /// friction  -sum T (du - dX)                    impact   -sum N (du - dX)
+    /// damping   [(1-b) c_n v_n + b c_n+1 v_n+1] m dY
+    /// numerical -(b-1/2) b h^2/2 m da^2 - (b h^2/4) m d(a^2)
+    /// ```
+    ///
+    /// Returns the work of the drive.
+    pub(crate) fn add_energies(
+        &mut self,
+        wheel: &Wheel,
+        scheme: &NewmarkScheme,
+        moved: &StepMotion,
+    ) -> f64 {
+        let (h, b, m) = (scheme.step, scheme.damping, wheel.numbers.mass);
+        let mean = |old: f64, new: f64| (1.0 - b) * old + b * new;
+        let [mut drive, mut friction, mut impact] = [0.0; 3];
+        let pairs = self.old.iter().zip(&self.state.contacts).enumerate();
+        for (k, (old, new)) in pairs.filter(|(_, (old, new))| old.closed() || new.closed()) {
+            for (component, at) in [k, wheel.stride + k].into_iter().enumerate() {
+                let du = h * moved.row.v[at] + 0.5 * h * h * moved.row.a[at];
+                let apart = du - moved.wheel[component];
+                let normal = mean(old.normal[component], new.normal[component]);
+                let tangential = mean(old.friction[component], new.friction[component]);
+                friction -= tangential * apart;
+                impact -= normal * apart;
+                if component == 0 {
+                    drive += (normal + tangential) * moved.wheel[0];
+                }
+            }
+        }
+        let state = &mut self.state;
+        let step = state.step;
+        let [velocity, acceleration] = moved.rates;
+        let (da, sum) = (
+            state.acceleration - acceleration,
+            state.acceleration + acceleration,
+        );
+        let drag = mean(
+            wheel.damping_at(step - 1) * velocity,
+            wheel.damping_at(step) * state.velocity,
+        );
+        let energies = &mut state.energies;
+        energies.load -= mean(wheel.load_at(step - 1), wheel.load_at(step)) * moved.wheel[1];
+        energies.drive += drive;
+        energies.friction += friction;
+        energies.impact += impact;
+        energies.mass_damping += drag * m * moved.wheel[1];
+        energies.numerical -= 0.25 * b * h * h * m * da * ((2.0 * b - 1.0) * da + sum);
+        drive
+    }
+
+    fn solve(&mut self, wheel: &Wheel, free_height: f64, weight: f64) {
+        let step = self.state.step;
+        let lateral = [step, step + 1].map(|step| wheel.lateral_at(step));
+        let increment = WheelStep {
+            height: self.state.height,
+            free_height,
+            weight: weight / wheel.numbers.mass,
+            lateral,
+            friction: wheel.friction_at(step),
+        };
+        let contacts = &mut self.state.contacts;
+        if wheel.numbers.radius == 0.0 {
+            return flat::solve(&self.nodes, &increment, contacts);
+        }
+        let solved = self
+            .sweeps
+            .solve(&self.nodes, wheel.numbers.radius, &increment, contacts);
+        if let Err(residual) = solved
+            && self.failed.is_none()
+        {
+            self.failed = Some(KernelError::Contact {
+                step,
+                time_s: step as f64 * wheel.step,
+                sweeps: SWEEPS_MAX,
+                residual,
+            });
+        }
+    }
+
+    /// Adds the contact forces to those applied on the upper row.
+    fn apply(&mut self, wheel: &Wheel, applied: &[f64]) {
+        self.load.copy_from_slice(applied);
+        for (k, contact) in self.state.contacts.iter().enumerate() {
+            for (component, at) in [k, wheel.stride + k].into_iter().enumerate() {
+                self.load[at] += contact.normal[component] + contact.friction[component];
+            }
+        }
+    }
+}
+
+/// Motion of wheel and upper row over a step.
+pub(crate) struct StepMotion<'a> {
+    /// Increments of the wheel, sideways and upwards (m).
+    wheel: [f64; 2],
+    /// Velocity and acceleration of the wheel at the start of the step.
+    rates: [f64; 2],
+    row: &'a UpperRow<'a>,
+}
