@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::error::DemError;
 use crate::solver::Solver;
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::solver::problem::Problem;
 use crate::step::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
@@ -221,7 +221,6 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
 /// A tolerance of 0 asks for exactly so many iterations.
 fn criteria(algorithm: Algorithm, tolerance: f64, iterations: usize, threads: usize) -> Criteria {
     Criteria {
-        on_not_converged: OnNotConverged::Stop,
         algorithm,
         tolerance,
         min_iterations: if tolerance == 0.0 { iterations } else { 1 },

@@ -4,11 +4,12 @@
 //! - [`geometry`]: normals and gaps of two bodies;
 //! - [`faces`], [`surface`]: rigid walls, and surfaces that another solver moves;
 //! - [`levers`], [`drive`], [`cluster`]: grains that move together, and what moves them;
-//! - [`feed`]: grains that are fed in;
+//! - [`disk`], [`feed`]: a disk at the start, and grains that are fed in;
 //! - [`pairs`]: laws by pair;
 //! - [`positions`]: the positions of all bodies at a moment.
 
 pub mod cluster;
+pub mod disk;
 pub mod drive;
 pub mod faces;
 pub mod feed;
@@ -27,6 +28,12 @@ use crate::bodies::geometry::{Period, height_on, over_disk};
 use crate::bodies::pairs::Pairs;
 use crate::bodies::surface::BareSurface;
 use crate::law::Law;
+
+/// Alert distance over the smallest radius.
+pub const ALERT: f64 = 0.02;
+/// Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new lists: at 0.2 a pressed layer makes
+/// a new one every few hundred steps.
+pub const SKIN: f64 = 0.2;
 
 /// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls, segments of the surface.
 #[derive(Clone, Debug, Default)]

@@ -13,9 +13,6 @@ pub(crate) mod lanes;
 pub mod local;
 pub mod vector;
 
-use schemars::JsonSchema;
-use serde::Deserialize;
-
 use crate::law::adhesion::Adhesion;
 use crate::law::cohesion::Cohesion;
 use crate::law::healing::Healing;
@@ -41,17 +38,13 @@ pub struct Law {
     pub penetration: Penetration,
 }
 
-/// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
-///
-/// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
-/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::step::repair`]).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// Treatment of the gap of a rigid contact, and of the overlap that is there already. The two repairs of positions leave the velocities
+/// alone (see [`crate::step::repair`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Penetration {
-    /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.
+    /// U = u_n + g/h.
     Gap,
-    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS). The default: 600 grains that fell into a box move at 2e-5 m/s then,
-    /// under `gap` at 1e-3 with bursts of 0.08 and six times the iterations, and overlap by 3e-5 of a radius on average.
+    /// U = u_n + max(0, g)/h.
     #[default]
     Iqs,
     /// As IQS, then the bodies are moved apart along the normals of the step.

@@ -71,7 +71,7 @@
 //!
 //! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is
 //! solved, then lowered as far as that solution asks, and the problem solved anew until nothing falls any further; with
-//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`setup::bounds::step_limit`]). Above it this is the first
+//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`step::stiffness::step_limit`]). Above it this is the first
 //! solution on the way from the intact bond, the one that a descent of the incremental energy reaches: a bond may then hold
 //! against more than its fracture energy, and the run is warned of it where bonds came near to their strength.
 //!
@@ -139,6 +139,7 @@
 //! - [`contact`]: pairs that may touch, bonds between grains, the compliant boundary of the glued disks;
 //! - [`config`]: the keys of a scenario and their limits;
 //! - [`solver`]: the contact problem and its solvers;
+//! - [`random`], [`relax`]: random numbers, and grains that relax;
 //! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
 //! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
 //! - [`setup`]: from the keys to the types of the steps, the wheel's program, bounds on the step;
@@ -167,7 +168,7 @@
 //! | springs: U += g/h, W += 1/(k h^2) | [`law::Law::compliance`], [`law::Law::bias`] | LMGC90 (elastic repel) |
 //! | dampers: both times 1/(1 + c/(kn h)), c = 2 zeta sqrt(kn m) | [`law::Springs::damped_share`], [`law::Springs::damping_ratio`] | Schwager and Pöschel 2007 |
 //! | bonds with dampers: delta/h, delta_t/h and 1/kappa times 1/(1 + c/(k h)) | [`law::damped_share`], [`law::relaxation`] | Kelvin and Voigt |
-//! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`setup::bounds::numerical_restitution`] | Jean 1999; this project |
+//! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`step::stiffness::numerical_restitution`] | Jean 1999; this project |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
 //! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |
 //! | rolling resistance, \|M\| <= mu_r r r_n | [`solver::rolling`] | Jiang, Yu and Harris 2005; Estrada, Taboada and Radjai 2008 |
@@ -175,7 +176,7 @@
 //! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`law::cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
 //! | healing a' = 1/T under pressure, friction beside it mu (1 - a) | [`law::healing::Healing::grown`], [`law::Law::friction_share`] | Raous and Monerie 2002; this project |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
-//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`setup::bounds::step_limit`] | [`contact::bond`] |
+//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`step::stiffness::step_limit`] | [`contact::bond`] |
 //! | feet on a surface, v = S v_g, p = S^T f | [`bodies::surface::Foot`], [`contact::boundary::CompliantBoundary::feet`] | virtual work |
 //! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
 //! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
@@ -189,8 +190,8 @@
 //! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
 //! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |
 //! | steel that comes off bare surfaces, Qs | [`step::detachment`] | Fleischer 1973 (energy density of wear); this project |
-//! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
-//! | relaxation of a bed (FIRE) | [`sample::relax::Packing::relax`] | Bitzek et al. 2006 |
+//! | radii, p ~ r^-2 and others | [`config::radii::Radii::at`] | LMGC90 (granulometry) |
+//! | relaxation of a bed (FIRE) | [`relax::Packing::relax`] | Bitzek et al. 2006 |
 //!
 //! # Example
 //! A disk that falls on a floor and stays there:
@@ -229,6 +230,8 @@ pub mod error;
 pub mod law;
 pub mod measure;
 pub mod node;
+pub mod random;
+pub mod relax;
 pub mod sample;
 pub mod setup;
 pub mod solver;

@@ -29,7 +29,7 @@ use crate::setup::bounds::StepBounds;
 use crate::step::StepSummary;
 use crate::step::state::GrainState;
 use dem::{Dem, Progress};
-use request::{request, require_numbers};
+use request::{refuse_misfit, request, require_numbers};
 
 /// Steps times disks that take some seconds.
 const DISK_STEPS: usize = 2_000_000;
@@ -112,7 +112,7 @@ impl Node for Dem {
                 self.warnings.push(warning);
             }
         }
-        CompliantBoundary::refuse_misfit(self.interface.disks.len(), compliance)?;
+        refuse_misfit(self.interface.disks.len(), compliance)?;
         let glued = self.bodies.boundary_points();
         let compliance = self.interface.scatter_square(compliance, glued);
         self.stepper.problem.boundary = CompliantBoundary::compliant(glued, compliance);
@@ -196,7 +196,7 @@ impl Node for Dem {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
             summary = self.advance([start, end], step, &fixed, false)?;
-            let stops = self.criteria.on_not_converged == OnNotConverged::Stop;
+            let stops = self.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
                 return Err(NodeError::from(self.not_converged(window, &summary)));
             }

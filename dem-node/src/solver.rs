@@ -5,14 +5,16 @@
 //! (equation 8 of Renouf, Saulot and Berthier 2006, with one law per contact).
 //!
 //! In reading order:
+//! - [`criteria`]: the choice of a solver and its stopping criteria;
 //! - [`contact`], [`partition`], `pieces`: a contact, and problems in pieces;
 //! - [`problem`], [`residual`]: the contact problem, and the distance of a guess from its solution;
-//! - `groups`, `extrapolation`, `acceleration`: sweeps by packs of contacts, and what makes them need fewer;
+//! - `groups`, `extrapolation`, [`acceleration`]: sweeps by packs of contacts, and what makes them need fewer;
 //! - `lemke`: pivoting, where sweeps fail;
 //! - [`nsgs`], [`pcg`]: the two solvers.
 
-pub(crate) mod acceleration;
+pub mod acceleration;
 pub mod contact;
+pub mod criteria;
 pub(crate) mod extrapolation;
 pub(crate) mod groups;
 pub(crate) mod lemke;
@@ -24,8 +26,8 @@ pub mod problem;
 pub mod residual;
 pub mod rolling;
 
-use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;
+use criteria::{Algorithm, Criteria};
 use problem::Problem;
 use residual::Convergence;
 

@@ -6,6 +6,7 @@
 //! In reading order:
 //! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
 //! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
+//! - [`stiffness`]: bounds on the step;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
 //! - [`threads`]: a step by several threads.
@@ -18,6 +19,7 @@ pub mod injection;
 pub mod ledger;
 pub mod repair;
 pub mod state;
+pub mod stiffness;
 pub mod threads;
 mod update;
 pub mod worn;
@@ -27,10 +29,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::drive::StepTime;
-use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;
 use crate::law::cohesion::Cohesion;
 use crate::solver::Solver;
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
@@ -123,7 +125,7 @@ pub struct Stepper {
     softened: Vec<u32>,
     repair: Repair,
     /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
-    pub(crate) on_named: Vec<[f64; 2]>,
+    pub on_named: Vec<[f64; 2]>,
 }
 
 impl Stepper {
@@ -172,7 +174,7 @@ impl Stepper {
 
     /// Solves under the adhesion of the step's start, lowers adhesion as far as that solution asks, and solves again until
     /// no bond falls by more than the tolerance. Adhesion only goes down on the way: above the step of
-    /// [`crate::setup::bounds::step_limit`] that picks the first solution on the way from the intact bond.
+    /// [`stiffness::step_limit`] that picks the first solution on the way from the intact bond.
     fn solve_bonded(
         &mut self,
         state: &GrainState,

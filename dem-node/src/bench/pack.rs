@@ -3,16 +3,13 @@
 use std::f64::consts::PI;
 
 use super::machine::quietest;
-use crate::bodies::Bodies;
+use crate::bodies::disk::{Disk, in_columns};
 use crate::bodies::faces::{Face, RigidWall};
-use crate::config::radii::{Radii, RadiusLaw};
+use crate::bodies::{ALERT, Bodies, SKIN};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::Law;
-use crate::sample::layer;
-use crate::sample::random::RandomNumbers;
-use crate::sample::relax::Packing;
-use crate::sample::types::Disk;
-use crate::setup::{ALERT, SKIN};
+use crate::random::RandomNumbers;
+use crate::relax::Packing;
 use crate::solver::problem::Problem;
 use crate::step::state::GrainState;
 use crate::step::{StepInput, Stepper};
@@ -49,7 +46,7 @@ impl Pack {
             }
         }
         Pack {
-            disks: layer::in_columns(all),
+            disks: in_columns(all),
             width: width * columns as f64,
         }
     }
@@ -140,12 +137,10 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
 fn pressed(disks: usize) -> Packing {
     let mut random = RandomNumbers::new(1);
-    let law = Radii {
-        law: RadiusLaw::SurfaceUniform,
-        power: None,
-        ends: RADII,
-    };
-    let radii: Vec<f64> = (0..disks).map(|_| random.radius(&law)).collect();
+    // Equal surface in each class of radius.
+    let [a, b] = RADII;
+    let mut radius = || 1.0 / (1.0 / a - random.unit() * (1.0 / a - 1.0 / b));
+    let radii: Vec<f64> = (0..disks).map(|_| radius()).collect();
     let area: f64 = radii.iter().map(|r| PI * r * r).sum();
     let half_width = 0.5 * (area / FRACTION).sqrt();
     let centres = radii.iter().map(|r| {

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::bodies::surface::Foot;
-use crate::error::DemError;
 use crate::law::lanes::widest;
 
 /// Components that are moved together: as many as a vector register holds.
@@ -41,30 +40,6 @@ impl CompliantBoundary {
             impulse: vec![0.0; 2 * glued],
             ..CompliantBoundary::default()
         }
-    }
-
-    /// Refuses a compliance that is no square over so many disks, or that moves a disk against its force.
-    pub fn refuse_misfit(glued: usize, compliance: &[f64]) -> Result<(), DemError> {
-        let components = 2 * glued;
-        if compliance.len() != components * components {
-            return Err(DemError::Request(format!(
-                "the wall's compliance holds {} numbers, {glued} glued disks need {components} x {components}",
-                compliance.len()
-            )));
-        }
-        if let Some(i) = compliance.iter().position(|w| !w.is_finite()) {
-            return Err(DemError::Request(format!(
-                "the wall's compliance holds {} at component {i}, which is no number",
-                compliance[i]
-            )));
-        }
-        if let Some(i) = (0..components).find(|i| compliance[i * (components + 1)] < 0.0) {
-            return Err(DemError::Request(format!(
-                "the wall's compliance has {:e} on its diagonal at component {i}: a wall cannot move against its force",
-                compliance[i * (components + 1)]
-            )));
-        }
-        Ok(())
     }
 
     /// A boundary with this compliance (1/kg), 2 n x 2 n, column-major.
@@ -317,12 +292,5 @@ mod tests {
         for ((v, w), expected) in boundary.velocity.iter().zip(product).zip(expected) {
             assert!((v - expected).abs() < 1e-15 && (w + 0.25 - expected).abs() < 1e-15);
         }
-    }
-
-    #[test]
-    fn a_matrix_of_another_size_is_refused() {
-        let error =
-            CompliantBoundary::refuse_misfit(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
-        assert!(error.to_string().contains("4 x 4"), "{error}");
     }
 }

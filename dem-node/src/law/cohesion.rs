@@ -6,9 +6,6 @@
 //! With b = 0 and h' = 1 the opening delta_0 = sqrt(w/Cn) starts the decohesion at the strength sqrt(w Cn), then
 //! a = w/D; complete separation takes w per area. With h' = a the bond is brittle and takes w/2.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
-
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cohesion {
@@ -34,9 +31,8 @@ pub struct Cohesion {
     pub damping: f64,
 }
 
-/// Weight of the surface energy at a falling adhesion: the words for `law.h_prime`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// Weight of the surface energy at a falling adhesion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HPrime {
     /// h' = 1: adhesion falls gradually, separation takes w.
     One,

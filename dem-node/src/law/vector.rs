@@ -43,7 +43,7 @@ pub fn feasible<const N: usize>(
 mod tests {
     use super::*;
     use crate::law::local::{BondLaw, DelassusBlock, LocalLaw, coulomb_projection, in_tension};
-    use crate::sample::random::RandomNumbers;
+    use crate::random::RandomNumbers;
 
     const N: usize = 4;
     const STATES: usize = 2_000;

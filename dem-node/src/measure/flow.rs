@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
 use crate::contact::bond::holding;
-use crate::measure::graph::first_bodies;
+use crate::contact::graph::first_bodies;
 use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
 use crate::step::state::GrainState;

@@ -71,7 +71,7 @@ pub fn for_each_load(bodies: &Bodies, state: &GrainState, mut visit: impl FnMut(
 }
 
 /// The disks of the grains.
-pub fn grains(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = usize> {
+pub fn grains<'a>(bodies: &'a Bodies, state: &'a GrainState) -> impl Iterator<Item = usize> {
     state
         .grains(bodies)
         .filter(|disk| !is_driven(bodies, *disk))

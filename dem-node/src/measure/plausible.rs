@@ -7,8 +7,8 @@ use crate::config::plausible::DemPlausibleConfig;
 use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
-use crate::setup::bounds::StiffnessBounds;
 use crate::step::state::GrainState;
+use crate::step::stiffness::StiffnessBounds;
 use kit::judge;
 use kit::wheel::WheelProgram;
 

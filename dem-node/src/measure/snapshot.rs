@@ -11,9 +11,9 @@ use std::path::Path;
 use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::bodies::Bodies;
+use crate::contact::graph::degrees;
 use crate::error::DemError;
 use crate::measure::flow::{Flow, FlowBody, NEVER};
-use crate::measure::graph::degrees;
 use crate::measure::loads::shown;
 use crate::measure::structure;
 use crate::step::state::GrainState;

@@ -8,7 +8,7 @@ use protocol::larger;
 
 use crate::bodies::Bodies;
 use crate::contact::bond::{Bond, holding};
-use crate::measure::graph::{agglomerates, backbone, degrees};
+use crate::contact::graph::{agglomerates, backbone, degrees};
 use crate::step::state::GrainState;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.

@@ -11,7 +11,7 @@ use crate::config::DemConfig;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::config::profile::ProfileConfig;
 use crate::config::sample::CutLine;
-use crate::config::solver::{Algorithm, Criteria};
+use crate::config::solver::OnNotConverged;
 use crate::config::stress::StressConfig;
 use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
@@ -26,14 +26,16 @@ use crate::measure::structure::bonded_strength;
 use crate::node::interface::InterfaceDisks;
 use crate::sample::prepared::{SampleStore, WORTH};
 use crate::sample::types::Sample;
-use crate::sample::{perturb, surface, wheel_face};
+use crate::sample::{fed, perturb, surface, wheel_face};
 use crate::setup;
-use crate::setup::bounds::{StepBounds, StiffnessBounds, advice_on_travel};
+use crate::setup::bounds::{StepBounds, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::step::state::GrainState;
-use crate::step::{StepInput, StepSummary, Stepper, injection, repair, threads};
+use crate::step::stiffness::StiffnessBounds;
+use crate::step::{StepInput, StepSummary, Stepper, repair, threads};
 use kit::wheel::{WheelProgram, ends_at};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
@@ -47,6 +49,7 @@ pub struct Dem {
     pub(super) bounds: StepBounds,
     /// Stopping criteria of the contact solver for the calling thread alone.
     pub(super) criteria: Criteria,
+    pub(super) on_not_converged: OnNotConverged,
     /// The threads of the contact solver, if there are several.
     pub(super) pool: Option<ThreadPool>,
     pub(super) bodies: Bodies,
@@ -142,7 +145,7 @@ impl Dem {
         }
         sample.surface = surface::surface(&config.sample, &sample, setting.seed);
         setup::refuse_deep_layers(config, &sample)?;
-        let fed = injection::store(config, setting.thickness_m, &sample, setting.seed);
+        let fed = fed::store(config, setting.thickness_m, &sample, setting.seed);
         let scaling = MassScaling::new(config, &bounds, &sample);
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
@@ -166,7 +169,8 @@ impl Dem {
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
             end,
             bounds,
-            criteria: config.solver,
+            criteria: config.solver.criteria(),
+            on_not_converged: config.solver.on_not_converged,
             pool: threads::pool(setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),

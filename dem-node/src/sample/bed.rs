@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use crate::bodies::geometry::Period;
 use crate::config::layer::LayerConfig;
+use crate::contact::graph::backbone;
 use crate::error::DemError;
-use crate::measure::graph::backbone;
-use crate::sample::random::RandomNumbers;
-use crate::sample::relax::Packing;
+use crate::random::RandomNumbers;
+use crate::relax::Packing;
 
 /// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
 const EXPECTED_FRACTION: f64 = 0.83;
@@ -70,7 +70,7 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Packing {
     let mut radii = Vec::new();
     let mut filled = 0.0;
     while filled < target {
-        let radius = random.radius(&recipe.radii());
+        let radius = recipe.radii().at(random.unit());
         filled += PI * radius * radius;
         radii.push(radius);
     }

@@ -2,12 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::bodies::disk::Disk;
 use crate::bodies::geometry::{Period, between_disks, between_points};
 use crate::bodies::surface::BareSurface;
 use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
-use crate::sample::random::RandomNumbers;
-use crate::sample::types::{Disk, Sample};
+use crate::random::RandomNumbers;
+use crate::sample::types::Sample;
 
 /// Mean radii by which a surface reaches beyond its layer by default.
 pub(crate) const REACH: f64 = 9.0;

@@ -7,7 +7,7 @@ use super::acceleration::{Accelerator, FIRST_TURNS};
 use super::groups::Sweeper;
 use super::problem::Problem;
 use super::residual::{Convergence, Defect, convergence, measured, quad};
-use crate::config::solver::Criteria;
+use crate::solver::criteria::Criteria;
 use crate::solver::lemke;
 
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.

@@ -48,7 +48,7 @@ use std::marker::PhantomData;
 
 use super::problem::Problem;
 use super::residual::{Convergence, convergence, measured};
-use crate::config::solver::Criteria;
+use crate::solver::criteria::Criteria;
 use batch::Pass;
 use correction::Correction;
 use group::{Features, PassSums, With};

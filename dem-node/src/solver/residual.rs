@@ -6,8 +6,8 @@ use super::contact::{Contact, NO_BOND};
 use super::partition::in_pieces;
 use super::problem::Problem;
 use super::rolling;
-use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
+use crate::solver::criteria::Criteria;
 
 /// How far a solver has converged at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -16,15 +16,10 @@ use crate::bodies::Bodies;
 use crate::bodies::feed::Source;
 use crate::bodies::geometry::{between_points, under_wheel};
 use crate::bodies::positions::Positions;
-use crate::config::DemConfig;
 use crate::contact::detect::Slot;
-use crate::sample::random::RandomNumbers;
-use crate::sample::types::{Disk, Sample};
 use crate::step::detachment::detach;
 use crate::step::state::GrainState;
 
-/// Sets the random numbers of the fed grains apart from those of the sample.
-const STREAM: u64 = 0x5165;
 /// Distance from the point within which a gap is looked for, and between the positions tried, over the mean radius.
 const REACH: f64 = 2.0;
 const SPACING: f64 = 0.125;
@@ -32,34 +27,6 @@ const SPACING: f64 = 0.125;
 const LEAST: f64 = 0.05;
 /// Part of a gap that a grain fills at first: it touches nothing yet.
 const FILLED: f64 = 0.999;
-
-/// The grains of a feed, in store: as many as it takes, none for a scene without. `seed` is the run's.
-pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> Vec<Disk> {
-    let surface = &sample.surface;
-    let (mut left, centre) = match (&config.injection, &config.detachment) {
-        (None, None) => return Vec::new(),
-        (Some(feed), _) => (
-            feed.rate_kg_per_s * (feed.end_s - feed.start_s),
-            [feed.x_m, feed.y_m],
-        ),
-        (None, Some(_)) => {
-            let area = surface.deepest() * surface.bare_length();
-            (
-                area * thickness * config.density_kg_per_m3,
-                surface.points[0],
-            )
-        }
-    };
-    let mut random = RandomNumbers::new(seed ^ STREAM);
-    let mut grains = Vec::new();
-    while left > 0.0 && !sample.free.is_empty() {
-        let drawn = (random.unit() * sample.free.len() as f64) as usize;
-        let radius = sample.free[drawn].radius;
-        left -= config.real_mass(radius, thickness);
-        grains.push(Disk::at_rest(centre, radius));
-    }
-    grains
-}
 
 /// Feeds what is due until a time (s), and lets grow what was fed; a scene without injection is left as it is.
 pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {

@@ -11,12 +11,12 @@ use protocol::larger;
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{extent, range};
-use crate::config::solver::Criteria;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::law::Penetration;
 use crate::solver::Solver;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND};
+use crate::solver::criteria::Criteria;
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
 use crate::step::state::GrainState;

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Pose;
+use crate::bodies::disk::Disk;
 use crate::bodies::feed::Feed;
 use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::VerletList;
 use crate::contact::initial_bonds::initial_bonds;
 use crate::contact::shared::share_springs;
-use crate::sample::types::Disk;
 use crate::step::ledger::GrainLedger;
 use crate::step::worn::Worn;
 
@@ -164,17 +164,15 @@ impl GrainState {
     }
 
     /// Free grains that are neither in store nor taken out.
-    pub fn grains(&self, bodies: &Bodies) -> impl Iterator<Item = usize> {
-        (0..self.present(bodies)).filter(|grain| !self.is_taken(*grain))
-    }
-
-    fn is_taken(&self, grain: usize) -> bool {
-        self.taken.binary_search(&(grain as u32)).is_ok()
+    pub fn grains<'a>(&'a self, bodies: &'a Bodies) -> impl Iterator<Item = usize> {
+        let positions = self.positions(bodies);
+        (0..positions.present).filter(move |grain| !positions.is_taken(*grain))
     }
 
     /// True for a grain in store or taken out.
     pub fn waits(&self, bodies: &Bodies, disk: usize) -> bool {
-        (self.present(bodies)..bodies.free).contains(&disk) || self.is_taken(disk)
+        let positions = self.positions(bodies);
+        positions.store().contains(&disk) || positions.is_taken(disk)
     }
 
     /// Takes a grain out of the plane, with what it moves, its contacts and its bonds: the ledger has the energy that goes with it.

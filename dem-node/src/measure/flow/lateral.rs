@@ -3,7 +3,7 @@
 use super::{Flow, FlowScene};
 use crate::bodies::Bodies;
 use crate::measure::loads::shown;
-use crate::sample::random::RandomNumbers;
+use crate::random::RandomNumbers;
 use crate::step::state::GrainState;
 
 /// Sets these random numbers apart from others.

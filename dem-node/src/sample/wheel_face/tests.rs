@@ -3,9 +3,9 @@ use crate::bodies::Bodies;
 use crate::bodies::faces::{Face, RigidWall};
 use crate::config::radii::RadiusLaw;
 use crate::config::rail::{HeightAt, RailConfig};
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::cohesion::{Cohesion, HPrime};
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::step::state::GrainState;
 use crate::step::{StepInput, Stepper};
 
@@ -102,7 +102,6 @@ fn sweeps(tolerance: f64, max_iterations: usize) -> Criteria {
         tolerance,
         max_iterations,
         min_iterations: 0,
-        on_not_converged: OnNotConverged::Stop,
         parallel: false,
     }
 }

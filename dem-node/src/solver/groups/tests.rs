@@ -4,7 +4,7 @@ use super::*;
 use crate::contact::bond::BondContact;
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::local::BondLaw;
-use crate::sample::random::RandomNumbers;
+use crate::random::RandomNumbers;
 use crate::solver::contact::NO_BOND;
 
 const GRAINS: usize = 60;

@@ -1,10 +1,10 @@
 use super::*;
 use crate::bodies::levers::Levers;
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
-use crate::sample::random::RandomNumbers;
+use crate::random::RandomNumbers;
 use crate::solver::Solver;
 use crate::solver::contact::{BodyRecord, NO_LEVERS};
+use crate::solver::criteria::{Algorithm, Criteria};
 
 /// A disk of 1/m = `inverse` on a fixed wall, at this velocity.
 fn on_wall(inverse: f64, velocity: [f64; 3], friction: f64) -> Problem {
@@ -174,7 +174,6 @@ fn heaps_on_which_sweeps_do_not_end_are_solved_by_the_solver() {
         let ended = [1399, 1400].map(|max_iterations| {
             let criteria = Criteria {
                 algorithm: Algorithm::Nsgs,
-                on_not_converged: OnNotConverged::Stop,
                 tolerance: 1e-8,
                 max_iterations,
                 min_iterations: 1,

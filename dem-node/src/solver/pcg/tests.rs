@@ -3,13 +3,13 @@
 mod textbook;
 
 use crate::bodies::levers::Levers;
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::bond::{Bond, BondContact};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::cohesion::{Cohesion, HPrime};
 use crate::law::{Law, Penetration};
-use crate::sample::random::RandomNumbers;
+use crate::random::RandomNumbers;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::solver::partition::Partition;
 use crate::solver::pcg::batch::Pass;
 use crate::solver::pcg::group::PassSums;
@@ -195,7 +195,6 @@ fn scenes(grains: usize) -> Vec<Scene> {
 
 fn exactly(iterations: usize, parallel: bool) -> Criteria {
     Criteria {
-        on_not_converged: OnNotConverged::Stop,
         algorithm: Algorithm::Pcg,
         tolerance: 0.0,
         min_iterations: iterations,

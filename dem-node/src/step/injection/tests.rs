@@ -1,12 +1,13 @@
 //! A grain of radius 1 that is fed in between two walls 1.8 apart: it begins with 0.9 of their distance, and ends pressed by both.
 
 use super::*;
+use crate::bodies::disk::Disk;
 use crate::bodies::faces::{Face, RigidWall};
 use crate::bodies::feed::{Feed, Injection, PointSource};
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::contact::boundary::CompliantBoundary;
 use crate::law::adhesion::Adhesion;
 use crate::law::{Law, Springs};
+use crate::solver::criteria::{Algorithm, Criteria};
 use crate::step::{StepInput, Stepper};
 
 /// Stiffness of a contact (N/m), and half the distance of the walls (m).
@@ -69,7 +70,6 @@ fn march(bodies: &Bodies, end: f64, mut watch: impl FnMut(f64, &GrainState)) -> 
         tolerance: 1e-12,
         max_iterations: 1000,
         min_iterations: 1,
-        on_not_converged: OnNotConverged::Stop,
         parallel: false,
     };
     for step in 1..=(end / STEP).round() as u32 {

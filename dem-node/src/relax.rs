@@ -3,10 +3,10 @@
 //! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
+use crate::bodies::disk::Disk;
 use crate::bodies::geometry::{Period, between_points, drop_at, range, squared_displacements};
 use crate::contact::cells::NearPairs;
 use crate::law::lanes::widest;
-use crate::sample::types::Disk;
 
 /// Pairs whose distances are taken side by side.
 const TOGETHER: usize = 16;
@@ -340,7 +340,7 @@ impl Fire {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::random::RandomNumbers;
+    use crate::random::RandomNumbers;
 
     /// Overlap of the disks of a pair and the force on the first (m), if they touch.
     fn pushed_apart(packing: &Packing, (a, b, reach): (u32, u32, f64)) -> Option<(f64, [f64; 2])> {

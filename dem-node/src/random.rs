@@ -1,9 +1,7 @@
-//! Radii and other random numbers of a sample.
+//! The random numbers of a sample.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-
-use crate::config::radii::Radii;
 
 /// The random numbers of a sample. The generator is part of the recipe: PCG64 of a seed gives the same sample
 /// on every machine.
@@ -23,10 +21,5 @@ impl RandomNumbers {
     /// Uniform in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
-    }
-
-    /// A radius of the law.
-    pub fn radius(&mut self, radii: &Radii) -> f64 {
-        radii.at(self.unit())
     }
 }
