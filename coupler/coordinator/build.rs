@@ -10,10 +10,11 @@ use std::process::Command;
 
 /// What a run is made of, from the folder of this crate. Scenes are no part of it, for the hash of a scenario tells them apart; nor is
 /// what reads runs that have ended.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 10] = [
     "../../protocol/src",
     "../../protocol/kit/src",
     "../../fem-node/src",
+    "../../dem-node/kernel/src",
     "../../dem-node/src",
     "../scheme/src",
     "../exchange-log/src",

@@ -35,7 +35,7 @@ use kit::limits::{at_least, finite, positive, refuse_given, within};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
+use dem_kernel::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use detachment::DetachmentConfig;
 use flow::FlowConfig;
 use injection::InjectionConfig;

@@ -18,17 +18,18 @@ pub mod surface;
 pub mod types;
 pub mod wheel_face;
 
-use crate::bodies::cluster::ClusterMembers;
-use crate::bodies::disk::Disk;
-use crate::bodies::drive::Drive;
-use crate::bodies::faces::{Face, RigidWall, polyline};
+use dem_kernel::bodies::cluster::ClusterMembers;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::drive::Drive;
+use dem_kernel::bodies::faces::{Face, RigidWall, polyline};
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::DemConfig;
 use crate::config::disks::{DiskConfig, DisksConfig, WallConfig};
 use crate::config::drive::ClusterDriveConfig;
 use crate::config::law::LawKind;
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use crate::random::RandomNumbers;
 use types::Sample;
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.

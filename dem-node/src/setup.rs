@@ -10,28 +10,28 @@ pub mod prescribed_opening;
 
 use std::ops::Range;
 
+use dem_kernel::bodies::cluster::{Cluster, Clusters};
+use dem_kernel::bodies::faces::depth_behind;
+use dem_kernel::bodies::feed::{Detachment, Injection, PointSource, Source};
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
+use dem_kernel::bodies::{ALERT, Bodies, SKIN};
+use dem_kernel::law::adhesion::Adhesion;
+use dem_kernel::law::cohesion::{Cohesion, HPrime};
+use dem_kernel::law::healing::Healing;
+use dem_kernel::law::{Law, Springs};
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 
-use crate::bodies::cluster::{Cluster, Clusters};
-use crate::bodies::faces::depth_behind;
-use crate::bodies::feed::{Detachment, Injection, PointSource, Source};
-use crate::bodies::geometry::range;
-use crate::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
-use crate::bodies::{ALERT, Bodies, SKIN};
 use crate::config::DemConfig;
 use crate::config::detachment::DetachmentConfig;
 use crate::config::injection::InjectionConfig;
 use crate::config::law::{self, LawConfig};
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use crate::law::adhesion::Adhesion;
-use crate::law::cohesion::{Cohesion, HPrime};
-use crate::law::healing::Healing;
-use crate::law::{Law, Springs};
 use crate::sample::surface;
 use crate::sample::types::Sample;
 use crate::setup::bounds::StepBounds;
-use crate::step::state::GrainState;
 use kit::keys::refuse_if;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would

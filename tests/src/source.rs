@@ -18,8 +18,11 @@ pub fn product_crates() -> Vec<(String, PathBuf)> {
     let product = folders.filter(|folder| *folder != "tests");
     product
         .map(|folder| {
-            let name = folder.rsplit('/').next().unwrap_or(folder);
-            (name.to_string(), root.join(folder))
+            let folder = root.join(folder);
+            let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).expect("it is there");
+            let manifest: toml::Table = manifest.parse().expect("it is TOML");
+            let name = manifest["package"]["name"].as_str().expect("a name");
+            (name.to_string(), folder)
         })
         .collect()
 }

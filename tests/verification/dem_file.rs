@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dem_node::bodies::disk::Disk;
+use dem_kernel::bodies::disk::Disk;
 use dem_node::config::DemConfig;
 use dem_node::sample;
 use dem_node::sample::types::Sample;

@@ -5,7 +5,7 @@
 //! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
 //! with the bed's height (walls pack looser).
 
-use dem_node::bodies::disk::Disk;
+use dem_kernel::bodies::disk::Disk;
 use dem_node::config::DemConfig;
 use dem_node::config::layer::LayerConfig;
 use dem_node::config::radii::RadiusLaw;

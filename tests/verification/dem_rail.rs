@@ -6,11 +6,11 @@
 
 use std::f64::consts::PI;
 
-use dem_node::bodies::disk::Disk;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::random::RandomNumbers;
 use dem_node::config::DemConfig;
 use dem_node::config::radii::{Radii, RadiusLaw};
 use dem_node::config::sample::SampleConfig;
-use dem_node::random::RandomNumbers;
 use dem_node::sample;
 use dem_node::sample::types::Sample;
 use protocol::{Node, Setting};

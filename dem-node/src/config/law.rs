@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::law;
+use dem_kernel::law;
 
 /// `law`: unilateral contact with optional friction and compliance.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -105,7 +105,7 @@ pub struct PairConfig {
 /// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
 ///
 /// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
-/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::step::repair`]).
+/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`dem_kernel::step::repair`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Penetration {

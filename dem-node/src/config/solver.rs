@@ -5,7 +5,7 @@ use kit::limits::within;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::solver::criteria::{self, Criteria};
+use dem_kernel::solver::criteria::{self, Criteria};
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];
@@ -53,8 +53,8 @@ pub struct SolverConfig {
 }
 
 impl SolverConfig {
-    /// The same for the calling thread alone.
-    pub fn criteria(&self) -> Criteria {
+    /// The criteria of a step, which may use the rayon pool of the caller if it is `parallel`.
+    pub fn criteria(&self, parallel: bool) -> Criteria {
         Criteria {
             algorithm: match self.algorithm {
                 Algorithm::Nsgs => criteria::Algorithm::Nsgs,
@@ -63,7 +63,7 @@ impl SolverConfig {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             min_iterations: self.min_iterations,
-            parallel: false,
+            parallel,
         }
     }
 

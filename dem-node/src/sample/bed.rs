@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
-use crate::bodies::geometry::Period;
+use dem_kernel::bodies::geometry::Period;
+use dem_kernel::contact::graph::backbone;
+use dem_kernel::random::RandomNumbers;
+use dem_kernel::relax::Packing;
+
 use crate::config::layer::LayerConfig;
-use crate::contact::graph::backbone;
 use crate::error::DemError;
-use crate::random::RandomNumbers;
-use crate::relax::Packing;
 
 /// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
 const EXPECTED_FRACTION: f64 = 0.83;

@@ -1,8 +1,9 @@
-//! The grains that a feed brings in later, see [`crate::step::injection`].
+//! The grains that a feed brings in later, see [`dem_kernel::step::injection`].
 
-use crate::bodies::disk::Disk;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::DemConfig;
-use crate::random::RandomNumbers;
 use crate::sample::types::Sample;
 
 /// Sets the random numbers of the fed grains apart from those of the sample.

@@ -1,8 +1,9 @@
 //! The disks of rectangles and rows.
 
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::disks::{DiskConfig, DisksConfig};
 use crate::config::fill::{FillConfig, RowConfig};
-use crate::random::RandomNumbers;
 
 /// The sample with the disks of its rows and rectangles listed behind the others. Their random numbers are those of their own
 /// seed, or follow each other from this one.

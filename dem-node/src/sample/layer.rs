@@ -4,11 +4,12 @@
 //! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
 //! meets a rough face. A flat top would touch over its whole width, hence the shift by the crown's drop.
 
-use crate::bodies::disk::{Disk, in_columns};
-use crate::bodies::geometry::{drop_at, range};
+use dem_kernel::bodies::disk::{Disk, in_columns};
+use dem_kernel::bodies::geometry::{drop_at, range};
+use dem_kernel::relax::Packing;
+
 use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::relax::Packing;
 use crate::sample::bed::{self, Bed};
 use crate::sample::types::Sample;
 

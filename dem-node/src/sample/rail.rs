@@ -6,13 +6,14 @@
 
 use std::f64::consts::PI;
 
-use crate::bodies::disk::{Disk, in_columns};
-use crate::bodies::geometry::drop_at;
+use dem_kernel::bodies::disk::{Disk, in_columns};
+use dem_kernel::bodies::geometry::drop_at;
+use dem_kernel::contact::cells::NearPairs;
+use dem_kernel::random::RandomNumbers;
+use dem_kernel::relax::{Packing, PackingForces};
+
 use crate::config::rail::RailConfig;
-use crate::contact::cells::NearPairs;
 use crate::error::DemError;
-use crate::random::RandomNumbers;
-use crate::relax::{Packing, PackingForces};
 use crate::sample::types::Sample;
 
 /// Solid fraction of the box, just below that at which p ~ r^-2 jams (0.8426).

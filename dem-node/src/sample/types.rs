@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::cluster::ClusterMembers;
-use crate::bodies::disk::Disk;
-use crate::bodies::faces::RigidWall;
-use crate::bodies::surface::BareSurface;
+use dem_kernel::bodies::cluster::ClusterMembers;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::faces::RigidWall;
+use dem_kernel::bodies::surface::BareSurface;
 
 /// Grains at rest, ready to be loaded. Of a sample that is kept, a file holds what its recipe makes: no face, no walls, no clusters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -3,10 +3,11 @@
 #[cfg(test)]
 mod tests;
 
-use crate::bodies::disk::Disk;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::sample::SampleConfig;
 use crate::config::wheel::{DemWheelConfig, FaceKind};
-use crate::random::RandomNumbers;
 
 /// Disks of the face about its lowest point (m), by ascending x; none of a smooth one.
 ///

@@ -1,13 +1,13 @@
 //! Bounds on the step, that is on the windows of a coupled run.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 use protocol::Cause;
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
 use crate::config::DemConfig;
 use crate::error::DemError;
-use crate::step::state::GrainState;
 
 /// Part of t_i below which coupled trials were clean.
 const CLEAN: f64 = 0.05;

@@ -1,7 +1,8 @@
 //! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
-use crate::bodies::disk::Disk;
-use crate::bodies::geometry::range;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::geometry::range;
+
 use crate::config::DemConfig;
 use crate::config::sample::SampleConfig;
 use crate::sample::types::Sample;

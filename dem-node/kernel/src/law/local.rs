@@ -4,7 +4,7 @@
 //! the same law for W_nt = 0 and is tested against this one, as is the sweep over bonds. Contacts of glued disks, of the wheel and of
 //! clusters are solved by this one.
 
-use crate::error::DemError;
+use crate::error::KernelError;
 
 /// The symmetric block of W = H^T M^-1 H at one contact, 2 x 2 (1/kg).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,13 +48,13 @@ impl LocalLaw {
         block: DelassusBlock,
         friction: f64,
         pair: (u32, u32),
-    ) -> Result<LocalLaw, DemError> {
+    ) -> Result<LocalLaw, KernelError> {
         let denominator = block.nn - friction * block.nt.abs();
         let tangential = block.tt.max(PRESCRIBED * block.nn);
         let determinant = block.nn * tangential - block.nt * block.nt;
         // Written so that a NaN is refused as well.
         if !(denominator > 0.0 && determinant > 0.0) {
-            return Err(DemError::Denominator {
+            return Err(KernelError::Denominator {
                 a: pair.0,
                 b: pair.1,
                 denominator: denominator.min(determinant),
@@ -152,7 +152,7 @@ impl BondLaw {
         block: DelassusBlock,
         compliance: f64,
         pair: (u32, u32),
-    ) -> Result<LocalLaw, DemError> {
+    ) -> Result<LocalLaw, KernelError> {
         let freed = 1.0 / (1.0 + self.kappa[1] * block.tt);
         self.shear = self.kappa[1] * freed;
         let nn = block.nn - self.shear * block.nt * block.nt;

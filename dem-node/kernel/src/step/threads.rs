@@ -2,16 +2,16 @@
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::error::DemError;
+use crate::error::KernelError;
 
 /// A pool of so many threads, `None` where the calling one suffices.
-pub fn pool(threads: usize) -> Result<Option<ThreadPool>, DemError> {
+pub fn pool(threads: usize) -> Result<Option<ThreadPool>, KernelError> {
     if threads <= 1 {
         return Ok(None);
     }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Some)
-        .map_err(|error| DemError::Threads { threads, error })
+        .map_err(|error| KernelError::Threads { threads, error })
 }
 
 /// Runs work where a solver may use the threads of the pool.

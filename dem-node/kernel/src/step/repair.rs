@@ -12,7 +12,7 @@ use protocol::larger;
 use crate::bodies::Bodies;
 use crate::bodies::geometry::{extent, range};
 use crate::contact::boundary::CompliantBoundary;
-use crate::error::DemError;
+use crate::error::KernelError;
 use crate::law::Penetration;
 use crate::solver::Solver;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND};
@@ -43,7 +43,7 @@ impl Repair {
         (state, bodies): (&mut GrainState, &Bodies),
         (solved, criteria): (&Problem, &Criteria),
         [drift, load]: [f64; 2],
-    ) -> Result<Option<Convergence>, DemError> {
+    ) -> Result<Option<Convergence>, KernelError> {
         match bodies.law.penetration {
             Penetration::Gap | Penetration::Iqs => Ok(None),
             Penetration::Split => {
@@ -99,7 +99,7 @@ impl Repair {
         (state, bodies): (&mut GrainState, &Bodies),
         (solved, criteria): (&Problem, &Criteria),
         load: f64,
-    ) -> Result<Option<Convergence>, DemError> {
+    ) -> Result<Option<Convergence>, KernelError> {
         let problem = &mut self.problem;
         if problem.contacts.iter().all(|c| c.bias[0] >= 0.0) {
             return Ok(None);

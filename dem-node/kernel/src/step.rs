@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::drive::StepTime;
-use crate::error::DemError;
+use crate::error::KernelError;
 use crate::law::cohesion::Cohesion;
 use crate::solver::Solver;
 use crate::solver::criteria::{Algorithm, Criteria};
@@ -143,7 +143,7 @@ impl Stepper {
         state: &mut GrainState,
         input: &StepInput,
         criteria: &Criteria,
-    ) -> Result<StepSummary, DemError> {
+    ) -> Result<StepSummary, KernelError> {
         let bodies = input.bodies;
         injection::feed(state, bodies, input.loaded);
         state.drift(bodies, input.step * (1.0 - input.theta));
@@ -181,7 +181,7 @@ impl Stepper {
         input: &StepInput,
         criteria: &Criteria,
         law: &Cohesion,
-    ) -> Result<Convergence, DemError> {
+    ) -> Result<Convergence, KernelError> {
         let mut convergence = self.solver.solve(&mut self.problem, criteria)?;
         if !convergence.converged {
             // Where the window is accepted all the same, bonds are as strong as they were solved for.

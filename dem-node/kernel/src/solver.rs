@@ -26,7 +26,7 @@ pub mod problem;
 pub mod residual;
 pub mod rolling;
 
-use crate::error::DemError;
+use crate::error::KernelError;
 use criteria::{Algorithm, Criteria};
 use problem::Problem;
 use residual::Convergence;
@@ -45,7 +45,7 @@ impl Solver {
         &mut self,
         problem: &mut Problem,
         criteria: &Criteria,
-    ) -> Result<Convergence, DemError> {
+    ) -> Result<Convergence, KernelError> {
         problem.prepare(criteria.tolerance, criteria.parallel)?;
         let convergence = match criteria.algorithm {
             Algorithm::Nsgs => nsgs::solve(problem, &mut self.sweeper, criteria),
@@ -61,7 +61,7 @@ impl Solver {
         problem: &mut Problem,
         criteria: &Criteria,
         softened: &[u32],
-    ) -> Result<Convergence, DemError> {
+    ) -> Result<Convergence, KernelError> {
         problem.prepare_bonds(softened)?;
         let convergence = self.conjugate.solve(problem, criteria, Some(softened));
         finite(problem, convergence)
@@ -69,12 +69,12 @@ impl Solver {
 }
 
 /// An answer that is a number.
-fn finite(problem: &mut Problem, convergence: Convergence) -> Result<Convergence, DemError> {
+fn finite(problem: &mut Problem, convergence: Convergence) -> Result<Convergence, KernelError> {
     problem.boundary.evaluate();
     if convergence.residual.is_finite() {
         return Ok(convergence);
     }
-    Err(DemError::NotFinite {
+    Err(KernelError::NotFinite {
         iterations: convergence.iterations,
     })
 }

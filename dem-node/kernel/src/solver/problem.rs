@@ -7,7 +7,7 @@ use super::rolling::{self, Couple};
 use crate::bodies::levers::Levers;
 use crate::contact::bond::BondContact;
 use crate::contact::boundary::CompliantBoundary;
-use crate::error::DemError;
+use crate::error::KernelError;
 use crate::law::local::{DelassusBlock, LocalLaw};
 
 /// The attraction of the bodies of a contact by adhesion, a load on both.
@@ -63,7 +63,7 @@ impl Problem {
     ///
     /// Residuals are relative to ||D r||, but to no less than what makes a defect of pure rounding pass: a group of
     /// grains that just moves on has impulses near zero, and would never converge relative to them.
-    pub(super) fn prepare(&mut self, tolerance: f64, parallel: bool) -> Result<(), DemError> {
+    pub(super) fn prepare(&mut self, tolerance: f64, parallel: bool) -> Result<(), KernelError> {
         let count = self.contacts.len();
         self.least_size = self.rounding * (count.max(1) as f64).sqrt() / tolerance;
         let mut contacts = std::mem::take(&mut self.contacts);
@@ -79,7 +79,7 @@ impl Problem {
                     let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
                     self.prepare_law(contact, piece.bonds.get_mut(bond))?;
                 }
-                Ok::<(), DemError>(())
+                Ok::<(), KernelError>(())
             });
             self.apply_first_guesses(&contacts, parallel);
             prepared.into_iter().collect()
@@ -104,7 +104,7 @@ impl Problem {
         &self,
         contact: &mut Contact,
         bond: Option<&mut BondContact>,
-    ) -> Result<(), DemError> {
+    ) -> Result<(), KernelError> {
         contact.block = self.block(contact);
         let [nn, tt] = contact.diagonal();
         let nt = contact.block.nt;
@@ -118,7 +118,7 @@ impl Problem {
     }
 
     /// The local laws of the bonds of these contacts anew.
-    pub(super) fn prepare_bonds(&mut self, softened: &[u32]) -> Result<(), DemError> {
+    pub(super) fn prepare_bonds(&mut self, softened: &[u32]) -> Result<(), KernelError> {
         for index in softened {
             let contact = &mut self.contacts[*index as usize];
             let pair = (contact.a, contact.b);

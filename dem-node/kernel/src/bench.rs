@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::error::DemError;
+use crate::error::KernelError;
 use crate::solver::Solver;
 use crate::solver::criteria::{Algorithm, Criteria};
 use crate::solver::problem::Problem;
@@ -76,7 +76,7 @@ pub struct ContactBenchRow {
 }
 
 /// All rows: packs of about 1 000, 10 000 and 73 000 disks.
-pub fn bench() -> Result<Vec<ContactBenchRow>, DemError> {
+pub fn bench() -> Result<Vec<ContactBenchRow>, KernelError> {
     let mut rows = Vec::new();
     for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
         let pack = Pack::new(disks, columns, lines);
@@ -95,7 +95,7 @@ impl Pack {
         cold: &Problem,
         criteria: &Criteria,
         warm: bool,
-    ) -> Result<Option<[usize; STEPS]>, DemError> {
+    ) -> Result<Option<[usize; STEPS]>, KernelError> {
         let (mut problem, mut solver) = (cold.clone(), Solver::default());
         let mut iterations = [0; STEPS];
         for (step, count) in iterations.iter_mut().enumerate() {
@@ -112,15 +112,19 @@ impl Pack {
     }
 
     /// The rows of one thread and of two.
-    fn rows(&self, algorithm: Algorithm, friction: f64) -> Result<[ContactBenchRow; 2], DemError> {
+    fn rows(
+        &self,
+        algorithm: Algorithm,
+        friction: f64,
+    ) -> Result<[ContactBenchRow; 2], KernelError> {
         let (cold, poses) = self.cold(friction);
         let times = times(&cold, algorithm)?;
         let contacts = cold.contacts.len();
-        let row = |threads: usize, time: &Times| -> Result<ContactBenchRow, DemError> {
+        let row = |threads: usize, time: &Times| -> Result<ContactBenchRow, KernelError> {
             let criteria =
                 |tolerance: f64| criteria(algorithm, tolerance, MOST_ITERATIONS, threads);
             let pool = threads::pool(threads)?;
-            let reach = |tolerance: f64| -> Result<Option<usize>, DemError> {
+            let reach = |tolerance: f64| -> Result<Option<usize>, KernelError> {
                 let mut problem = cold.clone();
                 let convergence = threads::in_pool(pool.as_ref(), || {
                     Solver::default().solve(&mut problem, &criteria(tolerance))
@@ -176,7 +180,7 @@ impl Times {
 
 /// The times of one thread and of two, which take turns: a machine that others use too is not the same a second later.
 /// A solve begins from the cold step each time, but in the buffers of the one before, as in a run.
-fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
+fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], KernelError> {
     let pools = [threads::pool(1)?, threads::pool(2)?];
     let never = f64::INFINITY;
     let mut times = [Times {
@@ -201,7 +205,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                 threads::in_pool(pool.as_ref(), || {
                     let start = Instant::now();
                     solver.solve(problem, &criteria)?;
-                    Ok::<_, DemError>(start.elapsed().as_secs_f64())
+                    Ok::<_, KernelError>(start.elapsed().as_secs_f64())
                 })
             };
             // A system that is asked for a second core finds one within milliseconds: the first solves are for that.
