@@ -38,7 +38,7 @@
 //!
 //! # Equations, functions, sources
 //!
-//! Those of laws, contacts, solvers and steps are in [`dem_kernel`].
+//! Those of laws, contacts, solvers and steps are in [`dem_kernel`], where RSB is written out.
 //!
 //! | equation | function | source |
 //! |---|---|---|
