@@ -25,7 +25,7 @@ fn main() -> ExitCode {
                 schema: Some(dem_node::schema),
                 build: dem_node::build,
                 bench: Some(|| {
-                    let rows = dem_node::bench::bench().map_err(|error| error.to_string())?;
+                    let rows = dem_kernel::bench::bench().map_err(|error| error.to_string())?;
                     Ok(serde_json::json!(rows))
                 }),
             },

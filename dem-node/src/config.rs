@@ -35,8 +35,7 @@ use kit::limits::{at_least, finite, positive, refuse_given, within};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
-use crate::law::Penetration;
+use dem_kernel::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use detachment::DetachmentConfig;
 use flow::FlowConfig;
 use injection::InjectionConfig;
@@ -47,7 +46,7 @@ use layer::PERIOD;
 use plausible::DemPlausibleConfig;
 use profile::ProfileConfig;
 use sample::SampleConfig;
-use solver::{Algorithm, Criteria};
+use solver::{Algorithm, SolverConfig};
 use stress::StressConfig;
 use wheel::DemWheelConfig;
 
@@ -61,7 +60,7 @@ pub struct DemConfig {
     /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
     pub law: LawConfig,
     /// The solver of the contact problem of a step.
-    pub solver: Criteria,
+    pub solver: SolverConfig,
     /// Step and scheme.
     pub time: DemTimeConfig,
     /// Density of the grains (kg/m3).
@@ -252,7 +251,7 @@ impl DemConfig {
         self.validate_pcg()?;
         self.validate_wheel_on_sample()?;
         refuse_if(
-            self.sample.has_clusters() && self.law.penetration.is_some_and(Penetration::repairs),
+            self.sample.has_clusters() && self.law.penetration().repairs(),
             "law.penetration",
             "moves single disks apart, and sample.disks has clusters",
             "write penetration = \"gap\" or \"iqs\"",

@@ -1,5 +1,6 @@
 //! Errors of the node.
 
+use dem_kernel::error::KernelError;
 use kit::ConfigError;
 use protocol::{Cause, NodeError, WithCure};
 use thiserror::Error;
@@ -39,10 +40,8 @@ pub enum DemError {
         overlap_m: f64,
         relative: f64,
     },
-    #[error(
-        "contact of bodies {a} and {b}: W_nn - friction |W_nt| = {denominator:e} (1/kg) is not positive, sliding has no unique impulse; lower law.friction, or check the wall's compliance or the shape of the cluster that jams (Painleve)"
-    )]
-    Denominator { a: u32, b: u32, denominator: f64 },
+    #[error(transparent)]
+    Kernel(#[from] KernelError),
     #[error(
         "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; {}",
         cure(*rigid, *friction, *iterations, *pivots_after)
@@ -66,21 +65,12 @@ pub enum DemError {
         iterations: usize,
         tolerance: f64,
     },
-    #[error(
-        "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
-    )]
-    NotFinite { iterations: usize },
     #[error("step of {step_s:e} s is above the {bound} of {limit_s:e} s: {help}")]
     Step {
         step_s: f64,
         limit_s: f64,
         bound: &'static str,
         help: &'static str,
-    },
-    #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]
-    Threads {
-        threads: usize,
-        error: rayon::ThreadPoolBuildError,
     },
     #[error("{0}")]
     Request(String),
@@ -126,16 +116,16 @@ impl DemError {
             DemError::DemConfig(error) => error.cause,
             DemError::Overlap { .. } => Cause::OverlappingDisks,
             DemError::Step { .. } => Cause::StepTooLong,
-            DemError::Threads { .. } => Cause::ThreadsUnavailable,
+            DemError::Kernel(KernelError::Threads { .. }) => Cause::ThreadsUnavailable,
             DemError::Write { .. } => Cause::WriteFailed,
             DemError::Request(_) => Cause::ProtocolViolated,
             DemError::NotAtRest { .. } | DemError::RailNotAtRest { .. } => Cause::SampleNotAtRest,
             DemError::NotJammed { .. } => Cause::SampleNotJammed,
-            DemError::Denominator { .. } => Cause::SlidingNotUnique,
+            DemError::Kernel(KernelError::Denominator { .. }) => Cause::SlidingNotUnique,
             DemError::NotConverged { .. } | DemError::NotRepaired { .. } => {
                 Cause::ContactNotConverged
             }
-            DemError::NotFinite { .. } => Cause::Diverged,
+            DemError::Kernel(KernelError::NotFinite { .. }) => Cause::Diverged,
         }
     }
 }

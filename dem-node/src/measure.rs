@@ -3,7 +3,7 @@
 //! In reading order:
 //! - [`loads`], [`tiles`]: forces of the contacts grain by grain, and the part of the plane that belongs to each;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
-//! - [`graph`], [`flow`]: agglomerates and first bodies by the graph of bonds, and the flows of third body;
+//! - [`flow`]: the flows of third body;
 //! - [`accommodation`], [`cycles`]: where the wheel's motion goes, and its full cycles;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`force_means`], [`report`]: signals and results;
@@ -14,7 +14,6 @@ pub mod accommodation;
 pub mod cycles;
 pub mod flow;
 pub mod force_means;
-pub mod graph;
 pub mod loads;
 pub mod plausible;
 pub mod profile;

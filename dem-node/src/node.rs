@@ -14,6 +14,9 @@ mod request;
 
 use std::collections::BTreeMap;
 
+use dem_kernel::contact::boundary::CompliantBoundary;
+use dem_kernel::step::StepSummary;
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
@@ -22,14 +25,11 @@ use protocol::{
 };
 
 use crate::config::solver::OnNotConverged;
-use crate::contact::boundary::CompliantBoundary;
 use crate::measure::flow::Flow;
 use crate::measure::{snapshot, wheel_contacts};
 use crate::setup::bounds::StepBounds;
-use crate::step::StepSummary;
-use crate::step::state::GrainState;
 use dem::{Dem, Progress};
-use request::{request, require_numbers};
+use request::{refuse_misfit, request, require_numbers};
 
 /// Steps times disks that take some seconds.
 const DISK_STEPS: usize = 2_000_000;
@@ -69,7 +69,7 @@ impl Node for Dem {
             boundary_inertia: glued.then(|| self.boundary_inertia()),
             tolerance: Some(Tolerance {
                 key: "solver.tolerance".into(),
-                value: self.criteria.tolerance,
+                value: self.solver.tolerance,
             }),
             point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
             outward: interface::outward(&self.bodies),
@@ -112,7 +112,7 @@ impl Node for Dem {
                 self.warnings.push(warning);
             }
         }
-        CompliantBoundary::refuse_misfit(self.interface.disks.len(), compliance)?;
+        refuse_misfit(self.interface.disks.len(), compliance)?;
         let glued = self.bodies.boundary_points();
         let compliance = self.interface.scatter_square(compliance, glued);
         self.stepper.problem.boundary = CompliantBoundary::compliant(glued, compliance);
@@ -196,7 +196,7 @@ impl Node for Dem {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
             summary = self.advance([start, end], step, &fixed, false)?;
-            let stops = self.criteria.on_not_converged == OnNotConverged::Stop;
+            let stops = self.solver.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
                 return Err(NodeError::from(self.not_converged(window, &summary)));
             }

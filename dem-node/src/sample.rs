@@ -1,35 +1,36 @@
 //! Samples: grains listed one by one, a pressed layer, or a rail of grains.
 //!
 //! In reading order:
-//! - [`types`], [`random`]: a sample, and the random numbers of it;
-//! - `fill`: grains listed one by one, and those that fill a region;
-//! - [`relax`], [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
+//! - [`types`]: a sample;
+//! - `fill`, [`fed`]: grains listed one by one, those that fill a region, and those that are fed in later;
+//! - [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
 //! - [`surface`]: what they lie on beside their glued rows;
 //! - [`wheel_face`]: the disks of a rough wheel;
 //! - [`prepared`]: samples that are kept for later runs.
 
 pub mod bed;
+pub mod fed;
 pub(crate) mod fill;
 pub mod layer;
 pub mod prepared;
 pub mod rail;
-pub mod random;
-pub mod relax;
 pub mod surface;
 pub mod types;
 pub mod wheel_face;
 
-use crate::bodies::cluster::ClusterMembers;
-use crate::bodies::drive::Drive;
-use crate::bodies::faces::{Face, RigidWall, polyline};
+use dem_kernel::bodies::cluster::ClusterMembers;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::drive::Drive;
+use dem_kernel::bodies::faces::{Face, RigidWall, polyline};
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::DemConfig;
 use crate::config::disks::{DiskConfig, DisksConfig, WallConfig};
 use crate::config::drive::ClusterDriveConfig;
 use crate::config::law::LawKind;
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use random::RandomNumbers;
-use types::{Disk, Sample};
+use types::Sample;
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &DemConfig, seed: u64) -> Result<Sample, DemError> {

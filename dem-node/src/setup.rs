@@ -10,37 +10,33 @@ pub mod prescribed_opening;
 
 use std::ops::Range;
 
+use dem_kernel::bodies::cluster::{Cluster, Clusters};
+use dem_kernel::bodies::faces::depth_behind;
+use dem_kernel::bodies::feed::{Detachment, Injection, PointSource, Source};
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
+use dem_kernel::bodies::{ALERT, Bodies, SKIN};
+use dem_kernel::law::adhesion::Adhesion;
+use dem_kernel::law::cohesion::{Cohesion, HPrime};
+use dem_kernel::law::healing::Healing;
+use dem_kernel::law::{Law, Springs};
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 
-use crate::bodies::Bodies;
-use crate::bodies::cluster::{Cluster, Clusters};
-use crate::bodies::faces::depth_behind;
-use crate::bodies::feed::{Detachment, Injection, PointSource, Source};
-use crate::bodies::geometry::range;
-use crate::bodies::pairs::{GRAINS, Pairs, ROWS, SURFACE, WHEEL};
 use crate::config::DemConfig;
 use crate::config::detachment::DetachmentConfig;
 use crate::config::injection::InjectionConfig;
-use crate::config::law::LawConfig;
+use crate::config::law::{self, LawConfig};
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use crate::law::adhesion::Adhesion;
-use crate::law::cohesion::Cohesion;
-use crate::law::healing::Healing;
-use crate::law::{Law, Springs};
 use crate::sample::surface;
 use crate::sample::types::Sample;
 use crate::setup::bounds::StepBounds;
-use crate::step::state::GrainState;
 use kit::keys::refuse_if;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
 /// throw them apart.
 const RIGID_OVERLAP: f64 = 0.01;
-/// Alert distance and Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new
-/// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
-pub(crate) const ALERT: f64 = 0.02;
-pub(crate) const SKIN: f64 = 0.2;
 /// Inertial times in which a grain grows that comes off a surface.
 const GROWTH: f64 = 100.0;
 
@@ -235,7 +231,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
             pressure: healing.pressure_pa,
         }),
         restitution: config.restitution,
-        penetration: config.penetration.unwrap_or_default(),
+        penetration: config.penetration(),
     }
 }
 
@@ -246,7 +242,10 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
         energy: config.w_j_per_m2?,
         viscosity: config.b_pa_m_s?,
         power: config.p?,
-        h_prime: config.h_prime?,
+        h_prime: match config.h_prime? {
+            law::HPrime::One => HPrime::One,
+            law::HPrime::Adhesion => HPrime::Adhesion,
+        },
         thickness,
         alert: config.alert_m?,
         bonds_min: config.bonds_min as usize,

@@ -139,13 +139,13 @@ fn a_viscous_bond_follows_its_differential_equation() {
 
 /// Adhesion at 3 delta_0 of V = 0.1 m/s, b = 1e-3 Pa m s with n steps of the law itself.
 fn adhesion_in(steps: u32) -> f64 {
-    let law = dem_node::law::cohesion::Cohesion {
+    let law = dem_kernel::law::cohesion::Cohesion {
         normal: CN,
         tangential: 0.0,
         energy: W,
         viscosity: 1e-3,
         power: 1.0,
-        h_prime: dem_node::law::cohesion::HPrime::One,
+        h_prime: dem_kernel::law::cohesion::HPrime::One,
         thickness: 1e-3,
         alert: 1e-6,
         bonds_min: 0,

@@ -3,9 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use dem_kernel::bodies::disk::Disk;
 use dem_node::config::DemConfig;
 use dem_node::sample;
-use dem_node::sample::types::{Disk, Sample};
+use dem_node::sample::types::Sample;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, march, refusal, scene};

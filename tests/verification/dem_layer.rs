@@ -5,6 +5,7 @@
 //! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
 //! with the bed's height (walls pack looser).
 
+use dem_kernel::bodies::disk::Disk;
 use dem_node::config::DemConfig;
 use dem_node::config::layer::LayerConfig;
 use dem_node::config::radii::RadiusLaw;
@@ -12,7 +13,7 @@ use dem_node::config::sample::SampleConfig;
 use dem_node::config::surface::SurfaceConfig;
 use dem_node::node::dem::Dem;
 use dem_node::sample;
-use dem_node::sample::types::{Disk, Sample};
+use dem_node::sample::types::Sample;
 use dem_node::sample::{bed, layer};
 use protocol::Node;
 use serde_json::{Value, json};

@@ -243,7 +243,7 @@ fn third_body_of(dem: &Dem, grain: usize) -> f64 {
     let free = dem.bodies().free;
     let bonds = dem.state().bonds.iter().filter(|bond| bond.adhesion > 0.01);
     let pairs: Vec<_> = bonds.map(|bond| (bond.a, bond.b)).collect();
-    let first = dem_node::measure::graph::first_bodies(free, &pairs);
+    let first = dem_kernel::contact::graph::first_bodies(free, &pairs);
     if first[grain] { 0.0 } else { mass(R) }
 }
 

@@ -101,7 +101,7 @@ fn a_block_at_rest_is_repaired_without_kinetic_energy() {
         assert_eq!(dem.state().kinetic(dem.bodies()), 0.0, "{penetration}");
         let list = &dem.state().list.slots;
         let places = dem.state().positions(dem.bodies());
-        let gap = |slot: &dem_node::contact::detect::Slot| {
+        let gap = |slot: &dem_kernel::contact::detect::Slot| {
             places.proximity(slot.a as usize, slot.b as usize).gap
         };
         let deepest = list.iter().map(gap).fold(0.0, f64::min);

@@ -8,10 +8,10 @@
 //! Reference: invariance under translation, and the same scenes inside. Tolerance: rounding of positions, 1e-18 m over the
 //! step, which a heap multiplies by its condition (below 1e3).
 
+use dem_kernel::contact::detect::Slot;
 use dem_node::Dem;
 use dem_node::config::DemConfig;
 use dem_node::config::sample::SampleConfig;
-use dem_node::contact::detect::Slot;
 use dem_node::sample::bed;
 use protocol::Node;
 use serde_json::{Value, json};

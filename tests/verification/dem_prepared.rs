@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use dem_kernel::bodies::disk::Disk;
 use dem_node::Dem;
 use dem_node::config::DemConfig;
 use dem_node::sample::prepared::{Prepared, SampleStore, WORTH};
-use dem_node::sample::types::{Disk, Sample};
+use dem_node::sample::types::Sample;
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 

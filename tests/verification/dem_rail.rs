@@ -6,12 +6,13 @@
 
 use std::f64::consts::PI;
 
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::random::RandomNumbers;
 use dem_node::config::DemConfig;
 use dem_node::config::radii::{Radii, RadiusLaw};
 use dem_node::config::sample::SampleConfig;
 use dem_node::sample;
-use dem_node::sample::random::RandomNumbers;
-use dem_node::sample::types::{Disk, Sample};
+use dem_node::sample::types::Sample;
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
@@ -239,7 +240,7 @@ fn radii_follow_their_law() {
             ends: [1.0, 4.0],
         };
         let mut random = RandomNumbers::new(5);
-        let draws: Vec<f64> = (0..100_000).map(|_| random.radius(&radii)).collect();
+        let draws: Vec<f64> = (0..100_000).map(|_| radii.at(random.unit())).collect();
         assert!(draws.iter().all(|r| (1.0..=4.0).contains(r)));
         let exact = |n: f64| {
             let points = (0..30_000).map(|i| 1.0 + (f64::from(i) + 0.5) * 1e-4);

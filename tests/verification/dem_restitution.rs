@@ -11,7 +11,7 @@
 //! first and (1 + e)/n for the others. Energy: without friction v is a contraction of v_0 for 0 <= e <= 1, whatever touches.
 //! Tolerances: speeds, the solver's true residual of 1e-12; heights, one step of gravity in the impact speed, 2e-4.
 
-use dem_node::sample::random::RandomNumbers;
+use dem_kernel::random::RandomNumbers;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, march, refusal, scene};

@@ -131,7 +131,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
         let overrides = json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-2)});
         let config = scene(law.clone(), 1e-5, grid(90, 45), overrides);
         let (dem, one) = run(&config, 1, 2);
-        let touching = |slot: &&dem_node::contact::detect::Slot| slot.force[0] != 0.0;
+        let touching = |slot: &&dem_kernel::contact::detect::Slot| slot.force[0] != 0.0;
         let closed = dem.state().list.slots.iter().filter(touching).count();
         assert!(
             closed > 1000,
@@ -174,7 +174,7 @@ fn a_layer_under_its_wheel_has_the_same_bits_in_any_number_of_threads() {
         assert!(slots.len() > 2 * 4096, "one block only");
         let wheel = 90 * 45;
         let pressed =
-            |slot: &&dem_node::contact::detect::Slot| slot.b == wheel && slot.force[0] > 0.0;
+            |slot: &&dem_kernel::contact::detect::Slot| slot.b == wheel && slot.force[0] > 0.0;
         assert!(
             slots.iter().filter(pressed).count() > 10,
             "the wheel is in the air"

@@ -1,5 +1,7 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{finite, positive};
@@ -9,8 +11,6 @@ use serde::Deserialize;
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
 use super::surface::{SPACING, SurfaceConfig};
-use crate::bodies::geometry::range;
-use crate::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -1,5 +1,6 @@
 //! The keys of `sample` with kind = "layer" and their limits.
 
+use dem_kernel::bodies::geometry::drop_at;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{at_least, finite, not_negative, positive};
@@ -8,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use super::radii::{Radii, RadiusLaw};
 use super::surface::{SPACING, SurfaceConfig};
-use crate::bodies::geometry::drop_at;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";

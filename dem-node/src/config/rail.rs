@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use dem_kernel::bodies::geometry::drop_at;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{ROUNDING, at_least, not_negative, positive};
@@ -10,7 +11,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::radii::{Radii, RadiusLaw};
-use crate::bodies::geometry::drop_at;
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;

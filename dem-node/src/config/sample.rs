@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use dem_kernel::bodies::geometry::{Period, drop_at};
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{ROUNDING, finite};
@@ -14,7 +15,6 @@ use super::layer::{LayerConfig, PERIOD};
 use super::radii::Radii;
 use super::rail::RailConfig;
 use super::surface::SurfaceConfig;
-use crate::bodies::geometry::{Period, drop_at};
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;

@@ -3,13 +3,15 @@
 use kit::ConfigError;
 use kit::limits::within;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+
+use dem_kernel::solver::criteria::{self, Criteria};
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];
 
 /// The algorithm that solves the problem: the words for `solver.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
     /// Block non-linear Gauss-Seidel.
@@ -32,7 +34,7 @@ pub enum OnNotConverged {
 /// `solver`: the solver of the contact problem and its stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Criteria {
+pub struct SolverConfig {
     /// The algorithm.
     #[serde(rename = "kind")]
     pub algorithm: Algorithm,
@@ -48,12 +50,23 @@ pub struct Criteria {
     /// the key of the interface decides.
     #[serde(default)]
     pub on_not_converged: OnNotConverged,
-    /// True if the rayon pool of the caller may be used, which no key says. The answer has the same bits either way.
-    #[serde(skip)]
-    pub parallel: bool,
 }
 
-impl Criteria {
+impl SolverConfig {
+    /// The criteria of a step, which may use the rayon pool of the caller if it is `parallel`.
+    pub fn criteria(&self, parallel: bool) -> Criteria {
+        Criteria {
+            algorithm: match self.algorithm {
+                Algorithm::Nsgs => criteria::Algorithm::Nsgs,
+                Algorithm::Pcg => criteria::Algorithm::Pcg,
+            },
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            min_iterations: self.min_iterations,
+            parallel,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         within("solver.tolerance", self.tolerance, TOLERANCES).map_err(|error| {
             error.help("a residual is a relative number: doubles do not resolve a smaller one")

@@ -18,8 +18,8 @@ use kit::cycle_drift::Mean;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
-use crate::step::state::GrainState;
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
 
 /// Width of the boxes over which the pressure is a mean (m).
 const BOX_M: f64 = 1e-3;

@@ -4,16 +4,16 @@
 //! Heights, accounts and forces are known at the ends of steps and taken as straight between them, so that the sums over all cycles
 //! do not depend on where the steps lie.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::StepSummary;
+use dem_kernel::step::state::GrainState;
 use kit::cycle_drift::Mean;
 use kit::wheel::WheelProgram;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
 use crate::measure::accommodation::Accommodation;
 use crate::measure::flow::Flow;
 use crate::measure::trend::slope;
-use crate::step::StepSummary;
-use crate::step::state::GrainState;
 
 /// Part of a step by which a run may end before the cycle does: steps are counted up to that.
 const ROUNDING: f64 = 1e-6;

@@ -22,16 +22,16 @@ mod lateral;
 pub mod ledger;
 pub mod zone;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::contact::bond::holding;
+use dem_kernel::contact::graph::first_bodies;
+use dem_kernel::step::state::GrainState;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
-use crate::contact::bond::holding;
-use crate::measure::graph::first_bodies;
 use crate::measure::loads::{ends, shown};
 use crate::measure::report::given;
-use crate::step::state::GrainState;
 use ledger::MassLedger;
 use zone::{Zone, ZoneLoads};
 

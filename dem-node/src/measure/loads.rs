@@ -4,9 +4,9 @@
 //! disk touches a wall or the wheel on their face: in equilibrium the moments of all grains then add up to those of the
 //! forces on the faces, whatever the overlaps are.
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
-use crate::step::state::GrainState;
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::state::GrainState;
 
 /// Force of a contact on a grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +71,7 @@ pub fn for_each_load(bodies: &Bodies, state: &GrainState, mut visit: impl FnMut(
 }
 
 /// The disks of the grains.
-pub fn grains(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = usize> {
+pub fn grains<'a>(bodies: &'a Bodies, state: &'a GrainState) -> impl Iterator<Item = usize> {
     state
         .grains(bodies)
         .filter(|disk| !is_driven(bodies, *disk))

@@ -1,14 +1,14 @@
 //! Plausibility of the grains' results: values of a run beyond the bounds of its scenario.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
+use dem_kernel::step::stiffness::StiffnessBounds;
 use protocol::{Finding, HeldLoad, larger};
 
-use crate::bodies::Bodies;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
-use crate::setup::bounds::StiffnessBounds;
-use crate::step::state::GrainState;
 use kit::judge;
 use kit::wheel::WheelProgram;
 
@@ -359,13 +359,13 @@ fn pressed_half_width(bodies: &Bodies, state: &GrainState) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bodies::faces::{Face, RigidWall};
-    use crate::bodies::feed::{Injection, PointSource, Source};
-    use crate::contact::detect::Slot;
-    use crate::law::Springs;
-    use crate::solver::residual::Convergence;
-    use crate::step::StepSummary;
-    use crate::step::state::WheelState;
+    use dem_kernel::bodies::faces::{Face, RigidWall};
+    use dem_kernel::bodies::feed::{Injection, PointSource, Source};
+    use dem_kernel::contact::detect::Slot;
+    use dem_kernel::law::Springs;
+    use dem_kernel::solver::residual::Convergence;
+    use dem_kernel::step::StepSummary;
+    use dem_kernel::step::state::WheelState;
     use kit::wheel::WheelProgram;
 
     const LOAD: f64 = 1000.0;

@@ -8,13 +8,13 @@
 
 use std::fmt::Write as _;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::state::GrainState;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
 use crate::config::profile::{ProfileAxis, ProfileConfig};
 use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
-use crate::step::state::GrainState;
 
 /// Sums over the steps of an interval in a slice.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

@@ -1,16 +1,16 @@
 //! Reports: signals of each report, results of the run.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::faces::depth_behind;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::StepSummary;
+use dem_kernel::step::state::GrainState;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
-use crate::bodies::faces::depth_behind;
-use crate::bodies::geometry::range;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::measure::wheel_contacts;
-use crate::step::StepSummary;
-use crate::step::state::GrainState;
 use kit::cycle_drift::{CycleDrift, Mean};
 use kit::wheel::WheelProgram;
 

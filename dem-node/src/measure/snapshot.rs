@@ -8,15 +8,15 @@ use std::io;
 use std::iter::{empty, repeat_n};
 use std::path::Path;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::contact::graph::degrees;
+use dem_kernel::step::state::GrainState;
 use kit::vtk::{DatasetKind, VtkFile};
 
-use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::measure::flow::{Flow, FlowBody, NEVER};
-use crate::measure::graph::degrees;
 use crate::measure::loads::shown;
 use crate::measure::structure;
-use crate::step::state::GrainState;
 use parts::{FieldScene, cells, points, poly_data};
 
 /// Writes `<stem>.vtp`, the disks as vertices, `<stem>-contacts.vtp`, the contacts between them, and where there are bare surfaces

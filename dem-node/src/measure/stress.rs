@@ -11,16 +11,16 @@
 
 use std::fmt::Write as _;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
 use crate::config::stress::StressConfig;
 use crate::measure::loads::{add_moment, ends, for_each_load, grains, shown};
 use crate::measure::tiles::{Tile, tiles};
-use crate::step::state::GrainState;
 
 /// Part of the solid fraction around a mean grain that a cell must have to count in the largest pressure: a cell across a free
 /// surface has a stress of its own area only in part.

@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 
 use protocol::larger;
 
-use crate::bodies::Bodies;
-use crate::contact::bond::{Bond, holding};
-use crate::measure::graph::{agglomerates, backbone, degrees};
-use crate::step::state::GrainState;
+use dem_kernel::bodies::Bodies;
+use dem_kernel::contact::bond::{Bond, holding};
+use dem_kernel::contact::graph::{agglomerates, backbone, degrees};
+use dem_kernel::step::state::GrainState;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
 const HELD: usize = 2;
@@ -135,8 +135,8 @@ fn contacts(bodies: &Bodies, state: &GrainState) -> impl Iterator<Item = [usize;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::Law;
-    use crate::law::cohesion::{Cohesion, HPrime};
+    use dem_kernel::law::Law;
+    use dem_kernel::law::cohesion::{Cohesion, HPrime};
 
     /// A triangular lattice of disks that touch, phi = pi/(2 sqrt(3)), Z = 6: across its rows two bonds a disk bear F cos 30 degrees each,
     /// so that the lattice breaks at sqrt(3) F/(d t).

@@ -6,10 +6,11 @@
 //! walls and wheel and at the edges of all grains that bear forces, so that what lies in a box is in the box; and, sideways and upwards,
 //! after sqrt(2) radii, where the square lattice has its corners, so that a hole between grains is nobody's.
 
-use crate::bodies::Bodies;
-use crate::contact::detect::list_pairs;
+use dem_kernel::bodies::Bodies;
+use dem_kernel::contact::detect::list_pairs;
+use dem_kernel::step::state::GrainState;
+
 use crate::measure::loads::{ends, grains};
-use crate::step::state::GrainState;
 
 /// How far a tile without neighbours goes along x and y, in radii.
 const REACH: f64 = std::f64::consts::SQRT_2;

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::bodies::Bodies;
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
+
 use crate::measure::loads;
-use crate::step::state::GrainState;
 
 /// Part of the wheel's normal force whose contacts are counted: the rest may be spread over ever so many that bear next to nothing.
 const SHARE: f64 = 0.9;
@@ -69,7 +70,7 @@ pub fn traction_csv(bodies: &Bodies, state: &GrainState, thickness_m: f64) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::detect::Slot;
+    use dem_kernel::contact::detect::Slot;
 
     fn pressing(pairs: impl Iterator<Item = (usize, usize, f64)>) -> Vec<Slot> {
         let slots = pairs.map(|(a, b, force)| Slot {

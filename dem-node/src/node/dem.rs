@@ -2,19 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::contact::bond;
+use dem_kernel::contact::boundary::CompliantBoundary;
+use dem_kernel::solver::acceleration::FIRST_TURNS;
+use dem_kernel::step::state::GrainState;
+use dem_kernel::step::stiffness::StiffnessBounds;
+use dem_kernel::step::{StepInput, StepSummary, Stepper, repair, threads};
 use protocol::{PreparedSample, Setting, Window};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
 use crate::config::DemConfig;
 use crate::config::plausible::DemPlausibleConfig;
 use crate::config::profile::ProfileConfig;
 use crate::config::sample::CutLine;
-use crate::config::solver::{Algorithm, Criteria};
+use crate::config::solver::{Algorithm, SolverConfig};
 use crate::config::stress::StressConfig;
-use crate::contact::bond;
-use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::{Flow, FlowScene};
@@ -26,14 +30,11 @@ use crate::measure::structure::bonded_strength;
 use crate::node::interface::InterfaceDisks;
 use crate::sample::prepared::{SampleStore, WORTH};
 use crate::sample::types::Sample;
-use crate::sample::{perturb, surface, wheel_face};
+use crate::sample::{fed, perturb, surface, wheel_face};
 use crate::setup;
-use crate::setup::bounds::{StepBounds, StiffnessBounds, advice_on_travel};
+use crate::setup::bounds::{StepBounds, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
-use crate::solver::acceleration::FIRST_TURNS;
-use crate::step::state::GrainState;
-use crate::step::{StepInput, StepSummary, Stepper, injection, repair, threads};
 use kit::wheel::{WheelProgram, ends_at};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
@@ -45,8 +46,8 @@ pub struct Dem {
     pub(super) own_step: Option<f64>,
     pub(super) end: Option<f64>,
     pub(super) bounds: StepBounds,
-    /// Stopping criteria of the contact solver for the calling thread alone.
-    pub(super) criteria: Criteria,
+    /// The contact solver and its stopping criteria.
+    pub(super) solver: SolverConfig,
     /// The threads of the contact solver, if there are several.
     pub(super) pool: Option<ThreadPool>,
     pub(super) bodies: Bodies,
@@ -142,7 +143,7 @@ impl Dem {
         }
         sample.surface = surface::surface(&config.sample, &sample, setting.seed);
         setup::refuse_deep_layers(config, &sample)?;
-        let fed = injection::store(config, setting.thickness_m, &sample, setting.seed);
+        let fed = fed::store(config, setting.thickness_m, &sample, setting.seed);
         let scaling = MassScaling::new(config, &bounds, &sample);
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
@@ -166,7 +167,7 @@ impl Dem {
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
             end,
             bounds,
-            criteria: config.solver,
+            solver: config.solver,
             pool: threads::pool(setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
@@ -246,10 +247,7 @@ impl Dem {
         };
         // To wake the threads costs as much as some thousand contacts.
         let pool = self.pool.as_ref().filter(|_| self.stepper.is_partitioned());
-        let criteria = Criteria {
-            parallel: pool.is_some(),
-            ..self.criteria
-        };
+        let criteria = self.solver.criteria(pool.is_some());
         let stepper = &mut self.stepper;
         let summary = threads::in_pool(pool, || stepper.advance(state, &input, &criteria))?;
         self.progress.steps += 1;
@@ -270,14 +268,14 @@ impl Dem {
                 tolerance: repair::TOLERANCE,
             };
         }
-        let pivots = self.criteria.algorithm == Algorithm::Nsgs
+        let pivots = self.solver.algorithm == Algorithm::Nsgs
             && self.bodies.law.friction > 0.0
             && self.bodies.law.cohesion.is_none();
         DemError::NotConverged {
             window: window.index,
             residual,
             iterations,
-            tolerance: self.criteria.tolerance,
+            tolerance: self.solver.tolerance,
             rigid: self.bodies.law.springs.is_none(),
             friction: self.bodies.law.friction,
             pivots_after: pivots.then_some(FIRST_TURNS),

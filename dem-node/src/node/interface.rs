@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::Period;
 use protocol::{Cause, NodeError, Surface};
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::Period;
 use crate::config::sample::CutLine;
 
 /// The sets on the bodies below and above, by name: their glued disks and points of the surface, by ascending x and by their numbers in the

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use dem_kernel::contact::bond;
+use dem_kernel::law::Law;
+use dem_kernel::step::StepSummary;
 use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
-use crate::contact::bond;
-use crate::law::Law;
 use crate::measure::flow::Flow;
 use crate::measure::plausible::FinishedRun;
 use crate::measure::report;
-use crate::step::StepSummary;
 
 impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {

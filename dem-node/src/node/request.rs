@@ -68,3 +68,38 @@ pub(super) fn require_numbers(what: &str, window: &Window, values: &[f64]) -> Re
 pub(super) fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
     Err(DemError::Request(message.into()))
 }
+
+/// Refuses a compliance that is no square over so many disks, or that moves a disk against its force.
+pub(super) fn refuse_misfit(glued: usize, compliance: &[f64]) -> Result<(), DemError> {
+    let components = 2 * glued;
+    if compliance.len() != components * components {
+        return request(format!(
+            "the wall's compliance holds {} numbers, {glued} glued disks need {components} x {components}",
+            compliance.len()
+        ));
+    }
+    if let Some(i) = compliance.iter().position(|w| !w.is_finite()) {
+        return request(format!(
+            "the wall's compliance holds {} at component {i}, which is no number",
+            compliance[i]
+        ));
+    }
+    if let Some(i) = (0..components).find(|i| compliance[i * (components + 1)] < 0.0) {
+        return request(format!(
+            "the wall's compliance has {:e} on its diagonal at component {i}: a wall cannot move against its force",
+            compliance[i * (components + 1)]
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_of_another_size_is_refused() {
+        let error = refuse_misfit(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
+        assert!(error.to_string().contains("4 x 4"), "{error}");
+    }
+}

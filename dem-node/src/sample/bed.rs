@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
-use crate::bodies::geometry::Period;
+use dem_kernel::bodies::geometry::Period;
+use dem_kernel::contact::graph::backbone;
+use dem_kernel::random::RandomNumbers;
+use dem_kernel::relax::Packing;
+
 use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::measure::graph::backbone;
-use crate::sample::random::RandomNumbers;
-use crate::sample::relax::Packing;
 
 /// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
 const EXPECTED_FRACTION: f64 = 0.83;
@@ -70,7 +71,7 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Packing {
     let mut radii = Vec::new();
     let mut filled = 0.0;
     while filled < target {
-        let radius = random.radius(&recipe.radii());
+        let radius = recipe.radii().at(random.unit());
         filled += PI * radius * radius;
         radii.push(radius);
     }

@@ -1,6 +1,7 @@
 //! The disks of rectangles and rows.
 
-use super::random::RandomNumbers;
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::disks::{DiskConfig, DisksConfig};
 use crate::config::fill::{FillConfig, RowConfig};
 
@@ -32,7 +33,7 @@ fn fill(config: &FillConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let disk = |[column, row]: [usize; 2]| DiskConfig {
         x_m: config.x_m[0] + (column as f64 + 0.5) * pitch,
         y_m: config.y_m[0] + (row as f64 + 0.5) * side,
-        radius_m: numbers.radius(&radii),
+        radius_m: radii.at(numbers.unit()),
         vx_m_per_s: config.speed_m_per_s * numbers.between(-1.0, 1.0),
         vy_m_per_s: config.speed_m_per_s * numbers.between(-1.0, 1.0),
         ..DiskConfig::default()
@@ -48,7 +49,7 @@ fn row(config: &RowConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let disk = |index: usize| DiskConfig {
         x_m: config.x_m[0] + (index as f64 + 0.5) * pitch,
         y_m: config.y_m,
-        radius_m: numbers.radius(&radii),
+        radius_m: radii.at(numbers.unit()),
         cluster: Some(config.cluster.clone()),
         ..DiskConfig::default()
     };

@@ -4,12 +4,14 @@
 //! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
 //! meets a rough face. A flat top would touch over its whole width, hence the shift by the crown's drop.
 
-use crate::bodies::geometry::{drop_at, range};
+use dem_kernel::bodies::disk::{Disk, in_columns};
+use dem_kernel::bodies::geometry::{drop_at, range};
+use dem_kernel::relax::Packing;
+
 use crate::config::layer::LayerConfig;
 use crate::error::DemError;
 use crate::sample::bed::{self, Bed};
-use crate::sample::relax::Packing;
-use crate::sample::types::{Disk, Sample};
+use crate::sample::types::Sample;
 
 /// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r. Rigid grains
 /// then lose that much of their radius, see [`release`].
@@ -149,15 +151,4 @@ fn shrink(disks: &mut [Disk], overlap: f64) {
     for disk in disks {
         disk.radius *= 1.0 - overlap / smallest;
     }
-}
-
-/// Numbers the grains column by column, so that neighbours lie close in memory.
-pub(crate) fn in_columns(mut disks: Vec<Disk>) -> Vec<Disk> {
-    let widest = disks.iter().map(|disk| disk.radius).fold(0.0, f64::max);
-    let column = |disk: &Disk| (disk.centre[0] / (2.0 * widest)).floor();
-    disks.sort_by(|a, b| {
-        let by_column = column(a).total_cmp(&column(b));
-        by_column.then(a.centre[1].total_cmp(&b.centre[1]))
-    });
-    disks
 }

@@ -164,7 +164,7 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::types::Disk;
+    use dem_kernel::bodies::disk::Disk;
 
     /// A file holds recipe, (x, y, radius) of the free and the glued disks, the number of those of the lid, and two numbers.
     #[test]

@@ -6,14 +6,15 @@
 
 use std::f64::consts::PI;
 
-use crate::bodies::geometry::drop_at;
+use dem_kernel::bodies::disk::{Disk, in_columns};
+use dem_kernel::bodies::geometry::drop_at;
+use dem_kernel::contact::cells::NearPairs;
+use dem_kernel::random::RandomNumbers;
+use dem_kernel::relax::{Packing, PackingForces};
+
 use crate::config::rail::RailConfig;
-use crate::contact::cells::NearPairs;
 use crate::error::DemError;
-use crate::sample::layer::in_columns;
-use crate::sample::random::RandomNumbers;
-use crate::sample::relax::{Packing, PackingForces};
-use crate::sample::types::{Disk, Sample};
+use crate::sample::types::Sample;
 
 /// Solid fraction of the box, just below that at which p ~ r^-2 jams (0.8426).
 const FRACTION: f64 = 0.84;
@@ -63,7 +64,7 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Packing {
     let mut disks = Vec::new();
     let mut filled = 0.0;
     while filled < target {
-        let r = random.radius(&radii);
+        let r = radii.at(random.unit());
         filled += PI * r * r;
         let x = random.between(r - half_width, half_width - r);
         let y = random.between(floor + r, ceiling - r);

@@ -2,12 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::bodies::geometry::{Period, between_disks, between_points};
-use crate::bodies::surface::BareSurface;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::geometry::{Period, between_disks, between_points};
+use dem_kernel::bodies::surface::BareSurface;
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
-use crate::sample::random::RandomNumbers;
-use crate::sample::types::{Disk, Sample};
+use crate::sample::types::Sample;
 
 /// Mean radii by which a surface reaches beyond its layer by default.
 pub(crate) const REACH: f64 = 9.0;
@@ -93,7 +95,7 @@ pub(crate) fn mean_radius(sample: &Sample) -> f64 {
     disks().map(|disk| disk.radius).sum::<f64>() / count as f64
 }
 
-/// The lines of the bodies below and above, as [`crate::bodies::Bodies::lines`]: a glued disk of a layer lies on the line that it was cut
+/// The lines of the bodies below and above, as [`dem_kernel::bodies::Bodies::lines`]: a glued disk of a layer lies on the line that it was cut
 /// along.
 pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>; 2] {
     let Some(keys) = config.surface() else {

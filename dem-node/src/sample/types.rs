@@ -2,32 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::cluster::ClusterMembers;
-use crate::bodies::faces::RigidWall;
-use crate::bodies::surface::BareSurface;
-
-/// A disk of a sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Disk {
-    /// Centre (m).
-    pub centre: [f64; 2],
-    /// Radius (m).
-    pub radius: f64,
-    /// Velocity and spin at the start (m/s, m/s, rad/s).
-    #[serde(skip)]
-    pub velocity: [f64; 3],
-}
-
-impl Disk {
-    /// A disk at rest.
-    pub fn at_rest(centre: [f64; 2], radius: f64) -> Disk {
-        Disk {
-            centre,
-            radius,
-            velocity: [0.0; 3],
-        }
-    }
-}
+use dem_kernel::bodies::cluster::ClusterMembers;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::faces::RigidWall;
+use dem_kernel::bodies::surface::BareSurface;
 
 /// Grains at rest, ready to be loaded. Of a sample that is kept, a file holds what its recipe makes: no face, no walls, no clusters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

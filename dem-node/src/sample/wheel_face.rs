@@ -3,10 +3,11 @@
 #[cfg(test)]
 mod tests;
 
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::random::RandomNumbers;
+
 use crate::config::sample::SampleConfig;
 use crate::config::wheel::{DemWheelConfig, FaceKind};
-use crate::sample::random::RandomNumbers;
-use crate::sample::types::Disk;
 
 /// Disks of the face about its lowest point (m), by ascending x; none of a smooth one.
 ///
@@ -20,7 +21,7 @@ pub fn row(wheel: &DemWheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk
     let mut random = RandomNumbers::new(!own_seed.unwrap_or(seed));
     let (mut row, mut width) = (Vec::new(), 0.0);
     loop {
-        let radius = random.radius(&radii);
+        let radius = radii.at(random.unit());
         if width + 2.0 * radius > most {
             break;
         }

@@ -1,14 +1,13 @@
 //! Bounds on the step, that is on the windows of a coupled run.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::geometry::range;
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
-use protocol::{AccuracyLimit, Cause};
+use protocol::Cause;
 
-use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
 use crate::config::DemConfig;
-use crate::contact::bond::Bond;
 use crate::error::DemError;
-use crate::step::state::GrainState;
 
 /// Part of t_i below which coupled trials were clean.
 const CLEAN: f64 = 0.05;
@@ -17,9 +16,6 @@ const WHEEL_TRAVEL: f64 = 0.01;
 /// Part of the smallest radius that a driven cluster may travel in a step: at a third, the friction of plane shear was that of half the
 /// step within 0.3 %.
 const CLUSTER_TRAVEL: f64 = 0.5;
-
-/// Largest h omega of a contact spring whose rebound the step leaves nine tenths of: e = exp(-pi h omega / 2).
-const ELASTIC: f64 = 0.067;
 
 /// Steps that a period of the wheel's motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
 const STEPS_PER_PERIOD: f64 = 20.0;
@@ -160,104 +156,4 @@ pub fn advice_on_travel(
             step * bound / way
         )
     })
-}
-
-/// Bounds that the stiffness of the contacts sets, above which results depend on the step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StiffnessBounds {
-    /// Longest step with a unique end whatever bond fails in it, see [`step_limit`] (s).
-    pub bonds_s: Option<f64>,
-    /// omega = sqrt(kn/m) of the two lightest grains on a contact spring, m their reduced mass (1/s).
-    omega: Option<f64>,
-}
-
-impl StiffnessBounds {
-    /// The bounds of the bodies of a start, with its bonds and those that may come to be.
-    pub fn new(bodies: &Bodies, state: &GrainState) -> StiffnessBounds {
-        let heals = bodies.heals();
-        let near = state.list.slots.iter().filter(|_| heals);
-        let may_be = near.filter_map(|slot| {
-            let law = bodies.law.cohesion.as_ref()?;
-            Some(Bond::new(bodies, law, [slot.a, slot.b], 0.0))
-        });
-        let bonds: Vec<Bond> = state.bonds.iter().copied().chain(may_be).collect();
-        let masses = bodies.masses.iter().copied().filter(|mass| *mass > 0.0);
-        let lightest = masses.fold(f64::INFINITY, f64::min);
-        let laws = std::iter::once(&bodies.law).chain(bodies.pairs.laws());
-        let springs = laws.filter_map(|law| law.springs);
-        let stiffest = springs.map(|springs| springs.normal).fold(0.0, f64::max);
-        let omega = (2.0 * stiffest / lightest).sqrt();
-        StiffnessBounds {
-            bonds_s: step_limit(bodies, &bonds),
-            omega: (omega > 0.0).then_some(omega),
-        }
-    }
-
-    /// The bounds under their names.
-    pub fn limits(&self) -> Vec<AccuracyLimit> {
-        let limit = |name: &str, limit_s| AccuracyLimit {
-            name: name.into(),
-            limit_s,
-        };
-        let name = "bonds that break, h < 1/(sqrt(3) omega)";
-        let bonds = self.bonds_s.map(|h| limit(name, h));
-        let springs = self.omega.map(|omega| ELASTIC / omega);
-        let springs = springs.map(|h| limit("free rebounds that keep 0.9 of their speed", h));
-        bonds.into_iter().chain(springs).collect()
-    }
-
-    /// Restitution that a step (s) leaves of an elastic rebound of the two lightest grains, the least and the most over the phases of first
-    /// touch, without dampers.
-    pub fn restitution(&self, step: f64) -> Option<[f64; 2]> {
-        self.omega.map(|omega| numerical_restitution(step * omega))
-    }
-}
-
-/// Restitution of an elastic contact in steps of h omega under the implicit scheme (theta = 1): least and most over 64 phases of first
-/// touch. Each closed step turns velocity and gap by 1/(1 + h omega i) (Jean 1999): e = exp(-pi h omega / 2) for small h omega.
-pub fn numerical_restitution(h: f64) -> [f64; 2] {
-    let rebound = |phase: f64| {
-        let (mut gap, mut velocity) = (phase * h, -1.0);
-        while gap + h * velocity < 0.0 {
-            velocity = (velocity - h * gap) / (1.0 + h * h);
-            gap += h * velocity;
-        }
-        velocity
-    };
-    let phases = (0..64).map(|k| rebound((f64::from(k) + 0.5) / 64.0));
-    range(phases)
-}
-
-/// The longest step in which the end of a step is unique whatever fails in it, h < 1/(sqrt(3) omega) with
-/// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds.
-pub fn step_limit(bodies: &Bodies, bonds: &[Bond]) -> Option<f64> {
-    let law = bodies.law.cohesion?;
-    let inverse_mass = |body: u32| bodies.masses.get(body as usize).map_or(0.0, |m| 1.0 / m);
-    let squares = bonds
-        .iter()
-        .map(|bond| bond.area * law.normal * (inverse_mass(bond.a) + inverse_mass(bond.b)));
-    let fastest = squares.fold(0.0, f64::max).sqrt();
-    (fastest > 0.0).then(|| 1.0 / (3f64.sqrt() * fastest))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Published for small steps; and by hand at h omega = 1 from the middle of a step: the first step leaves
-    /// v = (-1 - 0.5)/2 = -0.75 at g = -0.25, then v = (-0.75 + 0.25)/2 = -0.25 at -0.5, 0.125 at -0.375, 0.25 at -0.125.
-    #[test]
-    fn the_step_takes_the_rebound_of_a_spring() {
-        for h in [1e-3, 1e-2, 0.05] {
-            let [low, high] = numerical_restitution(h);
-            let exact = (-std::f64::consts::FRAC_PI_2 * h).exp();
-            assert!(
-                (low..=high).contains(&exact) || (high - exact).abs() < 2.0 * h * h,
-                "{low} {exact} {high}"
-            );
-            assert!(high - low < h * h.max(0.02), "{low} {high}");
-        }
-        let [low, high] = numerical_restitution(1.0);
-        assert!(low <= 0.25 && (0.25..0.4).contains(&high), "{low} {high}");
-    }
 }

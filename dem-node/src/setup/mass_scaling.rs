@@ -1,9 +1,11 @@
 //! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
-use crate::bodies::geometry::range;
+use dem_kernel::bodies::disk::Disk;
+use dem_kernel::bodies::geometry::range;
+
 use crate::config::DemConfig;
 use crate::config::sample::SampleConfig;
-use crate::sample::types::{Disk, Sample};
+use crate::sample::types::Sample;
 use crate::setup::bounds::StepBounds;
 
 /// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.

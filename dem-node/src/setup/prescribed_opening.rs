@@ -1,10 +1,10 @@
 //! A pair of disks that is pulled apart, or pressed together, at a prescribed velocity.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
 use kit::ConfigError;
 
-use crate::bodies::Bodies;
 use crate::config::DriveConfig;
-use crate::step::state::GrainState;
 
 /// Steps of a run. The opening in a step is then 3e-4 of delta_0: the first-order error of the implicit adhesion stays
 /// below 0.2 % of the stress for every viscosity.

@@ -1,7 +1,8 @@
 //! Histories by hand: what is straight over time is exact wherever the steps lie.
 
+use dem_kernel::step::state::WheelState;
+
 use super::*;
-use crate::step::state::WheelState;
 
 /// A step of a history: height of the wheel (m), force on it (N), work of its drive since the start (J).
 #[derive(Default)]

@@ -1,10 +1,11 @@
 //! Third body that leaves the zone sideways, out of the plane: a sink that a plane model lacks.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::random::RandomNumbers;
+use dem_kernel::step::state::GrainState;
+
 use super::{Flow, FlowScene};
-use crate::bodies::Bodies;
 use crate::measure::loads::shown;
-use crate::sample::random::RandomNumbers;
-use crate::step::state::GrainState;
 
 /// Sets these random numbers apart from others.
 const STREAM: u64 = 0x4c61_7465;

@@ -2,11 +2,12 @@
 //!
 //! Masses are powers of two, so that sums are exact.
 
+use dem_kernel::bodies::geometry::Period;
+use dem_kernel::contact::bond::Bond;
+use dem_kernel::contact::detect::Slot;
+
 use super::*;
-use crate::bodies::geometry::Period;
 use crate::config::flow::LateralConfig;
-use crate::contact::bond::Bond;
-use crate::contact::detect::Slot;
 
 /// Diameter (m).
 const D: f64 = 1.0;

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
-use crate::step::state::GrainState;
 
 /// The zone, from one end to the other (m).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

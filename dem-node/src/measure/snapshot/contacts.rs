@@ -1,10 +1,10 @@
 //! The contacts that press, and the bonds, as lines.
 
+use dem_kernel::contact::bond::BondCursor;
+use dem_kernel::contact::detect::Slot;
 use kit::vtk::{DatasetKind, VtkFile};
 
 use super::parts::{FieldScene, cells, points, poly_data};
-use crate::contact::bond::BondCursor;
-use crate::contact::detect::Slot;
 use crate::measure::loads::shown;
 
 /// Distance from the friction limit, over it, below which a contact counts as sliding: rounding, as every local solution lies on

@@ -1,11 +1,11 @@
 //! Parts that the files of grains and of contacts share.
 
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
 use kit::vtk::{DatasetKind, VtkFile};
 
-use crate::bodies::Bodies;
 use crate::measure::flow::Flow;
 use crate::measure::loads::shown;
-use crate::step::state::GrainState;
 
 /// Everything that the fields of a moment show.
 #[derive(Clone, Copy)]

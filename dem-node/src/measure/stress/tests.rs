@@ -1,9 +1,10 @@
 //! Lattices under known contact forces: exact stress, to rounding.
 
+use dem_kernel::bodies::faces::{Face, RigidWall};
+use dem_kernel::bodies::geometry::Period;
+use dem_kernel::contact::detect::Slot;
+
 use super::*;
-use crate::bodies::faces::{Face, RigidWall};
-use crate::bodies::geometry::Period;
-use crate::contact::detect::Slot;
 
 const R: f64 = 0.5e-3;
 const THICKNESS: f64 = 2e-3;

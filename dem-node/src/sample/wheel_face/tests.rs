@@ -1,13 +1,14 @@
+use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::faces::{Face, RigidWall};
+use dem_kernel::contact::boundary::CompliantBoundary;
+use dem_kernel::law::cohesion::{Cohesion, HPrime};
+use dem_kernel::solver::criteria::{Algorithm, Criteria};
+use dem_kernel::step::state::GrainState;
+use dem_kernel::step::{StepInput, Stepper};
+
 use super::*;
-use crate::bodies::Bodies;
-use crate::bodies::faces::{Face, RigidWall};
 use crate::config::radii::RadiusLaw;
 use crate::config::rail::{HeightAt, RailConfig};
-use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
-use crate::contact::boundary::CompliantBoundary;
-use crate::law::cohesion::{Cohesion, HPrime};
-use crate::step::state::GrainState;
-use crate::step::{StepInput, Stepper};
 
 const RADII: [f64; 2] = [0.05e-3, 0.1e-3];
 const WIDTH: f64 = 65e-3;
@@ -102,7 +103,6 @@ fn sweeps(tolerance: f64, max_iterations: usize) -> Criteria {
         tolerance,
         max_iterations,
         min_iterations: 0,
-        on_not_converged: OnNotConverged::Stop,
         parallel: false,
     }
 }

@@ -1,0 +1,161 @@
+//! Dense packs and their load steps.
+
+use std::f64::consts::PI;
+
+use super::machine::quietest;
+use crate::bodies::disk::{Disk, in_columns};
+use crate::bodies::faces::{Face, RigidWall};
+use crate::bodies::{ALERT, Bodies, SKIN};
+use crate::contact::boundary::CompliantBoundary;
+use crate::law::Law;
+use crate::random::RandomNumbers;
+use crate::relax::Packing;
+use crate::solver::problem::Problem;
+use crate::step::state::GrainState;
+use crate::step::{StepInput, Stepper};
+
+const STEP: f64 = 1e-6;
+const PRESSURE: f64 = 690e6;
+const DENSITY: f64 = 7800.0;
+const THICKNESS: f64 = 1e-3;
+const RADII: [f64; 2] = [0.05e-3, 0.1e-3];
+/// Solid fraction of the beds, just above jamming: 2.2 contacts a disk.
+const FRACTION: f64 = 0.852;
+/// Most relaxation steps of a bed.
+const RELAXATIONS: usize = 4_000;
+
+/// Disks between a floor, two side walls and a plate above, at 0 <= x <= width and y >= 0.
+pub struct Pack {
+    pub disks: Vec<Disk>,
+    width: f64,
+}
+
+impl Pack {
+    /// A pressed bed of about so many disks and its mirror images, `columns` by `lines`.
+    pub fn new(disks: usize, columns: usize, lines: usize) -> Pack {
+        let packing = pressed(disks);
+        let (width, height) = (2.0 * packing.half_width, packing.ceiling - packing.floor);
+        let mut all = Vec::new();
+        for column in 0..columns {
+            for line in 0..lines {
+                for (centre, radius) in packing.centres.iter().zip(&packing.radii) {
+                    let x = mirrored(centre[0] + packing.half_width, width, column);
+                    let y = mirrored(centre[1] - packing.floor, height, line);
+                    all.push(Disk::at_rest([x, y], *radius));
+                }
+            }
+        }
+        Pack {
+            disks: in_columns(all),
+            width: width * columns as f64,
+        }
+    }
+
+    fn bodies(&self, friction: f64) -> Bodies {
+        let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
+        let wall = |point, normal| RigidWall {
+            face: Face::HalfPlane { point, normal },
+            velocity: [0.0; 2],
+        };
+        Bodies {
+            free: self.disks.len(),
+            radii: self.disks.iter().map(|disk| disk.radius).collect(),
+            masses: self.disks.iter().map(mass).collect(),
+            wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
+            walls: vec![
+                wall([0.0, 0.0], [0.0, 1.0]),
+                wall([0.0, 0.0], [1.0, 0.0]),
+                wall([self.width, 0.0], [-1.0, 0.0]),
+            ],
+            law: Law {
+                friction,
+                ..Law::default()
+            },
+            alert: ALERT * RADII[0],
+            skin: SKIN * RADII[0],
+            ..Bodies::default()
+        }
+    }
+
+    /// The cold load step: its problem, and the times of posing it with the Verlet list at hand and with a new one (s).
+    pub fn cold(&self, friction: f64) -> (Problem, [f64; 2]) {
+        let bodies = self.bodies(friction);
+        let mut state = GrainState::new(&bodies, &self.disks, &[]);
+        let input = StepInput {
+            bodies: &bodies,
+            step: STEP,
+            theta: 1.0,
+            load: 0.0,
+            wheel_x: 0.0,
+            loaded: 0.0,
+            free_velocity: &[],
+        };
+        let mut stepper = Stepper::default();
+        stepper.problem.boundary = CompliantBoundary::fixed(0);
+        stepper.assemble(&mut state, &input, false);
+        let posing = quietest(|| stepper.assemble(&mut state, &input, false));
+        let listing = quietest(|| {
+            state.list.invalidate();
+            stepper.assemble(&mut state, &input, false);
+        });
+        let mut cold = stepper.problem;
+        self.load(&mut cold);
+        for contact in &mut cold.contacts {
+            contact.bias[0] = contact.bias[0].max(0.0);
+        }
+        (cold, [posing, listing])
+    }
+
+    /// Loads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
+    /// pack in one step.
+    fn load(&self, problem: &mut Problem) {
+        let plate = &mut problem.records[self.disks.len()];
+        plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
+    }
+
+    /// Opens or closes the gaps by a step, loads the plate again and keeps or forgets the impulses.
+    pub fn go_on(&self, problem: &mut Problem, warm: bool) {
+        let mut contacts = std::mem::take(&mut problem.contacts);
+        for contact in &mut contacts {
+            contact.gap += STEP * problem.relative_velocity(contact)[0];
+            contact.bias[0] = contact.gap.max(0.0) / STEP;
+            if !warm {
+                contact.impulse = [0.0; 2];
+            }
+        }
+        problem.contacts = contacts;
+        self.load(problem);
+    }
+}
+
+/// Coordinate in the `copy`-th image of [0, length], every other one mirrored.
+fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
+    let inside = [x, length - x][copy % 2];
+    inside + length * copy as f64
+}
+
+/// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
+fn pressed(disks: usize) -> Packing {
+    let mut random = RandomNumbers::new(1);
+    // Equal surface in each class of radius.
+    let [a, b] = RADII;
+    let mut radius = || 1.0 / (1.0 / a - random.unit() * (1.0 / a - 1.0 / b));
+    let radii: Vec<f64> = (0..disks).map(|_| radius()).collect();
+    let area: f64 = radii.iter().map(|r| PI * r * r).sum();
+    let half_width = 0.5 * (area / FRACTION).sqrt();
+    let centres = radii.iter().map(|r| {
+        let mut place = || random.between(r - half_width, half_width - r);
+        [place(), place()]
+    });
+    let mut packing = Packing {
+        centres: centres.collect(),
+        movable: disks,
+        radii,
+        ceiling: half_width,
+        floor: -half_width,
+        half_width,
+        ..Packing::default()
+    };
+    packing.relax(RELAXATIONS, |load| load.unbalanced() <= 1e-2 * load.mean());
+    packing
+}

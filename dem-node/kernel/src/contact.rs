@@ -1,0 +1,19 @@
+//! Contacts: which pairs may touch, and what they remember from step to step.
+//!
+//! In reading order:
+//! - [`cells`], [`detect`]: disks near a disk, and the list of pairs that may touch;
+//! - [`loss`]: energy that a contact loses in a step;
+//! - [`bond`], [`initial_bonds`]: bonds between grains, and those of the start;
+//! - [`graph`]: agglomerates and first bodies by the graph of bonds;
+//! - [`boundary`]: the compliant boundary of the glued disks;
+//! - [`hand_over`], [`shared`]: a disk that passes from one segment of a surface to the next, and springs of one that lies on several.
+
+pub mod bond;
+pub mod boundary;
+pub mod cells;
+pub mod detect;
+pub mod graph;
+pub mod hand_over;
+pub mod initial_bonds;
+pub mod loss;
+pub mod shared;

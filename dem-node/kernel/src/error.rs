@@ -1,0 +1,23 @@
+//! Errors of the kernel.
+
+use rayon::ThreadPoolBuildError;
+use thiserror::Error;
+
+/// Reason for which a step cannot be made.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum KernelError {
+    #[error(
+        "contact of bodies {a} and {b}: W_nn - friction |W_nt| = {denominator:e} (1/kg) is not positive, sliding has no unique impulse; lower law.friction, or check the wall's compliance or the shape of the cluster that jams (Painleve)"
+    )]
+    Denominator { a: u32, b: u32, denominator: f64 },
+    #[error(
+        "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
+    )]
+    NotFinite { iterations: usize },
+    #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]
+    Threads {
+        threads: usize,
+        error: ThreadPoolBuildError,
+    },
+}

@@ -1,0 +1,167 @@
+//! Contact laws: unilateral contact, Coulomb friction and elastic compliance, solved in closed form.
+//!
+//! In reading order:
+//! - `lanes`: numbers side by side;
+//! - [`adhesion`]: attraction of bodies that touch;
+//! - [`cohesion`], [`healing`]: the cohesive zone of a bond, and bonds that grow;
+//! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
+
+pub mod adhesion;
+pub mod cohesion;
+pub mod healing;
+pub(crate) mod lanes;
+pub mod local;
+pub mod vector;
+
+use crate::law::adhesion::Adhesion;
+use crate::law::cohesion::Cohesion;
+use crate::law::healing::Healing;
+
+/// The law of every contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Law {
+    /// Coefficient of Coulomb friction, |r_t| <= coefficient r_n opposed to sliding; 0 is Signorini alone.
+    pub friction: f64,
+    /// Coefficient mu_r of rolling resistance: a couple of at most mu_r r r_n against relative spin.
+    pub rolling: f64,
+    /// Elasticity of the grains; `None` makes rigid contacts.
+    pub springs: Option<Springs>,
+    /// Attraction of pairs that touch or nearly do.
+    pub adhesion: Option<Adhesion>,
+    /// Bonds between grains; `None` makes a loose material.
+    pub cohesion: Option<Cohesion>,
+    /// Growth of bonds between pairs that press on each other.
+    pub healing: Option<Healing>,
+    /// Newton's coefficient e of rigid contacts without bond; `None` makes inelastic impacts.
+    pub restitution: Option<f64>,
+    /// Treatment of overlaps of rigid contacts without bond.
+    pub penetration: Penetration,
+}
+
+/// Treatment of the gap of a rigid contact, and of the overlap that is there already. The two repairs of positions leave the velocities
+/// alone (see [`crate::step::repair`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Penetration {
+    /// U = u_n + g/h.
+    Gap,
+    /// U = u_n + max(0, g)/h.
+    #[default]
+    Iqs,
+    /// As IQS, then the bodies are moved apart along the normals of the step.
+    Split,
+    /// As IQS, then the bodies are moved apart until no pair overlaps where it is.
+    Projection,
+}
+
+impl Penetration {
+    /// True if overlaps are repaired after a step.
+    pub fn repairs(self) -> bool {
+        matches!(self, Penetration::Split | Penetration::Projection)
+    }
+}
+
+/// Springs of a compliant contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Springs {
+    /// kn (N/m).
+    pub normal: f64,
+    /// kt (N/m).
+    pub tangential: f64,
+    /// Damping ratio zeta of the normal spring: a damper of c = 2 zeta sqrt(kn m) lies beside it, m being the reduced mass of
+    /// the pair. Contacts without bond have it while they overlap.
+    pub damping: f64,
+}
+
+impl Springs {
+    /// Damping ratio under which a pair that meets leaves with this part e of its speed, 0.14 to 1, the contact ending where its
+    /// force vanishes: e = exp(-(pi - 2 phi) tan phi), zeta = sin phi (Schwager and Poschel 2007).
+    pub fn damping_ratio(restitution: f64) -> f64 {
+        let [mut low, mut high] = [0.0, std::f64::consts::FRAC_PI_2];
+        while high - low > f64::EPSILON {
+            let phi = 0.5 * (low + high);
+            let e = (-(std::f64::consts::PI - 2.0 * phi) * phi.tan()).exp();
+            *(if e > restitution { &mut low } else { &mut high }) = phi;
+        }
+        high.sin() * f64::from(u8::from(restitution < 1.0))
+    }
+
+    /// Factor of 1/(kn h^2) and g/h on overlapping surfaces in a step h (s), see [`damped_share`], 1/m being the sum of the inverse masses
+    /// (1/kg).
+    pub fn damped_share(&self, inverse_mass: f64, h: f64) -> f64 {
+        damped_share(relaxation(self.damping, self.normal, inverse_mass), h)
+    }
+}
+
+/// Ratio c/k of a damper to the spring k (N/m) beside it (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses
+/// (1/kg). Between two bodies that nothing moves there is no damper.
+pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
+    if inverse_mass == 0.0 {
+        return 0.0;
+    }
+    2.0 * damping / (k * inverse_mass).sqrt()
+}
+
+/// Factor of the terms 1/(k h^2) and g/h of a spring that has a damper with this ratio c/k (s) beside it, in a step h (s): the force is
+/// -k (g + h u) - c u.
+pub fn damped_share(relaxation: f64, h: f64) -> f64 {
+    1.0 / (1.0 + relaxation / h)
+}
+
+impl Law {
+    /// Addition of the springs to the diagonal of W in a step h (1/kg): 1/(kn h^2) and 1/(kt h^2).
+    ///
+    /// The force at the end of the step is -kn (g + h u_n), so the impulse r obeys
+    /// u_n + g/h + r/(kn h^2) = 0 while the contact is closed: a rigid contact with a softer W.
+    pub fn compliance(&self, step: f64) -> [f64; 2] {
+        let both = |springs: Springs| [springs.normal, springs.tangential];
+        let compliance = |k: f64| 1.0 / (k * step * step);
+        self.springs
+            .map_or([0.0; 2], |springs| both(springs).map(compliance))
+    }
+
+    /// Term of U_n of a contact without bond beside u_n (m/s), its gap g being detected, its normal velocity before the
+    /// step u_n(t_i) = `before`; `None` where there is no contact.
+    ///
+    /// Springs: g/h. Restitution: e u_n(t_i) when g <= 0, and no contact before that: a contact that closes its gap within
+    /// the step would have lost its speed before it rebounds (Moreau 1988; LMGC90's RST). Otherwise see [`Penetration`].
+    #[inline]
+    pub fn bias(&self, gap: f64, before: f64, step: f64) -> Option<f64> {
+        match (self.springs, self.restitution, self.penetration) {
+            (Some(_), _, _) | (None, None, Penetration::Gap) => Some(gap / step),
+            (None, Some(restitution), _) => (gap <= 0.0).then_some(restitution * before),
+            (None, None, _) => Some(gap.max(0.0) / step),
+        }
+    }
+
+    /// Part of the friction that a bond with this adhesion leaves: all of it where contacts are rigid; on springs that heal the part
+    /// 1 - a (Raous and Monerie 2002), so that a pair does not lose its friction to a bond that bears nothing yet; none on other springs.
+    pub fn friction_share(&self, adhesion: f64) -> f64 {
+        match (self.springs, self.healing) {
+            (None, _) => 1.0,
+            (Some(_), Some(_)) => 1.0 - adhesion,
+            (Some(_), None) => 0.0,
+        }
+    }
+
+    /// True if some of the forces are those of dampers.
+    pub fn is_damped(&self) -> bool {
+        self.springs.is_some_and(|springs| springs.damping > 0.0)
+            || self.cohesion.is_some_and(|bonds| bonds.damping > 0.0)
+    }
+
+    /// The law of a contact that has the share 1 / (1 + `joined`) of its springs.
+    pub fn shared(mut self, joined: f64) -> Law {
+        if let Some(springs) = &mut self.springs {
+            springs.normal /= 1.0 + joined;
+            springs.tangential /= 1.0 + joined;
+        }
+        self
+    }
+
+    /// Elastic energy of a contact under these forces (J).
+    pub fn stored(&self, force: [f64; 2]) -> [f64; 2] {
+        let [n, t] = force.map(|force| 0.5 * force * force);
+        let stored = |springs: Springs| [n / springs.normal, t / springs.tangential];
+        self.springs.map_or([0.0; 2], stored)
+    }
+}

@@ -1,0 +1,341 @@
+//! Projected conjugate gradient (Renouf and Alart, Comput. Methods Appl. Mech. Engrg. 194, 2005, algorithm CPG),
+//! scaled by the diagonal.
+//!
+//! Without friction the impulses minimise r.(W + C) r / 2 + r.b over r_n >= 0, C the springs and b the free relative
+//! velocities with their bias. With friction |r_t| <= s is held at s = mu r_n, the box problem is solved, s is taken
+//! anew, and so on: a fixed point of Coulomb's law (Panagiotopoulos 1975). With u = (W + C) r + b, D the diagonal of
+//! W + C and P the projection on the box, an iteration is
+//! ```text
+//! alpha = -u.p / p.q,  q = (W + C) p          r' = P(r + alpha p)
+//! w = -u'/D where r' may move that way         z = p where r' may move that way
+//! beta = -w.q / p.q                            p' = w + beta z
+//! ```
+//! A bond pulls: below r_n = 0 it has the compliance 1/kappa instead of that of its spring. Both branches have the same u
+//! at r_n = 0, so the energy stays convex and smooth; a contact is on the branch of its impulse, and at 0 on the one to which u
+//! pushes it, and its direction ends at 0 as at any bound. The bond's shear has 1/kappa_t and no threshold.
+//!
+//! `tests/textbook.rs` has these equations as they stand, u, q and all velocities formed anew; the tests compare every iteration
+//! with it. Here is what the fast form does differently:
+//!
+//! W = H^T M^-1 H is never formed, and neither u nor q is kept: what the equations ask of them are sums over the bodies.
+//! While w is found it is scattered to H w, and then
+//! ```text
+//! w.q   = (H w).M^-1 (H p) + w.C p             H z  = H p - H (p - z), where contacts have just come to a bound
+//! p'.q' = ww + 2 beta wz + beta^2 zz           ww = (H w).M^-1 (H w) + w.C w, and wz and zz likewise
+//! -u.p' = -u.w - beta u.z                      H p' = H w + beta H z
+//! ```
+//! q belongs to the branches of bonds where p was made: with those where r' has come to, a bonded layer under its wheel did
+//! not converge. The velocities of r' are v + alpha M^-1 H p' plus what the projection took away, which few contacts feel.
+//! So an iteration gathers velocities once and scatters impulses once.
+//!
+//! D only weighs, and any positive numbers would lead to the same solution: it is kept to seven digits, since the time of an
+//! iteration on a large sample is that of its bytes.
+//!
+//! Large bonded problems without friction are iterated in single precision, see [`correction`].
+
+mod batch;
+mod body_state;
+pub mod bonded;
+mod branches;
+mod constrained;
+pub mod correction;
+mod group;
+#[cfg(test)]
+mod tests;
+pub mod workspace;
+
+use std::marker::PhantomData;
+
+use super::problem::Problem;
+use super::residual::{Convergence, convergence, measured};
+use crate::solver::criteria::Criteria;
+use batch::Pass;
+use correction::Correction;
+use group::{Features, PassSums, With};
+use workspace::Workspace;
+
+/// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
+/// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
+const INNER: f64 = 0.5;
+/// Least and largest part of a bound that was reached in vain to ask for next.
+const TIGHTER: [f64; 2] = [0.1, 0.9];
+
+/// Buffers of the solver.
+#[derive(Clone, Debug, Default)]
+pub struct Buffers {
+    workspace: Workspace,
+    correction: Correction,
+    /// The form that has taken over the problem which was solved last.
+    holds: Holder,
+}
+
+/// A form that goes on where bonds soften.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Holder {
+    #[default]
+    None,
+    Double,
+    Single,
+}
+
+/// A form of the iterations, with the problem that it has taken over.
+trait Form {
+    /// True if thresholds of friction are taken anew.
+    const THRESHOLDS: bool;
+    /// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
+    const CANCELLED: f64;
+    /// Part of the residual at their start with which iterations begin anew: below it is rounding.
+    const REDUCED: f64;
+    /// Iterations without a smaller residual after which another form is tried.
+    const PATIENCE: usize;
+
+    /// One pass over all contacts.
+    fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64>;
+
+    /// Writes impulses and velocities back.
+    fn store(&mut self, problem: &mut Problem);
+
+    /// Begins anew at the impulses and velocities of the problem, which it has written.
+    fn restart(&mut self, problem: &mut Problem);
+}
+
+/// Double precision, compiled for the features of a problem.
+struct Double<'a, F> {
+    workspace: &'a mut Workspace,
+    parallel: bool,
+    features: PhantomData<F>,
+}
+
+impl<F: Features> Form for Double<'_, F> {
+    const THRESHOLDS: bool = F::FRICTION;
+    const CANCELLED: f64 = 1e-12;
+    const REDUCED: f64 = 0.0;
+    const PATIENCE: usize = usize::MAX;
+
+    fn run(&mut self, problem: &Problem, pass: Pass) -> PassSums<f64> {
+        self.workspace.run::<F>(problem, pass, self.parallel)
+    }
+
+    fn store(&mut self, problem: &mut Problem) {
+        self.workspace.store(problem, self.parallel);
+    }
+
+    fn restart(&mut self, _problem: &mut Problem) {
+        self.workspace.restart(self.parallel);
+    }
+}
+
+/// The correction in single precision.
+struct Single<'a> {
+    correction: &'a mut Correction,
+    parallel: bool,
+}
+
+impl Form for Single<'_> {
+    const THRESHOLDS: bool = false;
+    const CANCELLED: f64 = 1e-5;
+    const REDUCED: f64 = 1e-3;
+    const PATIENCE: usize = 50;
+
+    fn run(&mut self, _problem: &Problem, pass: Pass) -> PassSums<f64> {
+        self.correction.run(pass, self.parallel)
+    }
+
+    fn store(&mut self, problem: &mut Problem) {
+        self.correction.store(problem, self.parallel);
+    }
+
+    fn restart(&mut self, problem: &mut Problem) {
+        // It has taken over this problem before, and no bond is another one since.
+        self.correction.load(problem, self.parallel);
+    }
+}
+
+/// Why iterations ended.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// The residual, as the passes see it, is within the bound.
+    Reached,
+    /// It is so much smaller than at the start that rounding would be next.
+    Reduced,
+    /// Nothing descends, the residual stays, or there were too many.
+    Stuck,
+}
+
+/// Iterates until the true residual is within the tolerance.
+///
+/// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
+/// If they are satisfied and it is not, iterations begin anew where they are, with a tighter bound.
+pub fn solve(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
+    buffers.solve(problem, criteria, None)
+}
+
+impl Buffers {
+    /// Solves in single precision where that suits the problem, and in double precision what is left.
+    pub(super) fn solve(
+        &mut self,
+        problem: &mut Problem,
+        criteria: &Criteria,
+        softened: Option<&[u32]>,
+    ) -> Convergence {
+        let parallel = criteria.parallel;
+        let mut found = Convergence::default();
+        let mut left = *criteria;
+        let held = std::mem::take(&mut self.holds);
+        let of_single = softened.filter(|_| held == Holder::Single);
+        let mut softened = softened.filter(|_| held == Holder::Double);
+        let goes_on =
+            of_single.is_some_and(|bonds| self.correction.soften(problem, bonds, parallel));
+        let taken =
+            goes_on || correction::suits(problem) && self.correction.load(problem, parallel);
+        if taken {
+            self.holds = Holder::Single;
+            let single = Single {
+                correction: &mut self.correction,
+                parallel,
+            };
+            found = solve_with(problem, single, criteria);
+            if found.converged || found.iterations >= criteria.max_iterations {
+                return found;
+            }
+            left.max_iterations -= found.iterations;
+            softened = None;
+        }
+        self.holds = Holder::Double;
+        let solve = compiled(problem);
+        let more = solve(problem, &mut self.workspace, &left, softened);
+        Convergence {
+            iterations: found.iterations + more.iterations,
+            ..more
+        }
+    }
+}
+
+type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
+
+/// The solver compiled for what this problem contains.
+fn compiled(problem: &Problem) -> Solve {
+    let soft = || problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
+    match (!problem.bonds.is_empty(), problem.friction > 0.0) {
+        (true, _) => solve_as::<With<true, true, true>>,
+        (false, true) => solve_as::<With<true, false, true>>,
+        (false, false) if soft() => solve_as::<With<false, false, true>>,
+        (false, false) => solve_as::<With<false, false, false>>,
+    }
+}
+
+/// Solves a problem anew, or goes on where bonds have softened.
+fn solve_as<F: Features>(
+    problem: &mut Problem,
+    workspace: &mut Workspace,
+    criteria: &Criteria,
+    softened: Option<&[u32]>,
+) -> Convergence {
+    match softened {
+        None => workspace.load::<F>(problem, criteria.parallel),
+        Some(softened) => {
+            workspace.soften(problem, softened);
+            workspace.restart(criteria.parallel);
+        }
+    }
+    let form = Double::<F> {
+        workspace,
+        parallel: criteria.parallel,
+        features: PhantomData,
+    };
+    solve_with(problem, form, criteria)
+}
+
+/// Solves with a form that has taken over the problem.
+fn solve_with<F: Form>(problem: &mut Problem, mut form: F, criteria: &Criteria) -> Convergence {
+    let mut asked = *criteria;
+    let mut iterations = 0;
+    loop {
+        let (done, end) = iterate(&mut form, problem, &asked);
+        form.store(problem);
+        iterations += done;
+        let left = measured(problem, criteria.parallel);
+        let convergence = convergence(problem, left, iterations, criteria);
+        // A form that sees no residual at all asks in vain for ever.
+        if convergence.converged || end == End::Stuck || asked.tolerance == 0.0 {
+            return convergence;
+        }
+        if end == End::Reached {
+            let missed = criteria.tolerance / convergence.residual;
+            asked.tolerance *= missed.clamp(TIGHTER[0], TIGHTER[1]);
+        }
+        asked.max_iterations -= done;
+        asked.min_iterations = 0;
+        form.restart(problem);
+    }
+}
+
+/// Iterations from where the form is: their number, and why they ended.
+fn iterate<F: Form>(form: &mut F, problem: &Problem, criteria: &Criteria) -> (usize, End) {
+    let mut sums = form.run(problem, Pass::Measure);
+    let relative = |sums: &PassSums<f64>| problem.relative(sums.defect.sqrt(), sums.size.sqrt());
+    let first = relative(&sums);
+    let (mut least, mut since) = (f64::INFINITY, 0);
+    // p.(W + C) p of the last direction: the first has none before it.
+    let mut curvature = f64::INFINITY;
+    for iteration in 0..criteria.max_iterations {
+        let residual = relative(&sums);
+        if residual <= criteria.tolerance && iteration >= criteria.min_iterations {
+            return (iteration, End::Reached);
+        }
+        if residual < F::REDUCED * first {
+            return (iteration, End::Reduced);
+        }
+        if residual < least {
+            (least, since) = (residual, iteration);
+        }
+        if iteration - since > F::PATIENCE {
+            return (iteration, End::Stuck);
+        }
+        let mut beta = -sums.products.wp / curvature;
+        if F::THRESHOLDS && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
+            sums = form.run(problem, Pass::RenewThresholds);
+            beta = 0.0;
+        }
+        let Some(direction) = Direction::choose(&sums, beta, F::CANCELLED) else {
+            return (iteration + 1, End::Stuck);
+        };
+        curvature = direction.curvature;
+        let pass = Pass::Step {
+            alpha: direction.descent / curvature,
+            beta: direction.beta,
+        };
+        sums = form.run(problem, pass);
+    }
+    (criteria.max_iterations, End::Stuck)
+}
+
+/// p = w + beta z.
+struct Direction {
+    beta: f64,
+    /// -u.p.
+    descent: f64,
+    /// p.(W + C) p.
+    curvature: f64,
+}
+
+impl Direction {
+    /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
+    fn choose(sums: &PassSums<f64>, beta: f64, cancelled: f64) -> Option<Direction> {
+        let conjugate = Direction::new(sums, beta);
+        if conjugate.descent > 0.0 && conjugate.curvature > cancelled * sums.products.ww {
+            return Some(conjugate);
+        }
+        let steepest = Direction::new(sums, 0.0);
+        (steepest.descent > 0.0 && steepest.curvature > 0.0).then_some(steepest)
+    }
+
+    fn new(sums: &PassSums<f64>, beta: f64) -> Direction {
+        let products = &sums.products;
+        Direction {
+            beta,
+            descent: -sums.uw - beta * sums.uz,
+            curvature: products.ww + 2.0 * beta * products.wz + beta * beta * products.zz,
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! One step of the Moreau-Jean theta scheme.
+//!
+//! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
+//! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
+//!
+//! In reading order:
+//! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
+//! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
+//! - [`stiffness`]: bounds on the step;
+//! - [`repair`]: overlaps of rigid grains, repaired without velocity;
+//! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
+//! - [`threads`]: a step by several threads.
+
+mod assembly;
+mod balance;
+pub mod detachment;
+mod driven;
+pub mod injection;
+pub mod ledger;
+pub mod repair;
+pub mod state;
+pub mod stiffness;
+pub mod threads;
+mod update;
+pub mod worn;
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::bodies::drive::StepTime;
+use crate::error::KernelError;
+use crate::law::cohesion::Cohesion;
+use crate::solver::Solver;
+use crate::solver::criteria::{Algorithm, Criteria};
+use crate::solver::partition::{Partition, in_pieces};
+use crate::solver::problem::Problem;
+use crate::solver::residual::Convergence;
+use crate::step::repair::Repair;
+use crate::step::state::GrainState;
+
+/// Input of a step: the bodies, and everything that moves them.
+#[derive(Clone, Copy, Debug)]
+pub struct StepInput<'a> {
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// Length of the step (s).
+    pub step: f64,
+    /// Weight of the end velocity.
+    pub theta: f64,
+    /// Downward load on the wheel (N).
+    pub load: f64,
+    /// Sideways displacement of the wheel at the end (m).
+    pub wheel_x: f64,
+    /// Time at which loads are taken (s).
+    pub loaded: f64,
+    /// Velocities of the glued disks without contact forces, a_g (m/s).
+    pub free_velocity: &'a [f64],
+}
+
+impl StepInput<'_> {
+    /// The time at which the loads of driven clusters are taken.
+    pub fn step_time(&self) -> StepTime {
+        StepTime {
+            time: self.loaded,
+            step: self.step,
+            theta: self.theta,
+        }
+    }
+}
+
+/// Summary of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepSummary {
+    /// How far the contact solver has converged; of the repair of overlaps, if only that did not converge.
+    pub convergence: Convergence,
+    /// True if the solve of the step converged, and only the repair did not.
+    pub repair_failed: bool,
+    /// Contacts in the problem.
+    pub listed: usize,
+    /// Contacts that carry force.
+    pub closed: usize,
+    /// Mean and largest overlap of those at the end of the step (m).
+    pub overlap: [f64; 2],
+    /// Largest way of a grain past or into what it presses on, or along its weight, over the smaller radius.
+    pub travel: f64,
+    /// Largest D over w of a bond, the square of its force over its strength until its adhesion falls.
+    pub bond_load_squared: f64,
+    /// Force of the grains on the wheel (N).
+    pub on_wheel: [f64; 2],
+    /// Force of the grains on the boundary, summed over the glued disks (N).
+    pub on_boundary: [f64; 2],
+    /// Largest component of (forces on the free grains - change of their momentum / h) (N).
+    pub momentum_defect: f64,
+    /// Part of that change of momentum over h which belongs to mass that `mass_scale` adds (N).
+    pub added_inertia: f64,
+    /// Half the sum of the forces that act between the free grains and everything else (N).
+    pub transmitted: f64,
+}
+
+impl StepSummary {
+    /// Adds what other contacts make of the step, overlaps not yet divided by their number.
+    fn join(&mut self, other: &StepSummary) {
+        self.closed += other.closed;
+        self.overlap[0] += other.overlap[0];
+        self.overlap[1] = larger(self.overlap[1], other.overlap[1]);
+        self.travel = larger(self.travel, other.travel);
+        self.bond_load_squared = larger(self.bond_load_squared, other.bond_load_squared);
+        self.on_wheel[0] += other.on_wheel[0];
+        self.on_wheel[1] += other.on_wheel[1];
+    }
+}
+
+/// Makes steps; owns the buffers that they share.
+#[derive(Clone, Debug, Default)]
+pub struct Stepper {
+    /// The contact problem of the current step.
+    pub problem: Problem,
+    solver: Solver,
+    /// Slot of each contact of the problem.
+    slots: Vec<u32>,
+    /// Adhesion at the end of the step of each bond of the problem.
+    adhesion: Vec<f64>,
+    /// Contacts whose bonds the last solution has softened.
+    softened: Vec<u32>,
+    repair: Repair,
+    /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
+    pub on_named: Vec<[f64; 2]>,
+}
+
+impl Stepper {
+    /// True if the problem of the last step was large enough for several threads.
+    pub fn is_partitioned(&self) -> bool {
+        let problem = &self.problem;
+        Partition::new(problem.contacts.len(), problem.records.len()).several()
+    }
+
+    /// Advances the state by a step (equation 7 of Renouf, Saulot and Berthier 2006):
+    /// q_m = q + h (1 - theta) v, detection of the contacts at q_m, v' = v_free + M^-1 H r with the contact laws, and
+    /// q' = q_m + h theta v'. The glued disks stay where they are: their boundary moves them.
+    pub fn advance(
+        &mut self,
+        state: &mut GrainState,
+        input: &StepInput,
+        criteria: &Criteria,
+    ) -> Result<StepSummary, KernelError> {
+        let bodies = input.bodies;
+        injection::feed(state, bodies, input.loaded);
+        state.drift(bodies, input.step * (1.0 - input.theta));
+        self.assemble(state, input, criteria.parallel);
+        let convergence = match &bodies.law.cohesion {
+            None => self.solver.solve(&mut self.problem, criteria)?,
+            Some(law) => self.solve_bonded(state, input, criteria, law)?,
+        };
+        let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
+        summary.convergence = convergence;
+        self.balance_momentum(state, input, &outer, &mut summary);
+        self.drive_clusters(state, input);
+        self.update_bodies(state, input, &outer);
+        state.drift(bodies, input.step * input.theta);
+        state.place_face(bodies, state.wheel.position[0]);
+        if bodies.law.penetration.repairs() {
+            let solved = (&self.problem, criteria);
+            let numbers = [input.step * input.theta, input.load];
+            let verdict = self.repair.make((state, bodies), solved, numbers)?;
+            if let Some(verdict) = verdict.filter(|verdict| !verdict.converged) {
+                summary.repair_failed = convergence.converged;
+                summary.convergence = verdict;
+            }
+            summary.overlap = repair::overlaps(bodies, state);
+        }
+        Ok(summary)
+    }
+
+    /// Solves under the adhesion of the step's start, lowers adhesion as far as that solution asks, and solves again until
+    /// no bond falls by more than the tolerance. Adhesion only goes down on the way: above the step of
+    /// [`stiffness::step_limit`] that picks the first solution on the way from the intact bond.
+    fn solve_bonded(
+        &mut self,
+        state: &GrainState,
+        input: &StepInput,
+        criteria: &Criteria,
+        law: &Cohesion,
+    ) -> Result<Convergence, KernelError> {
+        let mut convergence = self.solver.solve(&mut self.problem, criteria)?;
+        if !convergence.converged {
+            // Where the window is accepted all the same, bonds are as strong as they were solved for.
+            self.adhesion.clear();
+            let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
+            self.adhesion.extend(solved);
+        }
+        while convergence.converged && self.lower_adhesion(state, input, criteria, law) {
+            let problem = &mut self.problem;
+            let again = match criteria.algorithm {
+                Algorithm::Pcg => self.solver.go_on(problem, criteria, &self.softened)?,
+                Algorithm::Nsgs => {
+                    problem.boundary.start(input.free_velocity);
+                    self.free_records(state, input);
+                    self.solver.solve(&mut self.problem, criteria)?
+                }
+            };
+            let iterations = convergence.iterations + again.iterations;
+            convergence = Convergence {
+                iterations,
+                converged: again.converged && iterations <= criteria.max_iterations,
+                ..again
+            };
+        }
+        Ok(convergence)
+    }
+
+    /// Lowers the adhesion of the bonds; true if it fell so far that the problem has to be solved again.
+    fn lower_adhesion(
+        &mut self,
+        state: &GrainState,
+        input: &StepInput,
+        criteria: &Criteria,
+        law: &Cohesion,
+    ) -> bool {
+        let (bodies, h) = (input.bodies, input.step);
+        let problem = &self.problem;
+        let contacts = &problem.contacts[..];
+        let pieces = in_pieces(
+            contacts.len(),
+            contacts,
+            criteria.parallel,
+            |range, contacts| {
+                let (mut adhesions, mut softened, mut furthest) = (Vec::new(), Vec::new(), 0.0);
+                for (index, contact) in range.zip(contacts) {
+                    let Some(bond) = problem.bonds.get(contact.bond as usize) else {
+                        continue;
+                    };
+                    let velocity = problem.relative_velocity(contact);
+                    let adhesion = bond.fall(law, velocity, contact.gap, h);
+                    if adhesion < bond.adhesion[1] {
+                        softened.push(index as u32);
+                    }
+                    furthest = larger(furthest, bond.adhesion[1] - adhesion);
+                    adhesions.push(adhesion);
+                }
+                (adhesions, softened, furthest)
+            },
+        );
+        self.adhesion.clear();
+        self.softened.clear();
+        let mut furthest = 0.0;
+        for (adhesions, softened, of_piece) in pieces {
+            self.adhesion.extend(adhesions);
+            self.softened.extend(softened);
+            furthest = larger(furthest, of_piece);
+        }
+        let problem = &mut self.problem;
+        if furthest <= criteria.tolerance {
+            return false;
+        }
+        for index in &self.softened {
+            let number = problem.contacts[*index as usize].bond as usize;
+            let contact = &mut problem.bonds[number];
+            let bond = &state.bonds[contact.index as usize];
+            let [a, b] = [bond.a, bond.b].map(|body| body as usize);
+            contact.soften(bodies.law_of(a, b), bond, self.adhesion[number], h);
+        }
+        true
+    }
+}
