@@ -143,8 +143,7 @@
 //! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
 //! - [`setup`]: from the keys to the types of the steps, the wheel's program, bounds on the step;
 //! - [`measure`]: stress, flows of third body, forces on named bodies, signals, results and fields;
-//! - [`node`]: all of it as a participant of a run;
-//! - [`mod@bench`]: the cost of a contact, beside the least that the machine allows.
+//! - [`node`]: all of it as a participant of a run.
 //!
 //! # Equations, functions, sources
 //!
@@ -221,7 +220,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod bench;
 pub mod bodies;
 pub mod config;
 pub mod contact;

@@ -130,8 +130,7 @@
 //! - [`statics`]: equilibrium, alone or as the start of dynamics;
 //! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
 //! - `interface`: the coupled sets, their compliance, and the windows between two exchanges;
-//! - [`node`]: the body as a participant, in motion or in equilibrium;
-//! - [`mod@bench`]: time of whole steps beside what memory and arithmetic allow.
+//! - [`node`]: the body as a participant, in motion or in equilibrium.
 //!
 //! # Equations, functions, sources
 //!
@@ -203,8 +202,6 @@ pub mod output;
 pub mod scheme;
 pub mod statics;
 pub mod wheel;
-
-pub mod bench;
 
 mod error;
 mod interface;

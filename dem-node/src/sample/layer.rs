@@ -152,7 +152,7 @@ fn shrink(disks: &mut [Disk], overlap: f64) {
 }
 
 /// Numbers the grains column by column, so that neighbours lie close in memory.
-pub(crate) fn in_columns(mut disks: Vec<Disk>) -> Vec<Disk> {
+pub fn in_columns(mut disks: Vec<Disk>) -> Vec<Disk> {
     let widest = disks.iter().map(|disk| disk.radius).fold(0.0, f64::max);
     let column = |disk: &Disk| (disk.centre[0] / (2.0 * widest)).floor();
     disks.sort_by(|a, b| {
