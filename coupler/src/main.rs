@@ -13,10 +13,6 @@ fn main() -> ExitCode {
                 nonlinear: Some(fem_node::nonlinear),
                 schema: Some(fem_node::schema),
                 build: fem_node::build,
-                bench: Some(|| {
-                    let rows = fem_node::bench::bench().map_err(|error| error.to_string())?;
-                    Ok(serde_json::json!(rows))
-                }),
             },
             ShippedSolver {
                 kind: "dem",
@@ -24,10 +20,6 @@ fn main() -> ExitCode {
                 nonlinear: None,
                 schema: Some(dem_node::schema),
                 build: dem_node::build,
-                bench: Some(|| {
-                    let rows = dem_kernel::bench::bench().map_err(|error| error.to_string())?;
-                    Ok(serde_json::json!(rows))
-                }),
             },
         ],
         ..Registry::default()

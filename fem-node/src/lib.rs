@@ -41,8 +41,7 @@
 //! - [`model`]: everything that does not change during a run: boundary and initial conditions, the step;
 //! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
 //! - `interface`: the coupled sets, and the windows between two exchanges;
-//! - [`node`]: the body as a participant, in motion or in equilibrium;
-//! - [`mod@bench`]: time of whole steps beside what memory and arithmetic allow.
+//! - [`node`]: the body as a participant, in motion or in equilibrium.
 //!
 //! # Equations, functions, sources
 //!
@@ -76,8 +75,6 @@ pub mod mesh;
 pub mod model;
 pub mod node;
 pub mod output;
-
-pub mod bench;
 
 mod error;
 mod interface;

@@ -6,8 +6,10 @@
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
 //! - [`json_schema`]: a validator of JSON Schemas;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
+//! - [`mapped_line`]: nodes and points with a mapping between them;
 //! - [`pages`]: the lists in the committed pages, written from the tables beside the code;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
+//! - [`random_log`]: exchange logs of random messages;
 //! - [`scene`]: texts of scenes of these;
 //! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
 //! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left;
@@ -21,8 +23,10 @@ pub mod chain;
 pub mod filegraph;
 pub mod json_schema;
 pub mod lattice;
+pub mod mapped_line;
 pub mod pages;
 pub mod plate;
+pub mod random_log;
 pub mod runs;
 pub mod scene;
 pub mod source;
@@ -39,7 +43,6 @@ pub fn registry() -> Registry {
             nonlinear: None,
             schema: None,
             build: bar::build,
-            bench: None,
         },
         ShippedSolver {
             kind: "chain",
@@ -47,7 +50,6 @@ pub fn registry() -> Registry {
             nonlinear: None,
             schema: None,
             build: chain::build,
-            bench: None,
         },
         ShippedSolver {
             kind: "plate",
@@ -55,7 +57,6 @@ pub fn registry() -> Registry {
             nonlinear: None,
             schema: None,
             build: plate::build,
-            bench: None,
         },
         ShippedSolver {
             kind: "broken",
@@ -63,7 +64,6 @@ pub fn registry() -> Registry {
             nonlinear: None,
             schema: None,
             build: broken::build,
-            bench: None,
         },
         ShippedSolver {
             kind: "fem",
@@ -71,7 +71,6 @@ pub fn registry() -> Registry {
             nonlinear: Some(fem_node::nonlinear),
             schema: Some(fem_node::schema),
             build: fem_node::build,
-            bench: None,
         },
         ShippedSolver {
             kind: "dem",
@@ -79,7 +78,6 @@ pub fn registry() -> Registry {
             nonlinear: None,
             schema: Some(dem_node::schema),
             build: dem_node::build,
-            bench: None,
         },
     ];
     Registry {

@@ -50,6 +50,9 @@ mod dem_travel;
 mod dem_viscous;
 mod dem_wall_forces;
 mod dem_walls;
+mod dem_warm_start;
 mod dem_wheel;
 mod dem_wheel_curved;
+#[path = "../benches/dem/pack.rs"]
+mod pack;
 mod vtk_file;

@@ -1,15 +1,10 @@
 //! Measurements of what the machine gives.
 //!
 //! - [`exchange`], [`participant`]: time of a request and its answer, over shared memory and of any participant;
-//! - [`log`](mod@log): throughput of the exchange log; [`mapping`]: errors and cost of each mapping;
-//! - [`pieces`]: the cost of what a scene may have;
 //! - [`stability`]: where the schemes grow.
 
 pub mod exchange;
-pub mod log;
-pub mod mapping;
 pub mod participant;
-pub mod pieces;
 pub mod stability;
 
 use std::time::Instant;

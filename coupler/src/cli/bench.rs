@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::common::{VerbResult, own_program, print, print_rows};
 use super::start::listen;
 use coordinator::participants::Registry;
-use lab::bench::{exchange, log, mapping, participant, pieces, stability};
+use lab::bench::{exchange, participant, stability};
 use lab::conform::tested::ConformOptions;
 use scenario::error::{CHECK_FAILED, Error, Refusal};
 use scenario::load::load;
@@ -24,16 +24,6 @@ pub struct BenchArguments {
 enum What {
     /// Time from a request of the coupler to the answer of a node, over shared memory.
     Exchange(ExchangeArguments),
-    /// Cost of an element-step in each element and material.
-    Fem(Format),
-    /// Cost of a contact-iteration and iterations to convergence in each solver and law.
-    Dem(Format),
-    /// Throughput of the exchange log, written as in a run and read back with all checks.
-    Log(Format),
-    /// Errors, ripple and cost of each mapping between nodes and glued points.
-    Mapping(Format),
-    /// Cost of pieces that a scene may have: without them, with nothing for them to do, and in use.
-    Pieces(Format),
     /// Stable and unstable cells of the coupling schemes: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
@@ -57,36 +47,23 @@ struct ExchangeArguments {
     /// Override a key of the scenario.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scenario")]
     set: Vec<String>,
-    #[command(flatten)]
-    format: Format,
-    /// Program and arguments that take its place, or that are asked on their own, without configuration.
-    #[arg(last = true)]
-    command: Vec<String>,
-}
-
-#[derive(Clone, Copy, Debug, clap::Args)]
-struct Format {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Program and arguments that take its place, or that are asked on their own, without configuration.
+    #[arg(last = true)]
+    command: Vec<String>,
 }
 
 /// Measures, and prints a table or JSON.
 pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
     match arguments.what {
         What::Exchange(ref arguments) => exchange(arguments, registry)?,
-        What::Log(Format { json }) => show(log::bench()?, json)?,
-        What::Mapping(Format { json }) => show(mapping::bench()?, json)?,
-        What::Pieces(Format { json }) => {
-            show(pieces::bench(registry, &own_program()?)?, json)?;
-        }
         What::Stability { ref out } => {
             let findings = stability::bench(out)?;
             print(&findings.table())?;
             return Ok(if findings.hold() { 0 } else { CHECK_FAILED });
         }
-        What::Fem(Format { json }) => solver(registry, "fem", json)?,
-        What::Dem(Format { json }) => solver(registry, "dem", json)?,
         What::Echo => exchange::echo().map_err(Refusal::from)?,
     }
     Ok(0)
@@ -94,7 +71,7 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
 
 /// Times the shipped echo, or a participant.
 fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Error> {
-    let json = arguments.format.json;
+    let json = arguments.json;
     let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
     let (loaded, name) = match (&arguments.scenario, &arguments.participant, command) {
         (Some(scenario), Some(name), _) => (load(scenario, &arguments.set)?, name.as_str()),
@@ -113,17 +90,6 @@ fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Er
 /// A table, or JSON.
 fn show(rows: impl serde::Serialize, json: bool) -> Result<(), Error> {
     let rows = serde_json::to_value(rows).expect("rows are plain numbers");
-    print_rows(&rows, json, table)
-}
-
-/// Measures a shipped solver.
-fn solver(registry: &Registry, kind: &str, json: bool) -> Result<(), Error> {
-    let bench = registry.get(kind).and_then(|solver| solver.bench);
-    let rows = match bench.map(|bench| bench()) {
-        None => Err(format!("the solver `{kind}` has no benchmark")),
-        Some(rows) => rows.map_err(|why| format!("benchmark of `{kind}`: {why}")),
-    };
-    let rows = rows.map_err(Refusal::Benchmark)?;
     print_rows(&rows, json, table)
 }
 

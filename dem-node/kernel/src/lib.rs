@@ -125,7 +125,6 @@
 //! - [`solver`]: the contact problem and its solvers;
 //! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
 //! - [`random`], [`relax`]: random numbers of a seed, and packings that relax;
-//! - [`mod@bench`]: the cost of a contact, beside the least that the machine allows;
 //! - [`error`]: reasons for which a step cannot be made.
 //!
 //! # Equations, functions, sources
@@ -204,7 +203,6 @@
 //! # Ok::<(), dem_kernel::error::KernelError>(())
 //! ```
 
-pub mod bench;
 pub mod bodies;
 pub mod contact;
 pub mod error;

@@ -22,8 +22,6 @@ pub struct ShippedSolver {
     pub schema: Option<fn() -> serde_json::Value>,
     /// Makes the node.
     pub build: fn(&Session) -> Result<Box<dyn Node>, NodeError>,
-    /// Measures it: a list of rows, or what went wrong; absent for one that has no benchmark.
-    pub bench: Option<fn() -> Result<serde_json::Value, String>>,
 }
 
 /// All shipped solvers.

@@ -63,7 +63,7 @@ fn let_go(slot: &mut Slot) {
 
 impl Stepper {
     /// Free velocities and contacts.
-    pub(crate) fn assemble(&mut self, state: &mut GrainState, input: &StepInput, parallel: bool) {
+    pub fn assemble(&mut self, state: &mut GrainState, input: &StepInput, parallel: bool) {
         let bodies = input.bodies;
         self.problem.friction = bodies.law.friction;
         self.problem.frictions.clear();

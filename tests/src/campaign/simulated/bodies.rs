@@ -66,7 +66,6 @@ pub fn registry() -> Registry {
         nonlinear: None,
         schema: None,
         build,
-        bench: None,
     };
     Registry {
         solvers: vec![
