@@ -121,9 +121,7 @@ impl<'a> StudyProgress<'a> {
         self.here += 1;
         let each = self.begun.elapsed().as_secs_f64() / self.here as f64;
         let left = each * (self.total - self.done.len()) as f64;
-        let TaskOutcome {
-            status, message, ..
-        } = outcome;
+        let (status, message) = (&outcome.status, &outcome.message);
         let colon = if message.is_empty() { "" } else { ": " };
         let (done, total) = (self.done.len(), self.total);
         let object = json!({
