@@ -1,0 +1,486 @@
+//! The runs by which `thirdbody tune` finds a setting.
+//!
+//! One numerical choice at a time is refined and coarsened; from what that changes a setting and a reference are proposed, and held against
+//! each other over several seeds. What came out is a study like any other, by which `run --budget` chooses from then on.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::collect::{StudyRow, finished};
+use super::draft::{Draft, cases};
+use super::error_model::{ErrorModel, KnobErrors};
+use super::knobs::{KNOBS, Knob, Knobs, Levels};
+use super::measure::{Measure, ReferenceNumbers, named_errors, percent};
+use super::open_study::{OpenStudy, write_in};
+use super::plan::{Plan, perturbed_participants};
+use super::pool;
+use super::progress::StudyProgress;
+use super::search::{MARGIN, Proposal, Search, TrialOutcome};
+use super::stored::StoredStudy;
+use coordinator::error::{Error, Refusal};
+use coordinator::output::{tell, tell_progress};
+use coordinator::participants::Watch;
+use coordinator::scenario::load::Loaded;
+use runs::curve::median;
+use runs::files::RunFiles;
+
+/// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
+/// hardly shrinks.
+const SEEDS: [usize; 2] = [4, 6];
+/// Seeds that a setting is tried with first.
+const PROBED: usize = 2;
+/// Time over what is foretold that a setting may take.
+const SLACK: f64 = 1.15;
+/// One in so many seeds may have runs that are warned of.
+const MOST_WARNED: usize = 3;
+/// Settings that are tried before nothing is found.
+const ROUNDS: usize = 8;
+/// Part of the error that is asked for below which a choice may be coarsened.
+const ROOM: f64 = 0.6;
+
+/// A setting that is looked for.
+pub struct Tuning<'a> {
+    /// The scene.
+    pub loaded: &'a Loaded,
+    /// The scene as a study names it.
+    pub scenario: String,
+    /// Overrides of all runs.
+    pub set: Vec<String>,
+    /// Its numerical choices.
+    pub knobs: Knobs<'a>,
+    /// Folder of the runs.
+    pub folder: PathBuf,
+    /// Measures that must keep the error.
+    pub measures: Vec<Measure>,
+    /// The error.
+    pub target: f64,
+    /// Signals that end it.
+    pub watch: Watch,
+    /// Its beginning.
+    pub begun: Instant,
+    /// Wall-clock time for finding the setting (s).
+    pub limit_s: f64,
+    /// Wall-clock time of the scene as it is, if a run with the setting follows (s).
+    pub run_s: f64,
+    /// This program, which does the tasks.
+    pub program: PathBuf,
+    /// Folder of prepared samples.
+    pub cache: Option<PathBuf>,
+    /// Runs at a time.
+    pub jobs: usize,
+}
+
+/// Errors and costs that the runs of single choices told.
+#[derive(Clone, Debug)]
+pub struct Explored {
+    model: ErrorModel,
+    /// Floors of noise by measure, 0 where they are not known.
+    floors: Vec<f64>,
+    is_noise_known: bool,
+    /// True where another seed gives the same bits.
+    seedless: bool,
+    /// Wall-clock time of a run of the scene beside others (s).
+    run_s: f64,
+    /// Codes of what the scene as it is is warned of.
+    warned: String,
+    /// Levels of choices that do not stand, and why.
+    left_out: Vec<String>,
+}
+
+/// A setting that keeps the error: its overrides, and the study that says so.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The study.
+    pub study: StoredStudy,
+    /// Overrides of the setting.
+    pub set: Vec<String>,
+}
+
+impl Tuning<'_> {
+    /// Finds a setting and stores it; or says why there is none, and what would help.
+    ///
+    /// # Errors
+    /// A run cannot be started, its files cannot be read or written, or a signal came.
+    pub fn find(&self, explored: &Explored) -> Result<Result<Found, String>, Error> {
+        let mut best = None;
+        let why = self.search(explored, &mut best)?;
+        self.watch.interrupted().map_or(Ok(()), Err)?;
+        if let Some(found) = best {
+            write_in(&self.folder, "study.json", &(found.study.json() + "\n"))?;
+            return Ok(Ok(found));
+        }
+        let (asked, spent_s) = (percent(self.target), self.begun.elapsed().as_secs_f64());
+        let folder = self.folder.display();
+        Ok(Err(format!(
+            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}"
+        )))
+    }
+
+    /// Measures settings, each cheaper than the best one before it; says why it goes on to no other one.
+    fn search(&self, explored: &Explored, best: &mut Option<Found>) -> Result<String, Error> {
+        let mut noise = self.measures.iter().zip(&explored.floors);
+        if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > self.target) {
+            let (name, floor) = (&measure.name, percent(*floor));
+            return Ok(format!(
+                "{name} of two runs that differ by 1e-12 of a radius lie {floor} % apart, and less is no error"
+            ));
+        }
+        let is_had = |levels: &Levels| self.knobs.set(levels).is_some();
+        let mut search = Search::new(explored.model.clone(), is_had);
+        let mut seeds = if explored.seedless { [1, 1] } else { SEEDS };
+        for _ in 0..ROUNDS {
+            let Some(wished) = search.next(false) else {
+                break;
+            };
+            let afford = |proposal: Proposal| self.affordable(explored.run_s, proposal, seeds);
+            // Where there is no time for the reference that it should have, the nearest one does: what that misses itself is told.
+            let near = || search.next(true).and_then(|near| afford(near).ok());
+            let (proposal, count) = match afford(wished).or_else(|why| near().ok_or(why)) {
+                Ok(found) => found,
+                Err(why) => return Ok(why),
+            };
+            tell_progress(&format!("tune: {}", self.words(&proposal)));
+            let all = [&search.found[..], &[proposal.setting]].concat();
+            // Two seeds tell whether others are worth their time.
+            let (mut outcome, mut study) = (TrialOutcome::Warned, None);
+            for few in [count.min(PROBED), count] {
+                let first = self.loaded.scenario.run.seed;
+                let few: Vec<u64> = (first..first + few as u64).collect();
+                let measured = self.measure(explored, &proposal.reference, &all, &few)?;
+                let Some(measured) = measured else {
+                    return Ok("the time was over before one was measured, and a longer --within goes on from there".into());
+                };
+                (outcome, study) = measured;
+                if !matches!(outcome, TrialOutcome::Keeps(_)) {
+                    break;
+                }
+            }
+            search.learn(&proposal, &outcome);
+            if let (TrialOutcome::Keeps(_), Some(study)) = (outcome, study) {
+                seeds = [count, count];
+                let set = self.knobs.set(&proposal.setting).unwrap_or_default();
+                *best = Some(Found { study, set });
+                let [trial, kept] = ["trial.toml", "study.toml"].map(|name| self.folder.join(name));
+                std::fs::copy(trial, &kept).map_err(Error::output(kept.display()))?;
+            }
+        }
+        Ok("none that was measured keeps it, and finer ones than two levels below the scene are not looked at".into())
+    }
+
+    /// Refines one choice at a time, with the seed of the scene; coarsens those that err by little.
+    ///
+    /// # Errors
+    /// The scene has no such choice, does not complete, or lacks a measure; or the time is over.
+    pub fn explore(&self) -> Result<Explored, Error> {
+        let known = |knob: Knob, level: &f64| !cases(&self.knobs, knob, &[*level]).is_empty();
+        // What one integration point does to elements goes with their size.
+        let finer = |knob| Some(1.0).filter(|finer| knob != Knob::Element && known(knob, finer));
+        let mut levels = KNOBS.map(|knob| Vec::from_iter(finer(knob)));
+        if levels.iter().all(Vec::is_empty) {
+            let why = "the scene has no numerical choice that is known here (mesh, window, step, mass scale, tolerance)";
+            return Err(Refusal::argument("SCENARIO", why).into());
+        }
+        let model = self.runs_of(&levels)?.model;
+        for (knob, levels) in KNOBS.iter().zip(&mut levels) {
+            let errs = |m: usize| model.knobs[knob.index()].error(m, 0.0);
+            let is_small = model.measures().all(|m| errs(m) < ROOM * self.target);
+            let second = knob.second().filter(|level| *level > 0.0 || is_small);
+            let second = second.filter(|level| !levels.is_empty() && known(*knob, level));
+            levels.extend(second);
+        }
+        let explored = self.runs_of(&levels)?;
+        for line in &explored.left_out {
+            tell(&format!("tune: {line}"));
+        }
+        Ok(explored)
+    }
+
+    /// Runs the scene as it is, displaced by next to nothing, with another seed, and with each choice at these levels.
+    fn runs_of(&self, levels: &[Vec<f64>; KNOBS.len()]) -> Result<Explored, Error> {
+        let another = (self.loaded.scenario.run.seed + 1).to_string();
+        let set = vec![format!("run.seed={another}")];
+        let mut vary = vec![("seed".to_string(), vec![(another, set)])];
+        let of_knobs = KNOBS.iter().zip(levels).map(|(knob, levels)| {
+            let cases = cases(&self.knobs, *knob, levels);
+            (knob.name().to_string(), cases)
+        });
+        vary.extend(of_knobs.filter(|(_, cases)| !cases.is_empty()));
+        let draft = Draft {
+            head: "One numerical choice at a time, around the scene as it is.".into(),
+            reference: self.knobs.set(&[0.0; KNOBS.len()]).unwrap_or_default(),
+            perturb: u64::from(!perturbed_participants(&self.loaded.scenario).is_empty()),
+            vary,
+            ..self.draft()
+        };
+        let seed = 1 + draft.perturb as usize;
+        let study = self.run("explore", &draft)?;
+        let results = study.results()?;
+        let rows = &results.rows;
+        if let Some(row) = rows.iter().find(|row| row.exit_code.is_none()) {
+            let (index, path) = (row.task.index, study.plan.path.display());
+            let why = format!(
+                "the time is over before task {index} of {path}; what is done stays there, and a longer time goes on from there"
+            );
+            return Err(Refusal::argument("--within", why).into());
+        }
+        if !rows[0].is_trusted() {
+            let why = format!("as it is it ends {}: {}", rows[0].status, rows[0].message);
+            return Err(Refusal::argument("SCENARIO", why).into());
+        }
+        let floors = rows[0].floors.iter().map(|floor| floor.unwrap_or(0.0));
+        let floors: Vec<f64> = floors.collect();
+        let base = finished(&self.folder, rows[0].task)?.unwrap_or_default();
+        for measure in &self.measures {
+            if let Err(why) = measure.deviation(&base, ReferenceNumbers::Run(&base)) {
+                let why = format!("{}: {why}; choose others with --for", measure.name);
+                return Err(Refusal::argument("--for", why).into());
+            }
+        }
+        let (as_it_is, others) = rows.split_at(seed + 1);
+        let walls = as_it_is
+            .iter()
+            .filter_map(|row| row.cost.get("wall_s").copied());
+        let mut others = others.iter();
+        let (mut knobs, mut left_out) = (Vec::new(), Vec::new());
+        for (knob, levels) in KNOBS.iter().zip(levels) {
+            let mut ran = Vec::new();
+            for (level, row) in levels.iter().zip(&mut others) {
+                match finished(&self.folder, row.task)? {
+                    Some(files) if row.is_trusted() => ran.push((*level, row, files)),
+                    _ => {
+                        let words = self.knobs.value(*knob, &knob.alone(*level));
+                        let (name, words) = (knob.name(), words.unwrap_or_default());
+                        let StudyRow {
+                            status, message, ..
+                        } = row;
+                        left_out.push(format!("{name} {words} is left out: {status} {message}"));
+                    }
+                }
+            }
+            let ran = ran.iter().map(|(level, row, files)| (*level, *row, files));
+            let ran = ran.chain([(0.0, &rows[0], &base)]).collect();
+            knobs.push(self.errors_of(ran, &floors));
+        }
+        Ok(Explored {
+            model: ErrorModel {
+                knobs,
+                target: self.target,
+                shorter: 0.0,
+            },
+            seedless: rows[seed].hashes == rows[0].hashes && !rows[0].hashes[1].is_empty(),
+            run_s: median(walls.collect()).unwrap_or(0.0),
+            warned: rows[0].warnings.clone(),
+            left_out,
+            floors,
+            is_noise_known: rows[0].floors.iter().all(Option::is_some),
+        })
+    }
+
+    /// The errors of one choice, from runs at its levels.
+    fn errors_of(
+        &self,
+        mut levels: Vec<(f64, &StudyRow, &RunFiles)>,
+        floors: &[f64],
+    ) -> KnobErrors {
+        levels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // What waits beside an idle core counts as work of the processor.
+        let spent = |row: &StudyRow, name: &str| row.cost.get(name).copied().unwrap_or(1.0);
+        let cost = |row: &StudyRow| spent(row, "cpu_s").min(spent(row, "wall_s"));
+        let here = levels.iter().position(|level| level.0 == 0.0).unwrap_or(0);
+        let whole = cost(levels[here].1);
+        let costs: Vec<f64> = levels.iter().map(|(_, row, _)| cost(row) / whole).collect();
+        let numbers: Vec<f64> = levels.iter().map(|level| level.0).collect();
+        KnobErrors::of(&numbers, &costs, floors, |m, a, b| {
+            let held = ReferenceNumbers::Run(levels[b].2);
+            let found = self.measures[m].deviation(levels[a].2, held);
+            found.map_or(0.0, f64::abs)
+        })
+    }
+
+    /// The errors of the single choices, a line each.
+    pub fn table(&self, explored: &Explored) -> String {
+        let line = |name: &str, cells: Vec<String>| {
+            let cells = cells.iter().map(|cell| format!("{cell:>12}"));
+            format!("{name:<12}{}", cells.collect::<String>())
+        };
+        let numbers = |of: &dyn Fn(usize) -> f64| {
+            let all = explored.model.measures().map(|m| percent(of(m)));
+            all.collect::<Vec<String>>()
+        };
+        let unknown = || vec!["not known".to_string()];
+        let names = self.measures.iter().map(|measure| measure.name.clone());
+        let head = line("choice", names.collect());
+        let mut lines = vec![head + "   error of the scene as it is, by extrapolation (%)"];
+        for (knob, known) in KNOBS.iter().zip(&explored.model.knobs) {
+            if known.is_known() {
+                lines.push(line(knob.name(), numbers(&|m| known.error(m, 0.0))));
+            } else if self.knobs.at(*knob, 1.0).is_some() {
+                lines.push(line(knob.name(), unknown()));
+            }
+        }
+        let together = numbers(&|m| explored.model.error(m, &[0.0; KNOBS.len()]));
+        let noise = match explored.is_noise_known {
+            true => numbers(&|m| explored.floors[m]),
+            false => unknown(),
+        };
+        lines.extend([line("together", together), line("noise", noise)]);
+        lines.join("\n")
+    }
+
+    /// A proposal with the number of seeds that there is time for, as many as are wished for at the most; how long it would take where there
+    /// are too few.
+    fn affordable(
+        &self,
+        run_s: f64,
+        proposal: Proposal,
+        [least, most]: [usize; 2],
+    ) -> Result<(Proposal, usize), String> {
+        let seed_s = SLACK * run_s * (proposal.reference_cost + proposal.cost) / self.jobs as f64;
+        let others_s = self.begun.elapsed().as_secs_f64() + self.run_s * proposal.cost;
+        let count = ((self.limit_s - others_s) / seed_s).max(0.0) as usize;
+        if count >= least {
+            return Ok((proposal, count.min(most)));
+        }
+        let needed_s = others_s + least as f64 * seed_s;
+        Err(format!(
+            "{} would take until {needed_s:.0} s, and there are {:.0} s; --within {:.0}s has the time",
+            self.words(&proposal),
+            self.limit_s,
+            (1.2 * needed_s).ceil()
+        ))
+    }
+
+    /// A proposal in words.
+    fn words(&self, proposal: &Proposal) -> String {
+        let both = [proposal.setting, proposal.reference];
+        both.map(|levels| self.knobs.words(&levels))
+            .join(" against ")
+    }
+
+    /// Holds settings against a reference, with these seeds. Returns the outcome of the last setting, and the study where it keeps the error; `None`
+    /// where the time was over before.
+    fn measure(
+        &self,
+        explored: &Explored,
+        reference: &Levels,
+        settings: &[Levels],
+        seeds: &[u64],
+    ) -> Result<Option<(TrialOutcome, Option<StoredStudy>)>, Error> {
+        let without_study = |outcome: TrialOutcome| Ok(Some((outcome, None)));
+        let case = |setting: &Levels| {
+            let set = self.knobs.set(setting).unwrap_or_default();
+            (self.knobs.words(setting), set)
+        };
+        let draft = Draft {
+            head: "Settings against a finer reference, each with the same seeds.".into(),
+            reference: self.knobs.set(reference).unwrap_or_default(),
+            seeds: seeds.to_vec(),
+            vary: vec![("setting".into(), settings.iter().map(case).collect())],
+            ..self.draft()
+        };
+        let study = self.run("trial", &draft)?;
+        let mut results = study.results()?;
+        if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
+            let done = &seeds[..row.task.scene];
+            if done.len() < SEEDS[0] {
+                return Ok(None);
+            }
+            return self.measure(explored, reference, settings, done);
+        }
+        // A run that is warned of says so itself: what is told holds for those that are not.
+        let each = settings.len() + 1;
+        // The reference may be warned of what the scene as it is is, a setting of what its reference is.
+        let is_bad = |rows: &[StudyRow], k: usize| {
+            let reference = if k == 0 {
+                &explored.warned
+            } else {
+                &rows[0].warnings
+            };
+            let known =
+                |code: &str| code == "advice" || reference.split(' ').any(|own| own == code);
+            !rows[k].is_trusted() || !rows[k].warnings.split_whitespace().all(known)
+        };
+        let many = |count: usize| count * MOST_WARNED > seeds.len();
+        let scenes = || results.rows.chunks(each);
+        let warned = |k: usize| scenes().filter(|rows| is_bad(rows, k)).count();
+        let is_good = |rows: &[StudyRow]| !(0..each).any(|k| is_bad(rows, k));
+        let good = scenes().zip(seeds).filter(|(rows, _)| is_good(rows));
+        let good: Vec<u64> = good.map(|(_, seed)| *seed).collect();
+        if many(warned(0)) {
+            return without_study(TrialOutcome::NoReference);
+        }
+        if many(warned(each - 1)) || many(seeds.len() - good.len()) {
+            return without_study(TrialOutcome::Warned);
+        }
+        if good.len() < seeds.len() {
+            // So few tell no bound: others take their places, until the time is over.
+            let least = if seeds.len() > PROBED { SEEDS[0] } else { 0 };
+            let others = (1..).map(|k| seeds[seeds.len() - 1] + k);
+            let others = others.take(least.saturating_sub(good.len()));
+            let kept: Vec<u64> = good.into_iter().chain(others).collect();
+            tell(&format!(
+                "tune: with some of the seeds {seeds:?} a run is warned of: {kept:?} are taken"
+            ));
+            return self.measure(explored, reference, settings, &kept);
+        }
+        // The noise of the scene as it is stands for that of each of its settings and seeds.
+        for row in &mut results.rows {
+            row.floors = explored.floors.iter().copied().map(Some).collect();
+        }
+        let stored = StoredStudy::of(&results);
+        let mut stored = stored.map_err(|why| Refusal::file(&study.plan.path, why))?;
+        stored.seedless = explored.seedless;
+        for setting in &mut stored.settings {
+            let words = setting.words.strip_prefix("setting = ");
+            setting.words = words.unwrap_or(&setting.words).to_string();
+        }
+        let measures = explored.model.measures();
+        let missed = measures.map(|m| explored.model.error(m, reference));
+        stored.reference_misses = missed.collect();
+        let Some(bounds) = self.bounds(&stored, settings.last()) else {
+            return without_study(TrialOutcome::Warned);
+        };
+        let (told, count) = (named_errors(&self.measures, &bounds), seeds.len());
+        tell_progress(&format!("tune: with {count} seeds below {told}"));
+        if bounds.iter().any(|bound| *bound > self.target) {
+            return without_study(TrialOutcome::Exceeds(bounds));
+        }
+        Ok(Some((TrialOutcome::Keeps(bounds), Some(stored))))
+    }
+
+    /// The bound of each error, of few seeds what it may become; `None` where there is none.
+    fn bounds(&self, study: &StoredStudy, setting: Option<&Levels>) -> Option<Vec<f64>> {
+        let set = self.knobs.set(setting?)?;
+        let setting = study.settings.iter().find(|setting| setting.set == set)?;
+        // Scenes differ in nothing but their seeds.
+        let bound = |m: usize| match &setting.errors[m][..] {
+            [one, other] => Some(MARGIN * (one * other).sqrt()),
+            _ => study.predict(setting, m, &[]).map(|found| found.bound),
+        };
+        (0..self.measures.len()).map(bound).collect()
+    }
+
+    /// The keys that all studies of the scene have alike.
+    fn draft(&self) -> Draft {
+        Draft {
+            name: format!("tune-{}", self.loaded.scenario.run.name),
+            scenario: self.scenario.clone(),
+            set: self.set.clone(),
+            measures: self.measures.clone(),
+            ..Draft::default()
+        }
+    }
+
+    /// Writes the file of a study into the folder and does its tasks that are not done, until the time is over.
+    fn run(&self, name: &str, draft: &Draft) -> Result<OpenStudy, Error> {
+        let file = write_in(&self.folder, &format!("{name}.toml"), &draft.toml())?;
+        let plan = Plan::read(&file, false, &[])?;
+        let study = OpenStudy::of(plan, self.folder.clone())?;
+        let command = study.command(self.program.clone(), self.cache.as_deref())?;
+        let mut progress = StudyProgress::new(&study.tasks, &self.measures, &self.folder);
+        let over = || self.begun.elapsed().as_secs_f64() > self.limit_s;
+        let stopped = || self.watch.interrupted().is_some() || over();
+        pool::run(&mut progress, &command, self.jobs, stopped)?;
+        self.watch.interrupted().map_or(Ok(study), Err)
+    }
+}
