@@ -221,8 +221,7 @@ fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> Ver
         }
         tell(&format!("task {} will be refused: {why}", task.index));
     }
-    let tasks = &opened.tasks;
-    let mut progress = StudyProgress::new(tasks, &opened.plan.file.measure, &opened.folder);
+    let mut progress = StudyProgress::new(opened);
     let forecast = foretell(opened, registry)?;
     let threads_each = threads_of(&opened.plan);
     match engine.engine {
@@ -233,9 +232,8 @@ fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> Ver
         }
         Engine::Slurm => {
             let slurm = Slurm {
+                study: opened,
                 exec,
-                name: opened.array_name(),
-                folder: opened.folder.clone(),
                 throttle: engine.jobs,
                 ask: forecast.ask(threads_each),
                 extra: engine.sbatch.clone(),
@@ -251,7 +249,7 @@ fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> Ver
 /// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.
 fn forget_failed(opened: &OpenStudy) -> Result<(), Error> {
     for task in runs(&opened.tasks) {
-        let folder = TaskFolder::new(&opened.folder, &task.id);
+        let folder = opened.task_folder(task);
         let done = matches!(folder.stage()?, TaskStage::Done(_));
         if done && !matches!(finished(&opened.folder, task), Ok(Some(_))) {
             folder.forget()?;
@@ -303,12 +301,12 @@ fn collect(opened: &OpenStudy) -> VerbResult {
 fn status(opened: &OpenStudy) -> VerbResult {
     let runs = runs(&opened.tasks);
     let in_slurm = opened.folder.join("slurm").exists();
-    let queue = in_slurm.then(|| queue(&opened.array_name(), &runs).ok());
+    let queue = in_slurm.then(|| queue(opened, &runs).ok());
     let queue = queue.flatten().unwrap_or_default();
     let [mut waiting, mut running, mut suspect, mut failed, mut fine] = [0; 5];
     let mut lines = Vec::new();
     for task in &runs {
-        let folder = TaskFolder::new(&opened.folder, &task.id);
+        let folder = opened.task_folder(task);
         let queued = queue.get(&task.index);
         let job = queued.map(|queued| format!(", {} in Slurm is {}", queued.job, queued.state));
         let (index, attempts) = (task.index, folder.attempts());

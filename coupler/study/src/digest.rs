@@ -10,6 +10,7 @@ use super::measure::percent;
 use super::picture;
 use super::settings::{StudySetting, settings};
 use super::varied_keys::{VariedKey, varied_keys};
+use runs::curve::median;
 
 /// A study in words and pictures.
 #[derive(Clone, Debug)]
@@ -43,7 +44,7 @@ impl<'a> Digest<'a> {
             };
             let all = || settings.iter().enumerate();
             let trades = all().filter(|(_, of)| stands(of));
-            let trades = trades.filter_map(|(k, of)| trade(k, of.error(index)));
+            let trades = trades.filter_map(|(k, of)| trade(k, of.errors(index).and_then(median)));
             let trades: Vec<Trade> = trades.collect();
             let distance = |of: &StudySetting| of.middle(|row| row.distance(index));
             let fallen = all().filter(|(_, of)| !of.is_trusted());

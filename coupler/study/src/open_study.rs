@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::collect::{Results, line};
 use super::plan::{Plan, Task};
 use super::pool::TaskCommand;
+use super::task::TaskFolder;
 use coordinator::error::Error;
 use coordinator::rundir::write_whole;
 
@@ -96,6 +97,11 @@ impl OpenStudy {
         arguments.extend(["--cache".into(), cache.unwrap_or(Path::new("none")).into()]);
         arguments.push("--index".into());
         Ok(TaskCommand { program, arguments })
+    }
+
+    /// The folder of a task.
+    pub fn task_folder(&self, task: &Task) -> TaskFolder {
+        TaskFolder::new(&self.folder, &task.id)
     }
 
     /// What came of its tasks so far.

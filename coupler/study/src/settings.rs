@@ -55,11 +55,6 @@ impl StudySetting<'_> {
         numbers.collect::<Option<Vec<f64>>>().and_then(median)
     }
 
-    /// The middle of the errors by a measure.
-    pub fn error(&self, measure: usize) -> Option<f64> {
-        self.errors(measure).and_then(median)
-    }
-
     /// The middle of a cost over that of the reference.
     pub fn cost_rel(&self, name: &str) -> Option<f64> {
         self.middle(|row| row.cost_rel.get(name).copied())

@@ -6,11 +6,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::heartbeats::HeartbeatWatch;
+use super::open_study::OpenStudy;
 use super::plan::Task;
 use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
@@ -39,13 +39,11 @@ pub struct SlurmRequest {
 
 /// The engine of one study.
 #[derive(Clone, Debug)]
-pub struct Slurm {
+pub struct Slurm<'a> {
+    /// The study.
+    pub study: &'a OpenStudy,
     /// The command of a task.
     pub exec: TaskCommand,
-    /// The folder of the study.
-    pub folder: PathBuf,
-    /// Name that its arrays in Slurm's queue begin with.
-    pub name: String,
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
     /// Resources asked for a task.
@@ -76,7 +74,7 @@ struct Submitted {
     factor: u32,
 }
 
-impl Slurm {
+impl Slurm<'_> {
     /// Submits all runs that are not done, and sees to it that they are; `stopped` leaves the rest to Slurm.
     ///
     /// # Errors
@@ -100,7 +98,7 @@ impl Slurm {
                 return Ok(());
             }
             if stopped() {
-                let (count, names) = (left.len(), array_names(&self.name, &left));
+                let (count, names) = (left.len(), array_names(self.study, &left));
                 tell(&format!(
                     "{count} runs are left to Slurm; the same command goes on with them, `scancel --name={names}` ends them"
                 ));
@@ -108,7 +106,7 @@ impl Slurm {
             }
             if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
                 let first = looked.replace(Instant::now()).is_none();
-                match queue(&self.name, &left) {
+                match queue(self.study, &left) {
                     // One that never answered is not there.
                     Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
                     Err(_) => {}
@@ -207,7 +205,7 @@ impl Slurm {
     }
 
     fn submit_array(&self, local: &[usize], offset: usize, factor: u32) -> Result<String, Error> {
-        let logs = self.folder.join("slurm");
+        let logs = self.study.folder.join("slurm");
         std::fs::create_dir_all(&logs).map_err(Error::output(logs.display()))?;
         let throttle = self
             .throttle
@@ -216,7 +214,7 @@ impl Slurm {
         let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
         let mut arguments = vec![
             "--parsable".to_string(),
-            format!("--job-name={}-{offset}", self.name),
+            format!("--job-name={}-{offset}", self.study.array_name()),
             format!("--array={}{throttle}", ranges(local)),
             format!("--cpus-per-task={}", self.ask.cores),
             format!("--mem={megabytes}M"),
@@ -242,20 +240,21 @@ impl Slurm {
 }
 
 /// Names that arrays of these tasks can have, with commas between them.
-fn array_names(name: &str, tasks: &[&Task]) -> String {
+fn array_names(study: &OpenStudy, tasks: &[&Task]) -> String {
     let most = indices_most();
     let offsets = tasks.iter().map(|task| task.index / most * most);
     let offsets: BTreeSet<usize> = offsets.collect();
+    let name = study.array_name();
     let names = offsets.iter().map(|offset| format!("{name}-{offset}"));
     Vec::from_iter(names).join(",")
 }
 
-/// States of these tasks in Slurm's queue, by index, in arrays whose name begins so.
+/// States of these tasks of a study in Slurm's queue, by index.
 ///
 /// # Errors
 /// Slurm does not answer.
-pub fn queue(name: &str, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
-    let names = format!("--name={}", array_names(name, tasks));
+pub fn queue(study: &OpenStudy, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
+    let names = format!("--name={}", array_names(study, tasks));
     let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
     Ok(parse_queue(&slurm("squeue", &arguments)?))
 }

@@ -74,9 +74,8 @@ pub struct Tuning<'a> {
 #[derive(Clone, Debug)]
 pub struct Explored {
     model: ErrorModel,
-    /// Floors of noise by measure, 0 where they are not known.
-    floors: Vec<f64>,
-    is_noise_known: bool,
+    /// Floors of noise by measure, where they are known.
+    floors: Vec<Option<f64>>,
     /// True where another seed gives the same bits.
     seedless: bool,
     /// Wall-clock time of a run of the scene beside others (s).
@@ -119,8 +118,8 @@ impl Tuning<'_> {
     /// Measures settings, each cheaper than the best one before it; says why it goes on to no other one.
     fn search(&self, explored: &Explored, best: &mut Option<Found>) -> Result<String, Error> {
         let mut noise = self.measures.iter().zip(&explored.floors);
-        if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > self.target) {
-            let (name, floor) = (&measure.name, percent(*floor));
+        if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > Some(self.target)) {
+            let (name, floor) = (&measure.name, percent(floor.unwrap_or(0.0)));
             return Ok(format!(
                 "{name} of two runs that differ by 1e-12 of a radius lie {floor} % apart, and less is no error"
             ));
@@ -271,8 +270,7 @@ impl Tuning<'_> {
             run_s: median(walls.collect()).unwrap_or(0.0),
             warned: rows[0].warnings.clone(),
             left_out,
-            floors,
-            is_noise_known: rows[0].floors.iter().all(Option::is_some),
+            floors: rows[0].floors.clone(),
         })
     }
 
@@ -319,10 +317,8 @@ impl Tuning<'_> {
             }
         }
         let together = numbers(&|m| explored.model.error(m, &[0.0; KNOBS.len()]));
-        let noise = match explored.is_noise_known {
-            true => numbers(&|m| explored.floors[m]),
-            false => unknown(),
-        };
+        let floors: Option<Vec<f64>> = explored.floors.iter().copied().collect();
+        let noise = floors.map_or_else(unknown, |floors| numbers(&|m| floors[m]));
         lines.extend([line("together", together), line("noise", noise)]);
         lines.join("\n")
     }
@@ -425,7 +421,8 @@ impl Tuning<'_> {
         }
         // The noise of the scene as it is stands for that of each of its settings and seeds.
         for row in &mut results.rows {
-            row.floors = explored.floors.iter().copied().map(Some).collect();
+            let floors = explored.floors.iter();
+            row.floors = floors.map(|floor| floor.or(Some(0.0))).collect();
         }
         let stored = StoredStudy::of(&results);
         let mut stored = stored.map_err(|why| Refusal::file(&study.plan.path, why))?;
@@ -477,7 +474,7 @@ impl Tuning<'_> {
         let plan = Plan::read(&file, false, &[])?;
         let study = OpenStudy::of(plan, self.folder.clone())?;
         let command = study.command(self.program.clone(), self.cache.as_deref())?;
-        let mut progress = StudyProgress::new(&study.tasks, &self.measures, &self.folder);
+        let mut progress = StudyProgress::new(&study);
         let over = || self.begun.elapsed().as_secs_f64() > self.limit_s;
         let stopped = || self.watch.interrupted().is_some() || over();
         pool::run(&mut progress, &command, self.jobs, stopped)?;
