@@ -37,7 +37,6 @@ mod start;
 pub mod study;
 mod study_new;
 pub mod tune;
-mod tuning;
 pub mod validate;
 
 /// Concurrent FE-DEM co-simulation of wheel, third body and rail.

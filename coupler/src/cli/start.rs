@@ -6,10 +6,10 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::common::own_program;
 use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
-use kit::scratch::Scratch;
+use coordinator::run::session::{Ended, RunOptions};
 use scenario::error::Error;
 use scenario::load::Loaded;
+use study::forecast;
 
 /// Options of a run that is started here and shows its progress.
 pub(super) fn options<'a>(
@@ -30,10 +30,7 @@ pub(super) fn rehearse(
     threads: usize,
     registry: &Registry,
 ) -> Result<Ended, Error> {
-    let scratch = Scratch::new("rehearsal", fresh_run_id());
-    let mut options = options(Some(scratch.path()), threads, registry)?;
-    options.dry_run = true;
-    run(loaded, &options)
+    Ok(forecast::rehearse(loaded, &options(None, threads, registry)?)?.0)
 }
 
 /// Signals that end a run in order.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use nix::sys::signal::Signal;
@@ -16,15 +16,15 @@ use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use coordinator::run::session::RunOptions;
 use report::results;
-use runs::run_dir::write_whole;
 use scenario::error::{CHECK_FAILED, Error, Refusal};
-use study::collect::{DAMAGED, Results, StudyRow, finished, line};
+use study::collect::{DAMAGED, StudyRow, finished};
 use study::digest::Digest;
 use study::forecast::Forecast;
+use study::open_study::{OpenStudy, write_in};
 use study::plan::{Plan, Task, TaskRole, runs};
-use study::pool::{self, TaskCommand};
+use study::pool;
 use study::progress::StudyProgress;
-use study::slurm::{Slurm, array_name, ended, queue};
+use study::slurm::{Slurm, ended, queue};
 use study::stored::{StoredStudy, serves_budgets};
 use study::task::{SILENT, TaskFolder, TaskStage};
 
@@ -57,8 +57,8 @@ enum StudyVerb {
 }
 
 /// The study and its folder.
-#[derive(Debug, clap::Args)]
-pub(super) struct PlaceArguments {
+#[derive(Debug, Default, clap::Args)]
+struct PlaceArguments {
     /// The study: a folder with study.toml, a file, or a name that `thirdbody scenes` lists.
     file: PathBuf,
     /// The study in small, as its file says.
@@ -114,47 +114,10 @@ struct ExecTaskArguments {
     index: usize,
 }
 
-/// A study with its folder.
-pub(super) struct Opened {
-    pub(super) plan: Plan,
-    pub(super) tasks: Vec<Task>,
-    folder: PathBuf,
-}
-
-impl Opened {
-    /// Name that its arrays of Slurm begin with.
-    fn array_name(&self) -> String {
-        array_name(&self.plan.file.study.name, &self.folder, &self.tasks)
-    }
-
-    /// Writes a file of its folder.
-    fn write(&self, name: &str, text: &str) -> Result<PathBuf, Error> {
-        let path = self.folder.join(name);
-        fs::create_dir_all(&self.folder).map_err(Error::output(path.display()))?;
-        write_whole(&path, text.as_bytes())?;
-        Ok(path)
-    }
-}
-
 impl PlaceArguments {
-    /// The study of a file, in this folder, or in that of its name.
-    pub(super) fn of(file: &Path, folder: Option<&Path>) -> PlaceArguments {
-        PlaceArguments {
-            file: file.to_path_buf(),
-            small: false,
-            set: Vec::new(),
-            out: folder.map(Path::to_path_buf),
-        }
-    }
-
-    pub(super) fn open(&self) -> Result<Opened, Error> {
+    fn open(&self) -> Result<OpenStudy, Error> {
         let (plan, folder) = self.plan()?;
-        let tasks = plan.tasks()?;
-        Ok(Opened {
-            plan,
-            tasks,
-            folder,
-        })
+        OpenStudy::of(plan, folder)
     }
 
     fn plan(&self) -> Result<(Plan, PathBuf), Error> {
@@ -165,30 +128,6 @@ impl PlaceArguments {
         let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
         Ok((plan, folder))
     }
-
-    /// The process that does a task of it, of those that this list has.
-    pub(super) fn exec(
-        &self,
-        opened: &Opened,
-        planned: &Path,
-        registry: &Registry,
-    ) -> Result<TaskCommand, Error> {
-        let mut arguments = vec!["study".into(), "exec".into(), self.file.clone().into()];
-        if self.small {
-            arguments.push("--small".into());
-        }
-        for set in &self.set {
-            arguments.extend(["--set".into(), set.into()]);
-        }
-        arguments.extend(["--out".into(), opened.folder.clone().into()]);
-        arguments.extend(["--planned".into(), planned.into(), "--cache".into()]);
-        arguments.push(registry.cache.clone().map_or("none".into(), PathBuf::into));
-        arguments.push("--index".into());
-        Ok(TaskCommand {
-            program: own_program()?,
-            arguments,
-        })
-    }
 }
 
 /// Plans, runs, or looks at a study.
@@ -196,10 +135,16 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
         StudyVerb::New(arguments) => {
             let file = study_new::new(arguments, registry)?;
-            plan(&PlaceArguments::of(&file, None).open()?, registry)
+            plan(
+                &PlaceArguments {
+                    file,
+                    ..Default::default()
+                },
+                registry,
+            )
         }
-        StudyVerb::Plan(place) => plan(&place.open()?, registry),
-        StudyVerb::Run { place, engine } => run(place, engine, registry),
+        StudyVerb::Plan(place) => plan(place, registry),
+        StudyVerb::Run { place, engine } => run(&place.open()?, engine, registry),
         StudyVerb::Status(place) => status(&place.open()?),
         StudyVerb::Collect(place) => collect(&place.open()?),
         StudyVerb::Exec(arguments) => exec(arguments, registry),
@@ -215,14 +160,15 @@ fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Erro
 }
 
 /// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
-fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
-    if let Some((_, why)) = refused(opened, registry).next() {
+fn plan(place: &PlaceArguments, registry: &Registry) -> VerbResult {
+    let opened = place.open()?;
+    if let Some((_, why)) = refused(&opened, registry).next() {
         return Err(why);
     }
-    let planned = keep_list(opened)?;
-    print(&listed(opened))?;
+    let planned = opened.keep_list()?;
+    print(opened.listed().trim_end())?;
     let tasks = &opened.tasks;
-    let forecast = foretell(opened, tasks, registry)?;
+    let forecast = foretell(&opened, registry)?;
     tell(&format!(
         "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
         runs(tasks).len(),
@@ -238,7 +184,10 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
 }
 
 /// The tasks that `check` refuses, of those that are the first with a value of a key.
-fn refused<'a>(opened: &'a Opened, registry: &Registry) -> impl Iterator<Item = (&'a Task, Error)> {
+fn refused<'a>(
+    opened: &'a OpenStudy,
+    registry: &Registry,
+) -> impl Iterator<Item = (&'a Task, Error)> {
     let mut seen = BTreeSet::new();
     let threads = threads_of(&opened.plan).into();
     opened.tasks.iter().filter_map(move |task| {
@@ -250,52 +199,30 @@ fn refused<'a>(opened: &'a Opened, registry: &Registry) -> impl Iterator<Item = 
 }
 
 /// Foretells the cost of the first task, and refuses measures that it does not report.
-fn foretell(opened: &Opened, tasks: &[Task], registry: &Registry) -> Result<Forecast, Error> {
-    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened.plan, registry)?)?;
-    let measures = &opened.plan.file.measure;
+fn foretell(opened: &OpenStudy, registry: &Registry) -> Result<Forecast, Error> {
+    let (plan, task) = (&opened.plan, &opened.tasks[0]);
+    let forecast = Forecast::of(task, &opened.folder, &quiet(plan, registry)?)?;
     let (results, of_cycles) = (results::names(), results::of_full_cycles());
-    let checked = forecast.check(measures, &tasks[0], &results, &of_cycles);
-    checked.map_err(|why| Refusal::file(&opened.plan.path, why))?;
+    let checked = forecast.check(&plan.file.measure, task, &results, &of_cycles);
+    checked.map_err(|why| Refusal::file(&plan.path, why))?;
     Ok(forecast)
 }
 
-fn listed(opened: &Opened) -> String {
-    let mut head = vec!["index", "id", "role"];
-    head.extend(opened.plan.file.vary.iter().map(|vary| vary.key.as_str()));
-    let rows = opened.tasks.iter().map(|task| {
-        let mut cells = vec![task.index.to_string(), task.id.clone(), task.role.word()];
-        cells.extend(task.values.iter().cloned());
-        line(&cells)
-    });
-    let text = line(&head) + &rows.collect::<String>();
-    text.trim_end().to_string()
-}
-
-/// Keeps the list of tasks under a name of its own: whoever does one of them compares.
-pub(super) fn keep_list(opened: &Opened) -> Result<PathBuf, Error> {
-    let name = opened.array_name();
-    let name = format!("tasks-{}.csv", &name[name.len() - 12..]);
-    opened.write(&name, &(listed(opened) + "\n"))
-}
-
-fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) -> VerbResult {
-    let opened = place.open()?;
-    let planned = keep_list(&opened)?;
-    let exec = place.exec(&opened, &planned, registry)?;
+fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> VerbResult {
+    let exec = opened.command(own_program()?, registry.cache.as_deref())?;
     if engine.retry {
-        forget_failed(&opened)?;
+        forget_failed(opened)?;
     }
     let watch = listen()?;
     let stopped = || watch.interrupted().is_some();
-    for (task, why) in refused(&opened, registry) {
+    for (task, why) in refused(opened, registry) {
         if task.index == 0 {
             return Err(why);
         }
         tell(&format!("task {} will be refused: {why}", task.index));
     }
-    let tasks = &opened.tasks;
-    let mut progress = StudyProgress::new(tasks, &opened.plan.file.measure, &opened.folder);
-    let forecast = foretell(&opened, tasks, registry)?;
+    let mut progress = StudyProgress::new(opened);
+    let forecast = foretell(opened, registry)?;
     let threads_each = threads_of(&opened.plan);
     match engine.engine {
         Engine::Local => {
@@ -305,9 +232,8 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
         }
         Engine::Slurm => {
             let slurm = Slurm {
+                study: opened,
                 exec,
-                name: opened.array_name(),
-                folder: opened.folder.clone(),
                 throttle: engine.jobs,
                 ask: forecast.ask(threads_each),
                 extra: engine.sbatch.clone(),
@@ -316,14 +242,14 @@ fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) ->
             slurm.run(&mut progress, stopped)?;
         }
     }
-    let code = collect(&opened)?;
+    let code = collect(opened)?;
     watch.interrupted().map_or(Ok(code), Err)
 }
 
 /// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.
-fn forget_failed(opened: &Opened) -> Result<(), Error> {
+fn forget_failed(opened: &OpenStudy) -> Result<(), Error> {
     for task in runs(&opened.tasks) {
-        let folder = TaskFolder::new(&opened.folder, &task.id);
+        let folder = opened.task_folder(task);
         let done = matches!(folder.stage()?, TaskStage::Done(_));
         if done && !matches!(finished(&opened.folder, task), Ok(Some(_))) {
             folder.forget()?;
@@ -333,9 +259,10 @@ fn forget_failed(opened: &Opened) -> Result<(), Error> {
 }
 
 /// Writes and prints what came out; the exit code is that of a failed check where a run is missing or damaged, or the reference does not stand.
-fn collect(opened: &Opened) -> VerbResult {
-    let results = Results::read(&opened.plan, &opened.tasks, &opened.folder)?;
+fn collect(opened: &OpenStudy) -> VerbResult {
+    let results = opened.results()?;
     let digest = Digest::new(&results);
+    let write = |name: &str, text: &str| write_in(&opened.folder, name, text);
     let tables = [
         ("results.csv", Some(results.csv())),
         ("front.csv", digest.front_csv()),
@@ -343,51 +270,47 @@ fn collect(opened: &Opened) -> VerbResult {
     ];
     for (name, text) in tables {
         if let Some(text) = text {
-            opened.write(name, &text)?;
+            write(name, &text)?;
         }
     }
-    let rows = results.rows.iter();
-    let missing = rows.filter(|row| row.exit_code.is_none()).count();
-    if missing < results.rows.len() {
+    if results.rows.iter().any(|row| row.exit_code.is_some()) {
         for (name, svg) in digest.pictures() {
-            opened.write(name, &svg)?;
+            write(name, &svg)?;
         }
         let text = digest.text();
-        opened.write("digest.txt", &(text.clone() + "\n"))?;
+        write("digest.txt", &format!("{text}\n"))?;
         print(&text)?;
-        match StoredStudy::of(&opened.plan, &opened.tasks, &results) {
-            // Nobody who asks for values wants a budget.
-            _ if !opened.plan.file.reference.is_given() => {}
-            Ok(stored) => {
-                opened.write("study.json", &(stored.json() + "\n"))?;
+        // Nobody who asks for values wants a budget.
+        if opened.plan.file.reference.is_given() {
+            match StoredStudy::of(&results) {
+                Ok(stored) => drop(write("study.json", &(stored.json() + "\n"))?),
+                Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
             }
-            Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
         }
         print("")?;
     }
     let code = status(opened)?;
     let fell = |row: &StudyRow| {
-        row.status == DAMAGED || (row.role == TaskRole::Reference && !row.is_trusted())
+        row.status == DAMAGED || (row.task.role == TaskRole::Reference && !row.is_trusted())
     };
     let fell = results.rows.iter().any(fell);
     Ok(if fell { CHECK_FAILED } else { code })
 }
 
 /// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
-fn status(opened: &Opened) -> VerbResult {
+fn status(opened: &OpenStudy) -> VerbResult {
     let runs = runs(&opened.tasks);
     let in_slurm = opened.folder.join("slurm").exists();
-    let queue = in_slurm.then(|| queue(&opened.array_name(), &runs).ok());
+    let queue = in_slurm.then(|| queue(opened, &runs).ok());
     let queue = queue.flatten().unwrap_or_default();
     let [mut waiting, mut running, mut suspect, mut failed, mut fine] = [0; 5];
     let mut lines = Vec::new();
     for task in &runs {
-        let folder = TaskFolder::new(&opened.folder, &task.id);
-        let stage = folder.stage()?;
+        let folder = opened.task_folder(task);
         let queued = queue.get(&task.index);
         let job = queued.map(|queued| format!(", {} in Slurm is {}", queued.job, queued.state));
         let (index, attempts) = (task.index, folder.attempts());
-        match stage {
+        match folder.stage()? {
             TaskStage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
             TaskStage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
             TaskStage::Done(done) => {
@@ -417,9 +340,7 @@ fn status(opened: &Opened) -> VerbResult {
         runs.len(),
         opened.tasks.len(),
     ))?;
-    for line in lines {
-        print(&line)?;
-    }
+    lines.iter().try_for_each(|line| print(line))?;
     let left = waiting + running > 0;
     Ok(if left { CHECK_FAILED } else { 0 })
 }

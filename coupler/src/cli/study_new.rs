@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use super::common::{ScenarioArguments, from_anywhere, print};
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
-use runs::run_dir::write_whole;
 use scenario::error::{Error, Refusal};
 use study::draft::{Draft, measures, of_choices, shortened};
 use study::knobs::Knobs;
+use study::open_study::write_in;
 use study::plan::perturbed_participants;
 
 /// Arguments of `study new`.
@@ -69,8 +69,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<
         measures,
         ..draft
     };
-    std::fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
-    write_whole(&path, draft.toml().as_bytes())?;
+    write_in(&folder, scenes::STUDY, &draft.toml())?;
     print(&path.display().to_string())?;
     Ok(path)
 }

@@ -1,16 +1,14 @@
 //! `thirdbody tune`: find the cheapest setting of a scene that keeps an error, and run the scene with it.
-//!
-//! One numerical choice at a time is refined and coarsened; from what that changes a setting and a reference are proposed, and held against
-//! each other over several seeds. What came out is a study like any other, by which `run --budget` chooses from then on.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use super::budget::foretold_wall_s;
-use super::common::{ScenarioArguments, VerbResult, print};
+use super::common::{
+    self, ScenarioArguments, VerbResult, foreign, from_anywhere, own_program, print,
+};
 use super::run::{EndingArguments, conclude};
 use super::start::{listen, options};
-use super::tuning::{Found, Tuning};
 use coordinator::output::{tell, tell_progress};
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
@@ -22,6 +20,7 @@ use study::draft::measures;
 use study::knobs::Knobs;
 use study::measure::{Measure, percent};
 use study::plan::scene_id;
+use study::tuning::{Found, Tuning};
 
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
@@ -68,9 +67,14 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     tell_progress(&format!(
         "tune: the scene takes about {scene_s:.1} s, and a setting is looked for in {limit_s:.0} s at most"
     ));
+    let mut set = arguments.scenario.set.clone();
+    // Threads wait for each other at less cost than processes; the bits are the same.
+    if foreign(&loaded.scenario).is_none() {
+        set.push("run.transport=channel".into());
+    }
     let tuning = Tuning {
-        scenario: &arguments.scenario,
-        registry,
+        scenario: from_anywhere(&arguments.scenario.scenario, &loaded),
+        set,
         knobs,
         loaded: &loaded,
         folder: folder(arguments, &loaded)?,
@@ -80,14 +84,22 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
         begun,
         limit_s,
         run_s: if arguments.no_run { 0.0 } else { scene_s },
+        program: own_program()?,
+        cache: registry.cache.clone(),
+        jobs: common::threads(None),
     };
-    let Some(Found { study, set }) = tuning.find()? else {
-        return Ok(CHECK_FAILED);
+    let explored = tuning.explore()?;
+    print(&tuning.table(&explored))?;
+    let Found { study, set } = match tuning.find(&explored)? {
+        Ok(found) => found,
+        Err(why) => {
+            print(&why)?;
+            return Ok(CHECK_FAILED);
+        }
     };
     let settings = SceneSettings::new(&study, &[])?;
-    let chosen = settings.with(&set);
-    let chosen =
-        chosen.ok_or_else(|| Refusal::argument("--error", "the study has lost its setting"))?;
+    let lost = || Refusal::argument("--error", "the study has lost its setting");
+    let chosen = settings.with(&set).ok_or_else(lost)?;
     print(&settings.words(chosen))?;
     if arguments.no_run {
         return Ok(0);
@@ -95,12 +107,9 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     let mut options = options(arguments.out.as_deref(), threads, registry)?;
     options.progress = true;
     options.strict = arguments.ending.strict;
+    let budget = format!("error={}%", percent(arguments.error));
     options.budget = Some(RunBudget {
-        told: settings.told(
-            chosen,
-            &format!("error={}%", percent(arguments.error)),
-            None,
-        ),
+        told: settings.told(chosen, &budget, None),
         wall_s: None,
     });
     let ended = run(&arguments.scenario.with(&set)?, &options)?;
@@ -130,10 +139,8 @@ fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, Stri
         let why = "the scene has neither a wheel nor an interface: say what must keep the error, signals.NAME or results.NAME";
         return Err(why.into());
     }
-    let names = known
-        .iter()
-        .map(|measure| format!("{}, ", measure.name))
-        .collect::<String>();
+    let names = known.iter().map(|measure| format!("{}, ", measure.name));
+    let names = names.collect::<String>();
     let of_name = |name: &String| {
         let own = Measure::new(&name.replace('.', "-"), name.clone());
         let is_it = |measure: &&Measure| [&measure.name, &measure.of].contains(&name);

@@ -148,21 +148,19 @@ impl<'a> SceneSettings<'a> {
         let asked = |index: &usize| measure.is_none_or(|name| name == measures[*index].name);
         let indices: Vec<usize> = (0..measures.len()).filter(asked).collect();
         if let (Some(name), []) = (measure, &indices[..]) {
-            let known: Vec<&str> = measures.iter().map(|m| m.name.as_str()).collect();
-            let (study, known) = (&self.study.study, known.join(", "));
+            let known = Vec::from_iter(measures.iter().map(|m| m.name.as_str())).join(", ");
+            let study = &self.study.study;
             let problem = format!("the study `{study}` measures {known}, and not `{name}`");
             return Err(refuse(problem).into());
         }
-        for index in &indices {
-            let floor = self.study.floor(*index);
-            if error < floor {
-                let name = &self.study.measures[*index].name;
-                let [error, floor] = [error, floor].map(percent);
-                let problem = format!(
-                    "{error} % is below the floor of noise: references that differ by 1e-12 of a radius lie {floor} % apart by `{name}`, and less is no error"
-                );
-                return Err(refuse(problem).into());
-            }
+        let is_noise = |index: &&usize| error < self.study.floor(**index);
+        if let Some(index) = indices.iter().find(is_noise) {
+            let name = &measures[*index].name;
+            let [error, floor] = [error, self.study.floor(*index)].map(percent);
+            let problem = format!(
+                "{error} % is below the floor of noise: references that differ by 1e-12 of a radius lie {floor} % apart by `{name}`, and less is no error"
+            );
+            return Err(refuse(problem).into());
         }
         let fits = |c: &&Candidate| indices.iter().all(|k| c.predictions[*k].bound <= error);
         let fitting = self.candidates.iter().filter(fits);
@@ -225,10 +223,9 @@ impl<'a> SceneSettings<'a> {
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
-            let scenes = if self.study.seedless {
-                "with any seed".into()
-            } else {
-                format!("below {bound} % in 39 of 40 scenes")
+            let scenes = match self.study.seedless {
+                true => "with any seed".into(),
+                false => format!("below {bound} % in 39 of 40 scenes"),
             };
             format!("{} {expected} % ({scenes})", measure.name)
         });

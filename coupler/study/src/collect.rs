@@ -25,26 +25,16 @@ pub const COSTS: [&str; 6] = [
 ];
 
 /// A run of the study, done or not.
-#[derive(Clone, Debug, Default)]
-pub struct StudyRow {
-    /// Index of its task.
-    pub index: usize,
-    /// Its part.
-    pub role: TaskRole,
-    /// Number of its combination of scene keys.
-    pub scene: usize,
-    /// Hash of scenario and build.
-    pub id: String,
+#[derive(Clone, Debug)]
+pub struct StudyRow<'a> {
+    /// Its task.
+    pub task: &'a Task,
     /// `waiting`, `running`, `damaged`, or that of the run.
     pub status: String,
     /// Exit code of the run, once it is done.
     pub exit_code: Option<i32>,
     /// Number of times it was begun.
     pub attempts: usize,
-    /// Value of each key.
-    pub values: Vec<String>,
-    /// True for the keys that are varied in it.
-    pub varied: Vec<bool>,
     /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
     pub deviations: Vec<Option<f64>>,
     /// What each measure is.
@@ -63,7 +53,7 @@ pub struct StudyRow {
     pub message: String,
 }
 
-impl StudyRow {
+impl StudyRow<'_> {
     /// True for a run whose result is to be trusted.
     pub fn is_trusted(&self) -> bool {
         self.status == "completed" && self.exit_code == Some(0)
@@ -82,23 +72,22 @@ impl StudyRow {
 
 /// The rows of a study.
 #[derive(Clone, Debug)]
-pub struct Results {
+pub struct Results<'a> {
     /// The study.
-    pub file: StudyFile,
+    pub file: &'a StudyFile,
     /// A row for each task.
-    pub rows: Vec<StudyRow>,
+    pub rows: Vec<StudyRow<'a>>,
 }
 
-impl Results {
+impl<'a> Results<'a> {
     /// Looks at the tasks of a study in its folder, done or not.
     ///
     /// # Errors
     /// The state of a task, or the run that is given as the reference, cannot be read. A damaged run is a row.
-    pub fn read(plan: &Plan, tasks: &[Task], folder: &Path) -> Result<Results, Error> {
+    pub fn read(plan: &'a Plan, tasks: &'a [Task], folder: &Path) -> Result<Results<'a>, Error> {
         let file = &plan.file;
-        let given = file.reference.run.as_ref();
-        let given = given.map(|run| RunFiles::read(&plan.beside.join(run)));
-        let given = given.transpose()?;
+        let read = |run| RunFiles::read(&plan.beside.join(run));
+        let given = file.reference.run.as_ref().map(read).transpose()?;
         let mut rows = Vec::new();
         for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
             let task = tasks.iter().find(|task| task.role == TaskRole::Reference);
@@ -111,19 +100,16 @@ impl Results {
                 (None, Some(run)) => ReferenceNumbers::Run(run),
                 (None, None) => ReferenceNumbers::Nothing,
             };
-            let of_scene = tasks.iter().map(|task| row(task, file, numbers, folder));
-            let mut of_scene = of_scene.collect::<Result<Vec<_>, Error>>()?;
-            for (row, other) in of_scene.iter_mut().zip(tasks) {
-                let told = task.and_then(|task| other_load(other, task));
+            let first = rows.len();
+            for own in tasks {
+                let mut row = row(own, file, numbers, folder)?;
+                let told = task.and_then(|task| other_load(own, task));
                 add(&mut row.message, &told.unwrap_or_default());
+                rows.push(row);
             }
-            relate(&mut of_scene, file, reference);
-            rows.extend(of_scene);
+            relate(&mut rows[first..], reference);
         }
-        Ok(Results {
-            file: file.clone(),
-            rows,
-        })
+        Ok(Results { file, rows })
     }
 
     /// results.csv.
@@ -138,61 +124,61 @@ impl Results {
 
     /// Names of the columns, and what a row has in them.
     fn cells(&self, row: &StudyRow) -> Vec<(String, String)> {
-        let number = |number: Option<f64>| number.map_or(String::new(), |x| format!("{x:e}"));
-        let relative = |name: &str| number(row.cost_rel.get(name).copied());
-        let measures = || self.file.measure.iter().enumerate();
         let held = self.file.reference.is_given();
-        let distances = || measures().filter(|_| held);
-        let errors = distances().map(|(k, m)| (format!("error_{}", m.name), row.distance(k)));
-        let floors = distances().map(|(k, m)| (format!("floor_{}", m.name), row.floors[k]));
-        let values = measures().map(|(k, m)| (format!("value_{}", m.name), row.numbers[k]));
         let named = |(name, cell): (&str, String)| (name.to_string(), cell);
-        let exit_code = row.exit_code.map_or(String::new(), |code| code.to_string());
+        let exit_code = row.exit_code.map(|code| code.to_string());
         let first = [
-            ("index", row.index.to_string()),
-            ("id", row.id.clone()),
+            ("index", row.task.index.to_string()),
+            ("id", row.task.id.clone()),
             ("status", row.status.clone()),
-            ("exit_code", exit_code),
+            ("exit_code", exit_code.unwrap_or_default()),
             ("attempts", row.attempts.to_string()),
         ];
-        let keys = self.file.vary.iter().map(|vary| vary.key.clone());
-        let cost = |name: &str| row.cost.get(name).map_or(String::new(), f64::to_string);
-        let costs = COSTS.map(|name| (name, cost(name)));
+        let mut cells: Vec<(String, String)> = first.map(named).into();
+        for (vary, value) in self.file.vary.iter().zip(&row.task.values) {
+            cells.push((vary.key.clone(), value.clone()));
+        }
+        let errors = (0..row.deviations.len()).map(|k| row.distance(k)).collect();
+        let kinds = [
+            ("error", &errors),
+            ("floor", &row.floors),
+            ("value", &row.numbers),
+        ];
+        for (kind, numbers) in kinds.into_iter().skip(if held { 0 } else { 2 }) {
+            let numbers = self.file.measure.iter().zip(numbers);
+            cells.extend(numbers.map(|(m, x)| (format!("{kind}_{}", m.name), cell(*x))));
+        }
+        let cost = |name: &str| row.cost.get(name).map(f64::to_string).unwrap_or_default();
+        let [exchange, state] = row.hashes.clone();
         let last = [
-            ("hash_exchange", row.hashes[0].clone()),
-            ("hash_state", row.hashes[1].clone()),
+            ("hash_exchange", exchange),
+            ("hash_state", state),
             ("message", row.message.clone()),
-            ("role", row.role.word()),
+            ("role", row.task.role.word()),
             ("warnings", row.warnings.clone()),
         ];
-        let of_reference = [
-            ("wall_rel", relative("wall_s")),
-            ("cpu_rel", relative("cpu_s")),
-        ];
-        let mut cells: Vec<(String, String)> = first.map(named).into();
-        cells.extend(keys.zip(row.values.iter().cloned()));
-        let numbers = errors.chain(floors).chain(values);
-        cells.extend(numbers.map(|(name, value)| (name, number(value))));
-        cells.extend(costs.into_iter().chain(last).map(named));
-        cells.extend(of_reference.map(named).into_iter().filter(|_| held));
+        let over = [("wall_rel", "wall_s"), ("cpu_rel", "cpu_s")];
+        let over = over.map(|(name, of)| (name, cell(row.cost_rel.get(of).copied())));
+        let costs = COSTS.map(|name| (name, cost(name))).into_iter();
+        let more = costs.chain(last).chain(over.into_iter().filter(|_| held));
+        cells.extend(more.map(named));
         cells
     }
 
     /// The reference of a scene, where it is a run of this study.
-    pub fn reference(&self, scene: usize) -> Option<&StudyRow> {
+    pub fn reference(&self, scene: usize) -> Option<&StudyRow<'a>> {
         let mut rows = self.rows.iter();
-        rows.find(|row| row.scene == scene && row.role == TaskRole::Reference)
+        rows.find(|row| row.task.scene == scene && row.task.role == TaskRole::Reference)
     }
 }
 
 /// Enters floors and relative costs into the rows of a scene.
-fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&RunFiles>) {
+fn relate(rows: &mut [StudyRow], reference: Option<&RunFiles>) {
     let perturbed = rows.iter();
-    let perturbed = perturbed.filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
-    let floors = (0..file.measure.len()).map(|k| {
+    let perturbed = perturbed.filter(|row| matches!(row.task.role, TaskRole::Perturbed(_)));
+    let floors = (0..rows[0].floors.len()).map(|k| {
         let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(k)).collect();
-        let errors = errors.filter(|errors| !errors.is_empty())?;
-        Some(errors.into_iter().fold(0.0, f64::max))
+        errors?.into_iter().reduce(f64::max)
     });
     let floors: Vec<Option<f64>> = floors.collect();
     let failed = |row: &StudyRow| row.exit_code.is_some() && !row.is_trusted();
@@ -227,11 +213,10 @@ const LOADS: [&str; 7] = [
 fn other_load(task: &Task, reference: &Task) -> Option<String> {
     let [own, other] = [task, reference].map(|task| {
         let values = shown_values(&task.loaded.resolved.parse().unwrap_or_default());
-        let named = values.into_iter().map(|(key, value)| {
-            let name = key.split('.').find(|part| LOADS.contains(part));
-            (name.map(String::from), key, value)
+        let named = values.into_iter().filter_map(|(key, value)| {
+            let name = key.split('.').find(|part| LOADS.contains(part))?;
+            Some(((name.to_string(), value), key))
         });
-        let named = named.filter_map(|(name, key, value)| Some(((name?, value), key)));
         named.collect::<BTreeMap<_, _>>()
     });
     let ((_, value), key) = own.iter().find(|(load, _)| !other.contains_key(load))?;
@@ -251,45 +236,43 @@ pub fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     }
 }
 
-fn row(
-    task: &Task,
+fn row<'a>(
+    task: &'a Task,
     file: &StudyFile,
     reference: ReferenceNumbers,
     folder: &Path,
-) -> Result<StudyRow, Error> {
-    let measures = &file.measure;
+) -> Result<StudyRow<'a>, Error> {
+    let nothing = vec![None; file.measure.len()];
     let of = TaskFolder::new(folder, &task.id);
-    let (mut status, exit_code, mut message) = match of.stage()? {
+    let (status, exit_code, message) = match of.stage()? {
         TaskStage::Waiting => ("waiting".to_string(), None, String::new()),
         TaskStage::Running => ("running".to_string(), None, String::new()),
         TaskStage::Done(done) => (done.status, Some(done.exit_code), done.message),
     };
-    let run = finished(folder, task).unwrap_or_else(|why| {
-        let why = format!("{why}; `study run --retry` does the run anew");
-        status = DAMAGED.into();
-        add(&mut message, &why);
-        None
-    });
     let mut row = StudyRow {
-        index: task.index,
-        role: task.role,
-        scene: task.scene,
-        id: task.id.clone(),
+        task,
         status,
         exit_code,
         attempts: of.attempts(),
-        values: task.values.clone(),
-        varied: task.varied.clone(),
-        deviations: vec![None; measures.len()],
-        numbers: vec![None; measures.len()],
-        floors: vec![None; measures.len()],
+        deviations: nothing.clone(),
+        numbers: nothing.clone(),
+        floors: nothing,
+        cost: BTreeMap::new(),
+        cost_rel: BTreeMap::new(),
+        hashes: Default::default(),
+        warnings: String::new(),
         message,
-        ..StudyRow::default()
     };
+    let run = finished(folder, task).unwrap_or_else(|why| {
+        let why = format!("{why}; `study run --retry` does the run anew");
+        row.status = DAMAGED.into();
+        add(&mut row.message, &why);
+        None
+    });
     let Some(run) = run else {
         return Ok(row);
     };
-    for (k, measure) in measures.iter().enumerate() {
+    for (k, measure) in file.measure.iter().enumerate() {
         let number = measure.number(&run);
         row.numbers[k] = number.as_ref().ok().copied();
         let (missing, kind) = match file.reference.is_given() {
@@ -312,8 +295,8 @@ fn row(
     }
     row.cost = run.cost();
     let messages = run.summary["log"]["messages"].as_f64();
-    row.cost
-        .extend(messages.map(|messages| ("messages".to_string(), messages)));
+    let messages = messages.map(|messages| ("messages".into(), messages));
+    row.cost.extend(messages);
     row.hashes = ["exchange", "state"].map(|name| run.hash(name).unwrap_or_default().to_string());
     Ok(row)
 }
@@ -321,11 +304,11 @@ fn row(
 /// Codes and values of what a run was warned of.
 fn warnings(run: &RunFiles) -> String {
     let told = run.list("warnings").filter_map(|warning| {
-        let (code, position) = (warning["code"].as_str()?, warning["where"].as_str()?);
+        let [code, position] = ["code", "where"].map(|key| warning[key].as_str());
         let value = warning["value"].as_f64()?;
-        Some(format!("{code} at {position}: {value}"))
+        Some(format!("{} at {}: {value}", code?, position?))
     });
-    told.collect::<Vec<String>>().join("; ")
+    Vec::from_iter(told).join("; ")
 }
 
 /// Adds a reason to others.
@@ -338,8 +321,13 @@ fn add(message: &mut String, reason: &str) {
 
 /// A line of a table of comma-separated cells.
 pub fn line(cells: &[impl AsRef<str>]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| quoted(cell.as_ref())).collect();
-    cells.join(",") + "\n"
+    let cells = cells.iter().map(|cell| quoted(cell.as_ref()));
+    Vec::from_iter(cells).join(",") + "\n"
+}
+
+/// A number in a cell.
+pub(super) fn cell(number: Option<f64>) -> String {
+    number.map_or(String::new(), |number| format!("{number:e}"))
 }
 
 /// A cell as RFC 4180 has it.

@@ -3,18 +3,19 @@
 
 use std::fmt::Write as _;
 
-use super::collect::{Results, line};
+use super::collect::{Results, cell, line};
 use super::ensemble::{self, EnsembleMean, ensemble};
 use super::front::{MeasureFront, Trade, front, knee};
 use super::measure::percent;
 use super::picture;
 use super::settings::{StudySetting, settings};
 use super::varied_keys::{VariedKey, varied_keys};
+use runs::curve::median;
 
 /// A study in words and pictures.
 #[derive(Clone, Debug)]
 pub struct Digest<'a> {
-    results: &'a Results,
+    results: &'a Results<'a>,
     settings: Vec<StudySetting<'a>>,
     fronts: Vec<MeasureFront>,
     keys: Vec<VariedKey>,
@@ -24,27 +25,30 @@ pub struct Digest<'a> {
 
 impl<'a> Digest<'a> {
     /// Of these rows.
-    pub fn new(results: &'a Results) -> Digest<'a> {
+    pub fn new(results: &'a Results<'a>) -> Digest<'a> {
         let settings = settings(results);
         let measures = results.file.measure.iter().map(|m| m.name.clone());
         let measures: Vec<String> = measures.collect();
         let keys = varied_keys(results, &settings);
+        // The reference has no error, whatever it is worth: it takes no part.
+        let stands = |of: &StudySetting| of.is_trusted() && !of.is_reference(results);
         let fronts = measures.iter().enumerate().map(|(index, name)| {
-            let trade = |number: usize, error: Option<f64>| {
+            let trade = |setting: usize, error: Option<f64>| {
+                let cost = settings[setting].price().filter(|cost| *cost > 0.0)?;
+                let error = error?;
                 Some(Trade {
-                    setting: number,
-                    cost: settings[number].price().filter(|cost| *cost > 0.0)?,
-                    error: error?,
+                    setting,
+                    cost,
+                    error,
                 })
             };
-            // The reference has no error, whatever it is worth: it takes no part.
             let all = || settings.iter().enumerate();
-            let others = all().filter(|(_, setting)| !setting.is_reference(results));
-            let trades = others.filter_map(|(k, setting)| trade(k, setting.error(index)));
+            let trades = all().filter(|(_, of)| stands(of));
+            let trades = trades.filter_map(|(k, of)| trade(k, of.errors(index).and_then(median)));
             let trades: Vec<Trade> = trades.collect();
-            let fallen = all().filter(|(_, setting)| !setting.is_trusted());
-            let distance = |setting: &StudySetting| setting.middle(|row| row.distance(index));
-            let fallen = fallen.filter_map(|(k, setting)| trade(k, distance(setting)));
+            let distance = |of: &StudySetting| of.middle(|row| row.distance(index));
+            let fallen = all().filter(|(_, of)| !of.is_trusted());
+            let fallen = fallen.filter_map(|(k, of)| trade(k, distance(of)));
             let front = front(&trades);
             MeasureFront {
                 measure: name.clone(),
@@ -78,9 +82,9 @@ impl<'a> Digest<'a> {
                 lines += &line(&[
                     of.measure.clone(),
                     self.settings[trade.setting].words(self.results),
-                    format!("{:e}", trade.cost),
-                    format!("{:e}", trade.error),
-                    format!("{:e}", of.floor),
+                    cell(Some(trade.cost)),
+                    cell(Some(trade.error)),
+                    cell(Some(of.floor)),
                     of.mark(index, "knee"),
                 ]);
             }
@@ -126,7 +130,7 @@ impl<'a> Digest<'a> {
                 false => "values",
             };
             let _ = writeln!(text, "\n{head}");
-            let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, ensemble::words(of));
+            let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, of.words());
             text.extend(self.means.iter().map(line));
         }
         let told: Vec<String> = self.fallen().collect();
@@ -179,8 +183,8 @@ impl<'a> Digest<'a> {
         let done = (self.results.rows.iter()).filter(|row| row.exit_code.is_some());
         let told = done.filter(|row| !row.is_trusted() || !row.message.is_empty());
         told.map(|row| {
-            let (role, status) = (row.role.word(), &row.status);
-            format!("task {} ({role}): {status}: {}", row.index, row.message)
+            let (index, role) = (row.task.index, row.task.role.word());
+            format!("task {index} ({role}): {}: {}", row.status, row.message)
         })
     }
 }

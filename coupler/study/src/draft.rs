@@ -78,45 +78,15 @@ impl Draft {
     }
 }
 
-/// A level of one numerical choice, the others as the scene has them.
-#[derive(Clone, Debug)]
-pub struct Refined {
-    /// The choice.
-    pub knob: Knob,
-    /// Its level.
-    pub level: f64,
-    /// Its value in words.
-    pub words: String,
-    /// Its overrides.
-    pub set: Vec<String>,
-}
-
-impl Refined {
-    /// A choice at a level; `None` where the scene has none.
-    pub fn of(knobs: &Knobs, knob: Knob, level: f64) -> Option<Refined> {
-        Some(Refined {
-            knob,
-            level,
-            words: knobs.value(knob, &knob.alone(level))?,
-            set: knobs.at(knob, level)?,
-        })
-    }
-}
-
-/// The values of each choice, as a study varies them.
-pub fn varied(all: &[Refined]) -> Vec<(String, Cases)> {
-    let mut vary: Vec<(String, Cases)> = Vec::new();
-    for refined in all {
-        let (name, case) = (
-            refined.knob.name(),
-            (refined.words.clone(), refined.set.clone()),
-        );
-        match vary.last_mut() {
-            Some((last, cases)) if last == name => cases.push(case),
-            _ => vary.push((name.into(), vec![case])),
-        }
-    }
-    vary
+/// The cases of a choice at these levels, the others as the scene has them; levels that it does not have are left out.
+pub fn cases(knobs: &Knobs, knob: Knob, levels: &[f64]) -> Cases {
+    let case = |level: &f64| {
+        Some((
+            knobs.value(knob, &knob.alone(*level))?,
+            knobs.at(knob, *level)?,
+        ))
+    };
+    levels.iter().filter_map(case).collect()
 }
 
 /// The numerical choices of a scene against a reference that is finer by a level in all of them: each by itself, then several together, as
@@ -127,31 +97,27 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
         _ => 0.0,
     });
     let reference = knobs.set(&finer)?;
-    let case = |knob: Option<Knob>, levels: &Levels| {
+    let overrides = |levels: &Levels| {
         let mut set = knobs.set(levels).filter(|set| stands(set))?;
         set.retain(|set| !reference.contains(set));
-        let words = match knob {
-            Some(knob) => knobs.value(knob, levels)?,
-            None => knobs.words(levels),
-        };
-        Some((words, set))
+        Some(set)
     };
-    let of_knob = |knob: Knob| {
-        let levels = knob.levels().iter();
-        let levels = levels.filter(|level| **level < finer[knob.index()]);
+    let known: Vec<Knob> = KNOBS.into_iter().filter(|knob| knobs.has(*knob)).collect();
+    let mut vary = Vec::new();
+    for knob in &known {
+        let index = knob.index();
+        let levels = knob.levels().iter().filter(|level| **level < finer[index]);
         let alone = levels.filter_map(|level| {
             let mut levels = finer;
-            levels[knob.index()] = *level;
-            case(Some(knob), &levels)
+            levels[index] = *level;
+            let set = overrides(&levels)?;
+            Some((knobs.value(*knob, &levels)?, set))
         });
         let mut cases: Cases = alone.collect();
         // Half a level is none where values are whole.
         cases.dedup_by(|a, b| a.1 == b.1);
-        (knob.name().to_string(), cases)
-    };
-    let known = |knob: &Knob| knobs.at(*knob, 1.0).or(knobs.at(*knob, -1.0)).is_some();
-    let known: Vec<Knob> = KNOBS.into_iter().filter(known).collect();
-    let mut vary: Vec<(String, Cases)> = known.iter().copied().map(of_knob).collect();
+        vary.push((knob.name().to_string(), cases));
+    }
     let together = [-1.0f64, -0.5, 0.0, 0.5].iter().filter_map(|level| {
         let levels = KNOBS.map(|knob| match knob {
             Knob::Mesh | Knob::Window | Knob::Step => *level,
@@ -159,16 +125,15 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
             Knob::Tolerance => level.trunc(),
             Knob::Element => 0.0,
         });
-        case(None, &levels)
+        Some((knobs.words(&levels), overrides(&levels)?))
     });
     vary.push(("together".into(), together.collect()));
     vary.retain(|(_, cases)| !cases.is_empty());
-    let draft = Draft {
+    (!known.is_empty()).then(|| Draft {
         reference: reference.clone(),
         vary,
         ..Draft::default()
-    };
-    (!known.is_empty()).then_some(draft)
+    })
 }
 
 /// The measures of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
@@ -180,16 +145,12 @@ pub fn measures(knobs: &Knobs) -> Vec<Measure> {
         let part = |key: &str, part: f64| knobs.number(name, key).map(|length| part * length);
         let grains = part("sample.half_width_m", 0.125).or(part("sample.width_m", 0.0625));
         let bin_m = grains.or(part("mesh.size_m", 5.0));
-        let traction = Measure {
-            bin_m,
-            ..Measure::new("traction", "profile.pressure_pa".into())
-        };
+        let mut traction = Measure::new("traction", "profile.pressure_pa".into());
+        traction.bin_m = bin_m;
         let is_static = knobs.text(name, "analysis") == Some("static");
         let height = if is_static { "approach_m" } else { "wheel_y_m" };
-        let mut all = vec![
-            traction,
-            Measure::new("height", format!("signals.{height}")),
-        ];
+        let height = Measure::new("height", format!("signals.{height}"));
+        let mut all = vec![traction, height];
         if knobs.number(name, "wheel.cycles").unwrap_or(0.0) > 0.0 {
             all.push(Measure::new("friction", "signals.wheel_ft_n".into()));
         }
@@ -208,18 +169,14 @@ pub fn measures(knobs: &Knobs) -> Vec<Measure> {
     let mut all: Vec<Measure> = of_interface.collect();
     if let ([participant], true) = (&scenario.participant[..], all.is_empty()) {
         let driven = |cluster: &&toml::Value| cluster.get("drive").is_some();
-        let clusters = knobs
-            .given(&participant.name, "sample.clusters")
-            .and_then(toml::Value::as_array);
+        let clusters = knobs.given(&participant.name, "sample.clusters");
+        let clusters = clusters.and_then(toml::Value::as_array);
         let last = clusters.into_iter().flatten().rfind(driven);
-        let name = last.and_then(|cluster| cluster.get("name")?.as_str());
-        all.extend(name.into_iter().flat_map(|name| {
+        if let Some(name) = last.and_then(|cluster| cluster.get("name")?.as_str()) {
             let force = |axis: &str| format!("signals.{name}_force_{axis}_n");
-            [
-                Measure::new("load", force("y")),
-                Measure::new("shear", force("x")),
-            ]
-        }));
+            all.push(Measure::new("load", force("y")));
+            all.push(Measure::new("shear", force("x")));
+        }
     }
     all
 }
@@ -228,6 +185,6 @@ pub fn measures(knobs: &Knobs) -> Vec<Measure> {
 pub fn shortened(knobs: &Knobs) -> Vec<String> {
     let names = knobs.scenario.participant.iter().map(|p| &p.name);
     let long = names.filter(|name| knobs.number(name, "wheel.cycles") > Some(0.25));
-    long.map(|name| format!("participant.{name}.config.wheel.cycles=0.25"))
-        .collect()
+    let shorter = long.map(|name| format!("participant.{name}.config.wheel.cycles=0.25"));
+    shorter.collect()
 }

@@ -1,12 +1,12 @@
 //! Means of what is measured over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one
 //! draw, and only means can be told apart.
 
-use super::collect::{Results, line};
+use super::collect::{Results, cell, line};
 use super::settings::{StudySetting, settings};
 use kit::student::student;
 
 /// A result of a setting over all scenes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EnsembleMean {
     /// Index of its measure, and name of that.
     pub measure: usize,
@@ -60,29 +60,30 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
         let rows = setting.rows.iter().filter(|row| row.is_trusted());
         rows.filter_map(|row| row.numbers[measure]).collect()
     };
-    let mut means = Vec::new();
     let held = results.file.reference.is_given();
+    let mut all = settings.iter();
+    let reference = all.find(|setting| setting.is_reference(results));
+    let mut means = Vec::new();
     let measures = results.file.measure.iter().enumerate();
     for (measure, of) in measures.filter(|(_, of)| of.is_result() || !held) {
-        let mut all = settings.iter();
-        let reference = all.find(|setting| setting.is_reference(results));
-        let reference = reference.map(|setting| values(setting, measure));
+        let reference_values = reference.map(|setting| values(setting, measure));
         means.extend(settings.iter().filter_map(|setting| {
-            let is_reference = setting.is_reference(results);
-            let other = reference.as_deref().filter(|_| !is_reference);
             let values = values(setting, measure);
-            let single = (!held && values.len() == 1).then(|| EnsembleMean {
-                mean: values[0],
-                values: values.clone(),
-                ..EnsembleMean::default()
-            });
+            let single = || (!held && values.len() == 1).then(|| [values[0], 0.0, 0.0]);
+            let [mean, deviation, half_width] = mean_of(&values).or_else(single)?;
+            let is_reference = setting.is_reference(results);
+            let other = reference_values.as_ref().filter(|_| !is_reference);
             Some(EnsembleMean {
                 measure,
                 name: of.name.clone(),
                 setting: setting.words(results),
                 chosen: setting.chosen.clone(),
                 reference: is_reference,
-                ..single.or_else(|| EnsembleMean::of(values, other))?
+                difference: other.and_then(|other| difference(&values, other)),
+                values,
+                mean,
+                deviation,
+                half_width,
             })
         }));
     }
@@ -96,17 +97,23 @@ impl EnsembleMean {
         self.values.iter().copied().chain(interval)
     }
 
-    /// That of at least two values, nameless, and its difference from those of a reference.
-    pub fn of(values: Vec<f64>, reference: Option<&[f64]>) -> Option<EnsembleMean> {
-        let [mean, deviation, half_width] = mean_of(&values)?;
-        Some(EnsembleMean {
-            difference: reference.and_then(|held| difference(&values, held)),
-            values,
-            mean,
-            deviation,
-            half_width,
-            ..EnsembleMean::default()
-        })
+    /// A line for people, without the name of the measure.
+    pub fn words(&self) -> String {
+        let [mean, half, scatter] = [self.mean, self.half_width, self.deviation];
+        let (setting, count) = (&self.setting, self.values.len());
+        if count == 1 {
+            return format!("{setting}: {mean:.4e}");
+        }
+        let told = match self.difference {
+            None if self.reference => ": the reference".to_string(),
+            None => String::new(),
+            Some([difference, half]) => {
+                let share = 100.0 * difference / (mean - difference);
+                let chance = ["within", "beyond"][usize::from(difference.abs() > half)];
+                format!(": {share:+.0} % from the reference, {chance} chance")
+            }
+        };
+        format!("{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}){told}")
     }
 }
 
@@ -116,48 +123,18 @@ pub fn csv(means: &[EnsembleMean]) -> String {
         "measure,setting,scenes,mean,standard_deviation,half_width_95,difference,difference_half_width_95\n",
     );
     for of in means {
-        let difference = of.difference.map(|both| both.map(|x| format!("{x:e}")));
-        let [difference, its_half_width] = difference.unwrap_or_default();
-        let numbers = [of.mean, of.deviation, of.half_width].map(|x| format!("{x:e}"));
-        let [mean, mut deviation, mut half_width] = numbers;
-        if of.values.len() == 1 {
-            deviation.clear();
-            half_width.clear();
-        }
-        text += &line(&[
-            of.name.clone(),
-            of.setting.clone(),
-            of.values.len().to_string(),
-            mean,
-            deviation,
-            half_width,
-            difference,
-            its_half_width,
-        ]);
+        let several = of.values.len() > 1;
+        let numbers = [
+            Some(of.mean),
+            Some(of.deviation).filter(|_| several),
+            Some(of.half_width).filter(|_| several),
+            of.difference.map(|[difference, _]| difference),
+            of.difference.map(|[_, half_width]| half_width),
+        ];
+        let first = [&of.name, &of.setting, &of.values.len().to_string()].map(String::clone);
+        text += &line(&[&first[..], &numbers.map(cell)].concat());
     }
     text
-}
-
-/// A line for people, without the name of the measure.
-pub fn words(of: &EnsembleMean) -> String {
-    let told = match of.difference {
-        None if of.reference => ": the reference".to_string(),
-        None => String::new(),
-        Some([difference, half]) => {
-            let share = 100.0 * difference / (of.mean - difference);
-            let chance = ["within", "beyond"][usize::from(difference.abs() > half)];
-            format!(": {share:+.0} % from the reference, {chance} chance")
-        }
-    };
-    let [mean, half, scatter] = [of.mean, of.half_width, of.deviation];
-    let count = of.values.len();
-    if count == 1 {
-        return format!("{}: {mean:.4e}", of.setting);
-    }
-    format!(
-        "{}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}){told}",
-        of.setting
-    )
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use scenes::listing::About;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::measure::{Measure, percent, plain};
 use scenario::error::{Error, Refusal};
@@ -145,7 +145,7 @@ pub struct Vary {
     /// Seeds 1, 2, ... so many.
     seeds: Option<u64>,
     /// Values that stand for overrides, or for another scenario. The key is then no key of a scenario.
-    pub(super) case: Option<Vec<NamedValue>>,
+    pub(super) case: Option<Vec<KeyValue>>,
 }
 
 /// Numbers in a constant ratio.
@@ -157,28 +157,22 @@ pub struct LogRange {
     count: usize,
 }
 
-/// A value that stands for several overrides.
-#[derive(Clone, Debug, Deserialize)]
+/// One value of a key; as a case it may stand for several overrides.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-pub struct NamedValue {
-    /// The value, a number where there is an order.
-    value: toml::Value,
-    /// Its overrides.
-    #[serde(default)]
-    set: Vec<String>,
-    /// Another scenario, found as that of the study; `study.set`, `small.set` and the reference's overrides do not go with it.
-    scenario: Option<String>,
-}
-
-/// One value of a key.
-#[derive(Clone, Debug, PartialEq)]
 pub struct KeyValue {
-    /// The value, as results.csv shows it.
+    /// The value, as results.csv shows it; a number where there is an order.
+    #[serde(rename = "value", deserialize_with = "shown_value")]
     pub text: String,
     /// Its overrides.
+    #[serde(default)]
     pub set: Vec<String>,
-    /// The scenario that it stands for.
+    /// Another scenario that it stands for, found as that of the study; `study.set`, `small.set` and the reference's overrides do not go with it.
     pub scenario: Option<String>,
+}
+
+fn shown_value<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {
+    toml::Value::deserialize(value).map(|value| shown(&value))
 }
 
 impl StudyFile {
@@ -299,11 +293,6 @@ impl Vary {
             set: vec![format!("{}={value}", self.key)],
             scenario: None,
         };
-        let case = |case: &NamedValue| KeyValue {
-            text: shown(&case.value),
-            set: case.set.clone(),
-            scenario: case.scenario.clone(),
-        };
         let counted = self.seeds.or(self.log.map(|log| log.count as u64));
         if let Some(count) = counted.filter(|count| *count > MOST_RUNS) {
             return Err(format!(
@@ -314,7 +303,7 @@ impl Vary {
             (Some(values), None, None, None) => values.clone(),
             (None, Some(log), None, None) => log.numbers()?.into_iter().map(Into::into).collect(),
             (None, None, Some(count), None) => (1..=count as i64).map(Into::into).collect(),
-            (None, None, None, Some(cases)) => return Ok(cases.iter().map(case).collect()),
+            (None, None, None, Some(cases)) => return Ok(cases.clone()),
             _ => return Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
         };
         Ok(values.iter().map(choice).collect())

@@ -5,17 +5,18 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::knobs::Knobs;
 use super::measure::Measure;
+use super::open_study::write_in;
 use super::plan::Task;
 use super::slurm::SlurmRequest;
-use super::stored::positive;
-use coordinator::run::session::{RunOptions, fresh_run_id, run};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
 use kit::keys::proposal;
 use kit::scratch::Scratch;
-use runs::run_dir::{BUILD, write_whole};
+use runs::run_dir::BUILD;
 use runs::table::Table;
 use scenario::error::Error;
-use scenario::overrides::value_at;
+use scenario::load::Loaded;
 
 /// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
 /// machine. A task that runs into its limit is given twice as much.
@@ -24,6 +25,9 @@ const MEMORY_FACTOR: u64 = 2;
 /// The least that is asked for.
 const WALL_LEAST_S: f64 = 600.0;
 const MEMORY_LEAST: u64 = 512 << 20;
+
+/// The file of a forecast in the study's folder.
+const KEPT: &str = "cost.json";
 
 /// Cost of the reference, or of the first task, as its first second predicted it: `cost.json` in the study's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -40,6 +44,22 @@ pub struct Forecast {
     signals: Vec<String>,
 }
 
+/// Runs the first windows of a scenario, which foretell its cost, in a folder that does not stay; returns its signals as well.
+///
+/// # Errors
+/// The scenario is refused.
+pub fn rehearse(loaded: &Loaded, options: &RunOptions) -> Result<(Ended, Table), Error> {
+    let scratch = Scratch::new("rehearsal", fresh_run_id());
+    let options = RunOptions {
+        out: Some(scratch.path()),
+        dry_run: true,
+        ..options.clone()
+    };
+    let ended = run(loaded, &options)?;
+    let signals = Table::read_whole_rows(&scratch.path().join("signals.csv"));
+    Ok((ended, signals))
+}
+
 impl Forecast {
     /// The one that the folder keeps, if it is this build's of this task; else a new one, which the folder then keeps.
     ///
@@ -47,28 +67,20 @@ impl Forecast {
     /// The scenario is refused, the folder cannot be written, or a signal came. A task whose run ends early for another reason predicts
     /// nothing: then the least is asked for.
     pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
-        let path = folder.join("cost.json");
-        let kept = fs::read_to_string(&path).ok();
+        let kept = fs::read_to_string(folder.join(KEPT)).ok();
         let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
         if let Some(kept) = kept.filter(|kept| kept.build == BUILD && kept.task == task.id) {
             return Ok(kept);
         }
-        let scratch = Scratch::new("study", fresh_run_id());
-        let options = RunOptions {
-            out: Some(scratch.path()),
-            dry_run: true,
-            ..options.clone()
-        };
         // The host of a job is not known before it.
         let mut loaded = task.loaded.clone();
         loaded.scenario.bring_here();
-        let ended = run(&loaded, &options)?;
+        let (ended, signals) = rehearse(&loaded, options)?;
         match ended.error {
             Some(error @ Error::Interrupted { .. }) => return Err(error),
             Some(error) if error.exit_code() == 2 => return Err(error),
             _ => {}
         }
-        let signals = Table::read_whole_rows(&scratch.path().join("signals.csv"));
         let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
         let forecast = Forecast {
             build: BUILD.into(),
@@ -78,8 +90,7 @@ impl Forecast {
             signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
         };
         let text = serde_json::to_string_pretty(&forecast).unwrap_or_default();
-        fs::create_dir_all(folder).map_err(Error::output(path.display()))?;
-        write_whole(&path, text.as_bytes())?;
+        write_in(folder, KEPT, &text)?;
         Ok(forecast)
     }
 
@@ -100,12 +111,11 @@ impl Forecast {
         let mut participants = task.loaded.scenario.participant.iter();
         let others = participants.any(|participant| participant.command.is_some());
         for measure in measures {
-            let (known, what) = match measure.table() {
-                Some(("signals", _)) => (&signals[..], "its signals"),
-                Some(("results", _)) if !others => (results, "results"),
+            let (known, what, name) = match measure.table() {
+                Some(("signals", name)) => (&signals[..], "its signals", name),
+                Some(("results", name)) if !others => (results, "results", name),
                 _ => continue,
             };
-            let name = measure.table().map_or("", |(_, name)| name);
             if !others && of_cycles.contains(&name) && !makes_full_cycle(task) {
                 return Err(format!(
                     "measure `{}`: {} is of a full cycle, and no wheel of the scene makes one before the run ends; with wheel.cycles = 1 there is one",
@@ -142,14 +152,11 @@ impl Forecast {
 
 /// True where a wheel of the task's scenario is through with a cycle before its end.
 fn makes_full_cycle(task: &Task) -> bool {
-    let table: toml::Table = task.loaded.resolved.parse().unwrap_or_default();
+    let knobs = Knobs::of(&task.loaded);
     let end_s = task.loaded.scenario.run.end_s.unwrap_or(f64::INFINITY);
     let mut participants = task.loaded.scenario.participant.iter();
     participants.any(|participant| {
-        let number = |key: &str| {
-            let key = format!("participant.{}.config.wheel.{key}", participant.name);
-            value_at(&table, &key).and_then(positive)
-        };
+        let number = |key| knobs.number(&participant.name, &format!("wheel.{key}"));
         let keys = ["cycles", "ramp_s", "hold_s", "frequency_hz"];
         let [cycles, ramp, hold, frequency] = keys.map(|key| number(key).unwrap_or(0.0));
         // The end may be a rounded number.

@@ -24,15 +24,10 @@ pub enum Knob {
     Tolerance,
 }
 
+use Knob::{Element, MassScale, Mesh, Step, Tolerance, Window};
+
 /// The choices in the order in which settings list their levels.
-pub const KNOBS: [Knob; 6] = [
-    Knob::Mesh,
-    Knob::Element,
-    Knob::Window,
-    Knob::Step,
-    Knob::MassScale,
-    Knob::Tolerance,
-];
+pub const KNOBS: [Knob; 6] = [Mesh, Element, Window, Step, MassScale, Tolerance];
 
 /// A level of each choice: 0 is the scene as it is, each level finer halves a length or a time, or divides by ten.
 pub type Levels = [f64; KNOBS.len()];
@@ -40,14 +35,15 @@ pub type Levels = [f64; KNOBS.len()];
 impl Knob {
     /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Knob::Mesh => "mesh",
-            Knob::Element => "element",
-            Knob::Window => "window",
-            Knob::Step => "step",
-            Knob::MassScale => "mass scale",
-            Knob::Tolerance => "tolerance",
-        }
+        let names = [
+            "mesh",
+            "element",
+            "window",
+            "step",
+            "mass scale",
+            "tolerance",
+        ];
+        names[self.index()]
     }
 
     /// Its place among the levels of a setting.
@@ -59,26 +55,26 @@ impl Knob {
     /// shorter windows, too.
     pub fn second(self) -> Option<f64> {
         match self {
-            Knob::Mesh | Knob::Window | Knob::Step => Some(-1.0),
-            Knob::Element | Knob::Tolerance => None,
-            Knob::MassScale => Some(0.5),
+            Mesh | Window | Step => Some(-1.0),
+            Element | Tolerance => None,
+            MassScale => Some(0.5),
         }
     }
 
     /// Levels that a setting may have.
     pub fn levels(self) -> &'static [f64] {
         match self {
-            Knob::Mesh | Knob::Window | Knob::Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
-            Knob::Tolerance | Knob::Element => &[0.0, 1.0],
+            Mesh | Window | Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
+            Tolerance | Element => &[0.0, 1.0],
             // Lighter ones than are looked at may ask for shorter windows.
-            Knob::MassScale => &[0.0, 0.5, 1.0],
+            MassScale => &[0.0, 0.5, 1.0],
         }
     }
 
     /// Levels that a reference may have.
     pub fn reference_levels(self) -> &'static [f64] {
         match self {
-            Knob::Mesh | Knob::Window | Knob::Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+            Mesh | Window | Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
             _ => self.levels(),
         }
     }
@@ -94,6 +90,12 @@ const LEAST_COLUMNS: f64 = 4.0;
 
 /// Step of elements with two by two points over that of those with one: their largest frequency is higher by as much (fem.md).
 const STEP_2X2: f64 = 0.8;
+
+/// Keys of a mesh that count elements.
+const COUNTS: [&str; 2] = ["side_columns", "depth_rows"];
+
+/// Keys of a mesh, and their values.
+type MeshKeys = Vec<(&'static str, toml::Value)>;
 
 /// The numerical choices of a scene.
 pub struct Knobs<'a> {
@@ -119,11 +121,10 @@ impl<'a> Knobs<'a> {
     /// Overrides of these levels: all keys of all choices, so that two settings differ in values only. `None` where a level is not to be had.
     pub fn set(&self, levels: &Levels) -> Option<Vec<String>> {
         let [mesh, element, window, step, mass, tolerance] = *levels;
-        let alone = self.scenario.interface.is_empty();
         let mut set = Vec::new();
         // Steps over those of the scene, by participant.
         let mut steps: Vec<(&str, f64)> = Vec::new();
-        for participant in self.shipped("fem") {
+        for participant in shipped(self.scenario, "fem") {
             let (ratio, keys) = self.mesh(participant, mesh)?;
             let keys = keys.into_iter();
             set.extend(keys.map(|(key, value)| config(participant, &format!("mesh.{key}"), value)));
@@ -133,10 +134,8 @@ impl<'a> Knobs<'a> {
                 set.push(config(participant, "element", word.into()));
             }
             let is_square = one_point && element > 0.0;
-            steps.push((
-                participant,
-                if is_square { STEP_2X2 * ratio } else { ratio },
-            ));
+            let part = if is_square { STEP_2X2 } else { 1.0 };
+            steps.push((participant, part * ratio));
         }
         for interface in &self.scenario.interface {
             let key = |name: &str| format!("interface.{}.{name}", interface.name);
@@ -162,7 +161,8 @@ impl<'a> Knobs<'a> {
             let bound = scaled(interface.tolerance_rel, 0.1f64.powf(tolerance)).min(0.1);
             set.push(number(&key("tolerance_rel"), bound));
         }
-        let alone = if alone { 0.5f64.powf(step) } else { 1.0 };
+        let is_alone = self.scenario.interface.is_empty();
+        let alone = if is_alone { 0.5f64.powf(step) } else { 1.0 };
         let mut times = |participant: &str, key: &str, factor: f64| {
             let own = self.number(participant, key).map(|own| scaled(own, factor));
             set.extend(own.map(|own| config(participant, key, own.into())));
@@ -173,14 +173,11 @@ impl<'a> Knobs<'a> {
                 _ => times(participant, "time.step_s", step * alone),
             }
         }
-        for participant in self.shipped("dem") {
+        for participant in shipped(self.scenario, "dem") {
             let heavy = self.number(participant, "mass_scale").unwrap_or(1.0);
             times(participant, "time.step_s", alone);
-            times(
-                participant,
-                "mass_scale",
-                0.1f64.powf(mass).max(1.0 / heavy),
-            );
+            let lighter = 0.1f64.powf(mass).max(1.0 / heavy);
+            times(participant, "mass_scale", lighter);
             times(participant, "solver.tolerance", 0.1f64.powf(tolerance));
         }
         Some(set)
@@ -188,11 +185,15 @@ impl<'a> Knobs<'a> {
 
     /// The choices that the scene has, with their values at these levels.
     pub fn words(&self, levels: &Levels) -> String {
-        let has = |knob: &Knob| self.at(*knob, 1.0).or(self.at(*knob, -1.0)).is_some();
-        let known = KNOBS.into_iter().filter(has);
+        let known = KNOBS.into_iter().filter(|knob| self.has(*knob));
         let words =
             known.filter_map(|knob| Some(format!("{} {}", knob.name(), self.value(knob, levels)?)));
-        words.collect::<Vec<String>>().join(", ")
+        Vec::from_iter(words).join(", ")
+    }
+
+    /// True where the scene has the choice.
+    pub fn has(&self, knob: Knob) -> bool {
+        self.at(knob, 1.0).or(self.at(knob, -1.0)).is_some()
     }
 
     /// The value of a choice at these levels, that of the first participant or interface that has it.
@@ -200,8 +201,7 @@ impl<'a> Knobs<'a> {
         let set = self.set(levels)?;
         let value = |end: &str| {
             let mut keys = set.iter().filter_map(|set| set.split_once('='));
-            keys.find(|(key, _)| key.ends_with(end))
-                .map(|(_, value)| value)
+            Some(keys.find(|(key, _)| key.ends_with(end))?.1)
         };
         let number = |end: &str| value(end)?.parse::<f64>().ok();
         let told = |number: f64, unit: &str| {
@@ -209,38 +209,25 @@ impl<'a> Knobs<'a> {
             format!("{}{unit}", shown(&toml::Value::Float(rounded)))
         };
         match knob {
-            Knob::Mesh => Some(told(number(".mesh.size_m")?, " m")),
-            Knob::Element => Some(value(".element")?.trim_matches('"').into()),
-            Knob::Window => match (number(".window_s"), number(".time.step_s")) {
+            Mesh => Some(told(number(".mesh.size_m")?, " m")),
+            Element => Some(value(".element")?.trim_matches('"').into()),
+            Window => match (number(".window_s"), number(".time.step_s")) {
                 (Some(window_s), _) => Some(told(window_s, " s")),
                 (None, Some(step_s)) => Some(told(number(".substeps")? * step_s, " s")),
                 (None, None) => Some(format!("{} substeps", value(".substeps")?)),
             },
-            Knob::Step => number(".step_s")
-                .map(|step| told(step, " s"))
-                .or(number(".increment_n").map(|increment| told(increment, " N"))),
-            Knob::MassScale => Some(told(number(".mass_scale")?, "")),
-            Knob::Tolerance => Some(told(number(".tolerance").or(number("_rel"))?, "")),
+            Step => match number(".step_s") {
+                Some(step_s) => Some(told(step_s, " s")),
+                None => Some(told(number(".increment_n")?, " N")),
+            },
+            MassScale => Some(told(number(".mass_scale")?, "")),
+            Tolerance => Some(told(number(".tolerance").or(number("_rel"))?, "")),
         }
     }
 
-    /// Names of the participants that are solvers of this kind.
-    fn shipped(&self, kind: &str) -> impl Iterator<Item = &'a str> {
-        let shipped = self
-            .scenario
-            .participant
-            .iter()
-            .filter(|p| p.command.is_none());
-        shipped
-            .filter(move |p| p.kind == kind)
-            .map(|p| p.name.as_str())
-    }
-
     pub(super) fn given(&self, participant: &str, key: &str) -> Option<&toml::Value> {
-        value_at(
-            &self.table,
-            &format!("participant.{participant}.config.{key}"),
-        )
+        let key = format!("participant.{participant}.config.{key}");
+        value_at(&self.table, &key)
     }
 
     pub(super) fn text(&self, participant: &str, key: &str) -> Option<&str> {
@@ -253,21 +240,15 @@ impl<'a> Knobs<'a> {
 
     /// The mesh of a participant at a level: size of the elements over that of the scene, and its keys, none where it is of a file. `None` where
     /// no whole number of elements is near.
-    fn mesh(
-        &self,
-        participant: &str,
-        level: f64,
-    ) -> Option<(f64, Vec<(&'static str, toml::Value)>)> {
+    fn mesh(&self, participant: &str, level: f64) -> Option<(f64, MeshKeys)> {
         let of = |key: &str| self.number(participant, &format!("mesh.{key}"));
         let all = of("size_m").zip(of("width_m")).zip(of("height_m"));
         let Some(((size, width), height)) = all.filter(|_| level != 0.0) else {
-            let given = ["size_m", "fine_depth_m"]
-                .into_iter()
-                .filter_map(|key| Some((key, of(key)?.into())));
-            let counts = ["side_columns", "depth_rows"]
-                .into_iter()
-                .filter_map(|key| Some((key, (of(key)? as i64).into())));
-            return Some((1.0, given.chain(counts).collect()));
+            let lengths = ["size_m", "fine_depth_m"].into_iter();
+            let lengths = lengths.filter_map(|key| Some((key, of(key)?.into())));
+            let counts = COUNTS.into_iter();
+            let counts = counts.filter_map(|key| Some((key, (of(key)? as i64).into())));
+            return Some((1.0, lengths.chain(counts).collect()));
         };
         let fine = of("fine_width_m").unwrap_or(width);
         let own = (fine / size).round();
@@ -286,13 +267,20 @@ impl<'a> Knobs<'a> {
         let mut keys = vec![("size_m", size.into())];
         let depth = of("fine_depth_m").map(|depth| (depth / size).round().max(1.0) * size);
         keys.extend(depth.map(|depth| ("fine_depth_m", depth.into())));
-        for key in ["side_columns", "depth_rows"] {
+        for key in COUNTS {
             let count = of(key).filter(|count| *count > 0.0);
             let count = count.map(|count| ((count / ratio).round() as i64).max(1));
             keys.extend(count.map(|count| (key, count.into())));
         }
         Some((ratio, keys))
     }
+}
+
+/// Names of the participants of a scenario that are shipped solvers of this kind.
+pub(super) fn shipped<'a>(scenario: &'a Scenario, kind: &str) -> impl Iterator<Item = &'a str> {
+    let all = scenario.participant.iter();
+    let shipped = all.filter(move |p| p.command.is_none() && p.kind == kind);
+    shipped.map(|p| p.name.as_str())
 }
 
 /// A number times a factor, in twelve digits; with a factor of 1 the number itself.

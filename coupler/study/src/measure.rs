@@ -83,19 +83,16 @@ pub fn percent(part: f64) -> String {
 pub fn named_errors(measures: &[Measure], errors: &[f64]) -> String {
     let all = measures.iter().zip(errors);
     let all = all.map(|(measure, error)| format!("{} {} %", measure.name, percent(*error)));
-    all.collect::<Vec<String>>().join(", ")
+    Vec::from_iter(all).join(", ")
 }
 
 impl Measure {
     /// A measure with the usual norm: L2 of a signal or a traction, the number itself of a result.
     pub fn new(name: &str, of: String) -> Measure {
+        let is_result = of.starts_with("results.");
         Measure {
             name: name.into(),
-            norm: if of.starts_with("results.") {
-                Norm::At
-            } else {
-                Norm::L2
-            },
+            norm: if is_result { Norm::At } else { Norm::L2 },
             of,
             at_s: None,
             bin_m: None,
@@ -221,8 +218,7 @@ fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, St
 }
 
 fn result(run: &RunFiles, name: &str) -> Result<f64, String> {
-    let results = run.results();
-    let found = results.get(name).copied();
+    let found = run.results().get(name).copied();
     found.ok_or(format!("no result `{name}`"))
 }
 

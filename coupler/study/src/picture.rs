@@ -1,7 +1,7 @@
 //! Pictures of a study: errors over costs with the front, and errors along each knob.
 
 use super::collect::Results;
-use super::ensemble::{EnsembleMean, words};
+use super::ensemble::EnsembleMean;
 use super::file::Vary;
 use super::front::{MeasureFront, Trade};
 use super::measure::percent;
@@ -52,8 +52,32 @@ pub(super) fn fronts(
     };
     let mut page = Page::new(panels.len(), 2);
     for panel in panels {
-        page.draw(&front_axes(panel, cost), |page, axes| {
-            draw_front(page, axes, panel)
+        let all = || panel.trades.iter().chain(&panel.fallen);
+        let least = BOTTOM * smallest(all().map(|t| t.error));
+        let point = |trade: &Trade| (trade.cost, 100.0 * trade.error.max(least));
+        let error = format!("error_{} (%)", panel.measure);
+        let axes = [
+            PlotAxis::logarithmic(cost, all().map(|t| t.cost)),
+            PlotAxis::logarithmic(&error, all().map(|t| point(t).1)),
+        ];
+        page.draw(&axes, |svg, axes| {
+            let at = |trade: &Trade| axes.at(point(trade));
+            floor(svg, axes, panel.floor, BLACK);
+            for trade in &panel.trades {
+                svg.circle("fill=\"#000\" fill-opacity=\".35\"", at(trade), 3.0);
+            }
+            for [x, y] in panel.fallen.iter().map(at) {
+                let cross = format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
+                svg.path(&format!("stroke=\"{}\"", COLOURS[1]), &cross);
+            }
+            svg.line(STROKE, panel.front.iter().map(at));
+            for trade in &panel.front {
+                svg.circle(FILL, at(trade), 4.0);
+            }
+            if let Some(knee) = panel.knee {
+                let ring = format!("fill=\"none\" {STROKE}");
+                svg.circle(&ring, at(&panel.front[knee]), 9.0);
+            }
         });
         let words = |knee: usize| {
             let trade = &panel.front[knee];
@@ -71,43 +95,6 @@ pub(super) fn fronts(
     page.svg()
 }
 
-/// Position of a setting: its cost, and its error in per cent.
-fn point(panel: &MeasureFront, trade: &Trade) -> (f64, f64) {
-    let all = panel.trades.iter().chain(&panel.fallen);
-    let smallest = smallest(all.map(|t| t.error));
-    (trade.cost, 100.0 * trade.error.max(BOTTOM * smallest))
-}
-
-fn front_axes(panel: &MeasureFront, cost: &str) -> [PlotAxis; 2] {
-    let all = || panel.trades.iter().chain(&panel.fallen);
-    let errors = all().map(|t| point(panel, t).1);
-    [
-        PlotAxis::logarithmic(cost, all().map(|t| t.cost)),
-        PlotAxis::logarithmic(&format!("error_{} (%)", panel.measure), errors),
-    ]
-}
-
-fn draw_front(svg: &mut Svg, axes: &AxisPair, panel: &MeasureFront) {
-    let at = |trade: &Trade| axes.at(point(panel, trade));
-    floor(svg, axes, panel.floor, BLACK);
-    for trade in &panel.trades {
-        svg.circle("fill=\"#000\" fill-opacity=\".35\"", at(trade), 3.0);
-    }
-    for trade in &panel.fallen {
-        let [x, y] = at(trade);
-        let cross = format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
-        svg.path(&format!("stroke=\"{}\"", COLOURS[1]), &cross);
-    }
-    svg.line(STROKE, panel.front.iter().map(at));
-    for trade in &panel.front {
-        svg.circle(FILL, at(trade), 4.0);
-    }
-    if let Some(knee) = panel.knee {
-        let ring = format!("fill=\"none\" {STROKE}");
-        svg.circle(&ring, at(&panel.front[knee]), 9.0);
-    }
-}
-
 /// The floor of noise, where it is in the picture.
 fn floor(svg: &mut Svg, axes: &AxisPair, floor: f64, colour: &str) {
     let height = 100.0 * floor;
@@ -122,104 +109,91 @@ fn floor(svg: &mut Svg, axes: &AxisPair, floor: f64, colour: &str) {
 pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
     let mut page = Page::new(knobs.len(), measures.len() + 2);
     for knob in knobs {
-        page.draw(&knob_axes(knob), |svg, axes| draw_knob(svg, axes, knob));
-        let mut lines = knob.trends(measures);
-        if lines.is_empty() {
-            let names = measures.iter().map(|name| format!("error_{name}"));
-            lines = names.collect();
-        }
-        for (k, line) in lines.iter().enumerate() {
-            page.words(COLOURS[k % COLOURS.len()], line);
+        // A run that is the reference has no error, and an axis that reached for it would hide the others.
+        let drawn = || {
+            knob.positions
+                .iter()
+                .enumerate()
+                .filter(|(_, p)| !p.reference)
+        };
+        let errors = || drawn().flat_map(|(_, p)| p.errors.iter().flatten());
+        let least = BOTTOM * smallest(errors().copied());
+        let height = |error: f64| 100.0 * error.max(least);
+        // A value lies at its own number, or one a decade where values are words.
+        let number = |k: usize| match knob.positions[k].value.parse::<f64>() {
+            Ok(number) if knob.numeric => number,
+            _ => 10f64.powi(k as i32),
+        };
+        let heights = errors().map(|error| height(*error));
+        let axes = [
+            value_axis(knob, number),
+            PlotAxis::logarithmic("error (%)", heights),
+        ];
+        page.draw(&axes, |svg, axes| {
+            for (measure, noise) in knob.floors.iter().enumerate() {
+                let colour = COLOURS[measure % COLOURS.len()];
+                let points = drawn().filter_map(|(k, p)| {
+                    let error = p.errors[measure]?;
+                    Some(axes.at((number(k), height(error))))
+                });
+                let mut points: Vec<[f64; 2]> = points.collect();
+                points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                if knob.numeric {
+                    let style = format!("stroke=\"{colour}\" stroke-width=\"2\"");
+                    svg.line(&style, points.iter().copied());
+                }
+                for point in points {
+                    svg.circle(&format!("fill=\"{colour}\""), point, 4.0);
+                }
+                floor(svg, axes, *noise, colour);
+            }
+        });
+        let trends = knob.trends(measures);
+        for (k, name) in measures.iter().enumerate() {
+            let line = trends.get(k).cloned();
+            let line = line.unwrap_or_else(|| format!("error_{name}"));
+            page.words(COLOURS[k % COLOURS.len()], &line);
         }
         page.words(BLACK, &knob.note);
     }
     page.svg()
 }
 
-/// Number at which a value of a knob lies on its axis: its own, or one a decade where values are words.
-fn number(knob: &VariedKey, k: usize) -> f64 {
-    match knob.positions[k].value.parse::<f64>() {
-        Ok(number) if knob.numeric => number,
-        _ => 10f64.powi(k as i32),
-    }
-}
-
-/// Height of an error of a knob (%). A run that is the reference has no error, and an axis that reached for it would hide the others.
-fn height(knob: &VariedKey, error: f64) -> f64 {
-    100.0 * error.max(BOTTOM * smallest(errors(knob)))
-}
-
-fn errors(knob: &VariedKey) -> impl Iterator<Item = f64> {
-    let drawn = knob.positions.iter().filter(|p| !p.reference);
-    drawn.flat_map(|p| p.errors.iter().flatten().copied())
-}
-
-fn knob_axes(knob: &VariedKey) -> [PlotAxis; 2] {
-    // Words that would overlap are numbered as digest.txt lists them.
+/// The axis of the values of a knob, each at its number. Words that would overlap are numbered as digest.txt lists them.
+fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
     let letters = knob.positions.iter().map(|p| p.value.chars().count());
     let numbered = !knob.numeric && letters.sum::<usize>() > LETTERS;
     let title = match numbered {
         true => format!("{}, by its place in digest.txt", knob.key),
         false => knob.key.clone(),
     };
-    let numbers = 0..knob.positions.len();
-    let mut x = PlotAxis::logarithmic(&title, numbers.clone().map(|k| number(knob, k)));
-    let label = |k: usize| {
-        let position = &knob.positions[k];
+    let numbers = (0..knob.positions.len()).map(&number);
+    let mut axis = PlotAxis::logarithmic(&title, numbers.clone());
+    let labels = knob.positions.iter().enumerate().map(|(k, position)| {
         let value = match numbered {
             true => format!("{}", k + 1),
             false => position.value.clone(),
         };
-        let reference = if position.reference { " (ref.)" } else { "" };
-        (number(knob, k), value + reference)
-    };
-    x.ticks = numbers.map(label).collect();
-    let heights = errors(knob).map(|error| height(knob, error));
-    [x, PlotAxis::logarithmic("error (%)", heights)]
-}
-
-fn draw_knob(svg: &mut Svg, axes: &AxisPair, knob: &VariedKey) {
-    for (measure, noise) in knob.floors.iter().enumerate() {
-        let colour = COLOURS[measure % COLOURS.len()];
-        let positions = knob.positions.iter().enumerate();
-        let drawn = positions.filter(|(_, p)| !p.reference);
-        let points = drawn.filter_map(|(k, p)| {
-            let error = p.errors[measure]?;
-            Some(axes.at((number(knob, k), height(knob, error))))
-        });
-        let mut points: Vec<[f64; 2]> = points.collect();
-        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        if knob.numeric {
-            let style = format!("stroke=\"{colour}\" stroke-width=\"2\"");
-            svg.line(&style, points.iter().copied());
-        }
-        for point in points {
-            svg.circle(&format!("fill=\"{colour}\""), point, 4.0);
-        }
-        floor(svg, axes, *noise, colour);
-    }
+        value + if position.reference { " (ref.)" } else { "" }
+    });
+    axis.ticks = numbers.zip(labels).collect();
+    axis
 }
 
 /// means.svg: a panel a measure; means over the scenes with their 95 % intervals, the values of single scenes pale.
 pub fn means(means: &[EnsembleMean]) -> String {
-    let panels: Vec<&[EnsembleMean]> = means.chunk_by(|a, b| a.measure == b.measure).collect();
+    let panels: Vec<_> = means.chunk_by(|a, b| a.measure == b.measure).collect();
     let longest = panels.iter().map(|panel| panel.len()).max().unwrap_or(0);
     let mut page = Page::new(panels.len(), longest);
     for panel in panels {
-        let name = &panel[0].name;
         let ends = [0.5, panel.len() as f64 + 0.5];
         let mut x = PlotAxis::linear("setting, as numbered below", ends, 2);
-        x.ticks = (1..=panel.len())
-            .map(|k| (k as f64, k.to_string()))
-            .collect();
-        let ends = panel.iter().flat_map(EnsembleMean::reach);
-        page.draw(&[x, PlotAxis::around(name, ends, 5)], |svg, axes| {
-            for (k, of) in panel.iter().enumerate() {
-                draw_mean(svg, axes, k as f64 + 1.0, of);
-            }
-        });
+        let numbers = 1..=panel.len();
+        x.ticks = numbers.clone().map(|k| (k as f64, k.to_string())).collect();
+        let means: Vec<_> = numbers.map(|k| k as f64).zip(panel).collect();
+        draw_means(&mut page, x, &means, false);
         for (k, of) in panel.iter().enumerate() {
-            page.words(BLACK, &format!("{}: {}", k + 1, words(of)));
+            page.words(BLACK, &format!("{}: {}", k + 1, of.words()));
         }
     }
     page.svg()
@@ -237,38 +211,49 @@ pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     let panels: Vec<_> = points.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
     let mut page = Page::new(panels.len(), 1);
     for panel in panels {
-        let numbers = panel.iter().map(|(_, [(_, value)])| value.parse().ok());
+        let value = |(_, [(_, value)]): &Point<1>| value.clone();
+        let numbers = panel.iter().map(|point| value(point).parse().ok());
         let numbers: Option<Vec<f64>> = numbers.collect();
         let numeric = numbers.is_some();
         let places = numbers.unwrap_or_else(|| (1..=panel.len()).map(|k| k as f64).collect());
-        let ends = range(places.iter().copied());
-        let wide = ends.is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
+        let all = || places.iter().copied();
+        let wide = range(all()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
         let mut x = match wide && numeric {
-            true => PlotAxis::logarithmic(&title, places.iter().copied()),
-            false => PlotAxis::around(&title, places.iter().copied(), 5),
+            true => PlotAxis::logarithmic(&title, all()),
+            false => PlotAxis::around(&title, all(), 5),
         };
         if !numeric {
-            let ticks = places.iter().zip(panel);
-            x.ticks = ticks
-                .map(|(x, (_, [(_, value)]))| (*x, value.clone()))
-                .collect();
+            x.ticks = all().zip(panel.iter().map(value)).collect();
         }
-        let ends = panel.iter().flat_map(|(of, _)| of.reach());
-        let axes = [x, PlotAxis::around(&panel[0].0.name, ends, 5)];
-        page.draw(&axes, |svg, axes| {
-            let means = places.iter().zip(panel);
-            let mut line: Vec<(f64, f64)> = means.map(|(x, (of, _))| (*x, of.mean)).collect();
-            line.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if numeric {
-                svg.line(STROKE, line.iter().map(|point| axes.at(*point)));
-            }
-            for (x, (of, _)) in places.iter().zip(panel) {
-                draw_mean(svg, axes, *x, of);
-            }
-        });
+        let means: Vec<_> = all().zip(panel.iter().map(|point| point.0)).collect();
+        draw_means(&mut page, x, &means, numeric);
         page.words(BLACK, &panel[0].0.name);
     }
     Some(page.svg())
+}
+
+/// Draws means of a measure at their places with their intervals, the values that each is of pale; a line joins them if asked for.
+fn draw_means(page: &mut Page, x: PlotAxis, means: &[(f64, &EnsembleMean)], joined: bool) {
+    let ends = means.iter().flat_map(|(_, of)| of.reach());
+    let y = PlotAxis::around(&means[0].1.name, ends, 5);
+    page.draw(&[x, y], |svg, axes| {
+        if joined {
+            let mut line: Vec<_> = means.iter().map(|(x, of)| (*x, of.mean)).collect();
+            line.sort_by(|a, b| a.0.total_cmp(&b.0));
+            svg.line(STROKE, line.iter().map(|point| axes.at(*point)));
+        }
+        for (x, of) in means {
+            let at = |y: f64| axes.at((*x, y));
+            for value in &of.values {
+                svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
+            }
+            svg.line(
+                STROKE,
+                [of.mean - of.half_width, of.mean + of.half_width].map(at),
+            );
+            svg.circle(FILL, at(of.mean), 5.0);
+        }
+    });
 }
 
 /// A mean with the keys that its setting chooses values of, and the values.
@@ -288,27 +273,17 @@ fn title(vary: &Vary) -> String {
     words.trim().into()
 }
 
-/// A mean with its interval, the values that it is of pale.
-fn draw_mean(svg: &mut Svg, axes: &AxisPair, x: f64, of: &EnsembleMean) {
-    let at = |y: f64| axes.at((x, y));
-    for value in &of.values {
-        svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
-    }
-    let bar = [of.mean - of.half_width, of.mean + of.half_width].map(at);
-    svg.line(STROKE, bar);
-    svg.circle(FILL, at(of.mean), 5.0);
-}
-
 /// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
 /// and half of its 95 % interval. `None` where the keys make no grid.
 pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     let pairs = points(means)?;
     let (_, [up, right]) = pairs.first()?;
     let values = |side: usize| {
-        let mut values: Vec<&String> = Vec::new();
+        let mut values: Vec<&str> = Vec::new();
         for (_, chosen) in &pairs {
-            if !values.contains(&&chosen[side].1) {
-                values.push(&chosen[side].1);
+            let value = chosen[side].1.as_str();
+            if !values.contains(&value) {
+                values.push(value);
             }
         }
         values
@@ -317,7 +292,7 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     if rows.len() < 2 || columns.len() < 2 {
         return None;
     }
-    let axis = |key: usize, values: &[&String]| {
+    let axis = |key: usize, values: &[&str]| {
         let mut axis = PlotAxis::linear(&title(&keys[key]), [0.0, values.len() as f64], 2);
         let ticks = values.iter().enumerate();
         axis.ticks = ticks
@@ -326,16 +301,17 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
         axis
     };
     let axes = [axis(right.0, &columns), axis(up.0, &rows)];
+    let place = |values: &[&str], own: &str| {
+        let place = values.iter().position(|value| *value == own);
+        place.unwrap_or_default() as f64
+    };
     let panels: Vec<_> = pairs.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
     let mut page = Page::new(panels.len(), 1);
     for panel in panels {
         let [low, high] = range(panel.iter().map(|(of, _)| of.mean)).unwrap_or_default();
         page.draw(&axes, |svg, axes| {
             for (of, [(_, up), (_, right)]) in panel {
-                let [x, y] = [(&columns, right), (&rows, up)].map(|(values, own)| {
-                    let place = values.iter().position(|value| *value == own);
-                    place.unwrap_or_default() as f64
-                });
+                let (x, y) = (place(&columns, right), place(&rows, up));
                 let ([left, bottom], [end, top]) = (axes.at((x, y)), axes.at((x + 1.0, y + 1.0)));
                 let wide = if high > low { high - low } else { 1.0 };
                 let share = (of.mean - low) / wide;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
+use super::knobs::shipped;
 use runs::curve::evenly;
 use runs::run_dir::BUILD;
 use scenario::error::{Error, Refusal};
@@ -12,14 +13,13 @@ use scenario::load::{Loaded, load};
 use scenario::overrides::{remove_at, value_at};
 
 /// Part of a task in its study.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TaskRole {
     /// The others are held against it.
     Reference,
     /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
     Perturbed(u64),
     /// One of the runs that are measured.
-    #[default]
     Point,
 }
 
@@ -34,6 +34,9 @@ impl TaskRole {
     }
 }
 
+/// The chosen value of each key.
+type Point = Vec<Option<KeyValue>>;
+
 /// A run of the study, before its scenario is read.
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
@@ -41,7 +44,7 @@ struct Entry {
     /// Number of its combination of scene keys.
     scene: usize,
     /// The chosen value of each key, in the order of the study.
-    choices: Vec<Option<KeyValue>>,
+    choices: Point,
     scenario: String,
     set: Vec<String>,
     /// The part of `set` that is no scene's and not all runs'; `None` with a scenario of its own.
@@ -81,6 +84,10 @@ pub struct Plan {
     pub path: PathBuf,
     /// Its folder.
     pub beside: PathBuf,
+    /// True for the small study.
+    pub is_small: bool,
+    /// Further overrides of all runs.
+    pub set: Vec<String>,
     entries: Vec<Entry>,
 }
 
@@ -89,11 +96,11 @@ impl Plan {
     ///
     /// # Errors
     /// The study or the scenario of its reference is refused.
-    pub fn read(path: &Path, small: bool, set: &[String]) -> Result<Plan, Error> {
+    pub fn read(path: &Path, is_small: bool, set: &[String]) -> Result<Plan, Error> {
         let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let small = match small {
+        let small = match is_small {
             true => file.small.clone(),
             false => Small::default(),
         };
@@ -107,20 +114,23 @@ impl Plan {
             return Err(Refusal::file(path, why).into());
         }
         let scenario = found(&beside, &file.study.scenario);
-        let perturbations = match (&file.reference.set, file.reference.perturbed()) {
-            (Some(set), 1..) => {
+        let reference = file.reference.set.as_deref();
+        let perturbations = match (reference, file.reference.perturbed()) {
+            (Some(set), count @ 1..) => {
                 let loaded = load(&scenario, &[&common[..], set].concat())?;
-                perturbations(file.reference.perturbed(), &loaded, path)?
+                perturbations(count, &loaded, path)?
             }
             _ => Vec::new(),
         };
+        let base = reference.filter(|_| file.study.mode == Mode::OneAtATime);
+        let scenes = combined(&axes, &vec![None; axes.len()], |k| file.vary[k].scene);
         let mut entries = Vec::new();
-        for (scene, of_scene) in scenes(&file.vary, &axes).into_iter().enumerate() {
-            let entry = |role: TaskRole, own: &[String], choices: &[Option<KeyValue>]| {
+        for (scene, of_scene) in scenes.into_iter().enumerate() {
+            let entry = |role: TaskRole, own: &[String], choices: Point| {
                 let mut chosen = choices.iter().flatten();
                 let other = chosen.find_map(|choice| choice.scenario.as_deref());
                 let sets = |scene: bool| -> Vec<String> {
-                    let chosen = file.vary.iter().zip(choices);
+                    let chosen = file.vary.iter().zip(&choices);
                     let chosen = chosen.filter(|(vary, _)| vary.scene == scene);
                     let chosen = chosen.filter_map(|(_, choice)| choice.as_ref());
                     chosen.flat_map(|choice| choice.set.clone()).collect()
@@ -133,31 +143,29 @@ impl Plan {
                 Entry {
                     role,
                     scene,
-                    choices: choices.to_vec(),
                     scenario: other.map_or(scenario.clone(), |name| found(&beside, name)),
                     set: [base, &sets(true), &fidelity].concat(),
                     fidelity: other.is_none().then_some(fidelity),
+                    choices,
                 }
             };
-            if let Some(set) = &file.reference.set {
-                entries.push(entry(TaskRole::Reference, set, &of_scene));
+            if let Some(set) = reference {
+                entries.push(entry(TaskRole::Reference, set, of_scene.clone()));
                 for (seed, perturbed) in (1..).zip(&perturbations) {
-                    let set = [&set[..], perturbed].concat();
-                    entries.push(entry(TaskRole::Perturbed(seed), &set, &of_scene));
+                    let set = [set, perturbed].concat();
+                    entries.push(entry(TaskRole::Perturbed(seed), &set, of_scene.clone()));
                 }
             }
-            let base = match (file.study.mode, &file.reference.set) {
-                (Mode::OneAtATime, Some(set)) => set,
-                _ => &Vec::new(),
-            };
-            let points = points(&file.vary, &axes, &of_scene, file.study.mode);
-            let points = points.iter();
+            let points = points(&file, &axes, &of_scene).into_iter();
+            let base = base.unwrap_or_default();
             entries.extend(points.map(|point| entry(TaskRole::Point, base, point)));
         }
         Ok(Plan {
-            file,
             path: path.clone(),
+            set: set.to_vec(),
+            file,
             beside,
+            is_small,
             entries,
         })
     }
@@ -242,12 +250,9 @@ const PERTURBED_KINDS: [&str; 2] = ["dem", "fem"];
 
 /// The participants that perturbed references perturb: those with grains, or else those with nodes.
 pub fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
-    let of_kind = |kind: &str| -> Vec<&str> {
-        let shipped = scenario.participant.iter().filter(|p| p.command.is_none());
-        let same = shipped.filter(|p| p.kind == kind);
-        same.map(|p| p.name.as_str()).collect()
-    };
-    let mut all = PERTURBED_KINDS.into_iter().map(of_kind);
+    let mut all = PERTURBED_KINDS
+        .map(|kind| Vec::from_iter(shipped(scenario, kind)))
+        .into_iter();
     all.find(|names| !names.is_empty()).unwrap_or_default()
 }
 
@@ -306,7 +311,7 @@ fn combined(
     axes: &[Vec<KeyValue>],
     start: &[Option<KeyValue>],
     takes: impl Fn(usize) -> bool,
-) -> Vec<Vec<Option<KeyValue>>> {
+) -> Vec<Point> {
     let mut points = vec![start.to_vec()];
     for (k, axis) in axes.iter().enumerate().filter(|(k, _)| takes(*k)) {
         let longer = points.iter().flat_map(|point| {
@@ -321,26 +326,15 @@ fn combined(
     points
 }
 
-/// The combinations of scene keys.
-fn scenes(vary: &[Vary], axes: &[Vec<KeyValue>]) -> Vec<Vec<Option<KeyValue>>> {
-    combined(axes, &vec![None; axes.len()], |k| vary[k].scene)
-}
-
 /// The points of a scene.
-fn points(
-    vary: &[Vary],
-    axes: &[Vec<KeyValue>],
-    scene: &[Option<KeyValue>],
-    mode: Mode,
-) -> Vec<Vec<Option<KeyValue>>> {
-    match mode {
-        Mode::Grid => combined(axes, scene, |k| !vary[k].scene),
-        Mode::OneAtATime => {
-            let varied = (0..axes.len()).filter(|k| !vary[*k].scene);
-            varied
-                .flat_map(|varied| combined(axes, scene, |k| k == varied))
-                .collect()
-        }
+fn points(file: &StudyFile, axes: &[Vec<KeyValue>], scene: &[Option<KeyValue>]) -> Vec<Point> {
+    let is_varied = |k: &usize| !file.vary[*k].scene;
+    let varied = (0..axes.len()).filter(is_varied);
+    match file.study.mode {
+        Mode::Grid => combined(axes, scene, |k| is_varied(&k)),
+        Mode::OneAtATime => varied
+            .flat_map(|k| combined(axes, scene, |own| own == k))
+            .collect(),
     }
 }
 
@@ -353,16 +347,15 @@ mod tests {
     /// Values of the points of a study with these keys, as words.
     fn told_points(mode: Mode) -> Vec<String> {
         let keys = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n[[vary]]\nkey = \"a\"\nvalues = [1, 2]\n[[vary]]\nkey = \"b\"\nvalues = [\"x\", \"y\"]\n";
-        let file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
+        let mut file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
         let axes: Vec<Vec<KeyValue>> = file
             .vary
             .iter()
             .map(|vary| vary.choices().expect("values"))
             .collect();
-        let scenes = scenes(&file.vary, &axes);
-        let points = scenes
-            .iter()
-            .flat_map(|scene| points(&file.vary, &axes, scene, mode));
+        file.study.mode = mode;
+        let scenes = combined(&axes, &vec![None; axes.len()], |k| file.vary[k].scene);
+        let points = scenes.iter().flat_map(|scene| points(&file, &axes, scene));
         let told = points.map(|point| {
             let words = point.iter().map(|c| c.as_ref().map_or("-", |c| &c.text));
             words.collect::<Vec<&str>>().join(" ")

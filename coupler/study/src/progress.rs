@@ -1,12 +1,11 @@
 //! The progress of a study while an engine does its runs: what is left, what is done, and what is given up.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::json;
 
-use super::measure::Measure;
+use super::open_study::OpenStudy;
 use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
 use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
@@ -19,9 +18,7 @@ pub const MOST_ATTEMPTS: usize = 5;
 
 /// Counts and words of a study under way.
 pub struct StudyProgress<'a> {
-    tasks: &'a [Task],
-    measures: &'a [Measure],
-    folder: PathBuf,
+    study: &'a OpenStudy,
     total: usize,
     done: BTreeSet<String>,
     given_up: BTreeSet<String>,
@@ -34,26 +31,24 @@ pub struct StudyProgress<'a> {
 }
 
 impl<'a> StudyProgress<'a> {
-    /// The runs of these tasks in a folder, for these measures.
-    pub fn new(tasks: &'a [Task], measures: &'a [Measure], folder: &Path) -> StudyProgress<'a> {
-        let total = runs(tasks).len();
+    /// The runs of a study.
+    pub fn new(study: &'a OpenStudy) -> StudyProgress<'a> {
+        let total = runs(&study.tasks).len();
         StudyProgress {
-            tasks,
-            measures,
-            folder: folder.to_path_buf(),
+            study,
             total,
             done: BTreeSet::new(),
             given_up: BTreeSet::new(),
             begun: Instant::now(),
             here: 0,
             count: Count::new("study".into(), "runs", total),
-            first: tasks.first().map(|task| task.role),
+            first: study.tasks.first().map(|task| task.role),
         }
     }
 
     /// The folder of a task.
     pub fn folder(&self, task: &Task) -> TaskFolder {
-        TaskFolder::new(&self.folder, &task.id)
+        self.study.task_folder(task)
     }
 
     /// The runs that are not done; says how many are.
@@ -62,7 +57,7 @@ impl<'a> StudyProgress<'a> {
     /// A folder cannot be read.
     pub fn left(&mut self) -> Result<Vec<&'a Task>, Error> {
         let mut left = Vec::new();
-        for task in runs(self.tasks) {
+        for task in runs(&self.study.tasks) {
             match self.folder(task).stage()? {
                 TaskStage::Done(_) => {
                     self.done.insert(task.id.clone());
@@ -103,7 +98,7 @@ impl<'a> StudyProgress<'a> {
     /// Refuses measures that the reference, or the first run without one, does not have: no other could be held against it.
     fn check(&self, task: &Task) -> Result<(), Error> {
         let run = RunFiles::read(&self.folder(task).run())?;
-        for measure in self.measures {
+        for measure in &self.study.plan.file.measure {
             if let Err(why) = measure.number(&run) {
                 let name = &measure.name;
                 let place = match task.role {
@@ -121,9 +116,7 @@ impl<'a> StudyProgress<'a> {
         self.here += 1;
         let each = self.begun.elapsed().as_secs_f64() / self.here as f64;
         let left = each * (self.total - self.done.len()) as f64;
-        let TaskOutcome {
-            status, message, ..
-        } = outcome;
+        let (status, message) = (&outcome.status, &outcome.message);
         let colon = if message.is_empty() { "" } else { ": " };
         let (done, total) = (self.done.len(), self.total);
         let object = json!({

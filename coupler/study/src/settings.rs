@@ -12,7 +12,7 @@ pub struct StudySetting<'a> {
     /// Its values, by the index of the key; those that are not varied are not named.
     pub chosen: Vec<(usize, String)>,
     /// Its rows, one a scene.
-    pub rows: Vec<&'a StudyRow>,
+    pub rows: Vec<&'a StudyRow<'a>>,
 }
 
 impl StudySetting<'_> {
@@ -25,8 +25,8 @@ impl StudySetting<'_> {
     pub fn is_reference(&self, results: &Results) -> bool {
         let same = |row: &&StudyRow| {
             let bits = |of: &StudyRow| !row.hashes[1].is_empty() && of.hashes == row.hashes;
-            let reference = results.reference(row.scene);
-            reference.is_some_and(|of| of.id == row.id || bits(of))
+            let reference = results.reference(row.task.scene);
+            reference.is_some_and(|of| of.task.id == row.task.id || bits(of))
         };
         self.rows.iter().all(same)
     }
@@ -39,8 +39,7 @@ impl StudySetting<'_> {
         let word = |(index, value): &(usize, String)| {
             format!("{} = {value}", short(&results.file.vary[*index].key))
         };
-        let words = self.chosen.iter().map(word);
-        words.collect::<Vec<String>>().join(", ")
+        Vec::from_iter(self.chosen.iter().map(word)).join(", ")
     }
 
     /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
@@ -54,11 +53,6 @@ impl StudySetting<'_> {
     pub fn middle(&self, of: impl Fn(&StudyRow) -> Option<f64>) -> Option<f64> {
         let numbers = self.rows.iter().map(|row| of(row));
         numbers.collect::<Option<Vec<f64>>>().and_then(median)
-    }
-
-    /// The middle of the errors by a measure.
-    pub fn error(&self, measure: usize) -> Option<f64> {
-        self.errors(measure).and_then(median)
     }
 
     /// The middle of a cost over that of the reference.
@@ -90,22 +84,19 @@ pub fn short(key: &str) -> &str {
 }
 
 /// The settings of a study: the reference, where it is a run of it, then the points in their order.
-pub fn settings(results: &Results) -> Vec<StudySetting<'_>> {
+pub fn settings<'a>(results: &'a Results) -> Vec<StudySetting<'a>> {
     let mut all: Vec<StudySetting> = Vec::new();
     let mut known: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
     let rows = results.rows.iter();
-    for row in rows.filter(|row| !matches!(row.role, TaskRole::Perturbed(_))) {
+    for row in rows.filter(|row| !matches!(row.task.role, TaskRole::Perturbed(_))) {
         let varied = (results.file.vary.iter().enumerate())
-            .filter(|(index, vary)| row.varied[*index] && !vary.scene);
-        let chosen = varied.map(|(index, _)| (index, row.values[index].clone()));
+            .filter(|(index, vary)| row.task.varied[*index] && !vary.scene);
+        let chosen = varied.map(|(index, _)| (index, row.task.values[index].clone()));
         let chosen: Vec<(usize, String)> = chosen.collect();
-        let next = all.len();
-        let index = *known.entry(chosen.clone()).or_insert(next);
-        if index == next {
-            all.push(StudySetting {
-                chosen,
-                rows: Vec::new(),
-            });
+        let index = *known.entry(chosen.clone()).or_insert(all.len());
+        if index == all.len() {
+            let rows = Vec::new();
+            all.push(StudySetting { chosen, rows });
         }
         all[index].rows.push(row);
     }

@@ -6,11 +6,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::heartbeats::HeartbeatWatch;
+use super::open_study::OpenStudy;
 use super::plan::Task;
 use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
@@ -39,13 +39,11 @@ pub struct SlurmRequest {
 
 /// The engine of one study.
 #[derive(Clone, Debug)]
-pub struct Slurm {
+pub struct Slurm<'a> {
+    /// The study.
+    pub study: &'a OpenStudy,
     /// The command of a task.
     pub exec: TaskCommand,
-    /// The folder of the study.
-    pub folder: PathBuf,
-    /// Name that its arrays in Slurm's queue begin with.
-    pub name: String,
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
     /// Resources asked for a task.
@@ -76,7 +74,7 @@ struct Submitted {
     factor: u32,
 }
 
-impl Slurm {
+impl Slurm<'_> {
     /// Submits all runs that are not done, and sees to it that they are; `stopped` leaves the rest to Slurm.
     ///
     /// # Errors
@@ -100,7 +98,7 @@ impl Slurm {
                 return Ok(());
             }
             if stopped() {
-                let (count, names) = (left.len(), array_names(&self.name, &left));
+                let (count, names) = (left.len(), array_names(self.study, &left));
                 tell(&format!(
                     "{count} runs are left to Slurm; the same command goes on with them, `scancel --name={names}` ends them"
                 ));
@@ -108,7 +106,7 @@ impl Slurm {
             }
             if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
                 let first = looked.replace(Instant::now()).is_none();
-                match queue(&self.name, &left) {
+                match queue(self.study, &left) {
                     // One that never answered is not there.
                     Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
                     Err(_) => {}
@@ -207,15 +205,16 @@ impl Slurm {
     }
 
     fn submit_array(&self, local: &[usize], offset: usize, factor: u32) -> Result<String, Error> {
-        let logs = self.folder.join("slurm");
+        let logs = self.study.folder.join("slurm");
         std::fs::create_dir_all(&logs).map_err(Error::output(logs.display()))?;
-        let throttle = self.throttle.map(|most| format!("%{most}"));
-        let throttle = throttle.unwrap_or_default();
+        let throttle = self
+            .throttle
+            .map_or(String::new(), |most| format!("%{most}"));
         let minutes = (self.ask.wall_s * f64::from(factor) / 60.0).ceil().max(1.0);
         let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
         let mut arguments = vec![
             "--parsable".to_string(),
-            format!("--job-name={}-{offset}", self.name),
+            format!("--job-name={}-{offset}", self.study.array_name()),
             format!("--array={}{throttle}", ranges(local)),
             format!("--cpus-per-task={}", self.ask.cores),
             format!("--mem={megabytes}M"),
@@ -223,9 +222,8 @@ impl Slurm {
             format!("--output={}/%A_%a.log", logs.display()),
         ];
         arguments.extend(self.extra.iter().cloned());
-        let script = self.script(offset);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let answer = with_input("sbatch", &arguments, &script)?;
+        let answer = with_input("sbatch", &arguments, &self.script(offset))?;
         // JOB or JOB;CLUSTER.
         let job = answer.trim().split(';').next().unwrap_or_default();
         Ok(job.to_string())
@@ -233,8 +231,8 @@ impl Slurm {
 
     /// The script of an array: each of its tasks becomes the process that does one.
     fn script(&self, offset: usize) -> String {
-        let words = std::iter::once(self.exec.program.as_os_str())
-            .chain(self.exec.arguments.iter().map(|word| word.as_os_str()));
+        let arguments = self.exec.arguments.iter().map(|word| word.as_os_str());
+        let words = [self.exec.program.as_os_str()].into_iter().chain(arguments);
         let words = words.map(|word| quoted(&word.to_string_lossy()));
         let words = Vec::from_iter(words).join(" ");
         format!("#!/bin/sh\nexec {words} $((SLURM_ARRAY_TASK_ID + {offset}))\n")
@@ -242,20 +240,21 @@ impl Slurm {
 }
 
 /// Names that arrays of these tasks can have, with commas between them.
-fn array_names(name: &str, tasks: &[&Task]) -> String {
+fn array_names(study: &OpenStudy, tasks: &[&Task]) -> String {
     let most = indices_most();
     let offsets = tasks.iter().map(|task| task.index / most * most);
     let offsets: BTreeSet<usize> = offsets.collect();
+    let name = study.array_name();
     let names = offsets.iter().map(|offset| format!("{name}-{offset}"));
     Vec::from_iter(names).join(",")
 }
 
-/// States of these tasks in Slurm's queue, by index, in arrays whose name begins so.
+/// States of these tasks of a study in Slurm's queue, by index.
 ///
 /// # Errors
 /// Slurm does not answer.
-pub fn queue(name: &str, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
-    let names = format!("--name={}", array_names(name, tasks));
+pub fn queue(study: &OpenStudy, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
+    let names = format!("--name={}", array_names(study, tasks));
     let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
     Ok(parse_queue(&slurm("squeue", &arguments)?))
 }
@@ -265,13 +264,11 @@ pub fn ended(job: &str) -> String {
     let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
     let shown = shown.unwrap_or_default();
     let mut words = shown.split_whitespace();
-    let state = words.find_map(|word| word.strip_prefix("JobState="));
-    if let Some(state) = state {
+    if let Some(state) = words.find_map(|word| word.strip_prefix("JobState=")) {
         return state.to_string();
     }
-    let format = "--format=State";
-    let accounts = ["--noheader", "--allocations", format, "--jobs", job];
-    let accounts = slurm("sacct", &accounts).unwrap_or_default();
+    let accounts = "--noheader --allocations --format=State --jobs".split(' ');
+    let accounts = slurm("sacct", &Vec::from_iter(accounts.chain([job]))).unwrap_or_default();
     let state = accounts.split_whitespace().next();
     state.unwrap_or("no longer known to Slurm").to_string()
 }
@@ -313,6 +310,9 @@ fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, 
     Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
 }
 
+/// States of a job that is on its way out, and no longer a task's.
+const OVER: &str = "COMPLETED CANCELLED FAILED TIMEOUT NODE_FAIL OUT_OF_MEMORY COMPLETING";
+
 /// The queue as `squeue --array --format=%i|%T|%j` prints it. The last part of a name is the offset of the array's indices.
 fn parse_queue(text: &str) -> BTreeMap<usize, Queued> {
     let entry = |line: &str| {
@@ -320,21 +320,9 @@ fn parse_queue(text: &str) -> BTreeMap<usize, Queued> {
         let (job, state, name) = (cells.next()?, cells.next()?, cells.next()?);
         let index: usize = job.rsplit_once('_')?.1.parse().ok()?;
         let offset: usize = name.rsplit_once('-')?.1.parse().ok()?;
-        // A job that is on its way out is no longer a task's.
-        let over = [
-            "COMPLETED",
-            "CANCELLED",
-            "FAILED",
-            "TIMEOUT",
-            "NODE_FAIL",
-            "OUT_OF_MEMORY",
-            "COMPLETING",
-        ];
-        let queued = Queued {
-            job: job.to_string(),
-            state: state.to_string(),
-        };
-        (!over.contains(&state)).then_some((index + offset, queued))
+        let [job, state] = [job, state].map(String::from);
+        let is_over = OVER.split(' ').any(|over| over == state);
+        (!is_over).then_some((index + offset, Queued { job, state }))
     };
     text.lines().filter_map(entry).collect()
 }
@@ -359,16 +347,6 @@ fn ranges(indices: &[usize]) -> String {
 /// A word as a shell takes it.
 fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
-}
-
-/// The name of the arrays of a study in this folder with these runs.
-pub fn array_name(study: &str, folder: &Path, tasks: &[Task]) -> String {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(folder.as_os_str().as_encoded_bytes());
-    for task in tasks {
-        hasher.update(task.id.as_bytes());
-    }
-    format!("thirdbody-{study}-{}", &hasher.finalize().to_hex()[..12])
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::collect::Results;
 use super::file::{StudyFile, Vary, shipped_or_read, shown_values};
 use super::measure::Measure;
-use super::plan::{Plan, Task};
+use super::plan::Task;
 use super::settings::{StudySetting, settings};
 use super::statistics::{ErrorPrediction, least_scenes, predict};
 use runs::run_dir::BUILD;
@@ -94,8 +94,9 @@ pub struct StoredSetting {
 /// Codes of what any run of a setting was warned of; advice is none.
 fn codes(setting: &StudySetting) -> BTreeSet<String> {
     let rows = setting.rows.iter();
-    let all = rows.flat_map(|row| row.warnings.split(' ').map(String::from));
-    all.filter(|code| !code.is_empty() && code != "advice")
+    let all = rows.flat_map(|row| row.warnings.split_whitespace());
+    all.filter(|code| *code != "advice")
+        .map(String::from)
         .collect()
 }
 
@@ -107,130 +108,134 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         let vary = &file.vary[*key];
         vary.scene && !vary.is_seed() && values.any(|value| *value != tasks[0].values[*key])
     };
-    let keys: Vec<usize> = (0..file.vary.len()).filter(varied).collect();
-    let least = least_scenes(keys.len());
-    let why = match &file.reference {
-        reference if !reference.is_given() => return None,
-        reference if reference.set.is_none() => "its reference is no `set`".into(),
+    let numbers = (0..file.vary.len()).filter(varied).count();
+    let least = least_scenes(numbers);
+    let not = |why: &str| Some(format!("not for `run --budget`: {why}"));
+    match &file.reference {
+        reference if !reference.is_given() => None,
+        reference if reference.set.is_none() => not("its reference is no `set`"),
         reference if reference.perturbed() == 0 => {
-            "reference.perturb is 0, so that no floor of noise is known".into()
+            not("reference.perturb is 0, so that no floor of noise is known")
         }
-        _ if scenes < least => format!(
+        _ if scenes < least => not(&format!(
             "{scenes} combinations of its keys with `scene = true` are too few for the bound of an error, which takes {least}; run.seed with scene = true and seeds = {least} has them"
-        ),
+        )),
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
-            let words = scene.map(|vary| {
-                let extent = if vary.is_seed() {
-                    "any"
-                } else {
-                    "the range of"
-                };
-                format!("{extent} {}", vary.key)
+            let words = scene.map(|vary| match vary.is_seed() {
+                true => format!("any {}", vary.key),
+                false => format!("the range of {}", vary.key),
             });
-            return Some(format!(
+            Some(format!(
                 "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",
-                words.collect::<Vec<String>>().join(" and "),
-                student(scenes - keys.len() - 1)
-            ));
+                Vec::from_iter(words).join(" and "),
+                student(scenes - numbers - 1)
+            ))
         }
-    };
-    Some(format!("not for `run --budget`: {why}"))
+    }
+}
+
+impl SceneKey {
+    /// Its values, where all are positive numbers.
+    fn numbers(&self) -> Option<Vec<f64>> {
+        self.values.iter().map(positive).collect()
+    }
 }
 
 impl StoredStudy {
     /// Of a study whose reference is a run of it, with all runs done; else why it is not one to choose by.
-    pub fn of(plan: &Plan, tasks: &[Task], results: &Results) -> Result<StoredStudy, String> {
-        if plan.file.reference.set.is_none() {
+    pub fn of(results: &Results) -> Result<StoredStudy, String> {
+        let file = results.file;
+        if file.reference.set.is_none() {
             return Err("its reference is no run of its own".into());
         }
         if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
-            return Err(format!("task {} is not done", row.index));
+            return Err(format!("task {} is not done", row.task.index));
         }
         let all = settings(results);
-        let mut first = all.iter().take(1);
-        let reference = first.find(|first| first.chosen.is_empty() && first.is_trusted());
+        let first = all.first();
+        let reference = first.filter(|first| first.chosen.is_empty() && first.is_trusted());
         let reference = reference.ok_or("a reference did not complete")?;
-        let first = &tasks[reference.rows[0].index];
-        let table = |index: usize| -> toml::Table {
-            tasks[index].loaded.resolved.parse().unwrap_or_default()
-        };
-        let scenes = reference.rows.iter().map(|row| table(row.index));
+        let first = reference.rows[0].task;
+        let table =
+            |task: &Task| -> toml::Table { task.loaded.resolved.parse().unwrap_or_default() };
+        let scenes = reference.rows.iter().map(|row| table(row.task));
         let scenes: Vec<toml::Table> = scenes.collect();
         let scene_key = |vary: &Vary| {
-            let values = scenes.iter();
-            let values = values.map(|scene| value_at(scene, &vary.key).cloned());
+            let values = scenes
+                .iter()
+                .map(|scene| value_at(scene, &vary.key).cloned());
             Some(SceneKey {
                 key: vary.key.clone(),
                 any: vary.is_seed(),
                 values: values.collect::<Option<_>>()?,
             })
         };
-        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
+        let keys = file.vary.iter().filter(|vary| vary.scene);
         let scene_keys: Option<Vec<SceneKey>> = keys.map(scene_key).collect();
-        let count = results.file.measure.len();
-        let floors = |measure: usize| -> Option<Vec<f64>> {
-            let rows = reference.rows.iter();
-            rows.map(|row| row.floors[measure]).collect()
+        let measures = 0..file.measure.len();
+        let floors = |measure: usize| {
+            reference
+                .rows
+                .iter()
+                .map(|row| row.floors[measure])
+                .collect()
         };
-        let floors: Option<Vec<Vec<f64>>> = (0..count).map(floors).collect();
+        let floors: Option<Vec<Vec<f64>>> = measures.clone().map(floors).collect();
         let floors = floors.ok_or(
             "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
         )?;
         let usual = codes(reference);
         let stored = |setting: &StudySetting| {
-            let task = &tasks[setting.rows[0].index];
-            let own = task.fidelity.clone()?;
-            let errors = (0..count).map(|measure| setting.errors(measure));
-            let setting = StoredSetting {
+            let errors = measures.clone().map(|measure| setting.errors(measure));
+            Some(StoredSetting {
                 words: setting.words(results),
-                set: last_of_each(own),
+                set: last_of_each(setting.rows[0].task.fidelity.as_ref()?),
                 errors: errors.collect::<Option<_>>()?,
                 cpu_rel: setting.cost_rel("cpu_s")?,
                 wall_s: setting.cost("wall_s")?,
                 warned: codes(setting).difference(&usual).cloned().collect(),
-            };
-            Some((task.index, setting))
+            })
         };
         let stand = all.iter().filter(|setting| setting.is_trusted());
-        let mut stand: Vec<(usize, StoredSetting)> = stand.filter_map(stored).collect();
-        let mut sets = (stand.iter().flat_map(|(_, setting)| &setting.set))
-            .chain(first.fidelity.iter().flatten());
-        let is_table = |value: &str| value.trim_start().starts_with('{');
-        let table_set = sets.find(|set| {
-            set.split_once('=')
-                .is_some_and(|(_, value)| is_table(value))
-        });
-        if let Some(set) = table_set {
+        let stand = stand.filter_map(|of| Some((of.rows[0].task, stored(of)?)));
+        let mut stand: Vec<(&Task, StoredSetting)> = stand.collect();
+        let own = first.fidelity.as_deref().unwrap_or_default();
+        let sets = stand.iter().flat_map(|(_, setting)| &setting.set);
+        let is_table = |set: &&String| {
+            let value = set.split_once('=').map(|(_, value)| value.trim_start());
+            value.is_some_and(|value| value.starts_with('{'))
+        };
+        if let Some(set) = sets.chain(own).find(is_table) {
             return Err(format!(
                 "`{set}` replaces a whole table, and with it what belongs to the scene: give its keys one by one"
             ));
         }
         let scene_keys = scene_keys.ok_or("a key of the scene is a name of cases")?;
-        let mut reference = last_of_each(first.fidelity.clone().unwrap_or_default());
+        let mut reference = last_of_each(own);
         // A key that one setting varies is as the scene has it in the others.
         let all = stand.iter().flat_map(|(_, setting)| &setting.set);
         let keys = all.chain(&reference).map(|set| key_of(set).to_string());
         let keys: BTreeSet<String> = keys.collect();
-        complete(&mut reference, &keys, &table(first.index));
-        for (index, setting) in &mut stand {
-            complete(&mut setting.set, &keys, &table(*index));
+        complete(&mut reference, &keys, &table(first));
+        for (task, setting) in &mut stand {
+            complete(&mut setting.set, &keys, &table(task));
         }
         let mut study = StoredStudy {
             schema: SCHEMA.into(),
-            study: plan.file.study.name.clone(),
+            study: file.study.name.clone(),
             build: BUILD.into(),
             scenario: String::new(),
             reference,
             scene_keys,
-            measures: results.file.measure.clone(),
+            measures: file.measure.clone(),
             floors,
             settings: stand.into_iter().map(|(_, setting)| setting).collect(),
             seedless: false,
             reference_misses: Vec::new(),
         };
-        study.scenario =
-            toml::to_string(&study.without_varied(table(first.index))).unwrap_or_default();
+        let scenario = study.without_varied(table(first));
+        study.scenario = toml::to_string(&scenario).unwrap_or_default();
         Ok(study)
     }
 
@@ -278,8 +283,7 @@ impl StoredStudy {
     /// A scenario without the keys that a setting or a scene may change, and those that change no result.
     fn without_varied(&self, mut table: toml::Table) -> toml::Table {
         let sets = self.settings.iter().flat_map(|setting| &setting.set);
-        let sets = sets.chain(&self.reference);
-        let set = sets.map(|set| key_of(set));
+        let set = sets.chain(&self.reference).map(|set| key_of(set));
         let scene = self.scene_keys.iter().map(|key| key.key.as_str());
         for key in set.chain(scene).chain(NO_RESULT) {
             remove_at(&mut table, key);
@@ -303,14 +307,10 @@ impl StoredStudy {
             return Err(format!("it has {key} = {known}, and this scene {own}"));
         }
         let mut position = Vec::new();
-        for key in &self.scene_keys {
-            if key.any {
-                continue;
-            }
+        for key in self.scene_keys.iter().filter(|key| !key.any) {
             let own = value_at(&table, &key.key);
             let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
-            let numbers: Option<Vec<f64>> = key.values.iter().map(positive).collect();
-            match (positive(own), numbers) {
+            match (positive(own), key.numbers()) {
                 (Some(own), Some(known)) => {
                     let [least, most] = range(known.into_iter()).unwrap_or([f64::NAN; 2]);
                     if !(least..=most).contains(&own) {
@@ -345,14 +345,7 @@ impl StoredStudy {
             return known(error, error);
         }
         let varied = self.scene_keys.iter().filter(|key| !key.any);
-        let numbers: Vec<Vec<f64>> = varied
-            .filter_map(|key| {
-                key.values
-                    .iter()
-                    .map(positive)
-                    .collect::<Option<Vec<f64>>>()
-            })
-            .collect();
+        let numbers: Vec<Vec<f64>> = varied.filter_map(SceneKey::numbers).collect();
         let of_scene = |scene: usize| numbers.iter().map(|of| of[scene].ln()).collect();
         let positions: Vec<Vec<f64>> = (0..self.scenes()).map(of_scene).collect();
         let found = predict(&positions, &setting.errors[measure], position)?;
@@ -375,12 +368,13 @@ fn complete(set: &mut Vec<String>, keys: &BTreeSet<String>, scenario: &toml::Tab
 }
 
 /// Overrides without those that a later one of the same key overrides.
-fn last_of_each(set: Vec<String>) -> Vec<String> {
-    let key = |position: usize| key_of(&set[position]);
-    let later =
-        |position: &usize| (position + 1..set.len()).any(|other| key(other) == key(*position));
-    let kept = (0..set.len()).filter(|position| !later(position));
-    kept.map(|position| set[position].clone()).collect()
+fn last_of_each(sets: &[String]) -> Vec<String> {
+    let is_last = |(k, set): &(usize, &String)| {
+        let mut later = sets[k + 1..].iter();
+        later.all(|later| key_of(later) != key_of(set))
+    };
+    let kept = sets.iter().enumerate().filter(is_last);
+    kept.map(|(_, set)| set.clone()).collect()
 }
 
 /// A number, whole or not.
@@ -402,9 +396,8 @@ pub fn known() -> impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>> {
     let mut files: Vec<PathBuf> = files.filter(|file| file.is_file()).collect();
     files.sort();
     let here = files.clone();
-    let shipped = scenes::of_studies(STORED);
-    let shipped =
-        shipped.filter(move |(path, _)| !here.contains(&Path::new("scenarios").join(path)));
+    let is_new = move |path: &str| !here.contains(&Path::new("scenarios").join(path));
+    let shipped = scenes::of_studies(STORED).filter(move |(path, _)| is_new(path));
     let shipped = shipped.map(|(path, text)| {
         let path = PathBuf::from(format!("{path} (built in)"));
         StoredStudy::parse(&path, text).map(|study| (path, study))

@@ -1,9 +1,8 @@
 //! What a single key costs and loses, and whether the error falls towards the reference along its values.
 
 use runs::curve::median;
-use std::collections::BTreeMap;
 
-use super::collect::Results;
+use super::collect::{Results, StudyRow};
 use super::measure::{Norm, percent};
 use super::settings::{StudySetting, short};
 
@@ -49,8 +48,7 @@ const SAME_WORK: f64 = 0.02;
 impl VariedKey {
     /// True where the values are ordered by their distance from the reference's.
     pub fn is_ordered(&self) -> bool {
-        let mut positions = self.positions.iter();
-        positions.all(|position| position.distance.is_some())
+        self.positions.iter().all(|p| p.distance.is_some())
     }
 
     /// The trend by a measure, on either side of the reference.
@@ -66,9 +64,8 @@ impl VariedKey {
             return format!("is noise (floor {} %)", percent(floor));
         }
         for side in [1.0, -1.0] {
-            let of_side = errors.iter();
-            let of_side = of_side.filter(|(_, _, distance)| side * distance >= 0.0);
-            let of_side: Vec<_> = of_side.collect();
+            let is_here = |(_, _, distance): &&(_, _, f64)| side * distance >= 0.0;
+            let of_side: Vec<_> = errors.iter().filter(is_here).collect();
             let mut pairs = of_side.windows(2).map(|pair| [pair[0], pair[1]]);
             if let Some([a, b]) = pairs.find(|[a, b]| b.1 > a.1 + floor) {
                 let why = self.why(measure, a.0, b.0);
@@ -128,13 +125,13 @@ impl VariedKey {
             format!("  {}: {}", position.value, told.join(", "))
         };
         let lines = self.positions.iter().map(line);
-        std::iter::once(head).chain(lines).collect()
+        [head].into_iter().chain(lines).collect()
     }
 
     /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
-        let trusted = self.positions.iter().filter(|position| !position.failed);
-        let trusted: Vec<&ValueEffect> = trusted.collect();
+        let (failed, trusted): (Vec<&ValueEffect>, Vec<_>) =
+            self.positions.iter().partition(|position| position.failed);
         let (Some(far), Some(near)) = (trusted.first(), trusted.last()) else {
             return format!("{}: no run with it completed", short(&self.key));
         };
@@ -149,10 +146,9 @@ impl VariedKey {
                 text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
             }
         }
-        let failed = self.positions.iter().filter(|position| position.failed);
-        let failed: Vec<&str> = failed.map(|position| position.value.as_str()).collect();
         if !failed.is_empty() {
-            text += &format!("; not completed without suspicion at {}", failed.join(", "));
+            let failed = Vec::from_iter(failed.iter().map(|of| of.value.as_str())).join(", ");
+            text += &format!("; not completed without suspicion at {failed}");
         }
         text
     }
@@ -160,49 +156,53 @@ impl VariedKey {
 
 /// The keys of a study that are varied and no scene's, in its order.
 pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
-    let keys = results.file.vary.iter().enumerate();
-    let varied = keys.filter(|(_, vary)| !vary.scene);
-    let varied = varied.map(|(index, _)| varied_key(results, settings, index));
+    let keys = 0..results.file.vary.len();
+    let varied = keys.filter(|index| !results.file.vary[*index].scene);
+    let varied = varied.map(|index| varied_key(results, settings, index));
     varied.collect()
 }
 
+/// The settings with a value of a key.
+type Same<'a> = (&'a str, Vec<&'a StudySetting<'a>>);
+
 fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> VariedKey {
-    let vary = &results.file.vary[index];
-    let count = results.file.measure.len();
-    let mut values: Vec<String> = Vec::new();
-    let mut with: BTreeMap<String, Vec<&StudySetting>> = BTreeMap::new();
+    let (vary, measures) = (&results.file.vary[index], &results.file.measure);
+    let mut with: Vec<Same> = Vec::new();
     for setting in settings {
-        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == index) else {
+        let mut chosen = setting.chosen.iter();
+        let Some((_, value)) = chosen.find(|(at, _)| *at == index) else {
             continue;
         };
-        if !values.contains(value) {
-            values.push(value.clone());
+        match with.iter_mut().find(|(known, _)| known == value) {
+            Some((_, same)) => same.push(setting),
+            None => with.push((value, vec![setting])),
         }
-        with.entry(value.clone()).or_default().push(setting);
     }
-    let order = order(results, &with, &values, index);
-    if let Some(order) = &order {
-        let far = |value: &String| -order[value].abs();
-        values.sort_by(|a, b| far(a).total_cmp(&far(b)));
+    let zero = zero(results, &with, index);
+    let distance = |value: &str| Some((number(value)? / zero?).ln());
+    let is_ordered = with.iter().all(|(value, _)| distance(value).is_some());
+    if is_ordered {
+        let near = |(value, _): &Same| distance(value).map_or(0.0, f64::abs);
+        with.sort_by(|a, b| near(b).total_cmp(&near(a)));
     }
-    let position = |value: &String| {
-        let same = &with[value];
+    let position = |(value, same): &Same| {
         let each = |of: &dyn Fn(&StudySetting) -> Option<f64>| {
             median(same.iter().filter_map(|setting| of(setting)).collect())
         };
-        let raw = |k: usize| each(&|setting| setting.middle(|row| row.error(k)));
-        let signed = |k: usize| {
-            let single = results.file.measure[k].norm == Norm::At;
-            each(&|setting| setting.middle(|row| row.deviations[k])).filter(|_| single)
+        let of_measures = |of: &dyn Fn(&StudyRow, usize) -> Option<f64>| {
+            let all = 0..measures.len();
+            all.map(|k| each(&|setting| setting.middle(|row| of(row, k))))
+                .collect()
         };
+        let is_single = |k: usize| measures[k].norm == Norm::At;
         ValueEffect {
-            value: value.clone(),
+            value: value.to_string(),
             cost: each(&|setting| setting.price()),
-            errors: (0..count).map(raw).collect(),
-            deviations: (0..count).map(signed).collect(),
+            errors: of_measures(&|row, k| row.error(k)),
+            deviations: of_measures(&|row, k| row.deviations[k].filter(|_| is_single(k))),
             work: ["element_steps", "contact_iterations"]
                 .map(|name| each(&|setting| setting.cost(name))),
-            distance: order.as_ref().map(|order| order[value]),
+            distance: distance(value).filter(|_| is_ordered),
             reference: same.iter().all(|setting| setting.is_reference(results)),
             failed: !same.iter().any(|setting| setting.is_trusted()),
         }
@@ -214,9 +214,9 @@ fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> Var
     VariedKey {
         key: vary.key.clone(),
         note: vary.note.clone(),
-        numeric: values.iter().all(|value| number(value).is_some()),
-        positions: values.iter().map(position).collect(),
-        floors: (0..count).map(floor).collect(),
+        numeric: with.iter().all(|(value, _)| number(value).is_some()),
+        positions: with.iter().map(position).collect(),
+        floors: (0..measures.len()).map(floor).collect(),
     }
 }
 
@@ -225,27 +225,16 @@ fn number(value: &str) -> Option<f64> {
     value.filter(|x| *x > 0.0 && x.is_finite())
 }
 
-/// Distance of each value from the reference's, ln(value / reference); `None` where there is no such order. The reference's value is
-/// the one that it has for the key, or the one with which a point is the same run as the reference.
-fn order(
-    results: &Results,
-    with: &BTreeMap<String, Vec<&StudySetting>>,
-    values: &[String],
-    index: usize,
-) -> Option<BTreeMap<String, f64>> {
-    let reference = results.reference(0)?;
-    let own = number(&reference.values[index]);
-    let same = || {
-        let mut of = with.iter();
-        let found = of.find(|(_, settings)| {
-            let mut rows = settings.iter().flat_map(|setting| &setting.rows);
-            rows.any(|row| row.id == reference.id)
-        });
-        found.and_then(|(value, _)| number(value))
+/// The reference's value of a key: the one that it has, or the one with which a point is the same run as the reference.
+fn zero(results: &Results, with: &[Same], index: usize) -> Option<f64> {
+    let reference = results.reference(0)?.task;
+    let is_same = |setting: &&StudySetting| {
+        let mut rows = setting.rows.iter();
+        rows.any(|row| row.task.id == reference.id)
     };
-    let zero = own.or_else(same)?;
-    let distance = |value: &String| Some((value.clone(), (number(value)? / zero).ln()));
-    values.iter().map(distance).collect()
+    let mut same = with.iter();
+    let same = same.find(|(_, settings)| settings.iter().any(is_same));
+    number(&reference.values[index]).or_else(|| number(same?.0))
 }
 
 #[cfg(test)]

@@ -1,27 +1,28 @@
 //! The runs by which `thirdbody tune` finds a setting.
+//!
+//! One numerical choice at a time is refined and coarsened; from what that changes a setting and a reference are proposed, and held against
+//! each other over several seeds. What came out is a study like any other, by which `run --budget` chooses from then on.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::common::{ScenarioArguments, foreign, from_anywhere, print, threads};
-use super::study::{Opened, PlaceArguments, keep_list};
+use super::collect::{StudyRow, finished};
+use super::draft::{Draft, cases};
+use super::error_model::{ErrorModel, KnobErrors};
+use super::knobs::{KNOBS, Knob, Knobs, Levels};
+use super::measure::{Measure, ReferenceNumbers, named_errors, percent};
+use super::open_study::{OpenStudy, write_in};
+use super::plan::{Plan, perturbed_participants};
+use super::pool;
+use super::progress::StudyProgress;
+use super::search::{MARGIN, Proposal, Search, TrialOutcome};
+use super::stored::StoredStudy;
 use coordinator::output::{tell, tell_progress};
-use coordinator::participants::{Registry, Watch};
+use coordinator::participants::Watch;
 use runs::curve::median;
 use runs::files::RunFiles;
-use runs::run_dir::write_whole;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
-use study::collect::{Results, StudyRow, finished};
-use study::draft::{Draft, Refined, varied};
-use study::error_model::{ErrorModel, KnobErrors};
-use study::knobs::{KNOBS, Knob, Knobs, Levels};
-use study::measure::{Measure, ReferenceNumbers, named_errors, percent};
-use study::plan::perturbed_participants;
-use study::pool;
-use study::progress::StudyProgress;
-use study::search::{MARGIN, Proposal, Search, TrialOutcome};
-use study::stored::StoredStudy;
 
 /// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
 /// hardly shrinks.
@@ -38,33 +39,43 @@ const ROUNDS: usize = 8;
 const ROOM: f64 = 0.6;
 
 /// A setting that is looked for.
-pub(super) struct Tuning<'a> {
-    /// The scene, as it was asked for and as it was read.
-    pub(super) scenario: &'a ScenarioArguments,
-    pub(super) loaded: &'a Loaded,
-    pub(super) registry: &'a Registry,
+pub struct Tuning<'a> {
+    /// The scene.
+    pub loaded: &'a Loaded,
+    /// The scene as a study names it.
+    pub scenario: String,
+    /// Overrides of all runs.
+    pub set: Vec<String>,
     /// Its numerical choices.
-    pub(super) knobs: Knobs<'a>,
+    pub knobs: Knobs<'a>,
     /// Folder of the runs.
-    pub(super) folder: PathBuf,
+    pub folder: PathBuf,
     /// Measures that must keep the error.
-    pub(super) measures: Vec<Measure>,
+    pub measures: Vec<Measure>,
     /// The error.
-    pub(super) target: f64,
-    pub(super) watch: Watch,
-    pub(super) begun: Instant,
+    pub target: f64,
+    /// Signals that end it.
+    pub watch: Watch,
+    /// Its beginning.
+    pub begun: Instant,
     /// Wall-clock time for finding the setting (s).
-    pub(super) limit_s: f64,
+    pub limit_s: f64,
     /// Wall-clock time of the scene as it is, if a run with the setting follows (s).
-    pub(super) run_s: f64,
+    pub run_s: f64,
+    /// This program, which does the tasks.
+    pub program: PathBuf,
+    /// Folder of prepared samples.
+    pub cache: Option<PathBuf>,
+    /// Runs at a time.
+    pub jobs: usize,
 }
 
 /// Errors and costs that the runs of single choices told.
-struct Explored {
+#[derive(Clone, Debug)]
+pub struct Explored {
     model: ErrorModel,
-    /// Floors of noise by measure, 0 where they are not known.
-    floors: Vec<f64>,
-    is_noise_known: bool,
+    /// Floors of noise by measure, where they are known.
+    floors: Vec<Option<f64>>,
     /// True where another seed gives the same bits.
     seedless: bool,
     /// Wall-clock time of a run of the scene beside others (s).
@@ -76,53 +87,67 @@ struct Explored {
 }
 
 /// A setting that keeps the error: its overrides, and the study that says so.
-pub(super) struct Found {
-    pub(super) study: StoredStudy,
-    pub(super) set: Vec<String>,
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The study.
+    pub study: StoredStudy,
+    /// Overrides of the setting.
+    pub set: Vec<String>,
 }
 
 impl Tuning<'_> {
-    pub(super) fn find(&self) -> Result<Option<Found>, Error> {
-        let explored = self.explore()?;
-        print(&self.table(&explored))?;
+    /// Finds a setting and stores it; or says why there is none, and what would help.
+    ///
+    /// # Errors
+    /// A run cannot be started, its files cannot be read or written, or a signal came.
+    pub fn find(&self, explored: &Explored) -> Result<Result<Found, String>, Error> {
+        let mut best = None;
+        let why = self.search(explored, &mut best)?;
+        self.watch.interrupted().map_or(Ok(()), Err)?;
+        if let Some(found) = best {
+            write_in(&self.folder, "study.json", &(found.study.json() + "\n"))?;
+            return Ok(Ok(found));
+        }
+        let (asked, spent_s) = (percent(self.target), self.begun.elapsed().as_secs_f64());
+        let folder = self.folder.display();
+        Ok(Err(format!(
+            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}"
+        )))
+    }
+
+    /// Measures settings, each cheaper than the best one before it; says why it goes on to no other one.
+    fn search(&self, explored: &Explored, best: &mut Option<Found>) -> Result<String, Error> {
         let mut noise = self.measures.iter().zip(&explored.floors);
-        if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > self.target) {
-            let (name, floor) = (&measure.name, percent(*floor));
-            let why = format!(
+        if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > Some(self.target)) {
+            let (name, floor) = (&measure.name, percent(floor.unwrap_or(0.0)));
+            return Ok(format!(
                 "{name} of two runs that differ by 1e-12 of a radius lie {floor} % apart, and less is no error"
-            );
-            return self.end(None, &why);
+            ));
         }
         let is_had = |levels: &Levels| self.knobs.set(levels).is_some();
         let mut search = Search::new(explored.model.clone(), is_had);
-        let mut best = None;
         let mut seeds = if explored.seedless { [1, 1] } else { SEEDS };
         for _ in 0..ROUNDS {
             let Some(wished) = search.next(false) else {
                 break;
             };
-            let count = |proposal: &Proposal| {
-                let count = self.affordable(explored.run_s, proposal, seeds);
-                count.map(|count| (*proposal, count))
-            };
+            let afford = |proposal: Proposal| self.affordable(explored.run_s, proposal, seeds);
             // Where there is no time for the reference that it should have, the nearest one does: what that misses itself is told.
-            let near = || search.next(true).and_then(|near| count(&near).ok());
-            let (proposal, count) = match count(&wished).or_else(|why| near().ok_or(why)) {
+            let near = || search.next(true).and_then(|near| afford(near).ok());
+            let (proposal, count) = match afford(wished).or_else(|why| near().ok_or(why)) {
                 Ok(found) => found,
-                Err(why) => return self.end(best, &why),
+                Err(why) => return Ok(why),
             };
-            let [own, of_reference] =
-                [proposal.setting, proposal.reference].map(|l| self.knobs.words(&l));
-            tell_progress(&format!("tune: {own} against {of_reference}"));
+            tell_progress(&format!("tune: {}", self.words(&proposal)));
             let all = [&search.found[..], &[proposal.setting]].concat();
             // Two seeds tell whether others are worth their time.
             let (mut outcome, mut study) = (TrialOutcome::Warned, None);
             for few in [count.min(PROBED), count] {
                 let first = self.loaded.scenario.run.seed;
                 let few: Vec<u64> = (first..first + few as u64).collect();
-                let Some(measured) = self.measure(&explored, &proposal.reference, &all, &few)?
-                else {
-                    return self.end(best, "the time was over before one was measured, and a longer --within goes on from there");
+                let measured = self.measure(explored, &proposal.reference, &all, &few)?;
+                let Some(measured) = measured else {
+                    return Ok("the time was over before one was measured, and a longer --within goes on from there".into());
                 };
                 (outcome, study) = measured;
                 if !matches!(outcome, TrialOutcome::Keeps(_)) {
@@ -133,65 +158,52 @@ impl Tuning<'_> {
             if let (TrialOutcome::Keeps(_), Some(study)) = (outcome, study) {
                 seeds = [count, count];
                 let set = self.knobs.set(&proposal.setting).unwrap_or_default();
-                best = Some(Found { study, set });
+                *best = Some(Found { study, set });
                 let [trial, kept] = ["trial.toml", "study.toml"].map(|name| self.folder.join(name));
                 std::fs::copy(trial, &kept).map_err(Error::output(kept.display()))?;
             }
         }
-        self.end(best, "none that was measured keeps it, and finer ones than two levels below the scene are not looked at")
-    }
-
-    /// Stores what was found, or says why nothing was, and what would help.
-    fn end(&self, best: Option<Found>, why: &str) -> Result<Option<Found>, Error> {
-        self.watch.interrupted().map_or(Ok(()), Err)?;
-        if let Some(found) = &best {
-            let text = found.study.json() + "\n";
-            write_whole(&self.folder.join("study.json"), text.as_bytes())?;
-            return Ok(best);
-        }
-        let (asked, spent_s) = (percent(self.target), self.begun.elapsed().as_secs_f64());
-        let folder = self.folder.display();
-        print(&format!(
-            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}"
-        ))?;
-        Ok(None)
+        Ok("none that was measured keeps it, and finer ones than two levels below the scene are not looked at".into())
     }
 
     /// Refines one choice at a time, with the seed of the scene; coarsens those that err by little.
-    fn explore(&self) -> Result<Explored, Error> {
+    ///
+    /// # Errors
+    /// The scene has no such choice, does not complete, or lacks a measure; or the time is over.
+    pub fn explore(&self) -> Result<Explored, Error> {
+        let known = |knob: Knob, level: &f64| !cases(&self.knobs, knob, &[*level]).is_empty();
         // What one integration point does to elements goes with their size.
-        let tuned = KNOBS.iter().filter(|knob| **knob != Knob::Element);
-        let finer = tuned.filter_map(|knob| Refined::of(&self.knobs, *knob, 1.0));
-        let mut all: Vec<Refined> = finer.collect();
-        if all.is_empty() {
+        let finer = |knob| Some(1.0).filter(|finer| knob != Knob::Element && known(knob, finer));
+        let mut levels = KNOBS.map(|knob| Vec::from_iter(finer(knob)));
+        if levels.iter().all(Vec::is_empty) {
             let why = "the scene has no numerical choice that is known here (mesh, window, step, mass scale, tolerance)";
             return Err(Refusal::argument("SCENARIO", why).into());
         }
-        let first = self.runs_of(&all)?;
-        let second = |known: &Refined| {
-            let Refined { knob, .. } = known;
-            let errors = &first.model.knobs[knob.index()];
-            let mut measures = first.model.measures();
-            let small = measures.all(|m| errors.error(m, 0.0) < ROOM * self.target);
-            let level = knob.second().filter(|level| *level > 0.0 || small)?;
-            Refined::of(&self.knobs, *knob, level)
-        };
-        let more: Vec<Refined> = all.iter().filter_map(second).collect();
-        all.extend(more);
-        all.sort_by_key(|refined| refined.knob.index());
-        let explored = self.runs_of(&all)?;
+        let model = self.runs_of(&levels)?.model;
+        for (knob, levels) in KNOBS.iter().zip(&mut levels) {
+            let errs = |m: usize| model.knobs[knob.index()].error(m, 0.0);
+            let is_small = model.measures().all(|m| errs(m) < ROOM * self.target);
+            let second = knob.second().filter(|level| *level > 0.0 || is_small);
+            let second = second.filter(|level| !levels.is_empty() && known(*knob, level));
+            levels.extend(second);
+        }
+        let explored = self.runs_of(&levels)?;
         for line in &explored.left_out {
             tell(&format!("tune: {line}"));
         }
         Ok(explored)
     }
 
-    /// Runs the scene as it is, displaced by next to nothing, with another seed, and with each of these choices.
-    fn runs_of(&self, refined: &[Refined]) -> Result<Explored, Error> {
-        let own = self.loaded.scenario.run.seed;
-        let another = vec![format!("run.seed={}", own + 1)];
-        let mut vary = vec![("seed".to_string(), vec![((own + 1).to_string(), another)])];
-        vary.extend(varied(refined));
+    /// Runs the scene as it is, displaced by next to nothing, with another seed, and with each choice at these levels.
+    fn runs_of(&self, levels: &[Vec<f64>; KNOBS.len()]) -> Result<Explored, Error> {
+        let another = (self.loaded.scenario.run.seed + 1).to_string();
+        let set = vec![format!("run.seed={another}")];
+        let mut vary = vec![("seed".to_string(), vec![(another, set)])];
+        let of_knobs = KNOBS.iter().zip(levels).map(|(knob, levels)| {
+            let cases = cases(&self.knobs, *knob, levels);
+            (knob.name().to_string(), cases)
+        });
+        vary.extend(of_knobs.filter(|(_, cases)| !cases.is_empty()));
         let draft = Draft {
             head: "One numerical choice at a time, around the scene as it is.".into(),
             reference: self.knobs.set(&[0.0; KNOBS.len()]).unwrap_or_default(),
@@ -199,12 +211,12 @@ impl Tuning<'_> {
             vary,
             ..self.draft()
         };
-        let opened = self.open("explore", &draft)?;
-        self.run(&opened)?;
-        let results = Results::read(&opened.plan, &opened.tasks, &self.folder)?;
+        let seed = 1 + draft.perturb as usize;
+        let study = self.run("explore", &draft)?;
+        let results = study.results()?;
         let rows = &results.rows;
         if let Some(row) = rows.iter().find(|row| row.exit_code.is_none()) {
-            let (index, path) = (row.index, opened.plan.path.display());
+            let (index, path) = (row.task.index, study.plan.path.display());
             let why = format!(
                 "the time is over before task {index} of {path}; what is done stays there, and a longer time goes on from there"
             );
@@ -214,49 +226,51 @@ impl Tuning<'_> {
             let why = format!("as it is it ends {}: {}", rows[0].status, rows[0].message);
             return Err(Refusal::argument("SCENARIO", why).into());
         }
-        let is_noise_known = rows[0].floors.iter().all(Option::is_some);
         let floors = rows[0].floors.iter().map(|floor| floor.unwrap_or(0.0));
         let floors: Vec<f64> = floors.collect();
-        let base = finished(&self.folder, &opened.tasks[0])?.unwrap_or_default();
+        let base = finished(&self.folder, rows[0].task)?.unwrap_or_default();
         for measure in &self.measures {
             if let Err(why) = measure.deviation(&base, ReferenceNumbers::Run(&base)) {
                 let why = format!("{}: {why}; choose others with --for", measure.name);
                 return Err(Refusal::argument("--for", why).into());
             }
         }
-        let seed = &rows[1 + draft.perturb as usize];
-        let as_it_is = rows[..=seed.index].iter();
-        let walls = as_it_is.filter_map(|row| row.cost.get("wall_s").copied());
-        let mut ran: Vec<(&Refined, &StudyRow, RunFiles)> = Vec::new();
-        let mut left_out = Vec::new();
-        for (k, refined) in refined.iter().enumerate() {
-            let row = &rows[seed.index + 1 + k];
-            match finished(&self.folder, &opened.tasks[row.index])? {
-                Some(files) if row.is_trusted() => ran.push((refined, row, files)),
-                _ => {
-                    let [status, message, words] = [&row.status, &row.message, &refined.words];
-                    let name = refined.knob.name();
-                    left_out.push(format!("{name} {words} is left out: {status} {message}"));
+        let (as_it_is, others) = rows.split_at(seed + 1);
+        let walls = as_it_is
+            .iter()
+            .filter_map(|row| row.cost.get("wall_s").copied());
+        let mut others = others.iter();
+        let (mut knobs, mut left_out) = (Vec::new(), Vec::new());
+        for (knob, levels) in KNOBS.iter().zip(levels) {
+            let mut ran = Vec::new();
+            for (level, row) in levels.iter().zip(&mut others) {
+                match finished(&self.folder, row.task)? {
+                    Some(files) if row.is_trusted() => ran.push((*level, row, files)),
+                    _ => {
+                        let words = self.knobs.value(*knob, &knob.alone(*level));
+                        let (name, words) = (knob.name(), words.unwrap_or_default());
+                        let StudyRow {
+                            status, message, ..
+                        } = row;
+                        left_out.push(format!("{name} {words} is left out: {status} {message}"));
+                    }
                 }
             }
+            let ran = ran.iter().map(|(level, row, files)| (*level, *row, files));
+            let ran = ran.chain([(0.0, &rows[0], &base)]).collect();
+            knobs.push(self.errors_of(ran, &floors));
         }
-        let errors = |knob: &Knob| {
-            let of_knob = ran.iter().filter(|(refined, ..)| refined.knob == *knob);
-            let of_knob = of_knob.map(|(refined, row, files)| (refined.level, *row, files));
-            self.errors_of(of_knob.chain([(0.0, &rows[0], &base)]).collect(), &floors)
-        };
         Ok(Explored {
             model: ErrorModel {
-                knobs: KNOBS.iter().map(errors).collect(),
+                knobs,
                 target: self.target,
                 shorter: 0.0,
             },
-            seedless: seed.hashes == rows[0].hashes && !seed.hashes[1].is_empty(),
+            seedless: rows[seed].hashes == rows[0].hashes && !rows[0].hashes[1].is_empty(),
             run_s: median(walls.collect()).unwrap_or(0.0),
             warned: rows[0].warnings.clone(),
             left_out,
-            floors,
-            is_noise_known,
+            floors: rows[0].floors.clone(),
         })
     }
 
@@ -282,13 +296,13 @@ impl Tuning<'_> {
     }
 
     /// The errors of the single choices, a line each.
-    fn table(&self, explored: &Explored) -> String {
+    pub fn table(&self, explored: &Explored) -> String {
         let line = |name: &str, cells: Vec<String>| {
             let cells = cells.iter().map(|cell| format!("{cell:>12}"));
             format!("{name:<12}{}", cells.collect::<String>())
         };
         let numbers = |of: &dyn Fn(usize) -> f64| {
-            let all = (0..self.measures.len()).map(|m| percent(of(m)));
+            let all = explored.model.measures().map(|m| percent(of(m)));
             all.collect::<Vec<String>>()
         };
         let unknown = || vec!["not known".to_string()];
@@ -302,40 +316,41 @@ impl Tuning<'_> {
                 lines.push(line(knob.name(), unknown()));
             }
         }
-        let scene = [0.0; KNOBS.len()];
-        lines.push(line(
-            "together",
-            numbers(&|m| explored.model.error(m, &scene)),
-        ));
-        let noise = explored
-            .is_noise_known
-            .then(|| numbers(&|m| explored.floors[m]));
-        lines.push(line("noise", noise.unwrap_or_else(unknown)));
+        let together = numbers(&|m| explored.model.error(m, &[0.0; KNOBS.len()]));
+        let floors: Option<Vec<f64>> = explored.floors.iter().copied().collect();
+        let noise = floors.map_or_else(unknown, |floors| numbers(&|m| floors[m]));
+        lines.extend([line("together", together), line("noise", noise)]);
         lines.join("\n")
     }
 
-    /// Number of seeds that there is time for, as many as are wished for at the most; how long it would take where there are too few.
+    /// A proposal with the number of seeds that there is time for, as many as are wished for at the most; how long it would take where there
+    /// are too few.
     fn affordable(
         &self,
         run_s: f64,
-        proposal: &Proposal,
-        wished: [usize; 2],
-    ) -> Result<usize, String> {
-        let seed_s =
-            SLACK * run_s * (proposal.reference_cost + proposal.cost) / threads(None) as f64;
+        proposal: Proposal,
+        [least, most]: [usize; 2],
+    ) -> Result<(Proposal, usize), String> {
+        let seed_s = SLACK * run_s * (proposal.reference_cost + proposal.cost) / self.jobs as f64;
         let others_s = self.begun.elapsed().as_secs_f64() + self.run_s * proposal.cost;
-        let [least, most] = wished;
         let count = ((self.limit_s - others_s) / seed_s).max(0.0) as usize;
         if count >= least {
-            return Ok(count.min(most));
+            return Ok((proposal, count.min(most)));
         }
-        let [own, reference] = [proposal.setting, proposal.reference].map(|l| self.knobs.words(&l));
         let needed_s = others_s + least as f64 * seed_s;
         Err(format!(
-            "{own} against {reference} would take until {needed_s:.0} s, and there are {:.0} s; --within {:.0}s has the time",
+            "{} would take until {needed_s:.0} s, and there are {:.0} s; --within {:.0}s has the time",
+            self.words(&proposal),
             self.limit_s,
             (1.2 * needed_s).ceil()
         ))
+    }
+
+    /// A proposal in words.
+    fn words(&self, proposal: &Proposal) -> String {
+        let both = [proposal.setting, proposal.reference];
+        both.map(|levels| self.knobs.words(&levels))
+            .join(" against ")
     }
 
     /// Holds settings against a reference, with these seeds. Returns the outcome of the last setting, and the study where it keeps the error; `None`
@@ -347,6 +362,7 @@ impl Tuning<'_> {
         settings: &[Levels],
         seeds: &[u64],
     ) -> Result<Option<(TrialOutcome, Option<StoredStudy>)>, Error> {
+        let without_study = |outcome: TrialOutcome| Ok(Some((outcome, None)));
         let case = |setting: &Levels| {
             let set = self.knobs.set(setting).unwrap_or_default();
             (self.knobs.words(setting), set)
@@ -358,11 +374,10 @@ impl Tuning<'_> {
             vary: vec![("setting".into(), settings.iter().map(case).collect())],
             ..self.draft()
         };
-        let opened = self.open("trial", &draft)?;
-        self.run(&opened)?;
-        let mut results = Results::read(&opened.plan, &opened.tasks, &self.folder)?;
+        let study = self.run("trial", &draft)?;
+        let mut results = study.results()?;
         if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
-            let done = &seeds[..row.scene];
+            let done = &seeds[..row.task.scene];
             if done.len() < SEEDS[0] {
                 return Ok(None);
             }
@@ -372,14 +387,14 @@ impl Tuning<'_> {
         let each = settings.len() + 1;
         // The reference may be warned of what the scene as it is is, a setting of what its reference is.
         let is_bad = |rows: &[StudyRow], k: usize| {
-            let known = if k == 0 {
+            let reference = if k == 0 {
                 &explored.warned
             } else {
                 &rows[0].warnings
             };
-            let mut codes = rows[k].warnings.split_whitespace();
-            let is_known = |code: &str| code == "advice" || known.split(' ').any(|own| own == code);
-            !rows[k].is_trusted() || codes.any(|code| !is_known(code))
+            let known =
+                |code: &str| code == "advice" || reference.split(' ').any(|own| own == code);
+            !rows[k].is_trusted() || !rows[k].warnings.split_whitespace().all(known)
         };
         let many = |count: usize| count * MOST_WARNED > seeds.len();
         let scenes = || results.rows.chunks(each);
@@ -388,10 +403,10 @@ impl Tuning<'_> {
         let good = scenes().zip(seeds).filter(|(rows, _)| is_good(rows));
         let good: Vec<u64> = good.map(|(_, seed)| *seed).collect();
         if many(warned(0)) {
-            return Ok(Some((TrialOutcome::NoReference, None)));
+            return without_study(TrialOutcome::NoReference);
         }
         if many(warned(each - 1)) || many(seeds.len() - good.len()) {
-            return Ok(Some((TrialOutcome::Warned, None)));
+            return without_study(TrialOutcome::Warned);
         }
         if good.len() < seeds.len() {
             // So few tell no bound: others take their places, until the time is over.
@@ -406,26 +421,28 @@ impl Tuning<'_> {
         }
         // The noise of the scene as it is stands for that of each of its settings and seeds.
         for row in &mut results.rows {
-            row.floors = explored.floors.iter().copied().map(Some).collect();
+            let floors = explored.floors.iter();
+            row.floors = floors.map(|floor| floor.or(Some(0.0))).collect();
         }
-        let study = StoredStudy::of(&opened.plan, &opened.tasks, &results);
-        let mut study = study.map_err(|why| Refusal::file(&opened.plan.path, why))?;
-        study.seedless = explored.seedless;
-        for setting in &mut study.settings {
+        let stored = StoredStudy::of(&results);
+        let mut stored = stored.map_err(|why| Refusal::file(&study.plan.path, why))?;
+        stored.seedless = explored.seedless;
+        for setting in &mut stored.settings {
             let words = setting.words.strip_prefix("setting = ");
             setting.words = words.unwrap_or(&setting.words).to_string();
         }
-        let missed = (0..self.measures.len()).map(|m| explored.model.error(m, reference));
-        study.reference_misses = missed.collect();
-        let Some(bounds) = self.bounds(&study, settings.last()) else {
-            return Ok(Some((TrialOutcome::Warned, None)));
+        let measures = explored.model.measures();
+        let missed = measures.map(|m| explored.model.error(m, reference));
+        stored.reference_misses = missed.collect();
+        let Some(bounds) = self.bounds(&stored, settings.last()) else {
+            return without_study(TrialOutcome::Warned);
         };
         let (told, count) = (named_errors(&self.measures, &bounds), seeds.len());
         tell_progress(&format!("tune: with {count} seeds below {told}"));
         if bounds.iter().any(|bound| *bound > self.target) {
-            return Ok(Some((TrialOutcome::Exceeds(bounds), None)));
+            return without_study(TrialOutcome::Exceeds(bounds));
         }
-        Ok(Some((TrialOutcome::Keeps(bounds), Some(study))))
+        Ok(Some((TrialOutcome::Keeps(bounds), Some(stored))))
     }
 
     /// The bound of each error, of few seeds what it may become; `None` where there is none.
@@ -442,38 +459,25 @@ impl Tuning<'_> {
 
     /// The keys that all studies of the scene have alike.
     fn draft(&self) -> Draft {
-        let ScenarioArguments { scenario, set, .. } = self.scenario;
-        let mut set = set.clone();
-        // Threads wait for each other at less cost than processes; the bits are the same.
-        if foreign(&self.loaded.scenario).is_none() {
-            set.push("run.transport=channel".into());
-        }
         Draft {
             name: format!("tune-{}", self.loaded.scenario.run.name),
-            scenario: from_anywhere(scenario, self.loaded),
-            set,
+            scenario: self.scenario.clone(),
+            set: self.set.clone(),
             measures: self.measures.clone(),
             ..Draft::default()
         }
     }
 
-    /// Writes the file of a study into the folder and plans its tasks.
-    fn open(&self, name: &str, draft: &Draft) -> Result<Opened, Error> {
-        let path = self.folder.join(format!("{name}.toml"));
-        std::fs::create_dir_all(&self.folder).map_err(Error::output(path.display()))?;
-        write_whole(&path, draft.toml().as_bytes())?;
-        PlaceArguments::of(&path, Some(&self.folder)).open()
-    }
-
-    /// Does the tasks of a study that are not done, until the time is over.
-    fn run(&self, opened: &Opened) -> Result<(), Error> {
-        let planned = keep_list(opened)?;
-        let place = PlaceArguments::of(&opened.plan.path, Some(&self.folder));
-        let exec = place.exec(opened, &planned, self.registry)?;
-        let mut progress = StudyProgress::new(&opened.tasks, &self.measures, &self.folder);
+    /// Writes the file of a study into the folder and does its tasks that are not done, until the time is over.
+    fn run(&self, name: &str, draft: &Draft) -> Result<OpenStudy, Error> {
+        let file = write_in(&self.folder, &format!("{name}.toml"), &draft.toml())?;
+        let plan = Plan::read(&file, false, &[])?;
+        let study = OpenStudy::of(plan, self.folder.clone())?;
+        let command = study.command(self.program.clone(), self.cache.as_deref())?;
+        let mut progress = StudyProgress::new(&study);
         let over = || self.begun.elapsed().as_secs_f64() > self.limit_s;
         let stopped = || self.watch.interrupted().is_some() || over();
-        pool::run(&mut progress, &exec, threads(None), stopped)?;
-        self.watch.interrupted().map_or(Ok(()), Err)
+        pool::run(&mut progress, &command, self.jobs, stopped)?;
+        self.watch.interrupted().map_or(Ok(study), Err)
     }
 }
