@@ -7,12 +7,13 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 
 /// Lines of each crate, equal to what is there: whoever makes one smaller lowers its number, and an issue that names a room for itself raises
 /// numbers by that room at most.
-const LINES: [(&str, usize); 15] = [
+const LINES: [(&str, usize); 16] = [
     ("protocol", 2_318),
     ("kit", 990),
     ("network", 823),
     ("fem-node", 13_361),
-    ("dem-node", 17_471),
+    ("dem-kernel", 9_607),
+    ("dem-node", 7_920),
     ("scheme", 4_080),
     ("exchange-log", 2_087),
     ("scenes", 202),
