@@ -7,23 +7,25 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 
 /// Lines of each crate, equal to what is there: whoever makes one smaller lowers its number, and an issue that names a room for itself raises
 /// numbers by that room at most.
-const LINES: [(&str, usize); 16] = [
-    ("protocol", 2_318),
-    ("kit", 990),
-    ("network", 823),
-    ("fem-kernel", 7_122),
-    ("fem-node", 6_308),
-    ("dem-node", 17_471),
-    ("scheme", 4_080),
-    ("exchange-log", 2_087),
-    ("scenes", 202),
-    ("coordinator", 7_474),
-    ("draw", 711),
-    ("runs", 698),
-    ("report", 4_190),
-    ("study", 4_371),
-    ("lab", 3_894),
-    ("coupler", 3_239),
+const LINES: [(&str, usize); 18] = [
+    ("protocol", 0),
+    ("kit", 0),
+    ("network", 0),
+    ("fem-kernel", 0),
+    ("fem-node", 0),
+    ("dem-kernel", 0),
+    ("dem-node", 0),
+    ("scheme", 0),
+    ("exchange-log", 0),
+    ("scenes", 0),
+    ("scenario", 0),
+    ("runs", 0),
+    ("coordinator", 0),
+    ("draw", 0),
+    ("report", 0),
+    ("study", 0),
+    ("lab", 0),
+    ("coupler", 0),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.

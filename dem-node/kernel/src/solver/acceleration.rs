@@ -1,7 +1,7 @@
 //! Sweeps for problems in which plain ones do not end: extrapolated and averaged ones in turn.
 //!
 //! A solution exists, but sweeps creep along a mode of 0.9998 where rigid grains bear each other in more than one way, and with friction
-//! they may circle round it or flee from it. Extrapolation ([`super::extrapolation`]) takes such modes out as long as the contacts keep
+//! they may circle round it or flee from it. Extrapolation (`super::extrapolation`) takes such modes out as long as the contacts keep
 //! their states; where they do not, averages
 //!
 //! ```text
