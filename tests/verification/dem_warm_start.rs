@@ -4,16 +4,15 @@
 //! needs the same iterations in the first one, with or without a guess, and less than half of them in the third: measured ratios
 //! are far below.
 
-use dem_node::config::solver::{Algorithm, Criteria, OnNotConverged};
-use dem_node::solver::Solver;
-use dem_node::solver::problem::Problem;
+use dem_kernel::solver::Solver;
+use dem_kernel::solver::criteria::{Algorithm, Criteria};
+use dem_kernel::solver::problem::Problem;
 
 use crate::pack::{FRICTION, Pack, STEP};
 
 /// Iterations of three steps in a row, with the impulses of the one before as first guess or without.
 fn iterations(pack: &Pack, warm: bool) -> [usize; 3] {
     let criteria = Criteria {
-        on_not_converged: OnNotConverged::Stop,
         algorithm: Algorithm::Nsgs,
         tolerance: 1e-3,
         min_iterations: 1,

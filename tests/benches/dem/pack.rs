@@ -17,7 +17,6 @@ use dem_kernel::relax::Packing;
 use dem_kernel::solver::problem::Problem;
 use dem_kernel::step::state::GrainState;
 use dem_kernel::step::{StepInput, Stepper};
-use dem_node::config::radii::{Radii, RadiusLaw};
 
 /// Coefficient of friction.
 pub const FRICTION: f64 = 0.3;
@@ -134,12 +133,10 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
 fn pressed(disks: usize) -> Packing {
     let mut random = RandomNumbers::new(1);
-    let law = Radii {
-        law: RadiusLaw::SurfaceUniform,
-        power: None,
-        ends: RADII,
-    };
-    let radii: Vec<f64> = (0..disks).map(|_| random.radius(&law)).collect();
+    // Equal surface in each class of radius.
+    let [a, b] = RADII;
+    let mut radius = || 1.0 / (1.0 / a - random.unit() * (1.0 / a - 1.0 / b));
+    let radii: Vec<f64> = (0..disks).map(|_| radius()).collect();
     let area: f64 = radii.iter().map(|r| PI * r * r).sum();
     let half_width = 0.5 * (area / FRACTION).sqrt();
     let centres = radii.iter().map(|r| {

@@ -160,11 +160,10 @@ fn last_of(
     let taken = |take: &[Take], before: &[(String, RunFiles)]| {
         let sets: Result<Vec<String>, String> = take.iter().map(|t| t.of_runs(before)).collect();
         sets.map_err(|path| {
-            let problem = format!(
-                "case `{}` takes `{path}`, which no run before gives",
-                case.name
-            );
-            Error::from(Refusal::file(&beside.join("expected.toml"), problem))
+            let problem = format!("takes `{path}`, which no run before it gives");
+            TaskOutcome::of(Err(
+                Refusal::file(&beside.join("expected.toml"), problem).into()
+            ))
         })
     };
     for first in &case.first {
@@ -172,7 +171,11 @@ fn last_of(
             Some(scene) => (beside.join(scene), &[][..]),
             None => (scenario.to_path_buf(), &case.set[..]),
         };
-        let set = [above, &first.set, &taken(&first.take, &before)?, seed].concat();
+        let take = match taken(&first.take, &before) {
+            Ok(take) => take,
+            Err(refused) => return Ok((refused, None)),
+        };
+        let set = [above, &first.set, &take, seed].concat();
         match attempt(&scene, &set, runs)? {
             (outcome, Some(run)) if outcome.message.is_empty() => {
                 before.push((first.name.clone(), run));
@@ -180,8 +183,10 @@ fn last_of(
             stopped => return Ok(stopped),
         }
     }
-    let set = [&case.set, &taken(&case.take, &before)?[..], seed].concat();
-    attempt(scenario, &set, runs)
+    match taken(&case.take, &before) {
+        Ok(take) => attempt(scenario, &[&case.set, &take[..], seed].concat(), runs),
+        Err(refused) => Ok((refused, None)),
+    }
 }
 
 /// A run that came to its end, and the one that it is held against.

@@ -80,7 +80,11 @@ pub fn numerical_restitution(h: f64) -> [f64; 2] {
 /// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds.
 pub fn step_limit(bodies: &Bodies, bonds: &[Bond]) -> Option<f64> {
     let law = bodies.law.cohesion?;
-    let inverse_mass = |body: u32| bodies.masses.get(body as usize).map_or(0.0, |m| 1.0 / m);
+    // Of a cluster only the first disk has its mass.
+    let inverse_mass = |body: u32| {
+        let bearer = bodies.clusters.leader_of(body as usize);
+        bodies.masses.get(bearer).map_or(0.0, |m| 1.0 / m)
+    };
     let squares = bonds
         .iter()
         .map(|bond| bond.area * law.normal * (inverse_mass(bond.a) + inverse_mass(bond.b)));
