@@ -119,6 +119,18 @@ mod tests {
     }
 
     #[test]
+    fn every_scene_on_the_disk_is_inside_the_program() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+        let inside = std::fs::read_dir(folder).expect("it is there").flatten();
+        let scenes = inside.filter(|entry| entry.path().join("scenario.toml").is_file());
+        for scene in scenes {
+            let name = scene.file_name().to_string_lossy().into_owned();
+            let known = listing().iter().any(|one| one.name == name);
+            assert!(known, "`{name}` is new: touch coupler/scenes/build.rs");
+        }
+    }
+
+    #[test]
     fn times_in_words_are_ordered() {
         let times = [
             "a few seconds",

@@ -35,6 +35,7 @@ mod dem_periodic;
 mod dem_perturb;
 mod dem_prepared;
 mod dem_profile;
+mod dem_pulled;
 mod dem_pyramid;
 mod dem_rail;
 mod dem_rebounds;

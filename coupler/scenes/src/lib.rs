@@ -1,6 +1,6 @@
 //! Scenes and studies inside this program: they run anywhere, without the source tree.
 //!
-//! - [`listing`]: each with what it shows and how long it takes, as `scenarios/README.md` says;
+//! - [`listing`]: each with what it shows and how long it takes, as its table `[about]` says;
 //! - [`kept`]: their files on the disk, for those that programs read there.
 
 use kit::keys::nearest;
@@ -102,7 +102,7 @@ mod tests {
         let other = "foreign/yade/dem-node.toml";
         assert_eq!(scene_file(other).as_deref(), Some(other));
         assert_eq!(scene_file("studies/fidelity/study.toml"), None);
-        assert_eq!(scene_file("README.md"), None);
+        assert_eq!(scene_file("studies"), None);
         for name in ["fidelity", "studies/fidelity", "studies/fidelity/"] {
             assert_eq!(study_folder(name).as_deref(), Some("studies/fidelity"));
         }

@@ -347,6 +347,16 @@ impl LogRange {
     }
 }
 
+/// A number, whole or not.
+pub(super) fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|n| n as f64))
+}
+
+/// A positive number.
+pub(super) fn positive(value: &toml::Value) -> Option<f64> {
+    number(value).filter(|number| *number > 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,8 +4,7 @@ use scenario::keys::Scenario;
 use scenario::load::Loaded;
 use scenario::overrides::value_at;
 
-use super::file::shown;
-use super::stored::number as number_of;
+use super::file::{number as number_of, shown};
 
 /// A numerical choice: what a scene takes from the world stays as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! A study with its folder: the list of its tasks, the command that does one, and what came out.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::collect::{Results, line};
 use super::plan::{Plan, Task};
-use super::pool::TaskCommand;
 use super::task::TaskFolder;
 use runs::run_dir::write_whole;
 use scenario::error::Error;
@@ -19,6 +19,15 @@ pub struct OpenStudy {
     pub tasks: Vec<Task>,
     /// Folder of the tasks and of what comes out.
     pub folder: PathBuf,
+}
+
+/// The command that does one task of a study: `study exec` but for the index.
+#[derive(Clone, Debug)]
+pub struct TaskCommand {
+    /// This program.
+    pub program: PathBuf,
+    /// Its arguments; the index follows them.
+    pub arguments: Vec<OsString>,
 }
 
 /// Writes a file into a folder, which is made if it is not there; returns its path.

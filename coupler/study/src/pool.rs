@@ -1,8 +1,6 @@
 //! The local engine: a pool of processes, one a task.
 
 use std::collections::VecDeque;
-use std::ffi::OsString;
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -10,6 +8,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 use super::heartbeats::HeartbeatWatch;
+use super::open_study::TaskCommand;
 use super::plan::Task;
 use super::progress::StudyProgress;
 use super::task::{SILENT, TaskStage};
@@ -21,15 +20,6 @@ const LOOK: Duration = Duration::from_millis(20);
 const GRACE: Duration = Duration::from_secs(5);
 /// Time between two looks at heartbeats, and at tasks that other processes do.
 const LOOK_ELSEWHERE: Duration = Duration::from_secs(1);
-
-/// The command that does one task of a study: `study exec` but for the index.
-#[derive(Clone, Debug)]
-pub struct TaskCommand {
-    /// This program.
-    pub program: PathBuf,
-    /// Its arguments; the index follows them.
-    pub arguments: Vec<OsString>,
-}
 
 impl TaskCommand {
     /// Starts the process of a task, which ends when this one does.

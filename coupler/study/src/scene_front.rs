@@ -4,8 +4,9 @@ use std::cmp::Reverse;
 use std::path::PathBuf;
 
 use super::budget::SceneSettings;
+use super::file::number;
 use super::front::{Trade, front};
-use super::stored::{StoredSetting, StoredStudy, number};
+use super::stored::{StoredSetting, StoredStudy};
 use runs::front::{MeasuredFront, MeasuredSetting};
 use scenario::error::Error;
 use scenario::overrides::{parse_value, value_at};

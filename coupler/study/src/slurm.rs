@@ -10,9 +10,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::heartbeats::HeartbeatWatch;
-use super::open_study::OpenStudy;
+use super::open_study::{OpenStudy, TaskCommand};
 use super::plan::Task;
-use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
 use super::task::TaskStage;
 use coordinator::output::tell;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::collect::Results;
-use super::file::{StudyFile, Vary, shipped_or_read, shown_values};
+use super::file::{StudyFile, Vary, positive, shipped_or_read, shown_values};
 use super::measure::Measure;
 use super::plan::Task;
 use super::settings::{StudySetting, settings};
@@ -375,16 +375,6 @@ fn last_of_each(sets: &[String]) -> Vec<String> {
     };
     let kept = sets.iter().enumerate().filter(is_last);
     kept.map(|(_, set)| set.clone()).collect()
-}
-
-/// A number, whole or not.
-pub(super) fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|n| n as f64))
-}
-
-/// A positive number.
-pub(super) fn positive(value: &toml::Value) -> Option<f64> {
-    number(value).filter(|number| *number > 0.0)
 }
 
 /// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a
