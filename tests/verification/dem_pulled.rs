@@ -1,8 +1,9 @@
 //! A random bonded layer that is pulled apart, against the strength that its results state.
 //!
 //! `layer_tension_pa` is the mean-field strength of a bonded bed (Rumpf 1958, in the plane): all bonds of a section bear their strength at once.
-//! In a random layer the weakest section tears first, bond by bond. Layers of 8 mm x 1 mm, seeds 1 to 3, tear at 0.55 to 0.62 of it, and a pull three
-//! times as slow changes that by 0.5 %; narrow ones, as here, scatter more. The band is twice as wide as the scatter of these three seeds.
+//! In a random layer the weakest section tears first, bond by bond. Layers of 8 mm x 1 mm, seeds 1 to 3, tear at 0.65 to 0.71 of the strength of the
+//! bonds between the held ends, which is 0.55 to 0.62 of that of the whole layer; a pull three times as slow changes that by 0.5 %. The band allows
+//! three times the scatter of these seeds.
 //!
 //! Rows of grains at the bottom and at the top are rigid clusters that loads pull apart; they do not move sideways.
 
@@ -18,7 +19,9 @@ use crate::dem_support::{THICKNESS, build, march, scene, with};
 
 const STIFFNESS: f64 = 2.255e11;
 /// Half-width of the layer, and its height (m).
-const SIZE: [f64; 2] = [2e-3, 0.6e-3];
+const SIZE: [f64; 2] = [4e-3, 1e-3];
+/// Height of the ends that are held (m): the glued row, whose bonds to the next are few, is inside the lower one.
+const END: f64 = 0.12e-3;
 /// Rise of the stress that pulls (Pa/s).
 const RATE: f64 = 1.7e13;
 const STEP: f64 = 5e-9;
@@ -51,12 +54,13 @@ fn random_layer(seed: u64) -> Sample {
 /// The layer as listed disks: those near its lower and its upper end belong to a cluster each.
 fn listed(sample: &Sample) -> Vec<Value> {
     let disks = || sample.glued.iter().chain(&sample.free);
-    let ends = |k: f64| disks().map(|disk| k * disk.centre[1] + disk.radius);
-    let [top, bottom] = [1.0, -1.0].map(|k| ends(k).fold(f64::MIN, f64::max));
+    let top = disks()
+        .map(|disk| disk.centre[1] + disk.radius)
+        .fold(0.0, f64::max);
     let place = |disk: &dem_kernel::bodies::disk::Disk| {
         let [x, y] = disk.centre;
         let plain = json!({"x_m": x, "y_m": y, "radius_m": disk.radius});
-        let cluster = match (y < 0.13e-3 - bottom, y > top - 0.13e-3) {
+        let cluster = match (y < END, y > top - END) {
             (true, _) => json!({"cluster": "lower"}),
             (_, true) => json!({"cluster": "upper"}),
             _ => json!({}),
@@ -109,10 +113,10 @@ fn torn_share(seed: u64) -> f64 {
 }
 
 #[test]
-fn a_random_layer_tears_at_about_half_of_its_mean_field_strength() {
-    for seed in [1, 2] {
+fn a_random_layer_tears_below_its_mean_field_strength() {
+    for seed in [1, 2, 3] {
         let share = torn_share(seed);
         println!("seed {seed}: torn at {share:.3} of layer_tension_pa");
-        assert!((0.45..0.75).contains(&share), "seed {seed}: {share}");
+        assert!((0.55..0.8).contains(&share), "seed {seed}: {share}");
     }
 }
