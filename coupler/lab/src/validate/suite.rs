@@ -162,7 +162,7 @@ fn last_of(
         sets.map_err(|path| {
             let problem = format!("takes `{path}`, which no run before it gives");
             TaskOutcome::of(Err(
-                Refusal::file(&beside.join("expected.toml"), problem).into()
+                Refusal::file(beside.join("expected.toml"), problem).into()
             ))
         })
     };
