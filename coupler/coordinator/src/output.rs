@@ -1,4 +1,4 @@
-//! What comes about while a run goes on:
+//! Progress, means and balances of a run that goes on:
 //!
 //! - [`sample`]: means over the phase that results are sampled in; [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;

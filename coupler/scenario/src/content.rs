@@ -1,4 +1,4 @@
-//! What files hold, by its hash.
+//! Bytes of files and their hashes.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -17,7 +17,7 @@ pub(crate) const LONGEST_WAIT: f64 = 3.2e7;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// What the scene shows.
+    /// Description of the scene for its readers.
     pub about: Option<About>,
     /// Keys common to all participants.
     pub run: RunKeys,

@@ -4,6 +4,7 @@ use kit::schema::schema_of;
 use serde_json::{Map, Value, json};
 
 use crate::keys::{Participant, RunKeys};
+use scenes::listing::About;
 use scheme::keys::Interface;
 
 /// The schema, for solvers of these kinds with the schemas of their own keys where they have one.
@@ -15,17 +16,7 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
         "title": "Scenario of thirdbody",
         "type": "object",
         "properties": {
-            "about": {
-                "description": "What the scene shows: no run depends on it.",
-                "type": "object",
-                "properties": {
-                    "shows": { "type": "string", "description": "What it shows, in a line or two." },
-                    "time": { "type": "string", "description": "Time that it takes on two cores, in words." },
-                    "tags": { "type": "array", "items": { "type": "string" }, "description": "Words to find it by." },
-                },
-                "required": ["shows", "time"],
-                "additionalProperties": false,
-            },
+            "about": schema_of::<About>(),
             "run": schema_of::<RunKeys>(),
             "participant": {
                 "description": "The solvers.",

@@ -1,14 +1,15 @@
 //! The list of the shipped scenes and studies.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{SCENE, STUDY, files_of, names, text};
 
-/// The table `[about]` of a scene or a study. It describes the file and changes nothing that is computed.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+/// The table `[about]` of a scene or a study describes it to readers; no run depends on it.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct About {
-    /// What it shows, in a line or two.
+    /// Purpose of the scene, in a line or two.
     pub shows: String,
     /// Time that it takes on two cores, in words.
     pub time: String,
@@ -22,7 +23,7 @@ pub struct About {
 pub struct Listed {
     /// Name, as verbs take it.
     pub name: String,
-    /// What it says of itself.
+    /// Its own description.
     #[serde(flatten)]
     pub about: About,
     /// Programs that it starts beside the shipped solvers.

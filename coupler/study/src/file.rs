@@ -18,7 +18,7 @@ use scenes::STUDY;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// What it varies.
+    /// Description of the study for its readers.
     pub about: Option<About>,
     /// The scenario and how it is run.
     pub study: StudyKeys,

@@ -113,7 +113,7 @@ impl OpenStudy {
         TaskFolder::new(&self.folder, &task.id)
     }
 
-    /// What came of its tasks so far.
+    /// Results of its tasks so far.
     ///
     /// # Errors
     /// As [`Results::read`].

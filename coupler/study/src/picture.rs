@@ -218,9 +218,10 @@ pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
         let places = numbers.unwrap_or_else(|| (1..=panel.len()).map(|k| k as f64).collect());
         let all = || places.iter().copied();
         let wide = range(all()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
-        let mut x = match wide && numeric {
-            true => PlotAxis::logarithmic(&title, all()),
-            false => PlotAxis::around(&title, all(), 5),
+        let mut x = if wide && numeric {
+            PlotAxis::logarithmic(&title, all())
+        } else {
+            PlotAxis::around(&title, all(), 5)
         };
         if !numeric {
             x.ticks = all().zip(panel.iter().map(value)).collect();

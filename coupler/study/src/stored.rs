@@ -122,9 +122,13 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         )),
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
-            let words = scene.map(|vary| match vary.is_seed() {
-                true => format!("any {}", vary.key),
-                false => format!("the range of {}", vary.key),
+            let words = scene.map(|vary| {
+                let extent = if vary.is_seed() {
+                    "any"
+                } else {
+                    "the range of"
+                };
+                format!("{extent} {}", vary.key)
             });
             Some(format!(
                 "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",

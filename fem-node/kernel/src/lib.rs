@@ -99,8 +99,7 @@
 //! - [`mod@integrate`]: a step of the body along with its wheel, and the energies that it moves;
 //! - [`interface`]: prescribed velocities of exchanged components, their compliance and impedance;
 //! - [`statics`]: equilibrium, alone or as the start of dynamics;
-//! - [`error`]: failures of a step and of an equilibrium;
-//! - [`rates`]: what memory and arithmetic of a machine allow.
+//! - [`error`]: failures of a step and of an equilibrium.
 //!
 //! # Equations, functions, sources
 //!
@@ -177,7 +176,6 @@ pub mod interface;
 pub mod material;
 pub mod mesh;
 pub mod pack;
-pub mod rates;
 pub mod scheme;
 pub mod spectrum;
 pub mod statics;

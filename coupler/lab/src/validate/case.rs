@@ -54,7 +54,7 @@ pub struct SuiteCase {
     /// Runs that come first, in this order: what they give is taken by those after them and by the case.
     #[serde(default)]
     pub first: Vec<First>,
-    /// What the case takes from the runs that come first.
+    /// Keys whose values come from the runs that come first.
     #[serde(default)]
     pub take: Vec<Take>,
     /// Variations: the case is run once with each. One case without, if empty.
@@ -94,7 +94,7 @@ pub struct First {
     /// Its own overrides.
     #[serde(default)]
     pub set: Vec<String>,
-    /// What it takes from runs before it.
+    /// Keys whose values come from runs before it.
     #[serde(default)]
     pub take: Vec<Take>,
 }
@@ -115,7 +115,7 @@ pub struct Take {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variation {
-    /// What differs, in words.
+    /// The difference, in words.
     pub name: String,
     /// Overrides.
     pub set: Vec<String>,
