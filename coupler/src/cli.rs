@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 
 use ::scenes::kept::keep_below;
-use coordinator::output::stderr::{StderrMode, set_stderr_mode, tell_of};
 use coordinator::participants::Registry;
 use scenario::error::{Code, Error};
+use terminal::stderr::{StderrMode, set_stderr_mode, tell_of};
 
 pub mod bench;
 mod budget;

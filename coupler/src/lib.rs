@@ -19,3 +19,10 @@
 //! The library knows no solver: the binary hands its [`coordinator::participants::Registry`] in.
 
 pub mod cli;
+
+kit::inventory::submit! {
+    runs::identity::Build {
+        hash: env!("THIRDBODY_BUILD"),
+        git: env!("THIRDBODY_GIT"),
+    }
+}

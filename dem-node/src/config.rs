@@ -5,7 +5,7 @@
 //! - [`solver`]: the key `solver`;
 //! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
 //! - [`wheel`]: the key `wheel`;
-//! - [`flow`], [`injection`], [`detachment`], [`profile`], [`stress`], [`plausible`]: what is fed, measured and checked.
+//! - [`flow`], [`injection`], [`detachment`], [`profile`], [`stress`]: what is fed, measured and checked.
 
 pub mod detachment;
 pub mod disks;
@@ -16,7 +16,6 @@ pub mod flow;
 pub mod injection;
 pub mod law;
 pub mod layer;
-pub mod plausible;
 pub mod profile;
 pub mod radii;
 pub mod rail;
@@ -29,9 +28,9 @@ pub mod wheel;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use kit::ConfigError;
 use kit::keys::refuse_if;
 use kit::limits::{at_least, finite, positive, refuse_given, within};
+use kit::{ConfigError, Plausible};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -43,7 +42,6 @@ use kit::table::last_change;
 use kit::wheel::moments;
 use law::{LawConfig, LawKind};
 use layer::PERIOD;
-use plausible::DemPlausibleConfig;
 use profile::ProfileConfig;
 use sample::SampleConfig;
 use solver::{Algorithm, SolverConfig};
@@ -94,7 +92,18 @@ pub struct DemConfig {
     pub perturb_seed: Option<u64>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
-    pub plausible: DemPlausibleConfig,
+    pub plausible: DemPlausible,
+}
+
+/// The table `plausible` of a participant of grains.
+pub type DemPlausible = Plausible<DemTable>;
+
+/// Its name where checks are declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DemTable;
+
+impl kit::finding::Table for DemTable {
+    const NAME: &'static str = "dem";
 }
 
 fn one() -> f64 {

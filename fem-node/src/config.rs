@@ -1,7 +1,7 @@
 //! The keys of `[participant.config]`, read and checked once.
 //!
 //! - [`choice`]: keys with a few words to choose from;
-//! - [`mesh`], [`material`], [`time`], [`boundary`], [`motion`], [`initial`], [`wheel`], [`statics`], [`probe`], [`plausible`]: the tables;
+//! - [`mesh`], [`material`], [`time`], [`boundary`], [`motion`], [`initial`], [`wheel`], [`statics`], [`probe`]: the tables;
 //! - [`keys`]: all of them, [`keys::FemConfig`];
 //! - `consistency`: what one key demands of another.
 
@@ -13,7 +13,6 @@ pub mod keys;
 pub mod material;
 pub mod mesh;
 pub mod motion;
-pub mod plausible;
 pub mod probe;
 pub mod statics;
 pub mod time;

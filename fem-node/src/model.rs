@@ -32,9 +32,9 @@ use protocol::{Cause, Setting};
 use crate::config::boundary::SetConfig;
 use crate::config::choice::{Analysis, Base, Kinematics, Plane, Sides, Start};
 use crate::config::keys::FemConfig;
+use crate::config::keys::FemPlausible;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
-use crate::config::plausible::FemPlausibleConfig;
 use crate::config::time::StepChoice;
 use crate::mesh::{gmsh, graded, listed_sets};
 use crate::model::boundary::Traction;
@@ -104,7 +104,7 @@ pub struct Model {
     /// Radius of the wheel's face (m), 0 for a flat one or none.
     pub(crate) wheel_radius: f64,
     /// Bounds of the checks of plausibility.
-    pub(crate) plausible: FemPlausibleConfig,
+    pub(crate) plausible: FemPlausible,
 }
 
 impl Model {
@@ -184,7 +184,7 @@ impl Model {
             moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,
             wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
-            plausible: config.plausible,
+            plausible: config.plausible.clone(),
         })
     }
 

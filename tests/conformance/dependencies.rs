@@ -73,7 +73,8 @@ fn each_crate_knows_only_lower_layers() {
     let keys = with(&log, &["scenario"]);
     let files = with(&keys, &["runs"]);
     let drawn = with(&files, &["draw"]);
-    let run = with(&drawn, &["coordinator"]);
+    let said = with(&files, &["coordinator"]);
+    let run = with(&drawn, &["coordinator", "terminal"]);
     let judged = with(&run, &["report", "study"]);
     for (package, below) in [
         ("protocol", &[] as &[&str]),
@@ -89,6 +90,7 @@ fn each_crate_knows_only_lower_layers() {
         ("scenario", &log),
         ("runs", &keys),
         ("coordinator", &files),
+        ("terminal", &said),
         ("report", &drawn),
         ("study", &run),
         ("lab", &judged),

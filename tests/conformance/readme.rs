@@ -1,12 +1,13 @@
 //! Pages that tell of the code: `protocol/README.md` names the formats of files in the versions that the code writes,
-//! `coupler/ERRORS.md` has an entry for each code of an error or a warning.
+//! codes of errors and warnings are explained.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use harness::source::{Sources, product_code, product_crates, read_sources};
-use proc_macro2::{Delimiter, TokenTree};
-use scenario::error::{Code, Explanation, explanation, explanations};
+use harness::source::{Sources, product_crates, read_sources};
+use kit::finding::finding_kinds;
+use report::results::{GROUPS, entries, explained};
+use scenario::error::explanations;
 
 /// Names of formats with their versions, `thirdbody.<format>/<version>`, in a text.
 fn formats(text: &str) -> BTreeSet<&str> {
@@ -37,128 +38,66 @@ fn the_versions_of_formats_are_those_that_the_code_writes() {
     );
 }
 
-/// Calls whose first text is the code of a warning.
-const MAKERS: [&str; 3] = ["judge", "advice", "lost"];
-
-/// Codes in the calls of a piece of code.
-fn codes(tokens: &[TokenTree], found: &mut BTreeSet<String>) {
-    for (place, token) in tokens.iter().enumerate() {
-        let TokenTree::Group(group) = token else {
-            continue;
-        };
-        let inside: Vec<TokenTree> = group.stream().into_iter().collect();
-        let before = place
-            .checked_sub(1)
-            .map(|before| tokens[before].to_string());
-        let is_call = group.delimiter() == Delimiter::Parenthesis
-            && before
-                .as_ref()
-                .is_some_and(|name| MAKERS.contains(&name.as_str()));
-        if is_call {
-            found.extend(first_text(&inside));
+#[test]
+fn each_code_is_there_once_and_says_why_and_what_to_do() {
+    let all = explanations();
+    let codes: BTreeSet<&str> = all.iter().map(|explanation| explanation.code).collect();
+    assert_eq!(codes.len(), all.len(), "a code is there twice");
+    assert!(codes.len() > 100, "the findings of all crates: {codes:?}");
+    for explanation in all {
+        let (code, paragraphs) = (explanation.code, &explanation.paragraphs);
+        assert!(explanation.line().len() > 10, "{code}");
+        for head in ["- Why: ", "- Do: "] {
+            let points = paragraphs.iter().filter(|point| point.starts_with(head));
+            assert_eq!(points.count(), 1, "{code}: {head}");
         }
-        // Of the macro the bounds come first, and the code is the first text.
-        let is_macro = before.is_some_and(|mark| mark == "!")
-            && place
-                .checked_sub(2)
-                .is_some_and(|name| tokens[name].to_string() == "judge");
-        if is_macro {
-            found.extend(inside.chunks(1).find_map(first_text));
-        }
-        codes(&inside, found);
-    }
-}
-
-/// The text that arguments begin with, alone or at the head of a tuple.
-fn first_text(arguments: &[TokenTree]) -> Option<String> {
-    match arguments.first()? {
-        TokenTree::Group(tuple) => {
-            let inside: Vec<TokenTree> = tuple.stream().into_iter().collect();
-            first_text(&inside)
-        }
-        first => {
-            let text = first.to_string();
-            let text = text.strip_prefix('"')?.strip_suffix('"')?;
-            let is_word = text.chars().all(|c| c.is_ascii_lowercase() || c == '_');
-            is_word.then(|| text.to_string())
-        }
+        let judged = paragraphs
+            .iter()
+            .any(|point| point.starts_with("- Judged: "));
+        let bounded = paragraphs
+            .iter()
+            .any(|point| point.starts_with("- Bounds: "));
+        assert_eq!(judged, bounded, "{code}");
     }
 }
 
 #[test]
-fn each_warning_of_the_code_has_an_entry_and_each_entry_a_warning() {
-    let mut written = BTreeSet::new();
-    for (_, folder) in product_crates() {
-        for (file, text) in read_sources(&folder) {
-            // Files of tests alone are known by their names.
-            if !file.ends_with("tests.rs") {
-                codes(&product_code(&file, &text), &mut written);
-            }
+fn each_key_of_bounds_is_of_one_kind_and_in_order() {
+    let mut keys = BTreeSet::new();
+    for kind in finding_kinds() {
+        let [warn, suspect] = kind.bounds;
+        assert!(warn <= suspect, "{}", kind.code);
+        for table in kind.tables {
+            assert!(keys.insert((table, kind.key)), "{table} {}", kind.key);
         }
     }
-    let told = explanations().filter(|explanation| exit_code(explanation).is_none());
-    let told: BTreeSet<String> = told
-        .map(|explanation| explanation.code.to_string())
-        .collect();
-    assert!(written.len() > 20, "{written:?}");
-    assert_eq!(written, told);
+    assert!(keys.len() > 35, "{keys:?}");
 }
 
 #[test]
-fn each_code_of_an_error_has_one_entry_with_its_exit_code() {
-    let told: Vec<Explanation> = explanations().collect();
-    let names: BTreeSet<&str> = told.iter().map(|explanation| explanation.code).collect();
-    assert_eq!(names.len(), told.len(), "a code is there twice");
-    let codes: BTreeSet<&str> = Code::all().map(Code::word).collect();
-    assert_eq!(codes.len(), Code::all().count(), "a word means two codes");
-    for code in Code::all() {
-        let explanation =
-            explanation(code.word()).unwrap_or_else(|| panic!("no entry {}", code.word()));
-        assert_eq!(
-            exit_code(&explanation),
-            Some(code.exit_code()),
-            "{}",
-            code.word()
-        );
-    }
-    let of_errors = told
-        .iter()
-        .filter(|explanation| exit_code(explanation).is_some());
-    let of_errors: BTreeSet<&str> = of_errors.map(|explanation| explanation.code).collect();
-    assert_eq!(of_errors, codes);
-}
-
-#[test]
-fn each_entry_says_why_and_what_to_do() {
-    for explanation in explanations() {
-        let code = explanation.code;
+fn results_stand_once_in_a_group_of_the_report_and_patterns_come_last() {
+    let entries = entries();
+    assert!(entries.len() > 190, "{}", entries.len());
+    let names: BTreeSet<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+    assert_eq!(names.len(), entries.len(), "a name is there twice");
+    for entry in &entries {
         assert!(
-            explanation.line().len() > 10,
-            "{code}: {}",
-            explanation.line()
+            GROUPS.contains(&&*entry.group),
+            "{}: {}",
+            entry.name,
+            entry.group
         );
-        let first = explanation.text.lines().next().unwrap_or_default();
-        assert_ne!(
-            first.ends_with("A warning."),
-            exit_code(&explanation).is_some(),
-            "{code}"
-        );
-        for part in ["\n- Why: ", "\n- Do: "] {
-            assert_eq!(
-                explanation.text.matches(part).count(),
-                1,
-                "{code} has no `{part}`"
-            );
-        }
+        assert!(entry.sentence.ends_with('.'), "{}", entry.name);
     }
-}
-
-/// The exit code that an entry tells; none for a warning.
-fn exit_code(explanation: &Explanation) -> Option<i32> {
-    let first = explanation.text.lines().next()?;
-    let (_, told) = first.split_once(" Exit code ")?;
-    let digits: String = told.chars().take_while(char::is_ascii_digit).collect();
-    digits.parse().ok()
+    let says = |name: &str, words: &str| {
+        let said = explained(name).unwrap_or_default();
+        assert!(said.contains(words), "{name}: {said}");
+    };
+    says("interface_force_n", "through the interface");
+    says("punch_reaction_y_n", "the moved set exerts");
+    says("approach_m", "Way of the wheel");
+    says("third-body-2.disks", "Free disks");
+    assert_eq!(explained("temperature_k"), None);
 }
 
 /// Longest glossary (words).

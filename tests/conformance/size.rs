@@ -7,7 +7,7 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 
 /// Lines of each crate, equal to what is there: whoever makes one smaller lowers its number, and an issue that names a room for itself raises
 /// numbers by that room at most.
-const LINES: [(&str, usize); 18] = [
+const LINES: [(&str, usize); 19] = [
     ("protocol", 2_318),
     ("kit", 990),
     ("network", 823),
@@ -21,6 +21,7 @@ const LINES: [(&str, usize); 18] = [
     ("scenario", 1_381),
     ("runs", 1_574),
     ("coordinator", 5_239),
+    ("terminal", 0),
     ("draw", 711),
     ("report", 4_190),
     ("study", 4_680),

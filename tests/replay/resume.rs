@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use coordinator::events::Listener;
 use coordinator::participants::Watch;
 use coordinator::run::checkpoint::file::{list, read};
 use coordinator::run::checkpoint::{FOLDER, find, keeper};
@@ -27,7 +28,7 @@ pub(crate) fn conduct(
         registry: &registry,
         program: program("thirdbody"),
         watch: Watch::default(),
-        progress: false,
+        listener: Listener::default(),
         strict: false,
         dry_run: false,
         budget: None,

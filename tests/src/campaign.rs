@@ -46,10 +46,10 @@ use lab::random::Random;
 use row::{FaultResult, FaultRow, Wrong};
 use trial::{ANSWER_S, FaultTrial, UndisturbedRun};
 
-use coordinator::output::tell_progress;
 use coordinator::participants::Watch;
 use scenario::error::{Error, Refusal};
 use simulated::run_schedules;
+use terminal::tell_progress;
 
 /// Simulated schedules for each trial of the other rows.
 const SCHEDULES: u64 = 500;

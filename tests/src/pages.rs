@@ -3,6 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use kit::FindingKind;
+use kit::finding::finding_kinds;
+use kit::results::ResultKind;
+use scenario::error::{Explanation, explanations};
 use scenes::listing::{Listed, listing};
 
 /// Opens a written part in a page: `<!-- list: scenes -->`.
@@ -12,7 +16,11 @@ const OPEN: &str = "<!-- list: ";
 const CLOSE: &str = "<!-- end of list -->";
 
 /// The pages that have such parts, from the root of the repository.
-const PAGES: [&str; 1] = ["scenarios/README.md"];
+const PAGES: [&str; 3] = [
+    "scenarios/README.md",
+    "coupler/ERRORS.md",
+    "coupler/RESULTS.md",
+];
 
 /// A page as it stands and as it should.
 pub struct Page {
@@ -65,8 +73,57 @@ fn list(name: &str) -> String {
     match name {
         "scenes" => table("| scene | what it shows | time |", of(false)),
         "studies" => table("| study | what it varies | time, `--small` |", of(true)),
+        "bounds" => bounds(),
+        "errors" => entries(|explanation| explanation.exit_code.is_some()),
+        "warnings" => entries(|explanation| explanation.exit_code.is_none()),
+        "results" => results(),
         other => panic!("no list is called {other}"),
     }
+}
+
+/// The bounds of all checks, of the coupler's first.
+fn bounds() -> String {
+    let heading =
+        "| key | value that is judged | bounds | valid | wrong |\n|---|---|---|---|---|\n"
+            .to_string();
+    let mut kinds = finding_kinds();
+    kinds.retain(|kind| !kind.key.is_empty());
+    kinds.sort_by_key(|kind| std::cmp::Reverse(kind.tables[0]));
+    let row = |kind: &&FindingKind| {
+        let key = match kind.tables {
+            ["run"] => format!("`run.plausible.{}`", kind.key),
+            tables => format!("{} `plausible.{}`", tables.join(", "), kind.key),
+        };
+        let [judged, valid, wrong] =
+            ["Judged", "Valid", "Wrong"].map(|point| kind.point(point).replace('|', "\\|"));
+        let [warn, suspect] = kind.bounds_in_words();
+        format!(
+            "| {key} | {} | {warn}, {suspect} | {} | {} |\n",
+            judged,
+            valid.trim_end_matches('.'),
+            wrong.trim_end_matches('.')
+        )
+    };
+    heading + &kinds.iter().map(row).collect::<String>()
+}
+
+/// Entries of codes.
+fn entries(of: impl Fn(&Explanation) -> bool) -> String {
+    let entries = explanations().into_iter().filter(of);
+    let entry = |entry: Explanation| format!("### `{}`\n\n{}\n", entry.code, entry.text());
+    format!("\n{}", entries.map(entry).collect::<String>())
+}
+
+/// All results and signals, group by group.
+fn results() -> String {
+    let all = report::results::entries();
+    let groups = all.chunk_by(|a, b| a.group == b.group);
+    let group = |group: &[ResultKind]| {
+        let line = |one: &ResultKind| format!("- `{}`: {}\n", one.name, one.sentence);
+        let lines: String = group.iter().map(line).collect();
+        format!("\n## {}\n\n{lines}", group[0].group)
+    };
+    groups.map(group).collect::<String>() + "\n"
 }
 
 /// A table of scenes or studies: folder by folder, the shortest first.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use coordinator::events::Listener;
 use coordinator::participants::Watch;
 use coordinator::run::session::{Ended, RunOptions, run};
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
@@ -169,7 +170,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
             registry: &registry,
             program: program("thirdbody"),
             watch: Watch::default(),
-            progress: false,
+            listener: Listener::default(),
             strict: false,
             dry_run: false,
             budget: None,

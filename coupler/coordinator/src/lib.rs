@@ -19,8 +19,8 @@
 //! 8. [`plausible`] judges the end, [`summary`] writes it down; `replay` of `lab` runs each solver again from the log alone and compares bits.
 
 pub mod cost;
+pub mod events;
 pub mod output;
 pub mod participants;
-pub mod plausible;
 pub mod run;
 pub mod summary;

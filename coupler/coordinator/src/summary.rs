@@ -11,13 +11,12 @@ use serde_json::{Map, Value, json};
 use crate::cost::account::TimeAccount;
 use crate::cost::memory::{own_cpu_s, peak_bytes};
 use crate::cost::prediction::Pace;
-use crate::output::run_progress::known;
 use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
 use crate::participants::peer::Far;
-use crate::plausible::{self, InterfaceWorks};
 use runs::collection::FieldsSummary;
+use runs::plausible::{self, InterfaceWorks};
 use runs::warning::Warning;
 use runs::written::Written;
 use scenario::error::{CHECK_FAILED, Error};
@@ -31,6 +30,14 @@ use scheme::predict::prediction::StabilityPrediction;
 mod spent;
 
 use spent::Spent;
+
+kit::results! {
+    /// # Quality of the solution
+    /// - `energy_balance_rel`: Work less what is stored and dissipated, over the sizes of all
+    ///   terms.
+    /// - `interface_nodes`: Nodes of the coupled surfaces.
+    /// - `interface_points`: Points that are glued to the nodes of the coupled surfaces.
+}
 
 /// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -368,10 +375,9 @@ impl Summary {
         let mut add = |about: &str, finding: Option<Finding>| {
             found.extend(finding.map(|finding| Warning::of(about, finding)));
         };
-        let balance = |balance: f64| plausible::energy_balance(bounds.energy_balance_rel, balance);
-        let held =
-            |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
-        let works = |works| plausible::interface_work(bounds.interface_work_rel, works);
+        let balance = |balance: f64| plausible::energy_balance(bounds, balance);
+        let held = |(load, through)| plausible::force_balance(bounds, load, through);
+        let works = |works| plausible::interface_work(bounds, works);
         for (peer, (name, participant)) in self.participants.iter().enumerate() {
             add(name, participant.energy_balance_rel.and_then(balance));
             let load = self.held.get(peer).copied().flatten();
@@ -382,14 +388,14 @@ impl Summary {
         }
         for (name, interface) in &self.interfaces {
             let energy = interface.energy_defect_rel;
-            let judged = plausible::interface_energy(bounds.interface_energy_rel, energy);
+            let judged = plausible::interface_energy(bounds, energy);
             add(name, judged.filter(|_| !self.shown_to_fail.contains(name)));
-            add(name, plausible::gap(bounds.gap_rel, interface.gap_max_rel));
+            add(name, plausible::gap(bounds, interface.gap_max_rel));
             let silent = interface.ledger.force_max_n == 0.0;
             let windows = interface.ledger.windows;
             add(name, plausible::no_force(windows).filter(|_| silent));
             let accepted = interface.not_converged_windows;
-            let judged = plausible::not_converged(bounds.not_converged_rel, accepted, self.windows);
+            let judged = plausible::not_converged(bounds, accepted, self.windows);
             add(name, judged);
         }
         let total = self.results.get("energy_balance_rel").copied();
@@ -500,6 +506,15 @@ fn joules(prefix: &str, ledger: &ParticipantLedger) -> Map<String, Value> {
 /// Writes named things as one object, in their order.
 fn by_name<T: Serialize, S: Serializer>(named: &[(String, T)], out: S) -> Result<S::Ok, S::Error> {
     out.collect_map(named.iter().map(|(name, value)| (name, value)))
+}
+
+/// The keys of an object that have a value.
+pub fn known(object: Value) -> Map<String, Value> {
+    let Value::Object(keys) = object else {
+        return Map::new();
+    };
+    let known = keys.into_iter().filter(|(_, value)| !value.is_null());
+    known.collect()
 }
 
 #[cfg(test)]

@@ -1,97 +1,91 @@
-//! Results with their units, in groups, a sentence each: those of RESULTS.md.
+//! Results with their units, in groups, a sentence each.
 
 use super::page::table;
 use super::units::{with_unit_of, words};
 use draw::svg::escape;
+use kit::results::{ResultKind, results};
 use runs::files::RunFiles;
 
-/// The page that names and explains all results.
-const PAGE: &str = include_str!("../../RESULTS.md");
+/// The groups, in the order of a report.
+pub const GROUPS: [&str; 11] = [
+    "Load and approach",
+    "Friction and sliding",
+    "Cycles of the wheel on grains",
+    "Grains",
+    "Bonds",
+    "Flows of third body",
+    "Profiles across a layer",
+    "Forces and places of sets",
+    "Quality of the solution",
+    "Signals",
+    "Signals of the ledger",
+];
 
-/// A result as the page explains it.
-struct Entry {
-    group: &'static str,
-    /// Its name, which may begin with `<set>`.
-    name: &'static str,
-    sentence: &'static str,
-}
-
-/// The entries of the page, in its order.
-fn entries() -> Vec<Entry> {
-    let mut group = "";
-    let mut all = Vec::new();
-    for line in PAGE.lines() {
-        if let Some(title) = line.strip_prefix("## ") {
-            group = title;
-        } else if let Some((name, sentence)) =
-            line.strip_prefix("- `").and_then(|l| l.split_once("`: "))
-        {
-            all.push(Entry {
-                group,
-                name,
-                sentence,
-            });
-        }
-    }
+/// All results and signals, group by group.
+pub fn entries() -> Vec<ResultKind> {
+    let mut all = results();
+    all.sort_by_key(|entry| GROUPS.iter().position(|group| *group == entry.group));
     all
 }
 
-/// The heading below which are no results but the columns of signals.csv.
-const SIGNALS: &str = "Signals";
+/// True for a column of signals.csv, which is no result.
+fn is_signal(entry: &ResultKind) -> bool {
+    entry.group.starts_with("Signals")
+}
 
-/// The names of all results that the page explains, some with a `<set>` in front.
-pub fn names() -> Vec<&'static str> {
-    let results = entries().into_iter().filter(|entry| entry.group != SIGNALS);
+/// The names of all results, some with a `<set>` in front.
+pub fn names() -> Vec<String> {
+    let results = entries().into_iter().filter(|entry| !is_signal(entry));
     results.map(|entry| entry.name).collect()
 }
 
 /// The names of those that need a full cycle of a wheel.
-pub fn of_full_cycles() -> Vec<&'static str> {
-    let of_cycles =
-        |entry: &Entry| entry.group.starts_with("Cycles") || entry.sentence.contains("full cycle");
+pub fn of_full_cycles() -> Vec<String> {
+    let of_cycles = |entry: &ResultKind| {
+        entry.group.starts_with("Cycles") || entry.sentence.contains("full cycle")
+    };
     let entries = entries().into_iter().filter(of_cycles);
     entries.map(|entry| entry.name).collect()
 }
 
-/// The entry of RESULTS.md for a result or a signal, whether or not the name of its participant stands before it.
+/// What a result or a signal is, whether or not the name of its participant stands before it.
 pub fn explained(name: &str) -> Option<String> {
     let entries = entries();
     let entry = &entries[number(&entries, name)?];
-    let kind = ["result", "signal"][usize::from(entry.group == SIGNALS)];
+    let kind = ["result", "signal"][usize::from(is_signal(entry))];
     Some(format!("{name} (a {kind}): {}", entry.sentence))
 }
 
-impl Entry {
-    fn explains(&self, name: &str) -> bool {
-        match self.name.strip_prefix("<set>") {
-            Some(ending) => name.len() > ending.len() && name.ends_with(ending),
-            None => name == self.name,
-        }
+/// True if the entry is that of a name; `<set>` stands for any beginning.
+fn explains(entry: &ResultKind, name: &str) -> bool {
+    match entry.name.strip_prefix("<set>") {
+        Some(ending) => name.len() > ending.len() && name.ends_with(ending),
+        None => name == entry.name,
     }
 }
 
 /// Number of the entry that explains a result, whether or not the name of its participant or interface stands before it; exact names come
 /// before patterns.
-fn number(entries: &[Entry], name: &str) -> Option<usize> {
+fn number(entries: &[ResultKind], name: &str) -> Option<usize> {
     let last = name.rsplit('.').next()?;
     let exact = |name: &str| entries.iter().position(|entry| entry.name == name);
-    let pattern = |name: &str| entries.iter().position(|entry| entry.explains(name));
+    let pattern = |name: &str| entries.iter().position(|entry| explains(entry, name));
     exact(name)
         .or_else(|| exact(last))
         .or_else(|| pattern(last))
 }
 
-/// Group for results that the page does not know, which come from foreign solvers.
+/// Group for results of foreign solvers, which nothing explains.
 const OTHERS: &str = "Others";
 
-/// Results of one heading of the page.
+/// Results of one group.
 pub(super) struct ResultGroup<'a> {
-    pub(super) title: &'static str,
+    pub(super) title: String,
     /// Name, value and sentence of each.
-    pub(super) results: Vec<(&'a str, f64, &'static str)>,
+    pub(super) results: Vec<(&'a str, f64, String)>,
 }
 
-/// The results of a run as the page orders them.
+/// The results of a run, group by group.
 pub(super) fn groups(run: &RunFiles) -> Vec<ResultGroup<'_>> {
     let entries = entries();
     let place = |name: &str| number(&entries, name).unwrap_or(entries.len());
@@ -99,18 +93,20 @@ pub(super) fn groups(run: &RunFiles) -> Vec<ResultGroup<'_>> {
     let known = known.filter_map(|(name, value)| Some((place(name), &**name, value.as_f64()?)));
     let mut known: Vec<(usize, &str, f64)> = known.collect();
     known.sort_by_key(|(place, name, _)| (*place, *name));
-    let title = |place: usize| entries.get(place).map_or(OTHERS, |entry| entry.group);
-    let sentence = |place: usize| entries.get(place).map_or("", |entry| entry.sentence);
-    let groups = known
-        .chunk_by(|a, b| title(a.0) == title(b.0))
-        .map(|group| {
-            let results = group.iter();
-            let results = results.map(|(place, name, value)| (*name, *value, sentence(*place)));
-            ResultGroup {
-                title: title(group[0].0),
-                results: results.collect(),
-            }
-        });
+    let title = |place: usize| entries.get(place).map_or(OTHERS, |entry| &entry.group);
+    let sentence = |place: usize| {
+        let entry = entries.get(place);
+        entry.map_or(String::new(), |entry| entry.sentence.clone())
+    };
+    let groups = known.chunk_by(|a, b| title(a.0) == title(b.0));
+    let groups = groups.map(|group| {
+        let results = group.iter();
+        let results = results.map(|(place, name, value)| (*name, *value, sentence(*place)));
+        ResultGroup {
+            title: title(group[0].0).into(),
+            results: results.collect(),
+        }
+    });
     groups.collect()
 }
 
@@ -126,33 +122,8 @@ pub(super) fn grouped(run: &RunFiles) -> String {
                 format!("<code>{}</code>", escape(name)),
             ]
         });
-        html += &format!("<h3>{}</h3>", escape(group.title));
+        html += &format!("<h3>{}</h3>", escape(&group.title));
         html += &table(["result", "value", "", "name"], &[1], rows);
     }
     html
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_stand_once_and_patterns_come_after_exact_names() {
-        let entries = entries();
-        assert!(entries.len() > 80, "{}", entries.len());
-        for entry in &entries {
-            let same = entries
-                .iter()
-                .filter(|other| other.name == entry.name)
-                .count();
-            assert_eq!(same, 1, "{}", entry.name);
-            assert!(entry.sentence.ends_with('.'), "{}", entry.name);
-        }
-        let name_of = |name: &str| number(&entries, name).map(|number| entries[number].name);
-        assert_eq!(name_of("interface_force_n"), Some("interface_force_n"));
-        assert_eq!(name_of("punch_reaction_y_n"), Some("<set>_reaction_y_n"));
-        assert_eq!(name_of("approach_m"), Some("approach_m"));
-        assert_eq!(name_of("third-body-2.disks"), Some("disks"));
-        assert_eq!(name_of("temperature_k"), None);
-    }
 }

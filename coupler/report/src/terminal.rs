@@ -77,7 +77,7 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
     for group in groups(&run) {
         let rows = group.results.iter();
         let rows = rows.map(|(name, value, _)| value_row(name, *value));
-        lines.extend(headed(group.title, rows));
+        lines.extend(headed(&group.title, rows));
     }
     lines.join("\n")
 }

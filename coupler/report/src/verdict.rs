@@ -4,9 +4,11 @@ use super::page::table;
 use super::provenance::changed;
 use super::units::{four, span, with_unit};
 use draw::svg::escape;
+use kit::FindingKind;
+use kit::finding::NOT_CONVERGED;
 use runs::files::RunFiles;
+use runs::plausible::{ENERGY_BALANCE, GAP, INTERFACE_ENERGY};
 use scenario::error::Error;
-use scenario::plausible::Plausible;
 
 /// The box at the top of the page.
 pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
@@ -75,34 +77,36 @@ fn extent(run: &RunFiles) -> String {
 }
 
 /// A balance with its bound and what it means.
-type Balance = (&'static str, &'static str, Bound, &'static str);
+type Balance = (
+    &'static str,
+    &'static str,
+    Option<&'static FindingKind>,
+    &'static str,
+);
 
-/// The bound of a balance in `run.plausible`; `None` for one without.
-type Bound = Option<fn(&Plausible) -> f64>;
-
-const BALANCES: [Balance; 8] = [
+static BALANCES: [Balance; 8] = [
     (
         "energy",
         "results.energy_balance_rel",
-        Some(|p| p.energy_balance_rel.warn),
+        Some(&ENERGY_BALANCE),
         "Work done on all bodies less what they store and dissipate, over the sizes of all terms: every term has a formula of its own, none is the remainder.",
     ),
     (
         "gap",
         "coupling.gap_max_rel",
-        Some(|p| p.gap_rel.warn),
+        Some(&GAP),
         "Largest distance of both sides of an interface at the end of a window, over the spacing of its nodes.",
     ),
     (
         "interface energy",
         "coupling.energy_defect_rel",
-        Some(|p| p.interface_energy_rel.warn),
+        Some(&INTERFACE_ENERGY),
         "Energy that the interfaces lost or made, over the energy that went through them.",
     ),
     (
         "windows not converged",
-        NOT_CONVERGED,
-        Some(|p| p.not_converged_rel.warn),
+        NOT_CONVERGED_WINDOWS,
+        Some(&NOT_CONVERGED),
         "Windows that were accepted although both sides did not agree.",
     ),
     (
@@ -132,7 +136,7 @@ const BALANCES: [Balance; 8] = [
 ];
 
 /// The number of windows that did not converge, whose share of all windows has the bound.
-const NOT_CONVERGED: &str = "coupling.not_converged_windows";
+const NOT_CONVERGED_WINDOWS: &str = "coupling.not_converged_windows";
 
 /// A balance of a run.
 pub(super) struct JudgedBalance {
@@ -156,8 +160,12 @@ pub(super) fn balances(run: &RunFiles) -> Vec<JudgedBalance> {
     let windows = run.number("windows").unwrap_or(1.0).max(1.0);
     let judged = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
         let value = run.number(path)?;
-        let share = if *path == NOT_CONVERGED { windows } else { 1.0 };
-        let bound = bound.map(|bound| bound(&plausible));
+        let share = if *path == NOT_CONVERGED_WINDOWS {
+            windows
+        } else {
+            1.0
+        };
+        let bound = bound.map(|kind| plausible.of(kind).warn);
         Some(JudgedBalance {
             name,
             value,

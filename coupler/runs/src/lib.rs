@@ -1,6 +1,6 @@
 //! Run directories: everything that names, writes or reads a file of one.
 //!
-//! - [`run_dir`]: the folder of a run and its manifest; [`written`]: size, rows and hash of its tables; [`warning`]: a line of its warnings;
+//! - [`run_dir`]: the folder of a run and its manifest; [`identity`]: the build that made it; [`plausible`]: the judgement of its end; [`written`]: size, rows and hash of its tables; [`warning`]: a line of its warnings;
 //! - [`signals`]: one row a window; [`profile`]: the traction of an interface; [`interface_fields`]: its fields; [`collection`]: the fields over time;
 //! - [`fields`]: the numbers in files of VTK; `vtkhdf`, a feature: gathered in one file a part;
 //! - [`files`]: summary, tables and moments of a run; [`table`]: tables of numbers; [`scene`]: the parts of its scenario that pages go by;
@@ -13,7 +13,9 @@ pub mod curve;
 pub mod fields;
 pub mod files;
 pub mod front;
+pub mod identity;
 pub mod interface_fields;
+pub mod plausible;
 pub mod profile;
 pub mod run_dir;
 pub mod scene;

@@ -10,6 +10,7 @@ use nix::fcntl::posix_fallocate;
 use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
+use crate::identity::build;
 use scenario::error::{Error, Refusal, Result};
 use scenario::inputs::INPUTS_KEY;
 use scenario::load::{CHANGED_KEY, FOLDER_KEY, Loaded};
@@ -150,17 +151,14 @@ fn point_latest(id: &str) {
     }
 }
 
-/// Hash of the sources, locked dependencies and compiler of this build, in hexadecimal.
-pub const BUILD: &str = env!("THIRDBODY_BUILD");
-
 /// The manifest: what ran, where, from which build, and the checkpoint that it went on from.
 pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Value>) -> String {
     let host = nix::unistd::gethostname().map(|name| name.into_string().unwrap_or_default());
     let mut value = json!({
         "schema": "thirdbody.manifest/1",
         "software": format!("thirdbody {}", env!("CARGO_PKG_VERSION")),
-        "build": BUILD,
-        "git": env!("THIRDBODY_GIT"),
+        "build": build().hash,
+        "git": build().git,
         "protocol": protocol::PROTOCOL_VERSION,
         "run_id": format!("{run_id:016x}"),
         "scenario_file": loaded.source.name,

@@ -115,7 +115,7 @@ mod tests {
         );
         assert_eq!(setup.participants, ["up", "layer"]);
         assert_eq!(setup.transport, TransportKind::Channel);
-        assert_eq!(setup.plausible.gap_rel.warn, 0.5);
+        assert_eq!(setup.plausible.of(&crate::plausible::GAP).warn, 0.5);
         let wheel = setup.wheel.as_ref().expect("it has a face");
         assert_eq!((wheel.participant.as_str(), wheel.radius_m), ("layer", 1.0));
         assert_eq!(setup.wheel_hz, Some(300.0));

@@ -12,6 +12,16 @@ use scenario::error::{Error, Result};
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
 
+kit::results! {
+    /// # Signals
+    /// - `t_s`: Time at the end of the window.
+    /// - `repeats`: Times that the window was asked for again.
+    /// - `gap_rel`: Largest distance between the joined surfaces, over the mean spacing of the
+    ///   nodes.
+    /// - `interface_fx_n`: Force along x through the interface, as it acts on the continuum.
+    /// - `interface_fy_n`: The force along y on the continuum: negative where it is pressed down.
+}
+
 /// Name of the file.
 pub const SIGNALS: &str = "signals.csv";
 

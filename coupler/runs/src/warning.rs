@@ -1,7 +1,21 @@
 //! The warnings of a run.
 
+use kit::FindingKind;
 use protocol::Finding;
 use serde::Serialize;
+
+kit::findings! {
+    /// A participant advises something, without a number.
+    ///
+    /// - Why: keys without effect, steps near their bounds, results that were left out.
+    /// - Do: as its text says.
+    ADVICE = "advice";
+    /// The run took longer than its budget.
+    ///
+    /// - Why: the first second foretold less, or the machine was busy.
+    /// - Do: ask for less time, or run it on an idle machine.
+    BUDGET = "budget";
+}
 
 /// A line of `warnings` in summary.json.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,9 +40,9 @@ pub struct Warning {
 
 impl Warning {
     /// A text without a number.
-    pub fn advice(code: &str, about: &str, text: impl Into<String>) -> Warning {
+    pub fn advice(kind: &FindingKind, about: &str, text: impl Into<String>) -> Warning {
         Warning {
-            code: code.into(),
+            code: kind.code.into(),
             about: about.into(),
             text: text.into(),
             value: None,
@@ -43,17 +57,19 @@ impl Warning {
         Warning {
             value: Some(wall_s),
             bound: Some(limit_s),
-            ..Warning::advice("budget", "--budget wall", text)
+            ..Warning::advice(&BUDGET, "--budget wall", text)
         }
     }
 
     /// A value beyond its bound.
     pub fn of(about: &str, finding: Finding) -> Warning {
         Warning {
+            code: finding.code,
+            about: about.into(),
+            text: finding.text,
             value: Some(finding.value),
             bound: Some(finding.bound),
             suspect: finding.suspect,
-            ..Warning::advice(&finding.code, about, finding.text)
         }
     }
 

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use super::common::ScenarioArguments;
 use super::start::rehearse;
-use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::RunBudget;
-use runs::run_dir::BUILD;
+use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
 use study::budget::{Budget, Candidate, SceneSettings, first_choice};
 use study::stored::StoredStudy;
+use terminal::tell;
 
 /// Arguments that choose the fidelity of a run.
 #[derive(Debug, clap::Args)]
@@ -55,7 +55,7 @@ impl BudgetArguments {
                     (chosen, Some(wall_s), Some(*limit_s))
                 }
             };
-            if study.build != BUILD {
+            if study.build != build().hash {
                 tell(&format!(
                     "study `{}` was made by another build, {}: its errors are taken to hold for this one",
                     study.study, study.build

@@ -8,11 +8,11 @@ use protocol::Cause;
 use serde::Serialize;
 use serde_json::json;
 
-use coordinator::output::tell;
 use coordinator::run::checkpoint::{RestartPoint, find};
 use scenario::error::{Code, Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
+use terminal::tell;
 
 use scenes::kept::user_cache;
 

@@ -2,7 +2,6 @@
 
 use super::common::{VerbResult, own_program, print};
 use super::start::listen;
-use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use lab::conform::rule::{ConformRow, RuleVerdict};
@@ -10,6 +9,7 @@ use lab::conform::tested::ConformOptions;
 use lab::conform::{all_hold, conform as try_rules};
 use scenario::error::CHECK_FAILED;
 use scenario::load::load;
+use terminal::tell;
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]

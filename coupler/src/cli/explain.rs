@@ -37,7 +37,7 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     // As a status: peer_lost.
     let hyphened = word.replace('_', "-");
     let code = explanation(word).or_else(|| explanation(&hyphened));
-    let code = code.map(|of| format!("{}\n\n{}", of.code, of.text));
+    let code = code.map(|of| format!("{}\n\n{}", of.code, of.text().trim()));
     let result = results::explained(word);
     let keys = keys(registry);
     let told: Vec<String> = code
@@ -49,12 +49,14 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
         print(&told.join("\n\n"))?;
         return Ok(0);
     }
-    let mut all: Vec<&str> = explanations().map(|explanation| explanation.code).collect();
-    all.extend(results::names());
+    let explanations = explanations().into_iter();
+    let mut all: Vec<&str> = explanations.map(|explanation| explanation.code).collect();
+    let results = results::names();
+    all.extend(results.iter().map(String::as_str));
     all.extend(keys.iter().filter_map(|(key, _)| key.rsplit('.').next()));
     let problem = match proposal(word, "", &all) {
         meant if meant.starts_with("did you mean") => meant,
-        _ => "without a word all codes are listed; RESULTS.md has all results, `check --schema` all keys".into(),
+        _ => "without a word all codes are listed; coupler/RESULTS.md has all results, `check --schema` all keys".into(),
     };
     let problem = format!("no error, warning, key, result or signal is called so; {problem}");
     Err(Refusal::argument(format!("explain {word}"), problem).into())

@@ -6,11 +6,11 @@ use kit::keys::proposal;
 use protocol::Kind;
 
 use super::common::{RecoverArgument, VerbResult, file_of, log_of, print};
-use coordinator::output::tell;
 use exchange_log::export::{Selection, bytes, long, wide};
 use exchange_log::timing;
 use exchange_log::trace;
 use scenario::error::{Code, DAMAGED, Error, Refusal};
+use terminal::tell;
 
 /// Size of tables (bytes) that is told before they are written.
 const MANY_BYTES: u64 = 50_000_000;

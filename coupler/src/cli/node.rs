@@ -16,7 +16,7 @@ use signal_hook::flag;
 
 use super::common::VerbResult;
 use coordinator::participants::Registry;
-use runs::run_dir::BUILD;
+use runs::identity::build;
 use scenario::error::{Code, Error, Refusal};
 
 /// Arguments of `node`.
@@ -52,9 +52,10 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     let text = || format!("no solver of kind `{kind}` is built in");
     let missing = || Refusal::other(Code::UnknownKind, text());
     let solver = registry.get(kind).ok_or_else(missing)?;
-    if let Some(build) = arguments.build.as_ref().filter(|build| *build != BUILD) {
+    let own = build().hash;
+    if let Some(build) = arguments.build.as_ref().filter(|build| *build != own) {
         let text = format!(
-            "this program is of build {BUILD}, the coordinator of {build}: its bits would be others; put the same program on both hosts"
+            "this program is of build {own}, the coordinator of {build}: its bits would be others; put the same program on both hosts"
         );
         return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
     }

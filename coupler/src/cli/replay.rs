@@ -8,7 +8,6 @@ use super::common::{
     RecoverArgument, VerbResult, file_of, foreign, log_of, own_program, print, refuse_commands,
     restart_point, thread_count,
 };
-use coordinator::output::tell;
 use coordinator::participants::{Launcher, Registry, Watch};
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::run::session::fresh_run_id;
@@ -20,6 +19,7 @@ use runs::files::read_json;
 use runs::run_dir::RunDir;
 use scenario::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use scenario::keys::TransportKind;
+use terminal::tell;
 
 /// The picture of a drift.
 const DRIFT: &str = "replay-drift.svg";

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, print};
-use coordinator::output::tell;
 use runs::front::MeasuredFront;
 use study::scene_front::first_front;
 use study::stored::known;
+use terminal::tell;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]

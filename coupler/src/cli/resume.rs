@@ -7,13 +7,13 @@ use super::common::{
 };
 use super::run::{EndingArguments, conclude};
 use super::start::options;
-use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::session::run_from;
 use exchange_log::damage;
 use scenario::error::Refusal;
 use scenario::inputs::refuse_changed_inputs;
 use scenario::load::load;
+use terminal::tell;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]
@@ -68,7 +68,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     });
     let (out, threads) = (arguments.out.as_deref(), threads(arguments.threads));
     let mut options = options(out, threads, registry)?;
-    options.progress = true;
+    options.listener = terminal::listener();
     options.strict = arguments.ending.strict;
     let ended = run_from(&loaded, &options, origin.as_ref())?;
     conclude(ended, arguments.ending)

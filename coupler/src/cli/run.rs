@@ -42,7 +42,7 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
     let (loaded, budget) = arguments.budget.load(&arguments.scenario, registry)?;
     let threads = arguments.scenario.threads();
     let mut options = options(arguments.out.as_deref(), threads, registry)?;
-    options.progress = true;
+    options.listener = terminal::listener();
     options.strict = arguments.ending.strict;
     options.budget = budget;
     conclude(run_scenario(&loaded, &options)?, arguments.ending)

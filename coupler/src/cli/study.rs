@@ -11,7 +11,6 @@ use protocol::participate::end_with_parent;
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
 use super::study_new::{self, NewStudyArguments};
-use coordinator::output::tell;
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use coordinator::run::session::RunOptions;
@@ -27,6 +26,7 @@ use study::progress::StudyProgress;
 use study::slurm::{Slurm, ended, queue};
 use study::stored::{StoredStudy, serves_budgets};
 use study::task::{SILENT, TaskFolder, TaskStage};
+use terminal::tell;
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]

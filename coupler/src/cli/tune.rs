@@ -9,7 +9,6 @@ use super::common::{
 };
 use super::run::{EndingArguments, conclude};
 use super::start::{listen, options};
-use coordinator::output::{tell, tell_progress};
 use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use coordinator::run::session::{RunBudget, run};
@@ -21,6 +20,7 @@ use study::knobs::Knobs;
 use study::measure::{Measure, percent};
 use study::plan::scene_id;
 use study::tuning::{Found, Tuning};
+use terminal::{tell, tell_progress};
 
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
@@ -105,7 +105,7 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
         return Ok(0);
     }
     let mut options = options(arguments.out.as_deref(), threads, registry)?;
-    options.progress = true;
+    options.listener = terminal::listener();
     options.strict = arguments.ending.strict;
     let budget = format!("error={}%", percent(arguments.error));
     options.budget = Some(RunBudget {

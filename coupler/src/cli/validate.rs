@@ -6,15 +6,15 @@ use clap::ValueEnum;
 
 use super::common::{VerbResult, print_rows, thread_count};
 use super::start::options;
-use coordinator::output::tell;
 use coordinator::participants::Registry;
-use coordinator::run::session::{RunOptions, fresh_run_id};
+use coordinator::run::session::fresh_run_id;
 use kit::scratch::Scratch;
 use lab::validate::page;
 use lab::validate::suite::{CaseRow, SuiteOptions, run_suite};
 use report::provenance::quoted;
 use scenario::error::CHECK_FAILED;
 use scenes::{FILES, kept};
+use terminal::tell;
 
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
@@ -72,11 +72,12 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         scenes = unpacked.path().join(folder);
     }
     let kept = Scratch::new("validate", fresh_run_id());
+    let mut run = options(None, usize::from(arguments.threads), registry)?;
+    if arguments.full {
+        run.listener = terminal::listener();
+    }
     let runs = SuiteOptions {
-        run: RunOptions {
-            progress: arguments.full,
-            ..options(None, usize::from(arguments.threads), registry)?
-        },
+        run,
         folder: arguments.out.as_deref().unwrap_or(kept.path()),
         full: arguments.full,
         only: arguments.only.clone(),

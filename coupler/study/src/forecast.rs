@@ -13,7 +13,7 @@ use super::slurm::SlurmRequest;
 use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
 use kit::keys::proposal;
 use kit::scratch::Scratch;
-use runs::run_dir::BUILD;
+use runs::identity::build;
 use runs::table::Table;
 use scenario::error::Error;
 use scenario::load::Loaded;
@@ -69,7 +69,7 @@ impl Forecast {
     pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
         let kept = fs::read_to_string(folder.join(KEPT)).ok();
         let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
-        if let Some(kept) = kept.filter(|kept| kept.build == BUILD && kept.task == task.id) {
+        if let Some(kept) = kept.filter(|kept| kept.build == build().hash && kept.task == task.id) {
             return Ok(kept);
         }
         // The host of a job is not known before it.
@@ -83,7 +83,7 @@ impl Forecast {
         }
         let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
         let forecast = Forecast {
-            build: BUILD.into(),
+            build: build().hash.into(),
             task: task.id.clone(),
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
@@ -104,26 +104,25 @@ impl Forecast {
         &self,
         measures: &[Measure],
         task: &Task,
-        results: &[&str],
-        of_cycles: &[&str],
+        results: &[String],
+        of_cycles: &[String],
     ) -> Result<(), String> {
-        let signals: Vec<&str> = self.signals.iter().map(String::as_str).collect();
         let mut participants = task.loaded.scenario.participant.iter();
         let others = participants.any(|participant| participant.command.is_some());
         for measure in measures {
             let (known, what, name) = match measure.table() {
-                Some(("signals", name)) => (&signals[..], "its signals", name),
+                Some(("signals", name)) => (&self.signals[..], "its signals", name),
                 Some(("results", name)) if !others => (results, "results", name),
                 _ => continue,
             };
-            if !others && of_cycles.contains(&name) && !makes_full_cycle(task) {
+            if !others && of_cycles.iter().any(|known| known == name) && !makes_full_cycle(task) {
                 return Err(format!(
                     "measure `{}`: {} is of a full cycle, and no wheel of the scene makes one before the run ends; with wheel.cycles = 1 there is one",
                     measure.name, measure.of
                 ));
             }
             let end = format!(".{name}");
-            let is_it = |known: &&str| match known.strip_prefix("<set>") {
+            let is_it = |known: &String| match known.strip_prefix("<set>") {
                 Some(ending) => name.ends_with(ending),
                 None => *known == name || known.ends_with(&end),
             };

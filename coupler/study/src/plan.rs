@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
 use super::knobs::shipped;
 use runs::curve::evenly;
-use runs::run_dir::BUILD;
+use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
@@ -220,7 +220,8 @@ impl Plan {
 pub fn run_id(loaded: &Loaded) -> String {
     // The scenario's own hash knows the files that it names by their names alone.
     let inputs = loaded.inputs();
-    let hash = blake3::hash(format!("{} {BUILD} {inputs:?}", loaded.hash).as_bytes());
+    let (scene, build) = (&loaded.hash, build().hash);
+    let hash = blake3::hash(format!("{scene} {build} {inputs:?}").as_bytes());
     hash.to_hex()[..16].to_string()
 }
 

@@ -8,10 +8,10 @@ use serde_json::json;
 use super::open_study::OpenStudy;
 use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
-use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
-use coordinator::output::{Count, tell, tell_progress};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
+use terminal::stderr::{StderrMode, stderr_mode, tell_of};
+use terminal::{Count, tell, tell_progress};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;

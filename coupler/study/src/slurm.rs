@@ -14,8 +14,8 @@ use super::open_study::{OpenStudy, TaskCommand};
 use super::plan::Task;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
 use super::task::TaskStage;
-use coordinator::output::tell;
 use scenario::error::{Error, Refusal};
+use terminal::tell;
 
 /// Time between two looks at the tasks' files, and between two at Slurm's queue.
 const LOOK: Duration = Duration::from_millis(500);

@@ -13,7 +13,7 @@ use super::measure::Measure;
 use super::plan::Task;
 use super::settings::{StudySetting, settings};
 use super::statistics::{ErrorPrediction, least_scenes, predict};
-use runs::run_dir::BUILD;
+use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::overrides::{key_of, remove_at, value_at};
 
@@ -228,7 +228,7 @@ impl StoredStudy {
         let mut study = StoredStudy {
             schema: SCHEMA.into(),
             study: file.study.name.clone(),
-            build: BUILD.into(),
+            build: build().hash.into(),
             scenario: String::new(),
             reference,
             scene_keys,

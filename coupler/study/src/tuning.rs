@@ -17,12 +17,12 @@ use super::pool;
 use super::progress::StudyProgress;
 use super::search::{MARGIN, Proposal, Search, TrialOutcome};
 use super::stored::StoredStudy;
-use coordinator::output::{tell, tell_progress};
 use coordinator::participants::Watch;
 use runs::curve::median;
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
+use terminal::{tell, tell_progress};
 
 /// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
 /// hardly shrinks.

@@ -15,6 +15,50 @@ use crate::measure::accommodation::Accommodation;
 use crate::measure::flow::Flow;
 use crate::measure::trend::slope;
 
+kit::results! {
+    /// # Load and approach
+    /// - `p0_1mm_motion_pa`: Largest mean over 1 mm of the pressure on the base of the grains,
+    ///   rigid or not, a mean over the first full cycle of the wheel. A layer that is ground bears
+    ///   the wheel on few grains later on.
+    /// - `cycle_p0_1mm_pa`: `p0_1mm_motion_pa` over the last full cycle.
+    /// # Cycles of the wheel on grains
+    /// - `full_cycles`: Cycles of the motion that were over before the run was.
+    /// - `cycle_sink_m`: Height that the wheel lost in the last full cycle.
+    /// - `all_cycles_sink_m`: Height that the wheel lost in all full cycles.
+    /// - `all_cycles_work_j`: Work of the tangential force in all full cycles; that of the last is
+    ///   `loop_area_j`.
+    /// - `cycle_tangential_at_zero_n`: |F_T| at D = 0, mean of the middle and the end of the last
+    ///   full cycle.
+    /// - `all_cycles_tangential_at_zero_n`: |F_T| at D = 0, mean over all full cycles.
+    /// - `cycle_friction_coefficient`: |F_T|/F_N, mean over the last full cycle.
+    /// - `all_cycles_friction_coefficient`: |F_T|/F_N, mean over all full cycles.
+    /// - `slip_amplitude_m`: Half the way by which wheel and base slide past each other in a
+    ///   stroke, sticking left out: the amplitude less what the base and the shear of the layer
+    ///   take, mean over all full cycles.
+    /// - `cycle_slip_amplitude_m`: `slip_amplitude_m` of the last full cycle.
+    /// - `slip_by_work_m`: Work of the wheel's drive over 4 F, mean over the loops from reversal to
+    ///   reversal from the second cycle on; F is the mean of |F_T| over the slip.
+    /// - `accommodated_by_body_m`: Half the range of the displacement of the base below the wheel
+    ///   in a cycle, weighted by what presses on it, mean over all full cycles.
+    /// - `cycle_accommodated_by_body_m`: `accommodated_by_body_m` of the last full cycle.
+    /// - `cycle_source_kg`: Qs of the last full cycle: mass that was detached within the zone.
+    /// - `all_cycles_source_kg`: Qs of all full cycles: mass that was detached within the zone.
+    /// - `cycle_ejected_kg`: Mass that left the zone by its own motion in the last full cycle.
+    /// - `all_cycles_ejected_kg`: Mass that left the zone by its own motion in all full cycles.
+    /// - `cycle_wear_kg`: Qw of the last full cycle: mass that had stayed outside for long enough.
+    /// - `all_cycles_wear_kg`: Qw of all full cycles: mass that had stayed outside for long enough.
+    /// - `cycle_third_body_kg_per_m`: Third body per length in the middle of the zone, mean over
+    ///   the last full cycle.
+    /// - `all_cycles_third_body_kg_per_m`: Third body per length in the middle of the zone, mean
+    ///   over all full cycles.
+    /// - `third_body_trend_kg_per_m`: Change of the third body per length in a cycle, by the
+    ///   straight line through the last half of at least eight cycles.
+    /// - `third_body_trend_interval_kg_per_m`: Half of the 95 % interval of `third_body_trend_kg_per_m`, for which cycles that
+    ///   hang together count less.
+    /// - `wheel_trend_m`: Change of the wheel's height in a cycle, by the same line.
+    /// - `wheel_trend_interval_m`: Half of the 95 % interval of `wheel_trend_m`.
+}
+
 /// Part of a step by which a run may end before the cycle does: steps are counted up to that.
 const ROUNDING: f64 = 1e-6;
 

@@ -35,6 +35,17 @@ use crate::measure::report::given;
 use ledger::MassLedger;
 use zone::{Zone, ZoneLoads};
 
+kit::results! {
+    /// # Flows of third body
+    /// - `third_body_zone_kg`: Third body in the contact zone at the end.
+    /// - `flow_kinetic_rel`: Kinetic stress of the grains in the zone, ρ<v²>/2, over the wheel's
+    ///   pressure, a mean over the run: a flow whose inertia counts for nothing is far below 1.
+    /// - `third_body_per_length_kg_per_m`: Third body per length at the end, in the middle half of
+    ///   the zone that there was when the motion began.
+    /// # Quality of the solution
+    /// - `flow_balance_rel`: Third body in the zone against the books of what came and went.
+}
+
 /// Part of a step by which rounding may miss the time of wear.
 const ROUNDING: f64 = 1e-6;
 /// Time of detachment of a grain that never was.

@@ -4,6 +4,20 @@ use serde::{Deserialize, Serialize};
 
 use super::trend::Trend;
 
+kit::results! {
+    /// # Forces and places of sets
+    /// - `<set>_force_x_n`: Force along x on the driven wall or cluster, at the end or the mean
+    ///   over the second half of the run.
+    /// - `<set>_force_x_deviation_n`: Standard deviation of that force over the second half of the
+    ///   run, step by step.
+    /// - `<set>_force_x_change_n`: Change of the straight line through it over that half: beyond
+    ///   the deviation it is not steady.
+    /// - `<set>_force_y_n`: Force along y on the driven wall or cluster, at the end or the mean
+    ///   over the second half of the run.
+    /// - `<set>_x_m`: Place along x of the driven cluster, at the end.
+    /// - `<set>_y_m`: Place along y of the driven cluster, at the end.
+}
+
 /// Mean forces over the second half of a run. While its end is not known, or half of it has not passed, they are those over the last
 /// half to three quarters of the steps so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -5,12 +5,228 @@ use dem_kernel::step::state::GrainState;
 use dem_kernel::step::stiffness::StiffnessBounds;
 use protocol::{Finding, HeldLoad, larger};
 
-use crate::config::plausible::DemPlausibleConfig;
+use crate::config::DemPlausible;
 use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
+use kit::cycle_drift::CYCLE_DRIFT;
+use kit::finding::{NOT_CONVERGED, WHEEL_AT_REST};
 use kit::judge;
 use kit::wheel::WheelProgram;
+
+kit::findings! {
+    /// The wheel still sinks during the hold.
+    ///
+    /// - Why: the layer has not settled.
+    /// - Do: hold longer, or load more slowly.
+    /// - Judged: Height that the wheel loses or gains in the second half of the hold, by its trend,
+    ///   over its approach (and 0.01 of the mean radius). A rail of 1e6 kg/m3 in `quick` is off by
+    ///   0.5 %, one of 1e7 by 2.7 %.
+    /// - Valid: 0.013 (100 N).
+    /// - Wrong: 0.063 (rail of 1e6 kg/m3, approach 0.5 % off).
+    WHEEL_DRIFT = "wheel_drift": wheel_drift_rel in dem = [0.03, 0.3];
+    /// A fed flow of third body still changes from cycle to cycle: its mass per length, or the
+    /// height of the wheel.
+    ///
+    /// - Why: what is fed and what leaves do not balance yet, or balance only while the wheel
+    ///   sinks. Equal flows are no proof of a steady state.
+    /// - Do: take more `wheel.cycles`, or feed another rate. The trends and their intervals are
+    ///   results (`third_body_trend_kg_per_m`, `wheel_trend_m`).
+    /// - Judged: Change that a cycle of the wheel makes of a fed flow, over the last half of at
+    ///   least eight cycles and beyond the 95 % interval of its trend: of the third body per
+    ///   length, over its mean, or of the wheel's height, over the mean diameter.
+    /// - Valid: 0 (`third-body-steady`).
+    /// - Wrong: 0.044 (a quarter of its feed, seed 2).
+    NOT_STEADY = "not_steady": not_steady_rel in dem = [0.01, 0.5];
+    /// The force below the layer is not that of its wheel during the hold.
+    ///
+    /// - Why: the grains still move.
+    /// - Do: hold longer, load more slowly, or lower `mass_scale`.
+    /// - Judged: Distance of the mean force on the glued disks from that on the wheel in the second
+    ///   half of the hold, weight and all fixed bodies being allowed for, over the load.
+    /// - Valid: 5e-4.
+    /// - Wrong: 0.034 (`mass_scale` 3e4).
+    LAYER_AT_REST = "layer_at_rest": boundary_force_rel in dem = [0.02, 0.1];
+    /// The mass that `mass_scale` adds takes a good part of the force.
+    ///
+    /// - Why: the scale is large for this motion.
+    /// - Do: lower `mass_scale`, or load more slowly.
+    /// - Judged: Force that moves the mass added by `mass_scale`, over the force that goes through
+    ///   the grains, both summed over the last half of the steps or a little more, without a
+    ///   wheel's ramp.
+    /// - Valid: 0.02.
+    /// - Wrong: 0.20 (`mass_scale` 1e5).
+    ADDED_INERTIA = "added_inertia": added_inertia_rel in dem = [0.1, 0.4];
+    /// Grains with springs overlapped by a good part of their radius.
+    ///
+    /// - Why: the load is high for the stiffness of the contacts.
+    /// - Do: lower the load, or raise `law.contact_stiffness_pa`.
+    /// - Judged: Largest overlap of compliant contacts over the mean radius.
+    /// - Valid: 0.10.
+    /// - Wrong: 0.55 (200 kN).
+    OVERLAP = "overlap": overlap_rel in dem = [0.3, 1.0];
+    /// Rigid grains overlapped.
+    ///
+    /// - Why: a long step, or a coarse tolerance.
+    /// - Do: lower `time.step_s` or `solver.tolerance`, or write `law.penetration = "split"`.
+    /// - Judged: Largest mean overlap of rigid contacts over the mean radius: their geometry is
+    ///   that of grains that do not overlap.
+    /// - Valid: 1.2e-3.
+    OVERLAP_RIGID = "overlap_rigid": overlap_rigid_rel in dem = [2e-3, 0.1];
+    /// Grains left the layer.
+    ///
+    /// - Why: they were thrown out by a load that came too fast, or squeezed out at the ends.
+    /// - Do: load more slowly, or make the layer wider.
+    /// - Judged: Grains that left the layer, over all.
+    /// - Valid: 0.
+    /// - Wrong: 0.03 (wheel dropped at 10 m/s).
+    EJECTED = "ejected": ejected_rel in dem = [0.0, 0.1];
+    /// Grains ended behind the face of a body that carries them.
+    ///
+    /// - Why: they were pressed through it in long steps or by contacts that are too soft, or began
+    ///   there.
+    /// - Do: lower `time.step_s` or `substeps`, or raise `law.contact_stiffness_pa`.
+    /// - Judged: Grains whose centre ends behind the face of a body that carries them by more than
+    ///   0.3 of their radius, over all.
+    /// - Valid: 0.
+    /// - Wrong: 1 (a disk that starts below the surface).
+    INSIDE = "inside": inside_rel in dem = [0.0, 0.0];
+    /// Springs and bonds were found otherwise than the step had left them.
+    ///
+    /// - Why: grains pass each other too far in a step.
+    /// - Do: lower `time.step_s` or `substeps`.
+    /// - Judged: Energy of springs and bonds that detection changes between two steps otherwise
+    ///   than the velocities foretell, sizes summed, over what the grains have stored and
+    ///   dissipated: a gap or a normal that is wrong, or a way past each other that is long beside
+    ///   the radii.
+    /// - Valid: 9e-8 (`two-rails`), below 2e-6 (`wheel-rail-de-small`).
+    /// - Wrong: what turning does, 1e-3, included: 7.5e-3 (gaps 2 % wrong), 0.012 (normals turned
+    ///   by 3 mrad), 0.03 (by 10 mrad).
+    DETECTION = "detection": detection_rel in dem = [5e-3, 3e-2];
+    /// Friction or rebounds of rigid contacts made energy.
+    ///
+    /// - Why: Newton's `restitution` with friction gives energy to bodies that turn as they are hit
+    ///   (Kane and Levinson 1985), and `penetration = "gap"` throws apart what overlaps.
+    /// - Do: give the contacts springs (`law.contact_stiffness_pa`, with `law.damping` for the
+    ///   restitution), lower `law.restitution` or `law.friction`, or write `penetration = "iqs"`.
+    /// - Judged: Energy that friction and rebounds of rigid contacts made, contact by contact, over
+    ///   what the grains stored and lost; only contacts with `law.restitution` that meet, or with
+    ///   `law.penetration = "gap"` that overlap.
+    /// - Valid: 2e-7 (a heap that falls, e = 0.9, or `gap`).
+    /// - Wrong: 0.05 to 0.5 (rods with e = 0.6 to 1 and friction).
+    IMPACT_ENERGY = "impact_energy": impact_energy_rel in dem = [1e-4, 1e-3];
+    /// A grain moved far in a step, beside its radius.
+    ///
+    /// - Why: contacts are foreseen along the normals at the start of a step, so that grains which
+    ///   pass each other are stopped without touching; and a fall with `theta = 1` goes too far by
+    ///   half the way of its last step.
+    /// - Do: lower `time.step_s` or `substeps`.
+    /// - Judged: Way of a grain in a step over the smaller radius, past a disk or into a wall or
+    ///   wheel that it presses on; along its weight as well, times 2 theta - 1.
+    /// - Valid: 0.23 (`isostatic-packing`), 0.16 (`plane-shear`).
+    /// - Wrong: 2 (a fall 12 % too far), 5 (a disk stopped by one 1 mm beside its way).
+    GRAIN_TRAVEL = "grain_travel": grain_travel_rel in dem = [0.3, 1.0];
+    /// Grains overlapped a wall of points from behind, where nothing holds them.
+    ///
+    /// - Why: the grains are on the right of the wall's direction, or came round it, or were fed or
+    ///   moved there.
+    /// - Do: list `points_m` in the other order, or give the wall a second face by listing its
+    ///   points there and back.
+    /// - Judged: Most grains at once that overlap a wall of points from behind, over all.
+    /// - Valid: 0.
+    /// - Wrong: 1 (a box that moves towards its only grain from outside).
+    BEHIND_WALL = "behind_wall": behind_wall_rel in dem = [0.0, 0.1];
+    /// Bonds bore more than half their strength in steps above their bound, 1/(sqrt(3) omega).
+    ///
+    /// - Why: in so long a step a bond can hold with more than its fracture energy against it.
+    /// - Do: lower `time.step_s` or `substeps`, or raise `mass_scale`.
+    /// - Judged: Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond
+    ///   bore more than half its strength. Above it a bond may hold with more than its fracture
+    ///   energy against it.
+    /// - Valid: 0.6.
+    /// - Wrong: 2 (a disk with twice the fracture energy of its bond is held).
+    BOND_STEP = "bond_step": bond_step_rel in dem = [1.0, 4.0];
+    /// Breaking bonds took less energy than the surface that they gave up.
+    ///
+    /// - Why: they opened far in a single step; what is missing grows with the step, some 0.2 of it
+    ///   at the bound of the bonds.
+    /// - Do: lower `time.step_s` or `substeps`.
+    /// - Judged: Energy that decohesion took less than that of the surface which bonds gave up,
+    ///   over the latter, where that is a thousandth of what the grains were given.
+    /// - Valid: 0.009 (a twentieth of the bound), 0.03 (a fifth), 0.07 (`third-body-flow`, 0.6).
+    /// - Wrong: 0.15 (0.8 of the bound), 0.27 (1.5).
+    BOND_ENERGY = "bond_energy": bond_energy_rel in dem = [0.1, 0.5];
+    /// The time step took a good part of the energy that moving grains were given.
+    ///
+    /// - Why: springs have no damping of their own but that of the step, `exp(-pi h omega / 2)` of
+    ///   each rebound.
+    /// - Do: lower `time.step_s` or `substeps`, or give contacts `law.damping`.
+    /// - Judged: Energy that the scheme took, as contacts turn too, over all that the grains were
+    ///   given, where drives, walls, weight or their flight at the start gave a tenth of that at
+    ///   least; elsewhere what contacts lost as they turned, over what the grains stored and lost.
+    /// - Valid: 0.04 (`third-body-flow`), 0.13 (`wheel-rail-de`, which opens it).
+    /// - Wrong: 1 (a disk on a spring that does not rebound).
+    NUMERICAL = "numerical": numerical_rel in dem = [0.1, 0.5];
+    /// The grains under the wheel had a kinetic stress that counts beside its pressure.
+    ///
+    /// - Why: with scaled masses, inertia takes a part in the flow that real grains do not give it.
+    /// - Do: lower `mass_scale`, and the step with its root.
+    /// - Judged: Kinetic stress of the grains in the zone of a flow over the pressure of the wheel,
+    ///   mean over the run.
+    /// - Valid: 3e-5 (mass scale 1000), 3e-6 (10).
+    /// - Wrong: 1.2e-3 (mass scale 1e6).
+    FLOW_KINETIC = "flow_kinetic": flow_kinetic_rel in dem = [1e-3, 1e-2];
+    /// Mass that was to be fed in found no gap.
+    ///
+    /// - Why: the point is surrounded, or the feed too fast.
+    /// - Do: lower `injection.rate_kg_per_s`, raise `injection.growth_s`, or move the point; of
+    ///   steel that comes off, lower `detachment.growth_s`.
+    /// - Judged: Mass that was due to be fed in and found no gap, over all that was due.
+    /// - Valid: 0.
+    /// - Wrong: 0.67 (walls closer than a grain).
+    INJECTION = "injection": injection_rel in dem = [0.02, 0.5];
+    /// Friction was to take steel off a bare surface where as much is gone as may go.
+    ///
+    /// - Why: the body below keeps its mesh, so that nothing goes beyond a third of a segment of
+    ///   `sample.surface`.
+    /// - Do: raise `detachment.energy_j_per_m2`, shorten the run, or make `spacing_m` larger.
+    /// - Judged: Work of friction on bare surfaces that took nothing off, since as much was gone as
+    ///   may go, over all of it.
+    /// - Valid: 0.
+    /// - Wrong: 0.8 (a hundred layers a pass of a fiftieth of a radius).
+    DETACHMENT = "detachment": detachment_rel in dem = [0.01, 0.5];
+    /// The wheel's force reaches close to the ends of the layer.
+    ///
+    /// - Why: the layer is narrow for this load.
+    /// - Do: make `half_width_m` larger, or give `half_width_load_n`.
+    /// - Judged: Half-width of 98 % of the wheel's force over that of a layer that ends there.
+    ///   Against the rail alone, two loads that rub with partial slip lost 6 % of their friction
+    ///   loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
+    /// - Valid: 0.65.
+    /// - Wrong: 0.83 (friction loop 17 % off).
+    CONTACT_WIDTH = "contact_width": contact_width_rel in dem = [0.71, 0.95];
+    /// Fewer than five contacts carry 90 % of the wheel's force.
+    ///
+    /// - Why: rigid grains, or a rough wheel, under a load that brings no more of them into
+    ///   contact. What is measured is that of so many grains.
+    /// - Do: give the contacts springs, or make the load or the radius of the crown larger. Where
+    ///   the scene is meant so, open `plausible.wheel_contact_share`.
+    /// - Judged: One over the fewest contacts that carry 0.9 of the wheel's force, the mean over
+    ///   the second half of the hold or, if those are fewer, over the motion. It never exceeds 1:
+    ///   what few disks carry may be meant so.
+    /// - Valid: 0.11 (ten columns of disks, of which nine carry 90 %); layers and rails 0.03.
+    /// - Wrong: 1 (one rigid grain bore a wheel of rigid disks).
+    WHEEL_CONTACTS = "wheel_contacts": wheel_contact_share in dem = [0.2, 1.0];
+    /// A contact solve was left with a large residual.
+    ///
+    /// - Why: a coarse tolerance.
+    /// - Do: lower `solver.tolerance`.
+    /// - Judged: Largest residual of a contact solve. In `quick` the mean friction is off by 0.2 %
+    ///   at 1e-3, 1.8 % at 3e-3 and 4 % at 1e-2.
+    /// - Valid: 1e-3.
+    /// - Wrong: 3e-3 (friction 1.8 % off).
+    CONTACT_RESIDUAL = "contact_residual": contact_residual in dem = [2e-3, 0.3];
+}
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
 const SETTLING: f64 = 0.01;
@@ -27,7 +243,7 @@ const END_REACH: f64 = 8.0;
 /// A run at its end.
 pub struct FinishedRun<'a> {
     /// The bounds.
-    pub bounds: DemPlausibleConfig,
+    pub bounds: &'a DemPlausible,
     /// The bodies.
     pub bodies: &'a Bodies,
     /// The last state.
@@ -97,11 +313,11 @@ impl FinishedRun<'_> {
         let radius = self.bodies.mean_radius();
         if self.bodies.law.springs.is_some() {
             let value = self.statistics.overlap_max / radius;
-            return judge!(self.bounds.overlap_rel, "overlap", value;
+            return judge!(self.bounds => OVERLAP, value;
                 "two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa");
         }
         let value = self.statistics.overlap_mean_max / radius;
-        judge!(self.bounds.overlap_rigid_rel, "overlap_rigid", value;
+        judge!(self.bounds => OVERLAP_RIGID, value;
             "the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
     }
 
@@ -109,14 +325,14 @@ impl FinishedRun<'_> {
         let lost = ejected_grains(self.bodies, self.state);
         let grains = self.state.present(self.bodies);
         let value = lost as f64 / grains as f64;
-        judge!(self.bounds.ejected_rel, "ejected", value;
+        judge!(self.bounds => EJECTED, value;
             "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger")
     }
 
     fn inside(&self) -> Option<Finding> {
         let count = inside_grains(self.bodies, self.state);
         let value = count as f64 / self.state.present(self.bodies) as f64;
-        judge!(self.bounds.inside_rel, "inside", value;
+        judge!(self.bounds => INSIDE, value;
             "{count} grains ended behind the face of the body that carries them: they went through it, and are missing where they should lie; lower time.step_s or, where there are windows, substeps, or raise law.contact_stiffness_pa")
     }
 
@@ -126,7 +342,7 @@ impl FinishedRun<'_> {
         let [low, high] = self.statistics.held_range()?;
         let load = program.load_n;
         let value = larger(high - load, load - low) / load;
-        judge!(self.bounds.wheel_force_rel, "wheel_at_rest", value;
+        judge!(self.bounds => WHEEL_AT_REST, value;
             "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
             self.statistics.held_velocity)
     }
@@ -136,7 +352,7 @@ impl FinishedRun<'_> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let [lost, approach] = self.statistics.held_drift()?;
         let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
-        judge!(self.bounds.wheel_drift_rel, "wheel_drift", value;
+        judge!(self.bounds => WHEEL_DRIFT, value;
             "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses")
     }
 
@@ -145,7 +361,7 @@ impl FinishedRun<'_> {
     fn cycle_drift(&self) -> Option<Finding> {
         let program = self.program.filter(|_| self.flow.is_none())?;
         let drift = self.statistics.drift;
-        drift.judge(program, self.bounds.cycle_drift_rel)
+        drift.judge(program, self.bounds.of(&CYCLE_DRIFT))
     }
 
     /// Between wheel and boundary nothing must move then.
@@ -153,7 +369,7 @@ impl FinishedRun<'_> {
         let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
         let borne = self.statistics.held_boundary.value()?;
         let value = (borne - load.mean_n).abs() / load.wanted_n;
-        let judged = judge!(self.bounds.boundary_force_rel, "layer_at_rest", value;
+        let judged = judge!(self.bounds => LAYER_AT_REST, value;
             "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
             load.mean_n);
         // Rigid walls and a wheel without glued disks bear what they bear.
@@ -162,13 +378,13 @@ impl FinishedRun<'_> {
 
     fn added_inertia(&self) -> Option<Finding> {
         let value = self.statistics.added_inertia.value()?;
-        judge!(self.bounds.added_inertia_rel, "added_inertia", value;
+        judge!(self.bounds => ADDED_INERTIA, value;
             "moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
     }
 
     fn contact_residual(&self) -> Option<Finding> {
         let value = self.statistics.residual_max;
-        judge!(self.bounds.contact_residual, "contact_residual", value;
+        judge!(self.bounds => CONTACT_RESIDUAL, value;
             "the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
     }
 
@@ -177,7 +393,7 @@ impl FinishedRun<'_> {
         let steps = self.statistics.steps;
         let accepted = self.statistics.accepted_steps * u64::from(self.alone);
         let value = accepted as f64 / steps.max(1) as f64;
-        judge!(self.bounds.not_converged_rel, "not_converged", value;
+        judge!(self.bounds => NOT_CONVERGED, value;
             "{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
     }
 
@@ -198,7 +414,7 @@ impl FinishedRun<'_> {
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
         let value = self.of_kept(self.state.ledger.unforeseen);
-        judge!(self.bounds.detection_rel, "detection", value;
+        judge!(self.bounds => DETECTION, value;
             "detection found the springs between the grains otherwise than their velocities foretell, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
     }
 
@@ -206,14 +422,14 @@ impl FinishedRun<'_> {
     fn impact_energy(&self) -> Option<Finding> {
         let made = self.state.ledger.made;
         let value = self.of_kept(made);
-        judge!(self.bounds.impact_energy_rel, "impact_energy", value;
+        judge!(self.bounds => IMPACT_ENERGY, value;
             "friction and rebounds of rigid contacts made {made:.3e} J, {value:.3e} of what the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
     }
 
     /// Contacts are foreseen along the normals at the start of a step, and falls are off by half the way of the last one.
     fn grain_travel(&self) -> Option<Finding> {
         let value = self.statistics.travel_max;
-        judge!(self.bounds.grain_travel_rel, "grain_travel", value;
+        judge!(self.bounds => GRAIN_TRAVEL, value;
             "in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
     }
 
@@ -221,7 +437,7 @@ impl FinishedRun<'_> {
     fn behind_wall(&self) -> Option<Finding> {
         let count = self.statistics.behind_max;
         let value = count as f64 / self.state.present(self.bodies) as f64;
-        judge!(self.bounds.behind_wall_rel, "behind_wall", value;
+        judge!(self.bounds => BEHIND_WALL, value;
             "{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
     }
 
@@ -230,7 +446,7 @@ impl FinishedRun<'_> {
         let limit = self.stiffness.bonds_s?;
         let (load, step) = (self.statistics.bond_load_max, self.statistics.bond_step_max);
         let value = step / limit;
-        judge!(self.bounds.bond_step_rel, "bond_step", value;
+        judge!(self.bounds => BOND_STEP, value;
             "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale")
     }
 
@@ -240,7 +456,7 @@ impl FinishedRun<'_> {
         let share = ledger.decohesion_share()?;
         let counts = ledger.surface > SURFACE * self.energy_in();
         let value = if counts { 1.0 - share } else { 0.0 };
-        judge!(self.bounds.bond_energy_rel, "bond_energy", value;
+        judge!(self.bounds => BOND_ENERGY, value;
             "bonds gave up a surface of {:.3e} J and took {share:.3} of that from the motion: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
             ledger.surface)
     }
@@ -266,13 +482,13 @@ impl FinishedRun<'_> {
                 " (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)"
             )
         });
-        judge!(self.bounds.numerical_rel, "numerical", value;
+        judge!(self.bounds => NUMERICAL, value;
             "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping and bonds law.bond_damping_ratio to rest by")
     }
 
     fn flow_kinetic(&self) -> Option<Finding> {
         let value = self.flow?.kinetic_share();
-        judge!(self.bounds.flow_kinetic_rel, "flow_kinetic", value;
+        judge!(self.bounds => FLOW_KINETIC, value;
             "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
     }
 
@@ -287,7 +503,7 @@ impl FinishedRun<'_> {
             0.0
         };
         let value = larger(of_mass, beyond(height) / diameter);
-        let found = judge!(self.bounds.not_steady_rel, "not_steady", value;
+        let found = judge!(self.bounds => NOT_STEADY, value;
             "over the last half of its cycles the third body per length changed by {:.2e} +- {:.2e} of its mean a cycle, and the height of the wheel by {:.2e} +- {:.2e} m: the flow is not steady, and its means are those of these cycles; take more wheel.cycles, or feed another rate",
             third[0] / mean, third[1] / mean, height[0], height[1]);
         found.filter(|_| self.bodies.injection.is_some())
@@ -312,14 +528,14 @@ impl FinishedRun<'_> {
                 "lower detachment.growth_s, or raise detachment.energy_j_per_m2",
             ),
         };
-        judge!(self.bounds.injection_rel, "injection", value; "{value:.3} of the mass that {of}: {cure}")
+        judge!(self.bounds => INJECTION, value; "{value:.3} of the mass that {of}: {cure}")
     }
 
     /// Judges the work of friction that would have taken steel off where as much is gone as may go.
     fn detachment(&self) -> Option<Finding> {
         let [done, beyond] = self.state.worn.done;
         let value = if beyond > 0.0 { beyond / done } else { 0.0 };
-        judge!(self.bounds.detachment_rel, "detachment", value;
+        judge!(self.bounds => DETACHMENT, value;
             "{value:.3} of the work of friction on bare surfaces was to take steel off where a third of a segment is gone already, and took none: what comes off is too little from there on; raise detachment.energy_j_per_m2, shorten the run, or give the surface and its body longer segments")
     }
 
@@ -328,16 +544,16 @@ impl FinishedRun<'_> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let carrying = self.statistics.carrying_contacts();
         let fewest = carrying.into_iter().flatten().reduce(f64::min)?;
-        judge!(self.bounds.wheel_contact_share, "wheel_contacts", 1.0 / fewest;
+        judge!(self.bounds => WHEEL_CONTACTS, 1.0 / fewest;
             "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so")
     }
 
     fn contact_width(&self) -> Option<Finding> {
         let [half_width, thickness] = self.ends?;
         let pressed = pressed_half_width(self.bodies, self.state)?;
-        let found = judge!(self.bounds.contact_width_rel, "contact_width", pressed / half_width;
+        let found = judge!(self.bounds => CONTACT_WIDTH, pressed / half_width;
             "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
-            1e3 * pressed, 1e3 * half_width, pressed / self.bounds.contact_width_rel.warn);
+            1e3 * pressed, 1e3 * half_width, pressed / self.bounds.of(&CONTACT_WIDTH).warn);
         found.filter(|_| half_width - pressed < END_REACH * thickness)
     }
 }
@@ -477,7 +693,7 @@ mod tests {
         fn found(&self) -> Vec<(String, bool)> {
             let program = self.program.clone();
             let judged = FinishedRun {
-                bounds: DemPlausibleConfig::default(),
+                bounds: &DemPlausible::default(),
                 bodies: &self.bodies,
                 state: &self.state,
                 stored: self.stored,

@@ -16,6 +16,25 @@ use serde::{Deserialize, Serialize};
 use crate::config::profile::{ProfileAxis, ProfileConfig};
 use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
 
+kit::results! {
+    /// # Profiles across a layer
+    /// - `profile_solid_fraction`: Solid fraction, mean over the middle half of the layer and the
+    ///   last interval that was over.
+    /// - `profile_shear_rate_per_s`: Shear rate, mean over the middle half of the layer and the
+    ///   last interval that was over.
+    /// - `profile_normal_stress_pa`: Stress across the layer, the same mean as
+    ///   `profile_shear_rate_per_s`.
+    /// - `profile_shear_over_normal`: Shear stress over it: the effective friction of a plane shear
+    ///   flow.
+    /// - `profile_inertial_number`: Inertial number, the same mean as `profile_shear_rate_per_s`.
+    /// - `profile_granular_temperature_m2_per_s2`: Mean square of the grains' velocities about the
+    ///   mean velocity of their slice, the same mean as `profile_shear_rate_per_s`.
+    /// - `shear_localisation`: Share of the whole jump of velocity in that fifth of the layer where
+    ///   it is largest: 0.2 where the layer shears alike everywhere, near 1 where a plug slides.
+    /// - `shear_localisation_at`: Middle of that fifth, 0 at the lower end of the layer and 1 at
+    ///   the upper one.
+}
+
 /// Sums over the steps of an interval in a slice.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct SliceSums {

@@ -14,6 +14,50 @@ use crate::measure::wheel_contacts;
 use kit::cycle_drift::{CycleDrift, Mean};
 use kit::wheel::WheelProgram;
 
+kit::results! {
+    /// # Load and approach
+    /// - `wheel_contacts`: Contacts that press on the wheel, the mean over the last half of the
+    ///   hold.
+    /// - `wheel_contacts_90`: The fewest contacts that carry 90 % of the normal force on the wheel,
+    ///   the mean over the last half of the hold. Friction and pressure below a wheel on a few are
+    ///   those of so many grains.
+    /// - `wheel_contacts_90_motion`: The fewest contacts that carry 90 % of the normal force on the
+    ///   wheel, the mean over its motion.
+    /// # Friction and sliding
+    /// - `wheel_y_range_over_r`: Range of the height of the wheel during its motion, over the mean
+    ///   radius of the grains.
+    /// # Grains
+    /// - `disks`: Free disks in the sample; glued ones are counted apart.
+    /// - `glued_disks`: Disks that are glued to the coupled surface.
+    /// - `ejected_grains`: Grains that left the sample, wherever they are now.
+    /// - `lost_grains`: Grains beyond the ends of every surface.
+    /// - `inside_grains`: Grains whose centre is behind the face of a body that carries them by
+    ///   more than 0.3 of their radius.
+    /// - `contacts`: Closed contacts at the end.
+    /// - `overlap_mean_rel`: Mean overlap of grains over their mean radius, at the end.
+    /// - `overlap_max_rel`: The largest overlap of the run over the mean radius.
+    /// # Quality of the solution
+    /// - `true_residual_max`: Largest residual of the contact laws after the solve of a step.
+    /// - `quad_max`: Largest residual of the contact laws after the solve of a step, in the
+    ///   quadratic norm of the criterion of LMGC90.
+    /// - `rounding_limited_rel`: Share of the loaded steps whose contact solve stopped at the
+    ///   rounding of numbers.
+    /// - `momentum_defect_max_n`: Largest difference of a step's change of momentum and the forces
+    ///   on the grains.
+    /// # Signals
+    /// - `glued_fx_n`: Force along x of the grains on the boundary that they are glued to or lie
+    ///   on.
+    /// - `glued_fy_n`: Force along y of the grains on that boundary: negative where they press
+    ///   down.
+    /// - `momentum_x_kg_m_per_s`: Momentum of the grains and the wheel along x, masses as scaled.
+    /// - `momentum_y_kg_m_per_s`: Momentum of the grains and the wheel along y, masses as scaled.
+    /// - `momentum_defect_n`: Difference of the change of momentum and the forces on the grains in
+    ///   the step.
+    /// - `iterations`: Iterations of the contact solver in the last solve of the window.
+    /// - `true_residual`: Residual of the contact laws after it.
+    /// - `speed_max_m_per_s`: Speed of the fastest grain.
+}
+
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
 pub fn signals(

@@ -22,6 +22,19 @@ use crate::config::stress::StressConfig;
 use crate::measure::loads::{add_moment, ends, for_each_load, grains, shown};
 use crate::measure::tiles::{Tile, tiles};
 
+kit::results! {
+    /// # Load and approach
+    /// - `dem_p_max_tr3_pa`: Largest pressure of a cell of the grains' stress: a third of the
+    ///   in-plane trace, the paper's convention.
+    /// - `dem_p_max_mean_pa`: Largest pressure of a cell of the grains' stress as half of the
+    ///   in-plane trace, the mean stress of two dimensions.
+    /// # Grains
+    /// - `stress_xx_pa`: Mean stress of the region along x, compression positive; grains across its
+    ///   edge count in part.
+    /// - `stress_yy_pa`: Mean stress of the region along y, compression positive.
+    /// - `stress_xy_pa`: Mean shear stress of the grains.
+}
+
 /// Part of the solid fraction around a mean grain that a cell must have to count in the largest pressure: a cell across a free
 /// surface has a stress of its own area only in part.
 const FILLED: f64 = 0.5;

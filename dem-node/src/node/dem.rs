@@ -14,7 +14,7 @@ use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
 use crate::config::DemConfig;
-use crate::config::plausible::DemPlausibleConfig;
+use crate::config::DemPlausible;
 use crate::config::profile::ProfileConfig;
 use crate::config::sample::CutLine;
 use crate::config::solver::{Algorithm, SolverConfig};
@@ -23,6 +23,7 @@ use crate::error::DemError;
 use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::{Flow, FlowScene};
 use crate::measure::force_means::ForceMeans;
+use crate::measure::plausible::GRAIN_TRAVEL;
 use crate::measure::profile::GrainProfile;
 use crate::measure::report::RunStatistics;
 use crate::measure::stress::{self, StressMap};
@@ -84,7 +85,7 @@ pub struct Dem {
     /// The window whose end `trial` holds and what its step says, until it is committed.
     pub(super) pending: Option<(Window, StepSummary)>,
     pub(super) initial_energy: [f64; 5],
-    pub(super) plausible: DemPlausibleConfig,
+    pub(super) plausible: DemPlausible,
     pub(super) profile: Option<ProfileConfig>,
     pub(super) stress: Option<StressConfig>,
     pub(super) flow: Option<FlowScene>,
@@ -154,7 +155,7 @@ impl Dem {
         let ends = [program.as_ref().map(|p| p.end()), opening.map(|p| p.end())];
         let end = ends[0].or(ends[1]).or(config.time.end_s);
         if let (Some(step), None) = (config.time.step_s, opening) {
-            let bound = config.plausible.grain_travel_rel.warn;
+            let bound = config.plausible.of(&GRAIN_TRAVEL).warn;
             let numbers = [step, end.unwrap_or(0.0), bound];
             warnings.extend(advice_on_travel(&bodies, &state, numbers));
         }
@@ -204,7 +205,7 @@ impl Dem {
             interface: InterfaceDisks::default(),
             window: None,
             pending: None,
-            plausible: config.plausible,
+            plausible: config.plausible.clone(),
             profile: config.profile,
             stress: config.stress,
         })

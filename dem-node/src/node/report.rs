@@ -12,6 +12,39 @@ use crate::measure::flow::Flow;
 use crate::measure::plausible::FinishedRun;
 use crate::measure::report;
 
+kit::results! {
+    /// # Grains
+    /// - `solid_fraction`: Share of the layer's area that disks cover, at its start.
+    /// - `spring_restitution`: Part of its speed that the time step leaves an elastic rebound of
+    ///   the two lightest grains, at least.
+    /// - `numerical_share`: Part of all dissipated energy that the time step took, and not
+    ///   friction, impacts, dampers or bonds.
+    /// - `radii_shrunk_rel`: Part by which radii were made smaller for the start without overlaps.
+    /// - `inertial_number`: Shear rate times sqrt(m/P): small where a layer shears slowly enough to
+    ///   be in equilibrium.
+    /// - `inertia_pressure_pa`: The pressure P of the inertial number.
+    /// - `step_over_inertial_time`: Step of the grains over their inertial time d sqrt(ρ/P); small
+    ///   steps resolve rearrangements.
+    /// # Bonds
+    /// - `bonds`: Bonds that are left at the end.
+    /// - `bonds_broken`: Bonds that broke.
+    /// - `bonds_broken_share`: Bonds that broke over those at the start.
+    /// - `layer_tension_pa`: Tensile strength of the bonded layer as a material, phi Z F/(pi d t):
+    ///   Rumpf's, in the plane, from the bonds at the start.
+    /// - `layer_shear_pa`: Shear strength of the bonded layer as a material: `layer_tension_pa` with the
+    ///   force F that breaks a bond in shear.
+    /// - `bonds_made`: Bonds that pairs without one made by healing.
+    /// - `healing_j`: Energy of the surface that healing bonds gained, which no motion gave.
+    /// - `adhesion_mean`: Mean intensity of adhesion over the bonds of the start: 1 is whole, 0 is
+    ///   broken.
+    /// - `bond_step_limit_s`: Step above which a bond may hold with more than its fracture energy
+    ///   against it.
+    /// - `bond_load_max`: Largest force of a bond over its strength, at most 1: from then on its
+    ///   adhesion falls.
+    /// - `bond_energy_rel`: Energy that breaking bonds took over that of the surface they gave up;
+    ///   1 in steps short enough for the speed at which they opened.
+}
+
 impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let since = self.stored();
@@ -176,7 +209,7 @@ impl Dem {
     /// The run at its end, for the checks of plausibility.
     pub(super) fn finished_run(&self) -> FinishedRun<'_> {
         FinishedRun {
-            bounds: self.plausible,
+            bounds: &self.plausible,
             bodies: &self.bodies,
             state: &self.progress.state,
             stored: self.stored(),

@@ -14,7 +14,6 @@ use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
 use super::motion::settled_at;
-use super::plausible::FemPlausibleConfig;
 use super::probe::ProbeConfig;
 use super::statics::StaticsConfig;
 use super::time::FemTimeConfig;
@@ -72,7 +71,7 @@ pub struct FemConfig {
     pub perturb_seed: Option<u64>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
-    pub plausible: FemPlausibleConfig,
+    pub plausible: FemPlausible,
 }
 
 impl FemConfig {
@@ -115,4 +114,15 @@ impl FemConfig {
         }
         all
     }
+}
+
+/// The table `plausible` of a continuum.
+pub type FemPlausible = kit::Plausible<FemTable>;
+
+/// Its name where checks are declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FemTable;
+
+impl kit::finding::Table for FemTable {
+    const NAME: &'static str = "fem";
 }

@@ -14,6 +14,19 @@ use crate::output::plausible;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
 
+kit::results! {
+    /// # Load and approach
+    /// - `p0_pa`: Largest contact pressure at the end of the hold, over the nodes.
+    /// - `contact_half_width_m`: Half width of the contact at the end of the hold, where a straight
+    ///   line through p² over x² is zero.
+    /// # Forces and places of sets
+    /// - `<set>_reaction_x_n`: Force along x that the moved set exerts on its body, at the end.
+    /// - `<set>_reaction_y_n`: Force along y that the moved set exerts on its body, at the end.
+    /// # Signals
+    /// - `interface_force_x_n`: Force along x on the coupled surfaces of a participant.
+    /// - `interface_force_y_n`: Force along y on the coupled surfaces of a participant.
+}
+
 impl FemNode {
     /// Values of the signals, and the energies after them.
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
@@ -111,7 +124,10 @@ impl FemNode {
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
             let drift = state.statistics.drift;
-            findings.push(drift.judge(&wheel.program, model.plausible.cycle_drift_rel));
+            findings.push(drift.judge(
+                &wheel.program,
+                model.plausible.of(&kit::cycle_drift::CYCLE_DRIFT),
+            ));
             let last = ContactProfile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             let sampled = held.unwrap_or(&last);

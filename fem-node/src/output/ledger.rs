@@ -4,6 +4,18 @@ use fem_kernel::wheel::state::Energies;
 use protocol::Role;
 use serde::{Deserialize, Serialize};
 
+kit::results! {
+    /// # Signals of the ledger
+    /// - `interface_work_j`: Work of the interface on the body, since the start.
+    /// - `applied_work_j`: Work of loads and tractions on the body, since the start.
+    /// - `drive_work_j`: Work of prescribed motions of the body, since the start.
+    /// - `strain_j`: Change of the strain energy of the body since the start.
+    /// - `numerical_loss_j`: Energy that the time scheme of the body took since the start.
+    /// - `mass_damping_j`: Energy dissipated by mass damping since the start.
+    /// - `stiffness_damping_j`: Energy dissipated by stiffness damping since the start.
+    /// - `plastic_j`: Energy dissipated by plastic flow since the start.
+}
+
 /// Cumulative energies since the start (J); their formulas are derived in [`fem_kernel::integrate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {

@@ -6,6 +6,7 @@ use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
 use fem_kernel::wheel::node_contact::ContactStatus;
+use kit::finding::WHEEL_AT_REST;
 use kit::judge;
 use protocol::{Finding, larger};
 
@@ -14,6 +15,58 @@ use crate::output::bending::bending_excess;
 use crate::output::probe::largest_strain;
 use crate::output::profile::ContactProfile;
 
+kit::findings! {
+    /// The wheel touches a body out to near its end.
+    ///
+    /// - Why: the body is narrow for this load.
+    /// - Do: make `mesh.width_m` larger, or lower the load.
+    /// - Judged: Distance of the outermost node in contact from the middle of the upper edge, over
+    ///   that of the edge's end, where wheel or edge is curved.
+    /// - Valid: 0.16.
+    /// - Wrong: 0.63 (200 kN).
+    CONTACT_REACH = "contact_reach": contact_reach_rel in fem = [0.5, 0.9];
+    /// Few nodes of a body touch the wheel.
+    ///
+    /// - Why: a coarse mesh below the wheel.
+    /// - Do: make `mesh.size_m` smaller there.
+    /// - Judged: One over the number of nodes in a curved contact: three nodes of 0.4 mm are off by
+    ///   1 to 10 % in approach and peak pressure, five by 0.6 %.
+    /// - Valid: 0.2 (5 nodes, peak pressure 0.6 % off).
+    /// - Wrong: 0.33 (3 nodes, 3 to 12 % off).
+    CONTACT_RESOLUTION = "contact_resolution": contact_resolution in fem = [0.3, 0.8];
+    /// A body is strained beyond what its measure of strain holds for.
+    ///
+    /// - Why: a high load, or `kinematics = "small"` with rotations.
+    /// - Do: lower the load, or write `kinematics = "corotational"`.
+    /// - Judged: Largest strain of a centroid, under small-strain kinematics the largest
+    ///   displacement gradient, rotation included.
+    /// - Valid: 0.04.
+    /// - Wrong: 0.14 (200 kN).
+    STRAIN = "strain": strain in fem = [0.1, 0.3];
+    /// The elements of a body are too stiff, or too soft, in bending.
+    ///
+    /// - Why: `q4_2x2` locks where `material.poisson` is near 0.5; every element is wrong in a body
+    ///   that bends with few elements across, or with elements much longer than wide.
+    /// - Do: take `element = "q4_bbar"` where `material.poisson` is above 0.4, and more elements
+    ///   across the body.
+    /// - Judged: Strain energy by which the elements miss that of bending, over all strain energy,
+    ///   while the body is elastic: about the share by which displacements under a load are off.
+    /// - Valid: 0.006 (`two-rails`).
+    /// - Wrong: 0.092 (`pressurised-cylinder` at Poisson's ratio 0.499 with `q4_2x2`, 9.4 % too
+    ///   stiff), 0.13 (two `q4_2x2` across a beam, 13 %).
+    LOCKING = "locking": locking_rel in fem = [0.05, 0.3];
+    /// A body has yielded with an element that is wrong for plastic flow.
+    ///
+    /// - Why: `q4_2x2` locks, and `q4_1point` is hardly held against hourglass modes.
+    /// - Do: take `element = "q4_bbar"`.
+    /// - Judged: Largest equivalent plastic strain over the elastic one Y/(3 mu) at first yield,
+    ///   where the element is not `q4_bbar`: in plastic flow, which keeps the volume, `q4_2x2` is
+    ///   too stiff and `q4_1point` hardly held against hourglass modes.
+    /// - Valid: 0.
+    /// - Wrong: 20 (Prandtl punch; `q4_2x2` 14 to 19 % too high, `q4_1point` 1.1 to 1.6 %).
+    PLASTIC_ELEMENT = "plastic_element": plastic_element in fem = [0.0, 1e300];
+}
+
 /// Share of the energy moved below which that of the strain is what is left of vibrations.
 const QUIET: f64 = 0.01;
 
@@ -21,7 +74,7 @@ const QUIET: f64 = 0.01;
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
     let [low, high] = range;
     let value = larger(high - load, load - low) / load;
-    let judged = judge!(model.plausible.wheel_force_rel, "wheel_at_rest", value;
+    let judged = judge!(model.plausible => WHEEL_AT_REST, value;
         "the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
     judged.filter(|_| load > 0.0)
 }
@@ -32,7 +85,7 @@ pub(crate) fn contact_resolution(model: &Model, profile: &ContactProfile) -> Opt
     let touching = touching.filter(|status| **status != ContactStatus::Open);
     let nodes = touching.count();
     let value = 1.0 / nodes as f64;
-    let judged = judge!(model.plausible.contact_resolution, "contact_resolution", value;
+    let judged = judge!(model.plausible => CONTACT_RESOLUTION, value;
         "only {nodes} nodes of the body touch the wheel, too few for its pressure and approach: make mesh.size_m smaller under the wheel, or raise wheel.load_n");
     judged.filter(|_| nodes > 0 && is_curved(model))
 }
@@ -61,7 +114,7 @@ pub(crate) fn contact_reach<'a>(
     let touching = profiles.flat_map(|profile| profile.x.iter().zip(&profile.status));
     let touching = touching.filter(|(_, status)| **status != ContactStatus::Open);
     let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
-    judge!(model.plausible.contact_reach_rel, "contact_reach", reach / half;
+    judge!(model.plausible => CONTACT_REACH, reach / half;
         "the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
 }
 
@@ -77,7 +130,7 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
     } else {
         "small-strain elasticity holds for small displacement gradients only"
     };
-    judge!(model.plausible.strain, "strain", value;
+    judge!(model.plausible => STRAIN, value;
         "the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
 }
 
@@ -95,7 +148,7 @@ pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Findi
     };
     let strain = largest_plastic_strain(model, state);
     let value = strain * 3.0 * law.mu / law.yield_stress;
-    judge!(model.plausible.plastic_element, "plastic_element", value;
+    judge!(model.plausible => PLASTIC_ELEMENT, value;
         "the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
 }
 
@@ -109,7 +162,7 @@ pub(crate) fn locking(model: &Model, state: &NodalState, moved: f64) -> Option<F
     }
     let share = excess / energy;
     let how = if share > 0.0 { "stiff" } else { "soft" };
-    judge!(model.plausible.locking_rel, "locking", share.abs();
+    judge!(model.plausible => LOCKING, share.abs();
         "the elements are too {how} in bending by {:.3} of the strain energy, and displacements under a load are off by about as much: take more elements across a body in bending, none much longer than wide, and element = \"q4_bbar\" or \"q4_1point\" where material.poisson is above 0.4",
         share.abs())
 }

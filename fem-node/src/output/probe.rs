@@ -15,6 +15,22 @@ use serde::{Deserialize, Serialize};
 use crate::model::Model;
 use crate::output::profile::ContactProfile;
 
+kit::results! {
+    /// # Load and approach
+    /// - `p_max_centroid_pa`: Largest hydrostatic pressure -tr(σ)/3, positive in compression, at
+    ///   the centroids of the elements, at the end of the hold.
+    /// - `p_max_gauss_pa`: Largest hydrostatic pressure over all points of integration, at the end
+    ///   of the hold.
+    /// - `p_max_nodal_pa`: Largest hydrostatic pressure over the nodes, the elements around a node
+    ///   being averaged, at the end of the hold.
+    /// # Forces and places of sets
+    /// - `<set>_outward_m`: Mean displacement of the line along its outward normal.
+    /// # Signals
+    /// - `surface_mean_uy_m`: Mean displacement along y of the coupled surface.
+    /// - `surface_min_uy_m`: Smallest displacement along y of the coupled surface: the most that it
+    ///   is pressed down.
+}
+
 /// Momentum of a body along the directions in which nothing holds or moves it (kg m/s), by the names of its signals.
 pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     if model.free == [false; 2] {

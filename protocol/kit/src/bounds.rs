@@ -4,6 +4,7 @@ use protocol::{Cause, Finding};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::finding::FindingKind;
 use crate::keys::ConfigError;
 
 /// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first is worth a warning, one above
@@ -31,13 +32,18 @@ impl From<Bounds> for [f64; 2] {
 
 impl Bounds {
     /// Judges a value, larger being worse; `text` says what it is and what to do. A value that is no number passes both bounds.
-    pub fn judge(&self, code: &str, value: f64, text: impl FnOnce() -> String) -> Option<Finding> {
+    pub fn judge(
+        &self,
+        kind: &FindingKind,
+        value: f64,
+        text: impl FnOnce() -> String,
+    ) -> Option<Finding> {
         let beyond = |bound: f64| value > bound || value.is_nan();
         beyond(self.warn.min(self.suspect)).then(|| {
             let suspect = beyond(self.suspect);
             let bound = if suspect { self.suspect } else { self.warn };
             Finding {
-                code: code.into(),
+                code: kind.code.into(),
                 text: text(),
                 value: if value.is_finite() { value } else { f64::MAX },
                 bound: bound.min(f64::MAX),
@@ -46,55 +52,34 @@ impl Bounds {
         })
     }
 
-    /// Refuses the first of these bounds, by their keys below `table`, that are not in order.
-    pub fn check_all<const N: usize>(
-        table: &str,
-        all: [(&str, Bounds); N],
-    ) -> Result<(), ConfigError> {
-        let in_order = |bounds: &Bounds| bounds.warn >= 0.0 && bounds.warn <= bounds.suspect;
-        let Some((key, Bounds { warn, suspect })) =
-            all.into_iter().find(|(_, bounds)| !in_order(bounds))
-        else {
+    /// Refuses bounds that are not in order, by their key.
+    ///
+    /// # Errors
+    /// Names the key and the bounds.
+    pub fn check(&self, key: &str) -> Result<(), ConfigError> {
+        let Bounds { warn, suspect } = self;
+        if *warn >= 0.0 && warn <= suspect {
             return Ok(());
-        };
+        }
         let problem = format!("[{warn}, {suspect}] are not two bounds in rising order");
-        Err(ConfigError::new(&format!("{table}.{key}"), problem)
+        Err(ConfigError::new(key, problem)
             .because(Cause::OutOfRange)
             .help("write [warn, suspect], for instance [0.1, 1.0]; 1e300 switches a bound off"))
     }
 }
 
-/// [`Bounds::judge`] with a text as `format!` takes it: `judge!(bounds, "code", value; "the value is {value}")`.
+/// [`Bounds::judge`] with a text as `format!` takes it. The bounds are given, `judge!(bounds, KIND, value; "the value is {value}")`, or those
+/// that a scenario's table has for the kind, `judge!(plausible => KIND, value; ...)`, or the kind's own, `judge!(KIND, value; ...)`.
 #[macro_export]
 macro_rules! judge {
-    ($bounds:expr, $code:expr, $value:expr; $($text:tt)+) => {
-        $bounds.judge($code, $value, || format!($($text)+))
+    ($plausible:expr => $kind:expr, $value:expr; $($text:tt)+) => {
+        $plausible.of(&$kind).judge(&$kind, $value, || format!($($text)+))
     };
-}
-
-/// A table `plausible`: a type with the bounds of checks, each written `field = [warn, suspect]` with the values where a scenario has
-/// none. Its `check` refuses the first that are not in order, by their keys below `table`.
-#[macro_export]
-macro_rules! plausible_bounds {
-    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident = $default:expr,)* }) => {
-        $(#[$about])*
-        #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(deny_unknown_fields, default)]
-        pub struct $name {
-            $($(#[$doc])* pub $field: $crate::bounds::Bounds,)*
-        }
-
-        impl Default for $name {
-            fn default() -> $name {
-                $name { $($field: $crate::bounds::Bounds::from($default),)* }
-            }
-        }
-
-        impl $name {
-            pub(crate) fn check(&self, table: &str) -> Result<(), $crate::keys::ConfigError> {
-                $crate::bounds::Bounds::check_all(table, [$((stringify!($field), self.$field)),*])
-            }
-        }
+    ($kind:expr, $value:expr; $($text:tt)+) => {
+        $crate::Bounds::from($kind.bounds).judge(&$kind, $value, || format!($($text)+))
+    };
+    ($bounds:expr, $kind:expr, $value:expr; $($text:tt)+) => {
+        $bounds.judge(&$kind, $value, || format!($($text)+))
     };
 }
 
@@ -107,8 +92,13 @@ mod tests {
         suspect: 1.0,
     };
 
+    crate::findings! {
+        /// A value is large.
+        LARGE = "large";
+    }
+
     fn judged(value: f64) -> Option<(bool, f64, f64)> {
-        let finding = BOUNDS.judge("code", value, || "text".into());
+        let finding = BOUNDS.judge(&LARGE, value, || "text".into());
         finding.map(|finding| (finding.suspect, finding.value, finding.bound))
     }
 
@@ -125,8 +115,8 @@ mod tests {
         assert_eq!(judged(f64::NAN), Some((true, f64::MAX, 1.0)));
         assert_eq!(judged(f64::INFINITY), Some((true, f64::MAX, 1.0)));
         let off = Bounds::from([f64::INFINITY; 2]);
-        assert_eq!(off.judge("code", 1e300, String::new), None);
-        let finding = off.judge("code", f64::NAN, String::new).expect("no number");
+        assert_eq!(off.judge(&LARGE, 1e300, String::new), None);
+        let finding = off.judge(&LARGE, f64::NAN, String::new).expect("no number");
         let text = serde_json::to_string(&finding).expect("numbers");
         assert_eq!(
             serde_json::from_str::<Finding>(&text).expect("numbers"),
@@ -136,15 +126,10 @@ mod tests {
 
     #[test]
     fn bounds_are_refused_out_of_order() {
-        let check =
-            |second| Bounds::check_all("plausible", [("gap_rel", BOUNDS), ("overlap_rel", second)]);
-        assert!(check(BOUNDS).is_ok());
+        assert!(BOUNDS.check("plausible.gap_rel").is_ok());
         for wrong in [[1.0, 0.1], [-1.0, 1.0], [f64::NAN, 1.0], [0.1, f64::NAN]] {
-            let error = check(Bounds::from(wrong));
-            assert_eq!(
-                error.expect_err("out of order").key,
-                "plausible.overlap_rel"
-            );
+            let error = Bounds::from(wrong).check("plausible.gap_rel");
+            assert_eq!(error.expect_err("out of order").key, "plausible.gap_rel");
         }
     }
 }

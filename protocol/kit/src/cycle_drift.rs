@@ -6,6 +6,21 @@ use serde::{Deserialize, Serialize};
 use crate::wheel::WheelProgram;
 use crate::{Bounds, judge};
 
+crate::findings! {
+    /// From one cycle to the next the wheel moves up or down under its held load.
+    ///
+    /// - Why: what carries it gives way or rings, as thick or loose layers do. Friction and loops
+    ///   are not those of a steady motion.
+    /// - Do: take more `wheel.cycles`, make `wheel.hold_s` longer, or the layer thinner or bonded.
+    /// - Judged: Change of the wheel's height over the last period, where its displacement is 0,
+    ///   over the amplitude of its motion: 0.5 um of 50 um are a work of the load of 4.5 % of the
+    ///   friction loop of `wheel-rail-fe-small`.
+    /// - Valid: 2e-4 (`wheel-rail-coupled`).
+    /// - Wrong: 0.025, 0.06 (its layer 1.0, 1.5 mm thick: friction at D = 0 7 %, or more, beyond
+    ///   that of the rail).
+    CYCLE_DRIFT = "cycle_drift": cycle_drift_rel in dem fem = [0.01, 0.1];
+}
+
 /// Share of half a period by which a step may miss its end: times are sums of steps.
 const ROUNDING: f64 = 1e-3;
 
@@ -38,7 +53,7 @@ impl CycleDrift {
         let [a, b, c, d] = self.heights;
         let before = if self.count > 3 { (c - a).abs() } else { 0.0 };
         let drift = larger(before, (d - b).abs());
-        let found = judge!(bounds, "cycle_drift", drift / program.amplitude_m;
+        let found = judge!(bounds, CYCLE_DRIFT, drift / program.amplitude_m;
             "from one cycle to the next the wheel moved up or down by {drift:.2e} m where its displacement is 0: what carries it gives way or rings, and friction loops are not those of a steady motion; take more wheel.cycles, make wheel.hold_s longer, or what carries it thinner, bonded or damped");
         found.filter(|_| held && program.amplitude_m > 0.0 && self.count >= 3)
     }

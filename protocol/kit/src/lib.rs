@@ -12,16 +12,20 @@
 //! - [`student`]: Student's t;
 //! - [`boxes`]: means of a traction over boxes;
 //! - [`bounds`]: the two bounds of a check of plausibility;
+//! - [`finding`]: the kinds of findings, with what a user reads of them, and the table of their bounds;
+//! - [`results`]: the results and signals that a program has;
 //! - [`vtk`]: files of fields;
 //! - [`scratch`]: folders that go with whoever made them.
 
 pub mod bounds;
 pub mod boxes;
 pub mod cycle_drift;
+pub mod finding;
 pub mod input_file;
 pub mod keys;
 pub mod limits;
 pub mod number;
+pub mod results;
 pub mod schema;
 pub mod scratch;
 pub mod student;
@@ -52,5 +56,9 @@ macro_rules! add_fields {
     };
 }
 
+#[doc(hidden)]
+pub use inventory;
+
 pub use bounds::Bounds;
+pub use finding::{FindingKind, Plausible};
 pub use keys::{ConfigError, read_config, read_part};

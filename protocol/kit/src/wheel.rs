@@ -9,6 +9,36 @@ use crate::keys::ConfigError;
 use crate::limits::{not_negative, positive};
 use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 
+crate::results! {
+    /// # Load and approach
+    /// - `load_n`: Load on the wheel that the scenario asks for.
+    /// - `wheel_force_n`: Force on the wheel, mean over the last half of the hold: the load, where
+    ///   it came to rest.
+    /// - `approach_m`: Way of the wheel towards the rail from its first place until the end of the
+    ///   hold.
+    /// # Friction and sliding
+    /// - `friction_coefficient`: |F_T|/F_N of the wheel, the mean over its motion, sticking
+    ///   included.
+    /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
+    ///   friction loop.
+    /// # Signals
+    /// - `wheel_x_m`: Sideways way D of the wheel, towards +x.
+    /// - `wheel_y_m`: Height of the lowest point of the wheel's face.
+    /// - `wheel_vx_m_per_s`: Sideways velocity of the wheel.
+    /// - `wheel_fn_n`: Force on the wheel along y, upwards: the load where it is at rest.
+    /// - `wheel_ft_n`: Force on the wheel along x: against its motion, so negative while it moves
+    ///   towards +x.
+    /// # Signals of the ledger
+    /// - `wheel_load_j`: Work of the wheel's load, since the start.
+    /// - `wheel_drive_j`: Work of the drive that moves the wheel sideways, since the start.
+    /// - `kinetic_j`: Change of the kinetic energy since the start: scaled masses of the grains and
+    ///   the vertical motion of their wheel, or the body.
+    /// - `wheel_kinetic_j`: Change of the kinetic energy of the wheel's vertical motion since the
+    ///   start.
+    /// - `friction_j`: Energy dissipated by slip since the start.
+    /// - `impact_j`: Energy dissipated in impacts of rigid contacts since the start.
+}
+
 /// Name of the part of a history whose end fixes the state that results are taken from.
 pub const HOLD: &str = "hold";
 

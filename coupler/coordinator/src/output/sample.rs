@@ -8,6 +8,16 @@ use runs::profile::InterfaceTraction;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
 
+kit::results! {
+    /// # Load and approach
+    /// - `interface_force_n`: Normal force through the interface, mean over the last half of the
+    ///   hold.
+    /// - `p0_1mm_pa`: Largest mean over 1 mm of the pressure on the coupled surface at the end of
+    ///   the hold.
+    /// - `half_width_98_m`: Half of the length around the middle through which 98 % of the normal
+    ///   force goes.
+}
+
 /// The load history of a run: that of the first participant which has one.
 pub fn load_history<'a>(participants: impl Iterator<Item = &'a Description>) -> Vec<Phase> {
     let mut histories = participants.map(|description| &description.phases);

@@ -12,7 +12,8 @@ use super::network::Network;
 use super::peer::{Far, Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
-use crate::plausible;
+use crate::events::Listener;
+use runs::plausible;
 use runs::warning::Warning;
 use scenario::error::{Error, Result};
 use scenario::keys::{Deadlines, Label, Scenario};
@@ -158,8 +159,8 @@ pub struct Peers {
     /// Labels that the exchange with each participant is recorded under.
     pub labels: Vec<Label>,
     deadlines: Deadlines,
-    /// True where a long set-up is told on stderr.
-    pub tells_setup: bool,
+    /// Hears of long set-ups.
+    pub listener: Listener,
     /// Signals that end the run.
     pub watch: Watch,
     /// Warnings about answers that were not passed on yet.
@@ -183,7 +184,7 @@ impl Peers {
             run_id,
             deadlines: scenario.run.deadlines.clone(),
             watch,
-            tells_setup: false,
+            listener: Listener::default(),
             found: Vec::new(),
         }
     }
@@ -292,7 +293,7 @@ impl Peers {
             seconds,
             key,
             watch,
-            told: greeting && self.tells_setup,
+            listener: Some(&self.listener).filter(|_| greeting),
         };
         (&mut self.peers[peer], wait)
     }

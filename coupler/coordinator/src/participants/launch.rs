@@ -15,7 +15,8 @@ use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
-use runs::run_dir::{BUILD, RunDir};
+use runs::identity::build;
+use runs::run_dir::RunDir;
 use scenario::error::{Error, Refusal, Result};
 use scenario::keys::{Participant, TransportKind};
 use scenario::load::{Loaded, absolute};
@@ -160,7 +161,7 @@ impl Launcher<'_> {
             None => {
                 self.registry.find(participant)?;
                 // Another program may be at the same path there.
-                let words = ["node", &participant.kind, "--build", BUILD];
+                let words = ["node", &participant.kind, "--build", build().hash];
                 command.arg(&self.program).args(words)
             }
             Some(words) => command.args(words),
@@ -181,7 +182,7 @@ impl Launcher<'_> {
             coordinator_pid: std::process::id(),
             setting: Setting {
                 fields: fields.then(|| absolute(&self.rundir.fields())),
-                cache: cache.map(|folder| folder.join(format!("samples-{BUILD}"))),
+                cache: cache.map(|folder| folder.join(format!("samples-{}", build().hash))),
                 ..setting(self.loaded, participant, self.threads)
             },
             transport,

@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
 use super::watch::Watch;
-use crate::output::progress::prepares;
+use crate::events::{Listener, RunEvent};
 use exchange_log::timing::RequestTimes;
 use scenario::error::{Code, Error, Refusal, Result};
 use scheme::ledger::{largest_difference, ratio};
@@ -42,8 +42,8 @@ pub struct Wait<'a> {
     pub key: &'static str,
     /// Signals.
     pub watch: &'a Watch,
-    /// True where a long wait is told.
-    pub told: bool,
+    /// Hears of a long wait.
+    pub listener: Option<&'a Listener>,
 }
 
 /// One participant.
@@ -336,8 +336,12 @@ impl Peer {
         *waited += SLICE;
         let now = waited.as_secs_f64();
         if now < wait.seconds {
-            if wait.told {
-                prepares(&self.name, [before, now], wait.seconds);
+            if let Some(listener) = wait.listener {
+                listener.tell(&RunEvent::Prepares {
+                    participant: &self.name,
+                    waited_s: [before, now],
+                    limit_s: wait.seconds,
+                });
             }
             return Ok(());
         }

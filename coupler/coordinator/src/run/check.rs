@@ -6,11 +6,19 @@ use protocol::Cause;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
 use crate::participants::{Registry, network};
-use runs::warning::Warning;
+use runs::warning::{ADVICE, Warning};
 use scenario::error::Result;
 use scenario::keys::FieldsFormat;
 use scenario::load::Loaded;
 use scheme::keys::SchemeWord;
+
+kit::findings! {
+    /// A key of an interface means nothing for its scheme.
+    ///
+    /// - Why: it belongs to another scheme.
+    /// - Do: remove it, or take the scheme that it belongs to.
+    UNUSED_KEY = "unused_key";
+}
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
 pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>> {
@@ -34,13 +42,13 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
             loaded.source.error(&key, error)
         })?;
         let found = found.iter();
-        warnings.extend(found.map(|text| Warning::advice("advice", name, text)));
+        warnings.extend(found.map(|text| Warning::advice(&ADVICE, name, text)));
     }
     let output = &loaded.scenario.run.output;
     if output.fields_every_s.is_some() && !output.fields {
         let text = "means nothing with run.output.fields = false and is not used";
         let key = "run.output.fields_every_s";
-        warnings.push(Warning::advice("unused_key", key, text));
+        warnings.push(Warning::advice(&UNUSED_KEY, key, text));
     }
     let key = "run.output.fields_format";
     refuse_if(
@@ -58,7 +66,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         warnings.extend(unused.map(|key| {
             let key = format!("interface.{name}.{key}");
             let text = format!("means nothing for scheme = {scheme} and is not used");
-            Warning::advice("unused_key", &key, text)
+            Warning::advice(&UNUSED_KEY, &key, text)
         }));
     }
     warnings.extend(yielding(loaded, registry));
@@ -89,7 +97,7 @@ fn yielding(loaded: &Loaded, registry: &Registry) -> Vec<Warning> {
             "`{body}` yields, and scheme = \"{}\" takes its compliance as constant: the run ends with not-converged where it flows; take scheme = \"dual-schur-secant\"",
             interface.scheme
         );
-        Some(Warning::advice("advice", &interface.name, text))
+        Some(Warning::advice(&ADVICE, &interface.name, text))
     });
     joined.collect()
 }

@@ -17,6 +17,15 @@ use runs::warning::Warning;
 use scenario::error::Result;
 use scenario::keys::{RunKeys, Scenario};
 
+kit::findings! {
+    /// The fields will not fit on the disk at the cadence that was asked for.
+    ///
+    /// - Why: a small disk, many moments, a fine mesh or many grains.
+    /// - Do: make room, write fewer moments (a longer `run.output.fields_every_s`), or none:
+    ///   `run.output.fields = false`.
+    FIELDS_SPACE = "fields_space";
+}
+
 /// Name of the last snapshot.
 pub const AT_THE_END: &str = "end";
 
@@ -265,7 +274,7 @@ fn lack(bytes: u64, free: Option<u64>) -> Option<Warning> {
         "the fields take about {:.3e} bytes and the disk has {:.3e} left: make run.output.fields_every_s longer, choose another --out, or set run.output.fields = false",
         bytes as f64, free as f64
     );
-    Some(Warning::advice("fields_space", "run.output.fields", text))
+    Some(Warning::advice(&FIELDS_SPACE, "run.output.fields", text))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use kit::Bounds;
+use kit::FindingKind;
 use protocol::{Description, Finding, Phase, Window};
 
 use super::checkpoint::restart::files_of;
@@ -13,16 +13,16 @@ use super::fields::{AT_THE_END, Fields};
 use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
-use crate::output::progress::ProgressSpan;
-use crate::output::run_progress::RunProgress;
+use crate::events::Listener;
+use crate::output::progress::{ProgressSpan, RunProgress};
 use crate::output::sample::load_history;
 use crate::output::state::head;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans};
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::participants::{Communicator, Peers};
-use crate::plausible;
 use crate::summary::Summary;
+use runs::plausible::{self, DISSIPATION, ENERGY_BALANCE, INTERFACE_ENERGY};
 use runs::profile::{self, InterfaceTraction};
 use runs::run_dir::RunDir;
 use runs::signals::SIGNALS;
@@ -106,7 +106,7 @@ impl<'a> Outputs<'a> {
             foreign: own.map(is_foreign).collect(),
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
-            progress: Progress::new(false),
+            progress: Progress::new(Listener::default()),
             phases,
             descriptions,
             pace: Pace::new(greeted.iter().filter_map(Greeted::local_pid).collect()),
@@ -261,6 +261,7 @@ impl<'a> Outputs<'a> {
         let run_progress = RunProgress {
             run: self.scenario.run.name.clone(),
             phase: phase_at(&self.phases, reached_s),
+            from_s: course.from_s,
             t_s: reached_s,
             end_s: course.end_s,
             window: done,
@@ -346,12 +347,12 @@ impl<'a> Outputs<'a> {
     /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
     fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
         let sums = self.sums();
-        let bounds = self.scenario.run.plausible.energy_balance_rel;
+        let bounds = self.scenario.run.plausible.of(&ENERGY_BALANCE);
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
-            self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
+            self.lost(&ENERGY_BALANCE, self.names[peer], value, time_s);
             let loss = Some(&mut self.state.losses[peer]).filter(|_| self.foreign[peer]);
-            let fell = loss.and_then(|loss| loss.add_loss(own, plausible::LOSS_FALLS[0]));
+            let fell = loss.and_then(|loss| loss.add_loss(own, DISSIPATION.bounds[0]));
             // A participant without a ledger has sums that are no numbers.
             let fell = fell.filter(|value| value.is_finite());
             let finding = fell.and_then(|value| plausible::dissipation(value, time_s));
@@ -362,34 +363,29 @@ impl<'a> Outputs<'a> {
         if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
             let sums = EnergySums::together(sums.into_iter().chain([points]));
             let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
-            self.lost(("energy_balance", bounds), "run", value, time_s);
+            self.lost(&ENERGY_BALANCE, "run", value, time_s);
         }
     }
 
     /// Judges the energy of each interface; returns the energies of points with masses of their own.
     fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
         let mut points = EnergySums::default();
-        let bounds = self.scenario.run.plausible.interface_energy_rel;
+        let bounds = self.scenario.run.plausible.of(&INTERFACE_ENERGY);
         for coupling in groups.iter().map(|group| &group.coupling) {
             for (patch, ledger) in coupling.group().patches.iter().zip(&coupling.ledgers) {
                 points.kept_j += ledger.points_kept_j();
                 let balance = &mut self.state.balances[self.names.len() + patch.index];
                 let value = balance.see(ledger.energy_defect_j, ledger.energy_j, bounds.suspect);
-                self.lost(("interface_energy", bounds), &patch.name, value, time_s);
+                self.lost(&INTERFACE_ENERGY, &patch.name, value, time_s);
             }
         }
         points
     }
 
     /// Keeps the finding about a balance that this check makes, if it makes one.
-    fn lost(
-        &mut self,
-        (code, bounds): (&str, Bounds),
-        about: &str,
-        value: Option<f64>,
-        time_s: f64,
-    ) {
-        let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
+    fn lost(&mut self, kind: &FindingKind, about: &str, value: Option<f64>, time_s: f64) {
+        let bounds = &self.scenario.run.plausible;
+        let finding = value.and_then(|v| plausible::lost_balance(kind, bounds, v, time_s));
         self.keep_finding(about, finding);
     }
 

@@ -17,8 +17,8 @@ use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
 use crate::cost::memory::{forget_peak, own_cpu_s};
-use crate::output::progress::{Progress, prepare};
-use crate::output::stderr::{leave, tell_of};
+use crate::events::{Listener, RunEvent};
+use crate::output::Progress;
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
@@ -26,13 +26,13 @@ use crate::participants::launch::Launcher;
 use crate::participants::recorded::Recorded;
 use crate::participants::remote::Remote;
 use crate::participants::{Communicator, Peers, Registry, Watch};
-use crate::plausible;
 use crate::summary::Summary;
 use exchange_log::timing::{TIMING, TimingLog};
 use exchange_log::{Exchange, Provenance, Recorder, Volume};
+use runs::plausible;
 use runs::run_dir::{RunDir, free_bytes, manifest};
 use runs::signals::SIGNALS;
-use runs::warning::Warning;
+use runs::warning::{ADVICE, Warning};
 use runs::written::add_tables;
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
@@ -41,6 +41,37 @@ use scheme::join::join;
 use scheme::predict::inputs::foresee;
 use scheme::predict::prediction::{Bound, LEAST_MARGIN};
 use scheme::window::AcceptedWindow;
+
+kit::findings! {
+    /// Wall-clock times of requests could not be written; the run goes on without them.
+    ///
+    /// - Why: the disk of the run directory is full, or cannot be written.
+    /// - Do: nothing for the results; `thirdbody export --trace` has no times of this run. Make
+    ///   room for the next one.
+    TIMING_LOG = "timing_log";
+    /// Somebody else has tried to speak on a connection between hosts, and was not heard: the run
+    /// is as if nothing had been.
+    ///
+    /// - Why: a port that others reach and try, a participant of another run that was started with
+    ///   its session, or a certificate or password that does not fit; messages without the
+    ///   signature of the run were dropped.
+    /// - Do: look whose address the text names, listen at an address that fewer reach
+    ///   (`run.remote.listen`), and take `quic`, which lets nobody in without a certificate of the
+    ///   run.
+    STRANGER = "stranger";
+    /// The log will not fit on the disk if windows take as many repeats as they may.
+    ///
+    /// - Why: a small disk, a long run.
+    /// - Do: make room, or write no log: `run.output.exchange = false`.
+    LOG_SPACE = "log_space";
+    /// Windows are long beside the first period of the continuum.
+    ///
+    /// - Why: the value is a quarter of that period over the window. Waves cross the body within a
+    ///   window, and the force on it is a constant of the window: stable, and no longer accurate.
+    /// - Do: lower `interface.<name>.substeps`, or run once more with half of them and compare
+    ///   ("Four questions" in scenarios/README.md).
+    LONG_WINDOW = "long_window";
+}
 
 /// Circumstances of a run, beside the scenario.
 #[derive(Clone)]
@@ -55,8 +86,8 @@ pub struct RunOptions<'a> {
     pub program: PathBuf,
     /// Signals that end the run.
     pub watch: Watch,
-    /// Progress is shown on stderr.
-    pub progress: bool,
+    /// Hears of what happens.
+    pub listener: Listener,
     /// Any warning makes the run suspect.
     pub strict: bool,
     /// The run ends, in order, as soon as its cost is predicted.
@@ -66,7 +97,7 @@ pub struct RunOptions<'a> {
 }
 
 impl<'a> RunOptions<'a> {
-    /// One thread a participant, no progress, and no signal ends the run.
+    /// One thread a participant, nobody listens, and no signal ends the run.
     pub fn quiet(out: Option<&'a Path>, registry: &'a Registry, program: &Path) -> RunOptions<'a> {
         RunOptions {
             out,
@@ -74,7 +105,7 @@ impl<'a> RunOptions<'a> {
             registry,
             program: program.to_path_buf(),
             watch: Watch::default(),
-            progress: false,
+            listener: Listener::default(),
             strict: false,
             dry_run: false,
             budget: None,
@@ -83,7 +114,7 @@ impl<'a> RunOptions<'a> {
 }
 
 /// Text of the warning about windows that are long beside the first period of the continuum.
-const LONG_WINDOW: &str = "a window is longer than a quarter of the continuum's first period: it is stable, but how forces come and go within a window is lost, and results depend on its length; take fewer substeps, or compare with half of them";
+const LONG_WINDOW_TEXT: &str = "a window is longer than a quarter of the continuum's first period: it is stable, but how forces come and go within a window is lost, and results depend on its length; take fewer substeps, or compare with half of them";
 
 /// A budget that the setting of a run was chosen by.
 #[derive(Clone, Debug, Default)]
@@ -166,9 +197,7 @@ pub fn run_among(
     };
     session.warn(warnings);
     let error = session.run().err();
-    if options.progress {
-        leave();
-    }
+    options.listener.tell(&RunEvent::Ended);
     let mut summary = session.summary;
     // That of signals.csv is known: what was written says more than what is read back.
     add_tables(rundir.path(), &mut summary.tables);
@@ -228,11 +257,11 @@ impl RunSession<'_> {
         let result = self.converse(&mut recorded);
         for (about, tried) in recorded.peers.strangers() {
             let text = format!("somebody else was not heard: {tried}");
-            self.warn([Warning::advice("stranger", &about, text)]);
+            self.warn([Warning::advice(&STRANGER, &about, text)]);
         }
         recorded.close_times();
         let untimed = recorded.untimed.take();
-        self.warn(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
+        self.warn(untimed.map(|why| Warning::advice(&TIMING_LOG, TIMING, why)));
         let closed = recorded.journal.close();
         if let Ok(closed) = &closed {
             let wall_s = self.start.elapsed().as_secs_f64();
@@ -264,11 +293,12 @@ impl RunSession<'_> {
     /// The whole conversation: greeting, the state of a resumed run, windows, farewell.
     fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
         let scenario = &self.loaded.scenario;
-        if self.options.progress {
-            let names = scenario.participant.iter().map(|p| p.name.as_str());
-            prepare(&scenario.run.name, &names.collect::<Vec<_>>());
-            recorded.peers.tells_setup = true;
-        }
+        let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
+        self.options.listener.tell(&RunEvent::Prepare {
+            run: &scenario.run.name,
+            participants: &names,
+        });
+        recorded.peers.listener = self.options.listener.clone();
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
         for (peer, (participant, greeted)) in scenario.participant.iter().zip(&greeted).enumerate()
         {
@@ -291,7 +321,7 @@ impl RunSession<'_> {
         let (missed, no_hold) = plausible::unreached(scenario, told, end_s);
         self.warn(missed);
         let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
-        outputs.progress = Progress::new(self.options.progress);
+        outputs.progress = Progress::new(self.options.listener.clone());
         outputs.dry_run = self.options.dry_run;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
@@ -436,7 +466,8 @@ impl RunSession<'_> {
             for (side, columns) in columns.iter().enumerate() {
                 let peer = coupling.group().force_driven[side].peer;
                 let explicit = greeted[peer].description.step_limit_s.is_some();
-                let finding = plausible::told_mass(coupling.group(), side, columns, explicit);
+                let own: Vec<f64> = columns.diagonal().iter().copied().collect();
+                let finding = plausible::told_mass(coupling.group(), side, &own, explicit);
                 let name = &self.loaded.scenario.participant[peer].name;
                 self.warn(finding.map(|finding| Warning::of(name, finding)));
             }
@@ -453,7 +484,7 @@ impl RunSession<'_> {
                 let long = long.map(|bound| Warning {
                     value: Some(bound.margin),
                     bound: Some(LEAST_MARGIN),
-                    ..Warning::advice("long_window", name, LONG_WINDOW)
+                    ..Warning::advice(&LONG_WINDOW, name, LONG_WINDOW_TEXT)
                 });
                 let points = &group.points;
                 // A bare surface has points without a disk.
@@ -563,7 +594,7 @@ impl RunSession<'_> {
         log_volume::require_space(least, free, &log)?;
         if let Err(error) = log_volume::require_space(most, free, &log) {
             let text = error.to_string();
-            self.warn([Warning::advice("log_space", "run.output.exchange", text)]);
+            self.warn([Warning::advice(&LOG_SPACE, "run.output.exchange", text)]);
         }
         Ok(())
     }
@@ -571,7 +602,7 @@ impl RunSession<'_> {
     /// Tells and keeps what a participant says of itself.
     fn advise(&mut self, participant: &str, texts: &[String]) {
         let advice = texts.iter();
-        self.warn(advice.map(|text| Warning::advice("advice", participant, text)));
+        self.warn(advice.map(|text| Warning::advice(&ADVICE, participant, text)));
     }
 
     /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
@@ -581,10 +612,7 @@ impl RunSession<'_> {
                 continue;
             }
             self.rundir.note(&warning.line());
-            if self.options.progress {
-                let object = serde_json::to_value(&warning).unwrap_or_default();
-                tell_of("warning", object, || warning.line());
-            }
+            self.options.listener.tell(&RunEvent::Warning(&warning));
             self.summary.warnings.push(warning);
         }
     }

@@ -1,4 +1,5 @@
 use super::*;
+use runs::warning::ADVICE;
 
 /// A run with an interface between a continuum without ledger and a layer that holds 100 N.
 fn held(ledger: &InterfaceLedger) -> Summary {
@@ -105,7 +106,7 @@ fn a_layer_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
 #[test]
 fn an_error_outranks_what_is_suspect_and_strict_makes_any_warning_so() {
     let mut summary = Summary::new("test", "");
-    summary.warnings = vec![Warning::advice("advice", "rail", "take care")];
+    summary.warnings = vec![Warning::advice(&ADVICE, "rail", "take care")];
     summary.end(0.0, None, false);
     assert_eq!((summary.status, summary.exit_code), ("completed", 0));
     summary.end(0.0, None, true);

@@ -16,12 +16,12 @@
 use std::fmt;
 use std::path::Path;
 
-use coordinator::output::tell;
 use map::{Axes, Cell};
 use protocol::larger;
 use scenario::error::Error;
 use scheme::keys::CouplingScheme;
 use scheme::predict::prediction::NEUTRAL;
+use terminal::tell;
 
 pub mod bar;
 pub mod limits;

@@ -3,7 +3,7 @@
 use super::rule::{RuleFinding, broken, not_tested};
 use super::tested::{Part, TestedParticipant};
 use coordinator::participants::remote::Remote;
-use coordinator::plausible;
+use runs::plausible;
 use scenario::error::Error;
 use scheme::join::join;
 

@@ -7,7 +7,6 @@ use std::time::Instant;
 use super::Recording;
 use super::replayed::Replayed;
 use super::tape::{TapeLink, TapeProgress, turns};
-use coordinator::output::Count;
 use coordinator::participants::handshake::{Greeted, greet};
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
@@ -18,6 +17,7 @@ use scenario::error::{Code, Error, Refusal};
 use scenario::keys::Scenario;
 use scheme::join::join;
 use scheme::predict::inputs::foresee;
+use terminal::Count;
 
 /// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not
 /// part of the log, so each is started once for its greeting.

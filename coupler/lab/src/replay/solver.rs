@@ -10,13 +10,13 @@ use super::deviation::Ruler;
 use super::replayed::{Drift, Replayed};
 use super::tape::{Turn, turns};
 use crate::quiet::participant_index;
-use coordinator::output::Count;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::{Communicator, Launcher, Watch, handshake};
 use coordinator::run::checkpoint::RestartPoint;
 use exchange_log::Mismatch;
 use exchange_log::mismatch::Difference;
 use scenario::error::{Error, Refusal};
+use terminal::Count;
 
 /// Conditions of a solver's replay.
 #[derive(Clone, Copy, Default)]

@@ -9,7 +9,6 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::case::{Basis, Number, SuiteCase, Take, read};
-use coordinator::output::tell_progress;
 use coordinator::run::session::RunOptions;
 use protocol::larger;
 use runs::curve::median;
@@ -18,6 +17,7 @@ use scenario::error::{Error, Refusal};
 use scenario::load::load;
 use study::plan::run_id;
 use study::task::{TaskFolder, TaskOutcome, TaskStage};
+use terminal::tell_progress;
 
 /// Time between two looks at a run that another process does.
 const LOOK: Duration = Duration::from_secs(1);

@@ -1,39 +1,73 @@
-//! The page of causes and cures, entry by entry.
+//! Causes and cures of errors and warnings, as the documentation beside the code has them.
 
-/// The page.
-const PAGE: &str = include_str!("../../../ERRORS.md");
+use kit::finding::{finding_kinds, paragraphs};
 
-/// An entry of the page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use super::code::Code;
+
+/// What a code means, why it comes and what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
-    /// The code that it is about.
+    /// The code.
     pub code: &'static str,
-    /// Everything below the code.
-    pub text: &'static str,
+    /// The exit code of an error; `None` for a warning.
+    pub exit_code: Option<i32>,
+    /// Its documentation, a paragraph or point a line; the first says what happened.
+    pub paragraphs: Vec<String>,
 }
 
-/// All entries, errors before warnings.
-pub fn explanations() -> impl Iterator<Item = Explanation> {
-    let sections = PAGE.split("\n## ").skip(1);
-    let with_codes = sections.flat_map(|section| section.split("\n### `").skip(1));
-    with_codes.filter_map(|explanation| {
-        let (code, text) = explanation.split_once("`\n")?;
-        let text = text.trim();
-        Some(Explanation { code, text })
-    })
+/// All entries, errors before warnings, each in the order of their codes.
+pub fn explanations() -> Vec<Explanation> {
+    let error = |code: Code| Explanation {
+        code: code.word(),
+        exit_code: Some(code.exit_code()),
+        paragraphs: paragraphs(code.doc()),
+    };
+    let mut all: Vec<Explanation> = Code::all().map(error).collect();
+    all.sort_by_key(|explanation| explanation.code);
+    all.extend(finding_kinds().into_iter().map(|kind| {
+        let mut paragraphs = paragraphs(kind.doc);
+        if !kind.key.is_empty() {
+            let [warn, suspect] = kind.bounds_in_words();
+            let tables = kind.tables.join(", ");
+            let (key, of) = (kind.key, format!("`plausible` ({tables})"));
+            paragraphs.push(format!(
+                "- Bounds: {warn} and {suspect}; key `{key}` of {of}."
+            ));
+        }
+        Explanation {
+            code: kind.code,
+            exit_code: None,
+            paragraphs,
+        }
+    }));
+    all
 }
 
 /// The entry of a code.
 pub fn explanation(code: &str) -> Option<Explanation> {
-    explanations().find(|explanation| explanation.code == code)
+    let mut all = explanations().into_iter();
+    all.find(|explanation| explanation.code == code)
 }
 
 impl Explanation {
     /// What happened, in a line.
-    pub fn line(&self) -> &'static str {
-        let first = self.text.lines().next().unwrap_or_default();
-        let ending = [" Exit code ", " A warning."];
-        let end = ending.iter().filter_map(|words| first.find(words)).min();
-        &first[..end.unwrap_or(first.len())]
+    pub fn line(&self) -> &str {
+        &self.paragraphs[0]
+    }
+
+    /// Everything below the code, as Markdown.
+    pub fn text(&self) -> String {
+        let ending = match self.exit_code {
+            Some(exit_code) => format!("Exit code {exit_code}."),
+            None => "A warning.".into(),
+        };
+        let mut text = format!("{} {ending}\n", self.line());
+        for pair in self.paragraphs.windows(2) {
+            let in_list = pair.iter().all(|line| line.starts_with("- "));
+            text += if in_list { "" } else { "\n" };
+            text += &pair[1];
+            text += "\n";
+        }
+        text
     }
 }

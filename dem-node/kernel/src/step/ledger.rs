@@ -13,6 +13,28 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::loss::Loss;
 
+kit::results! {
+    /// # Signals of the ledger
+    /// - `interface_j`: Work of the body below on the grains through the joined rows, since the
+    ///   start.
+    /// - `weight_j`: Work of the weight of the grains, since the start.
+    /// - `walls_j`: Work of moving walls and driven clusters on the grains, since the start.
+    /// - `injection_j`: Work of fed grains that grow, since the start.
+    /// - `springs_normal_j`: Change of the energy in the normal springs of contacts since the
+    ///   start.
+    /// - `springs_tangential_j`: Change of the energy in their tangential springs since the start.
+    /// - `bonds_elastic_j`: Change of the elastic energy of the bonds since the start.
+    /// - `adhesion_j`: Change of the energy of attraction between grains since the start.
+    /// - `damping_j`: Energy dissipated in the dampers of contacts and of driven clusters since the
+    ///   start.
+    /// - `cohesion_j`: Energy dissipated by bonds that fail since the start.
+    /// - `relaxation_j`: Energy of shear that healing bonds let go since the start.
+    /// - `numerical_j`: Energy that the time scheme of the grains took since the start.
+    /// - `detection_j`: Energy of springs and bonds that detection did not find again since the
+    ///   start.
+    /// - `repair_j`: Work of load and weight in repairs of overlaps since the start.
+}
+
 /// Work and losses since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GrainLedger {

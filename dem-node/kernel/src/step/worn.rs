@@ -4,6 +4,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 
+kit::results! {
+    /// # Flows of third body
+    /// - `detached_kg`: Steel that has come off bare surfaces, whether or not it has come as
+    ///   grains.
+    /// - `detached_waiting_kg`: The part of it that waits for a whole grain, or for a gap to begin
+    ///   in.
+    /// - `detached_depth_max_m`: Largest depth of what has come off.
+    /// - `surface_friction_j`: Work of friction on bare surfaces.
+}
+
 /// The wear of the bare surfaces.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Worn {

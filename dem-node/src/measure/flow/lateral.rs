@@ -7,6 +7,13 @@ use dem_kernel::step::state::GrainState;
 use super::{Flow, FlowScene};
 use crate::measure::loads::shown;
 
+kit::results! {
+    /// # Flows of third body
+    /// - `q_lateral_kg`: Ql: mass that left the zone sideways, out of the plane (`flow.lateral`).
+    /// # Signals of the ledger
+    /// - `lateral_j`: Energy of the grains that left the plane since the start.
+}
+
 /// Sets these random numbers apart from others.
 const STREAM: u64 = 0x4c61_7465;
 

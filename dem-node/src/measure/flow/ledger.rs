@@ -2,6 +2,24 @@
 
 use serde::{Deserialize, Serialize};
 
+kit::results! {
+    /// # Flows of third body
+    /// - `q_source_kg`: Qs: mass that was detached from the first bodies within the zone.
+    /// - `q_detached_total_kg`: Mass detached anywhere.
+    /// - `q_reattached_kg`: Mass that bonds joined to a first body again.
+    /// - `q_external_kg`: Qe: mass fed into the zone.
+    /// - `q_injected_total_kg`: Mass fed in anywhere.
+    /// - `q_ejected_kg`: Mass that left the zone by its own motion.
+    /// - `q_left_by_zone_kg`: Mass left outside as the zone moved away.
+    /// - `q_recirculated_kg`: Qr: mass that came back into the zone.
+    /// - `q_entered_kg`: Mass that came into the zone for the first time by its own motion.
+    /// - `q_entered_by_zone_kg`: Mass that the moving zone took in.
+    /// - `q_wear_kg`: Qw: mass that stayed outside for the time that the scenario calls wear.
+    /// - `q_wear_returned_kg`: Mass that came back after that.
+    /// - `q_internal_net_kg`: Qi: mass through the section x = 0 towards +x, less that towards -x.
+    /// - `q_internal_abs_kg`: Mass through the section x = 0 in both directions together.
+}
+
 /// Real masses since the start (kg), each of which only grows but `internal_net`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MassLedger {

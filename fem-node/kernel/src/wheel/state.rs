@@ -6,6 +6,12 @@ use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 use super::statistics::CycleStatistics;
 
+kit::results! {
+    /// # Signals
+    /// - `sn_pct`: Share of sliding nodes among those in contact with the wheel.
+    /// - `contact_nodes`: Nodes in contact with the wheel.
+}
+
 /// Cumulative energies of the wheel and its contact since the start (J); the formulas stand where they are
 /// added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

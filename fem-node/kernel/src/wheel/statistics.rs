@@ -10,6 +10,21 @@ use serde::{Deserialize, Serialize};
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 
+kit::results! {
+    /// # Friction and sliding
+    /// - `sn_max_velocity_pct`: Share of sliding contact nodes while the wheel is fastest, the mean
+    ///   over ±10 µs at each passage through the middle after the first reversal.
+    /// - `sn_reversal_pct`: Share of sliding nodes from 30 to 300 µs after a reversal, the worst of
+    ///   the reversals.
+    /// - `sn_reversal_max_pct`: The largest single share of sliding nodes from 30 to 300 µs after a
+    ///   reversal: a figure of noise.
+    /// - `sn_sliding_mean_pct`: Mean share of sliding nodes while the whole contact slides.
+    /// - `sn_sliding_min_pct`: The smallest share of sliding nodes while the whole contact slides.
+    /// - `sn_sliding_max_pct`: The largest share of sliding nodes while the whole contact slides.
+    /// - `sn_stick_slip_mean_pct`: Mean share of sliding nodes from the first total sliding to the
+    ///   reversal: the stick-slip phase.
+}
+
 /// Half of the time over which Sn is averaged around D = 0 (s).
 const AROUND_ZERO: f64 = 10e-6;
 

@@ -54,7 +54,7 @@ fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<F
         OtherEnd::Simulated(Arc::clone(&end)),
     );
     let wait = Wait {
-        told: false,
+        listener: None,
         seconds: 1.0,
         key: "answer_s",
         watch: &Watch::default(),

@@ -12,8 +12,9 @@ use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::RunPosition;
+use runs::identity::build;
+use runs::run_dir::RunDir;
 use runs::run_dir::write_whole;
-use runs::run_dir::{BUILD, RunDir};
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
 
@@ -43,9 +44,10 @@ impl Cadence {
 
 /// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
 pub fn about(loaded: &Loaded) -> About {
+    let (version, build) = (env!("CARGO_PKG_VERSION"), build().hash);
     About {
         // Another build may keep its state otherwise.
-        software: format!("thirdbody {} build {BUILD}", env!("CARGO_PKG_VERSION")),
+        software: format!("thirdbody {version} build {build}"),
         protocol: PROTOCOL_VERSION,
         scenario_hash: loaded.hash.clone(),
         participants: Vec::new(),

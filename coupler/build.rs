@@ -11,19 +11,19 @@ use std::process::Command;
 /// What a run is made of, from the folder of this crate. Scenes are no part of it, for the hash of a scenario tells them apart; nor is
 /// what reads runs that have ended.
 const SOURCES: [&str; 13] = [
-    "../../protocol/src",
-    "../../protocol/kit/src",
-    "../../fem-node/kernel/src",
-    "../../fem-node/src",
-    "../../dem-node/kernel/src",
-    "../../dem-node/src",
-    "../scheme/src",
-    "../exchange-log/src",
-    "../coordinator/src",
-    "../scenario/src",
-    "src",
-    "../../Cargo.lock",
-    "../../Cargo.toml",
+    "../protocol/src",
+    "../protocol/kit/src",
+    "../fem-node/kernel/src",
+    "../fem-node/src",
+    "../dem-node/kernel/src",
+    "../dem-node/src",
+    "scheme/src",
+    "exchange-log/src",
+    "coordinator/src",
+    "scenario/src",
+    "runs/src",
+    "../Cargo.lock",
+    "../Cargo.toml",
 ];
 
 fn main() {

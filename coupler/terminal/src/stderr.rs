@@ -103,7 +103,7 @@ pub fn draw(lines: &[String], columns: usize) {
     *block = lines;
 }
 
-pub(super) fn cut(lines: &[String], columns: usize) -> Vec<String> {
+pub(crate) fn cut(lines: &[String], columns: usize) -> Vec<String> {
     let cut = |line: &String| line.chars().take(columns).collect();
     lines.iter().map(cut).collect()
 }

@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::pace::Remaining;
-use super::progress::{LINE_EVERY_S, OBJECT_EVERY_S};
-use super::run_progress::{bar, known, lasting};
-use super::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
+use coordinator::output::pace::Remaining;
+use coordinator::summary::known;
+
+use crate::run::{LINE_EVERY_S, OBJECT_EVERY_S, bar, lasting};
+use crate::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
 
 /// Time between two updates of the bar (s).
 const UPDATE_EVERY_S: f64 = 0.2;

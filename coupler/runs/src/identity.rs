@@ -1,0 +1,26 @@
+//! The build that a run is of. The binary hands it in, so that a change of a solver compiles none of the crates that write or read runs.
+
+use kit::inventory;
+
+/// A build of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Build {
+    /// Hash of its sources, locked dependencies and compiler, in hexadecimal.
+    pub hash: &'static str,
+    /// The version that git names.
+    pub git: &'static str,
+}
+
+inventory::collect!(Build);
+
+/// The build of this program. A test of a single crate has one without a name.
+pub fn build() -> Build {
+    let unnamed = Build {
+        hash: "unnamed",
+        git: "unknown",
+    };
+    inventory::iter::<Build>()
+        .next()
+        .copied()
+        .unwrap_or(unnamed)
+}
