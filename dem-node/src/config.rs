@@ -102,7 +102,7 @@ pub type DemPlausible = Plausible<DemTable>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DemTable;
 
-impl kit::finding::Table for DemTable {
+impl kit::bounds::Table for DemTable {
     const NAME: &'static str = "dem";
 }
 

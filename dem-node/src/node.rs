@@ -50,16 +50,16 @@ impl Node for Dem {
             capabilities: Capabilities {
                 rollback: true,
                 compliant_boundary: glued,
-                alone: self.own_step.is_some(),
+                alone: self.time.own_step.is_some(),
                 resume: true,
                 ..Capabilities::default()
             },
-            step_s: self.own_step,
+            step_s: self.time.own_step,
             steps_at_once: steps_at_once(self.bodies.disks()),
-            step_limit_s: self.bounds.limit(),
+            step_limit_s: self.time.bounds.limit(),
             step_limit_name: StepBounds::NAME.into(),
-            accuracy_limits: self.stiffness.limits(),
-            end_s: self.end,
+            accuracy_limits: self.time.stiffness.limits(),
+            end_s: self.time.end,
             phases: program.map_or_else(Vec::new, |program| program.phases()),
             moments: self.moments.clone(),
             sets: interface::sets(&self.bodies),
@@ -71,13 +71,13 @@ impl Node for Dem {
                 key: "solver.tolerance".into(),
                 value: self.solver.tolerance,
             }),
-            point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
+            point_mass_kg: interface::masses(&self.bodies, self.time.mass_per_area),
             outward: interface::outward(&self.bodies),
             period_m: interface::periods(&self.bodies),
-            smooth_m: self.cut_lines.map_or_else(BTreeMap::new, |lines| {
+            smooth_m: self.sample.cut_lines.map_or_else(BTreeMap::new, |lines| {
                 interface::smooth(&self.bodies, lines)
             }),
-            prepared_sample: self.prepared_sample.clone(),
+            prepared_sample: self.sample.prepared_sample.clone(),
             ..Description::default()
         }
     }
@@ -107,7 +107,7 @@ impl Node for Dem {
                 "windows of {window_s} s cannot be solved"
             ))?);
         }
-        for warning in self.bounds.assess(window_s)? {
+        for warning in self.time.bounds.assess(window_s)? {
             if !self.warnings.contains(&warning) {
                 self.warnings.push(warning);
             }
@@ -180,7 +180,7 @@ impl Node for Dem {
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let step = self.own_step.ok_or_else(|| {
+        let step = self.time.own_step.ok_or_else(|| {
             ConfigError::new(
                 "time.step_s",
                 "a run without interface needs a step of its own",
@@ -250,7 +250,7 @@ impl Node for Dem {
                 bodies: &self.bodies,
                 state: &self.progress.state,
                 flow: self.progress.flow.as_ref(),
-                start: &self.start,
+                start: &self.sample.start,
                 thickness: self.setting.thickness_m,
             };
             let stem = format!("{}-{name}", self.setting.participant);

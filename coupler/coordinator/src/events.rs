@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use runs::warning::Warning;
 
-use crate::output::RunProgress;
-
 /// Something that happens in a run.
 pub enum RunEvent<'a> {
     /// The participants prepare themselves, which may take long.
@@ -31,6 +29,39 @@ pub enum RunEvent<'a> {
     Progress(&'a RunProgress),
     /// Nothing more happens.
     Ended,
+}
+
+/// How far a run has come, and how it goes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunProgress {
+    /// Name of the run.
+    pub run: String,
+    /// Part of the load history, and the share of it that has passed.
+    pub phase: Option<(String, f64)>,
+    /// Simulated time at which the windows began (s).
+    pub from_s: f64,
+    /// Simulated time (s).
+    pub t_s: f64,
+    /// Simulated time of the end (s).
+    pub end_s: f64,
+    /// Windows done.
+    pub window: u64,
+    /// All windows, if none is halved.
+    pub windows: u64,
+    /// Repeats of the last window, and their mean; none for a run without interfaces.
+    pub repeats: Option<(u32, f64)>,
+    /// Share of the sliding nodes among those in contact with the wheel (%).
+    pub sn_pct: Option<f64>,
+    /// Tangential over normal force on the wheel.
+    pub friction_coefficient: Option<f64>,
+    /// Energy without account over the work, of all participants together.
+    pub energy_defect_rel: Option<f64>,
+    /// Shares of the time in which the coordinator waited for each participant.
+    pub waited: Vec<(String, f64)>,
+    /// Wall-clock time since the first window (s).
+    pub spent_s: f64,
+    /// Wall-clock time that is left (s), once it can be told.
+    pub left_s: Option<f64>,
 }
 
 /// Somebody who hears of what happens in a run, or nobody.

@@ -10,7 +10,7 @@ pub mod running_balance;
 pub mod sample;
 pub mod state;
 
-pub use progress::{Progress, RunProgress};
+pub use progress::Progress;
 pub use running_balance::RunningBalance;
 pub use sample::SampledMeans;
 pub use state::OutputState;

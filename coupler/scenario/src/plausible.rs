@@ -7,6 +7,6 @@ pub type Plausible = kit::Plausible<RunTable>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunTable;
 
-impl kit::finding::Table for RunTable {
+impl kit::bounds::Table for RunTable {
     const NAME: &'static str = "run";
 }

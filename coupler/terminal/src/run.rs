@@ -2,8 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use coordinator::events::{Listener, RunEvent};
-use coordinator::output::RunProgress;
+use coordinator::events::{Listener, RunEvent, RunProgress};
 use coordinator::summary::known;
 use serde_json::{Map, Value, json};
 

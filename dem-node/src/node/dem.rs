@@ -41,12 +41,9 @@ use kit::wheel::{WheelProgram, ends_at};
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
     pub(super) setting: Setting,
-    /// Mass of a disk over its area, scaled (kg/m2).
-    pub(super) mass_per_area: f64,
-    pub(super) theta: f64,
-    pub(super) own_step: Option<f64>,
-    pub(super) end: Option<f64>,
-    pub(super) bounds: StepBounds,
+    pub(super) sample: SampleFacts,
+    pub(super) time: TimeFacts,
+    pub(super) measures: Measures,
     /// The contact solver and its stopping criteria.
     pub(super) solver: SolverConfig,
     /// The threads of the contact solver, if there are several.
@@ -54,28 +51,10 @@ pub struct Dem {
     pub(super) bodies: Bodies,
     pub(super) program: Option<WheelProgram>,
     pub(super) opening: Option<PrescribedOpening>,
-    /// Number of bonds at the start.
-    pub(super) initial_bond_count: usize,
-    /// Steps that bonds and contact springs ask for.
-    pub(super) stiffness: StiffnessBounds,
-    /// Origin of the sample, where a recipe made it.
-    pub(super) prepared_sample: Option<PreparedSample>,
-    pub(super) solid_fraction: f64,
-    /// Tensile and shear strength of a bonded layer (Pa).
-    pub(super) strength: Option<[f64; 2]>,
-    /// Part of the radii that the preparation took off, where it tells.
-    pub(super) radii_shrunk: Option<f64>,
-    /// Ends of a layer that does not repeat, in |x| (m).
-    pub(super) ends: Option<[f64; 2]>,
-    /// The lines that a layer or a rail is cut along.
-    pub(super) cut_lines: Option<[CutLine; 2]>,
-    pub(super) scaling: Option<MassScaling>,
     /// Times (s) at which keys come into play.
     pub(super) moments: BTreeMap<String, f64>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
-    /// Centres of all disks at the start (m), for the fields; none where these are not written.
-    pub(super) start: Vec<[f64; 2]>,
     /// The state at the end of the window being solved.
     pub(super) trial: GrainState,
     pub(super) stepper: Stepper,
@@ -85,10 +64,47 @@ pub struct Dem {
     /// The window whose end `trial` holds and what its step says, until it is committed.
     pub(super) pending: Option<(Window, StepSummary)>,
     pub(super) initial_energy: [f64; 5],
-    pub(super) plausible: DemPlausible,
-    pub(super) profile: Option<ProfileConfig>,
-    pub(super) stress: Option<StressConfig>,
-    pub(super) flow: Option<FlowScene>,
+}
+
+/// The sample at its start.
+pub(super) struct SampleFacts {
+    /// Its origin, where a recipe made it.
+    pub prepared_sample: Option<PreparedSample>,
+    pub solid_fraction: f64,
+    /// Part of the radii that the preparation took off, where it says so.
+    pub radii_shrunk: Option<f64>,
+    /// Ends of a layer that does not repeat, in |x| (m).
+    pub ends: Option<[f64; 2]>,
+    /// The lines that a layer or a rail is cut along.
+    pub cut_lines: Option<[CutLine; 2]>,
+    pub initial_bond_count: usize,
+    /// Tensile and shear strength of a bonded layer (Pa).
+    pub strength: Option<[f64; 2]>,
+    /// Centres of all disks (m), for the fields; none where these are not written.
+    pub start: Vec<[f64; 2]>,
+}
+
+/// Scheme, step and the bounds on it.
+pub(super) struct TimeFacts {
+    /// Mass of a disk over its area, scaled (kg/m2).
+    pub mass_per_area: f64,
+    pub theta: f64,
+    /// Step of a run alone (s).
+    pub own_step: Option<f64>,
+    /// End that the history has (s).
+    pub end: Option<f64>,
+    pub bounds: StepBounds,
+    /// Steps that bonds and contact springs ask for.
+    pub stiffness: StiffnessBounds,
+    pub scaling: Option<MassScaling>,
+}
+
+/// What is measured and judged.
+pub(super) struct Measures {
+    pub plausible: DemPlausible,
+    pub profile: Option<ProfileConfig>,
+    pub stress: Option<StressConfig>,
+    pub flow: Option<FlowScene>,
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
@@ -162,23 +178,42 @@ impl Dem {
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
         Ok(Dem {
+            sample: SampleFacts {
+                prepared_sample: prepared.origin,
+                solid_fraction: sample.solid_fraction,
+                radii_shrunk: sample.radii_shrunk,
+                ends: config.sample.ends(),
+                cut_lines: config.sample.cut_lines(),
+                initial_bond_count: bond::count(&state.bonds),
+                strength: strength(&sample, &bodies, &state, setting.thickness_m),
+                start: match setting.fields {
+                    Some(_) => state.centres.clone(),
+                    None => Vec::new(),
+                },
+            },
+            time: TimeFacts {
+                mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
+                theta: config.time.theta,
+                own_step: opening.map(|p| p.step()).or(config.time.step_s),
+                end,
+                bounds,
+                stiffness: StiffnessBounds::new(&bodies, &state),
+                scaling,
+            },
+            measures: Measures {
+                plausible: config.plausible.clone(),
+                profile: config.profile,
+                stress: config.stress,
+                flow: config.flow.map(|flow| {
+                    let moves = program.as_ref().map_or(0.0, WheelProgram::motion_start);
+                    FlowScene::new(flow, &bodies, config.mass_scale, (moves, setting.seed))
+                }),
+            },
             setting: setting.clone(),
-            mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
-            theta: config.time.theta,
-            own_step: opening.map(|p| p.step()).or(config.time.step_s),
-            end,
-            bounds,
             solver: config.solver,
             pool: threads::pool(setting.threads)?,
             initial_energy: state.energies(&bodies),
-            initial_bond_count: bond::count(&state.bonds),
-            strength: strength(&sample, &bodies, &state, setting.thickness_m),
-            stiffness: StiffnessBounds::new(&bodies, &state),
             opening,
-            start: match setting.fields {
-                Some(_) => state.centres.clone(),
-                None => Vec::new(),
-            },
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
@@ -187,27 +222,14 @@ impl Dem {
                 state,
                 ..Progress::default()
             },
-            flow: config.flow.map(|flow| {
-                let moves = program.as_ref().map_or(0.0, WheelProgram::motion_start);
-                FlowScene::new(flow, &bodies, config.mass_scale, (moves, setting.seed))
-            }),
             bodies,
             program,
-            prepared_sample: prepared.origin,
-            solid_fraction: sample.solid_fraction,
-            radii_shrunk: sample.radii_shrunk,
-            ends: config.sample.ends(),
-            cut_lines: config.sample.cut_lines(),
-            scaling,
             moments,
             warnings,
             stepper,
             interface: InterfaceDisks::default(),
             window: None,
             pending: None,
-            plausible: config.plausible.clone(),
-            profile: config.profile,
-            stress: config.stress,
         })
     }
 
@@ -230,12 +252,12 @@ impl Dem {
         free_velocity: &[f64],
         trial: bool,
     ) -> Result<StepSummary, DemError> {
-        let loaded = start + self.theta * (end - start);
+        let loaded = start + self.time.theta * (end - start);
         let program = self.program.as_ref();
         let input = StepInput {
             bodies: &self.bodies,
             step,
-            theta: self.theta,
+            theta: self.time.theta,
             load: program.map_or(0.0, |program| program.load_at(loaded)),
             wheel_x: program.map_or(0.0, |program| program.displacement_at(end)),
             loaded,
@@ -287,12 +309,12 @@ impl Dem {
     pub(super) fn record(&mut self, start: f64, end: f64, summary: &StepSummary) {
         let progress = &mut self.progress;
         let state = &progress.state;
-        if let Some(config) = &self.profile {
+        if let Some(config) = &self.measures.profile {
             let grains = (&self.bodies, state, self.setting.thickness_m);
             progress.profile.record(config, grains, [start, end]);
         }
         let hold_end = self.program.as_ref().and_then(WheelProgram::hold_end);
-        if let Some(config) = &self.stress
+        if let Some(config) = &self.measures.stress
             && let Some(moment) = config.at_s.or(hold_end)
             && ends_at(moment, [start, end])
         {
@@ -300,12 +322,12 @@ impl Dem {
             let stress = StressMap::measure(config, &self.bodies, state, thickness);
             progress.held_stress = Some(stress);
         }
-        if let (Some(scene), Some(flow)) = (&self.flow, &mut progress.flow) {
+        if let (Some(scene), Some(flow)) = (&self.measures.flow, &mut progress.flow) {
             flow.record(scene, (&self.bodies, state), end, end - start);
         }
         progress
             .forces
-            .record(&self.stepper.on_named, start, self.end);
+            .record(&self.stepper.on_named, start, self.time.end);
         if let Some(program) = &self.program {
             let flow = progress.flow.as_ref();
             let impulses = &self.stepper.problem.boundary.impulse;
@@ -316,7 +338,7 @@ impl Dem {
         progress
             .statistics
             .record(program, grains, summary, [start, end]);
-        if let (Some(scene), Some(flow)) = (&self.flow, &mut progress.flow) {
+        if let (Some(scene), Some(flow)) = (&self.measures.flow, &mut progress.flow) {
             for grain in flow.leave_sideways(scene, (&self.bodies, state), end - start) {
                 progress.state.take(&self.bodies, grain);
             }

@@ -14,10 +14,10 @@ impl Dem {
         let Some(folder) = &self.setting.fields else {
             return Ok(());
         };
-        if let Some(text) = self.progress.cycles.csv(self.flow.is_some()) {
+        if let Some(text) = self.progress.cycles.csv(self.measures.flow.is_some()) {
             self.write_map(folder, "cycles", &text)?;
         }
-        if let Some(config) = &self.profile {
+        if let Some(config) = &self.measures.profile {
             let text = self.progress.profile.csv(config, self.setting.thickness_m);
             self.write_map(folder, "profile", &text)?;
         }
@@ -34,7 +34,7 @@ impl Dem {
 
     /// The stress at its moment, or of the last state where a wheel's hold is not over, or where there is neither.
     fn stress_map(&self) -> Option<StressMap> {
-        let config = self.stress.as_ref()?;
+        let config = self.measures.stress.as_ref()?;
         let (bodies, state) = (&self.bodies, &self.progress.state);
         match &self.progress.held_stress {
             Some(held) => held.clone(),
@@ -49,13 +49,13 @@ impl Dem {
 
     /// Advice on profiles and stresses that were asked for and are not there.
     pub(super) fn maps_advice(&self) -> Vec<String> {
-        let config = self.profile.as_ref();
+        let config = self.measures.profile.as_ref();
         let profile = config.and_then(|config| self.progress.profile.advice(config));
         profile.into_iter().chain(self.stress_advice()).collect()
     }
 
     fn stress_advice(&self) -> Option<String> {
-        let asked = self.stress?.at_s.is_none() || self.progress.held_stress.is_some();
+        let asked = self.measures.stress?.at_s.is_none() || self.progress.held_stress.is_some();
         let mut results = self.stress_results().into_iter();
         let missing = asked && !results.any(|(name, _)| name == "dem_p_max_tr3_pa");
         missing.then(|| {

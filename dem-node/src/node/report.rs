@@ -94,7 +94,8 @@ impl Dem {
             (fed, ("injection", Role::Work, ledger.injection)),
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
             (
-                self.flow
+                self.measures
+                    .flow
                     .as_ref()
                     .is_some_and(|flow| flow.config.lateral.is_some()),
                 ("lateral", Role::Dissipated, ledger.lateral),
@@ -144,7 +145,7 @@ impl Dem {
             glued_mass_kg: 0.0,
             mass_kg: movable / carriers as f64,
             stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
-            theta: self.theta,
+            theta: self.time.theta,
             may_part: true,
         }
     }
@@ -156,39 +157,46 @@ impl Dem {
         let count = bond::count(&state.bonds);
         let bonds = self.bodies.law.cohesion.map(|_| count as f64);
         let made = state.ledger.bonds_made as usize;
-        let broken = bonds.map(|_| (self.initial_bond_count + made).saturating_sub(count) as f64);
+        let broken =
+            bonds.map(|_| (self.sample.initial_bond_count + made).saturating_sub(count) as f64);
         let heals = self.bodies.heals();
         let per_bond = |sum: f64| {
-            let start = self.initial_bond_count;
+            let start = self.sample.initial_bond_count;
             bonds.filter(|_| start > 0).map(|_| sum / start as f64)
         };
         let adhesions = state.bonds.iter().map(|bond| bond.adhesion);
         let adhesion = per_bond(adhesions.fold(0.0, |sum, adhesion| sum + adhesion));
-        let step = self.window.or(self.own_step);
-        let step = step.map(|step| step / self.bounds.inertial_time);
-        let restitution = self.stiffness.restitution(statistics.step_max);
-        let solid_fraction = Some(self.solid_fraction).filter(|x| *x > 0.0);
+        let step = self.window.or(self.time.own_step);
+        let step = step.map(|step| step / self.time.bounds.inertial_time);
+        let restitution = self.time.stiffness.restitution(statistics.step_max);
+        let solid_fraction = Some(self.sample.solid_fraction).filter(|x| *x > 0.0);
         results.extend(report::given([
             ("solid_fraction", solid_fraction),
             (
                 "layer_tension_pa",
-                self.strength.map(|[tension, _]| tension),
+                self.sample.strength.map(|[tension, _]| tension),
             ),
-            ("layer_shear_pa", self.strength.map(|[_, shear]| shear)),
-            ("radii_shrunk_rel", self.radii_shrunk),
+            (
+                "layer_shear_pa",
+                self.sample.strength.map(|[_, shear]| shear),
+            ),
+            ("radii_shrunk_rel", self.sample.radii_shrunk),
             ("bonds", bonds),
             ("bonds_broken", broken),
             ("bonds_broken_share", broken.and_then(per_bond)),
             ("bonds_made", heals.then_some(made as f64)),
             ("healing_j", heals.then_some(state.ledger.healing)),
             ("adhesion_mean", adhesion),
-            ("bond_step_limit_s", self.stiffness.bonds_s),
+            ("bond_step_limit_s", self.time.stiffness.bonds_s),
             ("bond_load_max", bonds.map(|_| statistics.bond_load_max)),
             ("bond_energy_rel", state.ledger.decohesion_share()),
             ("numerical_share", state.ledger.numerical_share()),
             ("spring_restitution", restitution.map(|[low, _]| low)),
-            ("inertial_number", self.scaling.map(|s| s.inertial_number)),
-            ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
+            (
+                "inertial_number",
+                self.time.scaling.map(|s| s.inertial_number),
+            ),
+            ("inertia_pressure_pa", self.time.scaling.map(|s| s.pressure)),
             ("step_over_inertial_time", step),
         ]));
         if state.worn.detaches() {
@@ -196,30 +204,30 @@ impl Dem {
             results.extend(state.worn.results(state.feed.delivered, real));
         }
         results.extend(self.progress.flow.iter().flat_map(Flow::results));
-        if let Some(config) = &self.profile {
+        if let Some(config) = &self.measures.profile {
             let grains = (&self.bodies, state, self.setting.thickness_m);
             results.extend(self.progress.profile.results(config, grains));
         }
         results.extend(self.stress_results());
         let results = results.into_iter().map(|(name, x)| (name.to_string(), x));
-        let cycles = self.progress.cycles.results(self.flow.is_some());
+        let cycles = self.progress.cycles.results(self.measures.flow.is_some());
         results.chain(cycles).chain(self.force_results()).collect()
     }
 
     /// The run at its end, for the checks of plausibility.
     pub(super) fn finished_run(&self) -> FinishedRun<'_> {
         FinishedRun {
-            bounds: &self.plausible,
+            bounds: &self.measures.plausible,
             bodies: &self.bodies,
             state: &self.progress.state,
             stored: self.stored(),
-            stiffness: self.stiffness,
+            stiffness: self.time.stiffness,
             flow: self.progress.flow.as_ref(),
             statistics: &self.progress.statistics,
             cycles: &self.progress.cycles,
             program: self.program.as_ref(),
             alone: self.interface.disks.is_empty(),
-            ends: self.ends,
+            ends: self.sample.ends,
         }
     }
 }

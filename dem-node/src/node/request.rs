@@ -37,16 +37,16 @@ impl Dem {
 
     pub(super) fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
         refuse_if(
-            self.theta != 1.0,
+            self.time.theta != 1.0,
             "time.theta",
             format!(
                 "a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then",
-                self.theta
+                self.time.theta
             ),
             "remove the key or write theta = 1",
         )?;
         refuse_if(
-            self.own_step.is_some(),
+            self.time.own_step.is_some(),
             "time.step_s",
             "a coupled participant steps by the windows of its interface and has no step of its own",
             "remove the key",

@@ -123,6 +123,6 @@ pub type FemPlausible = kit::Plausible<FemTable>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FemTable;
 
-impl kit::finding::Table for FemTable {
+impl kit::bounds::Table for FemTable {
     const NAME: &'static str = "fem";
 }

@@ -1,10 +1,16 @@
 //! The bounds of a check of plausibility.
 
 use protocol::{Cause, Finding};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::marker::PhantomData;
 
-use crate::finding::FindingKind;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Map;
+
+use crate::finding::{FindingKind, finding_kinds};
 use crate::keys::ConfigError;
 
 /// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first is worth a warning, one above
@@ -76,11 +82,89 @@ macro_rules! judge {
         $plausible.of(&$kind).judge(&$kind, $value, || format!($($text)+))
     };
     ($kind:expr, $value:expr; $($text:tt)+) => {
-        $crate::Bounds::from($kind.bounds).judge(&$kind, $value, || format!($($text)+))
+        $crate::bounds::Bounds::from($kind.bounds).judge(&$kind, $value, || format!($($text)+))
     };
     ($bounds:expr, $kind:expr, $value:expr; $($text:tt)+) => {
         $bounds.judge(&$kind, $value, || format!($($text)+))
     };
+}
+
+/// A table of bounds that a scenario has: `run`, or the kind of a participant.
+pub trait Table: Clone + Debug + PartialEq {
+    /// Its name in [`findings!`](crate::findings).
+    const NAME: &'static str;
+}
+
+/// The table `plausible`: bounds `[warn, suspect]` of checks, larger values being worse, each where a scenario gives others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plausible<T> {
+    given: BTreeMap<String, Bounds>,
+    table: PhantomData<T>,
+}
+
+impl<T> Default for Plausible<T> {
+    fn default() -> Plausible<T> {
+        Plausible {
+            given: BTreeMap::new(),
+            table: PhantomData,
+        }
+    }
+}
+
+impl<T: Table> Plausible<T> {
+    /// The bounds of a kind.
+    pub fn of(&self, kind: &FindingKind) -> Bounds {
+        let given = self.given.get(kind.key).copied();
+        given.unwrap_or_else(|| kind.bounds.into())
+    }
+
+    /// Refuses the first of these bounds, by their keys below `table`, that are not in order.
+    ///
+    /// # Errors
+    /// Names the key and the two bounds.
+    pub fn check(&self, table: &str) -> Result<(), ConfigError> {
+        let mut given = self.given.iter();
+        given.try_for_each(|(key, bounds)| bounds.check(&format!("{table}.{key}")))
+    }
+
+    fn kinds() -> impl Iterator<Item = &'static FindingKind> {
+        let all = finding_kinds().into_iter();
+        all.filter(|kind| kind.tables.contains(&T::NAME))
+    }
+}
+
+impl<'de, T: Table> Deserialize<'de> for Plausible<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Plausible<T>, D::Error> {
+        let given = BTreeMap::<String, Bounds>::deserialize(from)?;
+        let keys: Vec<&str> = Plausible::<T>::kinds().map(|kind| kind.key).collect();
+        match given.keys().find(|key| !keys.contains(&key.as_str())) {
+            Some(key) => Err(D::Error::custom(format!(
+                "unknown field `{key}`, expected one of `{}`",
+                keys.join("`, `")
+            ))),
+            None => Ok(Plausible {
+                given,
+                table: PhantomData,
+            }),
+        }
+    }
+}
+
+impl<T: Table> JsonSchema for Plausible<T> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        format!("Plausible_{}", T::NAME).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut properties = Map::new();
+        for kind in Plausible::<T>::kinds() {
+            let mut bounds = generator.subschema_for::<Bounds>();
+            bounds.insert("description".into(), kind.point("Judged").into());
+            bounds.insert("default".into(), kind.bounds.to_vec().into());
+            properties.insert(kind.key.into(), bounds.to_value());
+        }
+        json_schema!({ "type": "object", "additionalProperties": false, "properties": properties })
+    }
 }
 
 #[cfg(test)]
@@ -94,7 +178,9 @@ mod tests {
 
     crate::findings! {
         /// A value is large.
-        LARGE = "large";
+        ///
+        /// - Judged: the value.
+        LARGE = "large": large_rel in dem = [0.1, 1.0];
     }
 
     fn judged(value: f64) -> Option<(bool, f64, f64)> {
@@ -131,5 +217,25 @@ mod tests {
             let error = Bounds::from(wrong).check("plausible.gap_rel");
             assert_eq!(error.expect_err("out of order").key, "plausible.gap_rel");
         }
+    }
+
+    #[derive(Clone, Debug, PartialEq)]
+    struct Dem;
+
+    impl Table for Dem {
+        const NAME: &'static str = "dem";
+    }
+
+    #[test]
+    fn a_table_has_the_keys_of_its_kinds_alone() {
+        let read = |text: &str| serde_json::from_str::<Plausible<Dem>>(text);
+        let given = read("{ \"large_rel\": [0.2, 0.3] }").expect("a key");
+        assert_eq!(given.of(&LARGE).warn, 0.2);
+        assert_eq!(Plausible::<Dem>::default().of(&LARGE).warn, 0.1);
+        let problem = read("{ \"larg_rel\": [0.2, 0.3] }").expect_err("no key");
+        assert!(problem.to_string().starts_with("unknown field `larg_rel`"));
+        let wrong = read("{ \"large_rel\": [0.2, 0.1] }").expect("a key");
+        let error = wrong.check("plausible").expect_err("not in order");
+        assert_eq!(error.key, "plausible.large_rel");
     }
 }

@@ -59,6 +59,6 @@ macro_rules! add_fields {
 #[doc(hidden)]
 pub use inventory;
 
-pub use bounds::Bounds;
-pub use finding::{FindingKind, Plausible};
+pub use bounds::{Bounds, Plausible};
+pub use finding::FindingKind;
 pub use keys::{ConfigError, read_config, read_part};

@@ -290,8 +290,33 @@ impl RunSession<'_> {
         Ok(scenario.run.output.exchange.then(create).transpose()?)
     }
 
-    /// The whole conversation: greeting, the state of a resumed run, windows, farewell.
+    /// The whole conversation: greeting, the state of a resumed run, windows, farewell, judgement.
     fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
+        let scenario = &self.loaded.scenario;
+        let greeted = self.greet(recorded)?;
+        let told = greeted.iter().map(|greeted| &greeted.description);
+        let (missed, no_hold) = plausible::unreached(scenario, told, end_s(scenario, &greeted)?);
+        self.warn(missed);
+        let mut outputs = self.outputs(recorded, &greeted)?;
+        let result = if scenario.interface.is_empty() {
+            self.alone(recorded, &greeted, &mut outputs)
+        } else {
+            self.coupled(recorded, &greeted, &mut outputs)
+        };
+        self.end_outputs(recorded, &mut outputs, result)?;
+        self.part(recorded, &outputs)?;
+        let results = &mut self.summary.results;
+        results.retain(|name, _| !(no_hold && plausible::of_hold(name)));
+        self.judge(&outputs)?;
+        #[cfg(feature = "vtkhdf")]
+        if !self.options.dry_run {
+            outputs.fields.gather(&mut self.summary.fields)?;
+        }
+        Ok(())
+    }
+
+    /// Greets the participants and keeps what they say of themselves.
+    fn greet(&mut self, recorded: &mut Recorded) -> Result<Vec<Greeted>> {
         let scenario = &self.loaded.scenario;
         let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
         self.options.listener.tell(&RunEvent::Prepare {
@@ -316,28 +341,41 @@ impl RunSession<'_> {
             self.advise(name, &description.warnings);
         }
         self.summary.greet(scenario, &greeted);
-        let end_s = end_s(scenario, &greeted)?;
-        let told = greeted.iter().map(|greeted| &greeted.description);
-        let (missed, no_hold) = plausible::unreached(scenario, told, end_s);
-        self.warn(missed);
-        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
+        Ok(greeted)
+    }
+
+    /// The files of the run, those of a resumed run with what it wrote.
+    fn outputs<'a>(
+        &mut self,
+        recorded: &mut Recorded,
+        greeted: &'a [Greeted],
+    ) -> Result<Outputs<'a>>
+    where
+        Self: 'a,
+    {
+        let mut outputs = Outputs::new(self.rundir, self.loaded, greeted)?;
         outputs.progress = Progress::new(self.options.listener.clone());
         outputs.dry_run = self.options.dry_run;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
         }
         if let Some(restart) = self.restart {
-            restart.check(self.loaded, &greeted)?;
+            restart.check(self.loaded, greeted)?;
             let handshake = self.carry_over(recorded, &mut outputs, restart)?;
-            if !scenario.interface.is_empty() {
+            if !self.loaded.scenario.interface.is_empty() {
                 recorded.repeat_handshake(handshake);
             }
         }
-        let result = if scenario.interface.is_empty() {
-            self.alone(recorded, &greeted, &mut outputs)
-        } else {
-            self.coupled(recorded, &greeted, &mut outputs)
-        };
+        Ok(outputs)
+    }
+
+    /// Closes the files after the last window, whatever it came to.
+    fn end_outputs(
+        &mut self,
+        recorded: &Recorded,
+        outputs: &mut Outputs,
+        result: Result<()>,
+    ) -> Result<()> {
         self.summary.energies(&outputs.energies());
         self.summary.far(recorded.peers.far());
         self.summary.interface_works();
@@ -346,14 +384,18 @@ impl RunSession<'_> {
         let signals = outputs.signals.finish()?;
         self.summary.tables.insert(SIGNALS.into(), signals);
         // The reason of an early end goes before that of a file that cannot be read.
-        result.and(fields)?;
+        result.and(fields)
+    }
+
+    /// Asks the participants to end, and keeps what they found.
+    fn part(&mut self, recorded: &mut Recorded, outputs: &Outputs) -> Result<()> {
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], read_farewell)?;
         recorded.tell_times(&farewells);
         let run_wall_s = self.start.elapsed().as_secs_f64();
         let awaited = recorded.peers.awaited();
-        for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
+        for (participant, farewell) in self.loaded.scenario.participant.iter().zip(&farewells) {
             let (name, outcome) = (&participant.name, &farewell.outcome);
             let findings = outcome.findings.iter().cloned();
             self.warn(findings.map(|finding| Warning::of(name, finding)));
@@ -362,9 +404,15 @@ impl RunSession<'_> {
         self.summary
             .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
         self.summary.farewell(farewells);
-        let results = &mut self.summary.results;
-        results.retain(|name, _| !(no_hold && plausible::of_hold(name)));
-        let bounds = &scenario.run.plausible;
+        Ok(())
+    }
+
+    /// Judges forces, energies and joins at the end.
+    ///
+    /// # Errors
+    /// A participant contradicts itself.
+    fn judge(&mut self, outputs: &Outputs) -> Result<()> {
+        let bounds = &self.loaded.scenario.run.plausible;
         let mut judged = self.summary.judged(bounds, &outputs.state.sampled.down_n());
         // One that was told on the way says more than one about the end.
         let known = &self.summary.warnings;
@@ -374,12 +422,7 @@ impl RunSession<'_> {
         });
         let proven = plausible::refuse_contradiction(&judged);
         self.warn(judged);
-        proven?;
-        #[cfg(feature = "vtkhdf")]
-        if !self.options.dry_run {
-            outputs.fields.gather(&mut self.summary.fields)?;
-        }
-        Ok(())
+        proven
     }
 
     /// Takes over the log and the outputs of the resumed run. From the adoption of its checkpoint on, this run
