@@ -9,9 +9,11 @@
 //! | `scheme` | coupling schemes, mapping, compliance, ledgers, prediction of stability: equations, no process, no file |
 //! | [`exchange_log`] | every interface message of a run: written, read, hashed, exported |
 //! | [`scenes`] | the shipped scenes and studies, inside the program |
-//! | [`coordinator`] | scenario, participants, the loop over windows, checkpoints, output, summary |
+//! | [`scenario`] | the file of a run: its keys, overrides, checks, and the errors that point into it |
+//! | [`runs`] | run directories: all files of one, written and read, and the judgement of its end |
+//! | [`coordinator`] | participants, the loop over windows, checkpoints, summary; what happens goes to a listener |
+//! | [`terminal`] | words and progress on stderr |
 //! | `draw` | curves, axes and colours as SVG |
-//! | [`runs`] | the one reader of run directories |
 //! | [`report`], [`study`] | pages of one run; many runs |
 //! | [`lab`] | replay, conformance, validation, benchmarks |
 //! | [`cli`] | the verbs |

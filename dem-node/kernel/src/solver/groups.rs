@@ -12,6 +12,7 @@ mod tests;
 use super::contact::{BodyRecord, Contact, NO_BOND};
 use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
+use super::residual::{Defect, Quad, Sums};
 use super::rolling;
 use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
@@ -91,17 +92,16 @@ impl Group {
         bonds
     }
 
-    /// Solves each contact for its own impulse. With W_nt = 0 the closed solution of [`crate::law::LocalLaw`] is
-    /// r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
+    /// W in either direction, without springs, and the impulse that each contact wants by its own law. With W_nt = 0 the closed solution of
+    /// [`crate::law::LocalLaw`] is r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
     /// b = u + bias - W r; that of a bond is [`crate::law::local::BondLaw::impulse`].
     #[inline(always)]
-    fn solve<const FRICTION: bool>(
-        &mut self,
-        records: &mut [BodyRecord],
+    fn wanted<const FRICTION: bool>(
+        &self,
+        records: &[BodyRecord],
         friction: f64,
         bonds: Option<&GroupBonds>,
-        squares: &mut Squares,
-    ) {
+    ) -> [[Doubles; 2]; 2] {
         let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
         for k in 0..LANES {
             let (a, b) = (&records[self.a[k] as usize], &records[self.b[k] as usize]);
@@ -121,29 +121,77 @@ impl Group {
                 -b_n * (pressed + pulled)
             }
         };
+        if !FRICTION {
+            return [[w, Doubles::default()], [r_n, old_t]];
+        }
+        let (one, two) = (Doubles::splat(1.0), Doubles::splat(2.0));
+        let lever = self.lever;
+        let w_t = (one + two * lever * lever) * w;
+        let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
+        let r_t = match bonds {
+            None => tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n),
+            Some(bonds) => {
+                let pull = bonds.shear * (b_t + bonds.slip);
+                let trial = -(b_t - w_t * pull) * self.inverse[1];
+                let pressure = r_n.zip(b_n, |r, b| if b < 0.0 { r } else { 0.0 });
+                let r_f = tangential_impulse(trial, bonds.friction * pressure);
+                r_f - pull - bonds.shear * w_t * r_f
+            }
+        };
+        [[w, w_t], [r_n, r_t]]
+    }
+
+    /// Adds what the contacts miss, [`Sums::join`] has the order; D is their diagonal with springs.
+    #[inline(always)]
+    fn look<const FRICTION: bool>(
+        &self,
+        records: &[BodyRecord],
+        friction: f64,
+        (bonds, diagonal): (Option<&GroupBonds>, &[Doubles; 2]),
+        sums: &mut [Doubles; 8],
+    ) {
+        let [w, wanted] = self.wanted::<FRICTION>(records, friction, bonds);
+        let half = Doubles::splat(0.5);
+        let [mut dv_dv, mut rr] = [Doubles::default(); 2];
+        for axis in 0..2 {
+            let (w, d, r, new) = (w[axis], diagonal[axis], self.impulse[axis], wanted[axis]);
+            let (missing, size) = (d * (r - new), d * r);
+            let (dv, mean) = (w * (new - r), half * (r + new));
+            let (of_r, of_new) = (w * r, w * new);
+            sums[0] = sums[0] + missing * missing;
+            sums[1] = sums[1] + size * size;
+            sums[4] = sums[4] + half * (of_r * of_r + of_new * of_new);
+            sums[6] = sums[6] + half * (of_r * r + of_new * new);
+            sums[7] = sums[7] + mean * dv;
+            dv_dv = dv_dv + dv * dv;
+            rr = rr + mean * mean;
+        }
+        let one = Doubles::splat(1.0);
+        sums[2] = sums[2] + one.zip(rr, |one, rr| if rr == 0.0 { 0.0 } else { one });
+        sums[3] = sums[3] + dv_dv;
+        sums[5] = sums[5] + dv_dv * rr;
+    }
+
+    /// Solves each contact for its own impulse.
+    #[inline(always)]
+    fn solve<const FRICTION: bool>(
+        &mut self,
+        records: &mut [BodyRecord],
+        friction: f64,
+        bonds: Option<&GroupBonds>,
+        squares: &mut Squares,
+    ) {
+        let [[w, w_t], [r_n, r_t]] = self.wanted::<FRICTION>(records, friction, bonds);
+        let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
         let step_n = r_n - old_n;
         let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Doubles::default());
         add_squares(squares, w, [step_n, r_n]);
         self.impulse[0] = r_n;
         if FRICTION {
-            let (one, two) = (Doubles::splat(1.0), Doubles::splat(2.0));
-            let lever = self.lever;
-            let w_t = (one + two * lever * lever) * w;
-            let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
-            let r_t = match bonds {
-                None => tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n),
-                Some(bonds) => {
-                    let pull = bonds.shear * (b_t + bonds.slip);
-                    let trial = -(b_t - w_t * pull) * self.inverse[1];
-                    let pressure = r_n.zip(b_n, |r, b| if b < 0.0 { r } else { 0.0 });
-                    let r_f = tangential_impulse(trial, bonds.friction * pressure);
-                    r_f - pull - bonds.shear * w_t * r_f
-                }
-            };
             let step_t = r_t - old_t;
             px = px - step_t * ny;
             py = py + step_t * nx;
-            turn = two * lever * step_t;
+            turn = Doubles::splat(2.0) * self.lever * step_t;
             add_squares(squares, w_t, [step_t, r_t]);
             self.impulse[1] = r_t;
         }
@@ -178,9 +226,13 @@ struct SweepList {
     chosen: Vec<u32>,
     members: Vec<[u32; LANES]>,
     groups: Vec<Group>,
+    /// D of each group, its diagonal with springs; 0 in a lane without contact.
+    diagonals: Vec<[Doubles; 2]>,
     /// The bonds of each group of a list of bonded contacts; none of another list.
     bonds: Vec<GroupBonds>,
     squares: Squares,
+    /// Sums of the last look, [`Sums::join`] has their order.
+    seen: [Doubles; 8],
 }
 
 impl SweepList {
@@ -189,6 +241,7 @@ impl SweepList {
         self.chosen.clear();
         self.members.clear();
         self.groups.clear();
+        self.diagonals.clear();
         self.bonds.clear();
     }
 
@@ -198,6 +251,16 @@ impl SweepList {
         let first = self.first as u32;
         let group = |members| Group::new(contacts, members, first);
         self.groups.extend(self.members.iter().map(group));
+        let diagonal = |members: &[u32; LANES]| {
+            let mut lanes = [Doubles::default(); 2];
+            for (k, member) in members.iter().enumerate() {
+                let contact = contacts.get(*member as usize);
+                let own = contact.map_or([0.0; 2], Contact::diagonal);
+                (lanes[0].0[k], lanes[1].0[k]) = (own[0], own[1]);
+            }
+            lanes
+        };
+        self.diagonals.extend(self.members.iter().map(diagonal));
     }
 
     fn pack_bonded(&mut self, problem: &Problem, grouping: &mut Grouping) {
@@ -237,6 +300,26 @@ impl SweepList {
             }
             squares
         });
+    }
+
+    /// Looks at what the contacts miss; `records` are those of the bodies from the first on.
+    fn look(&mut self, records: &[BodyRecord], friction: Option<f64>) {
+        let bonded = !self.bonds.is_empty();
+        self.seen = widest!(match friction {
+            Some(friction) if !bonded => self.look_at::<true>(records, friction),
+            None if !bonded => self.look_at::<false>(records, 0.0),
+            _ => self.look_at::<true>(records, 0.0),
+        });
+    }
+
+    #[inline(always)]
+    fn look_at<const FRICTION: bool>(&self, records: &[BodyRecord], friction: f64) -> [Doubles; 8] {
+        let mut sums = [Doubles::default(); 8];
+        for (index, (group, diagonal)) in self.groups.iter().zip(&self.diagonals).enumerate() {
+            let of = (self.bonds.get(index), diagonal);
+            group.look::<FRICTION>(records, friction, of, &mut sums);
+        }
+        sums
     }
 
     fn store(&self, contacts: &mut [Contact]) {
@@ -355,6 +438,31 @@ impl Sweeper {
             rolling::sweep(&mut problem.couples, contacts, bodies, &mut squares);
         }
         squares
+    }
+
+    /// Defect and criterion of the impulses and velocities of the moment: [`super::residual::measured`] by groups.
+    pub(super) fn measured(&mut self, problem: &mut Problem, parallel: bool) -> (Defect, Quad) {
+        if !problem.couples.is_empty() {
+            self.store(problem);
+        }
+        let friction = (problem.friction > 0.0).then_some(problem.friction);
+        let records = &problem.records[..];
+        let look = |subdomain: &mut Subdomain<SweepList>, ()| {
+            let first = subdomain.bodies.start;
+            subdomain.work.look(&records[first..], friction);
+        };
+        for_each_subdomain(&mut self.subdomains, (), parallel, &look);
+        self.crossing.look(records, friction);
+        self.bonded.look(records, friction);
+        let mut sums = Sums::default();
+        for list in self.lists() {
+            sums.join(list.seen.map(lanes::Lanes::sum));
+        }
+        let glued = self.glued.iter().map(|(_, index)| index);
+        for index in glued.chain(&self.wheel).chain(&self.clustered) {
+            sums.add(problem, &problem.contacts[*index as usize]);
+        }
+        sums.measured(problem)
     }
 
     /// Writes the impulses back.

@@ -6,7 +6,7 @@
 use super::acceleration::{Accelerator, FIRST_TURNS};
 use super::groups::Sweeper;
 use super::problem::Problem;
-use super::residual::{Convergence, Defect, convergence, measured, quad};
+use super::residual::{Convergence, Defect, Quad, convergence, measured};
 use crate::solver::criteria::Criteria;
 use crate::solver::lemke;
 
@@ -47,17 +47,18 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         if iterations < criteria.min_iterations || (change > bound && !is_due) {
             continue;
         }
-        sweeper.store(problem);
-        let defect = Defect::new(problem);
-        let residual = defect.residual(problem);
+        let left = sweeper.measured(problem, criteria.parallel);
+        let residual = left.0.residual(problem);
         if residual <= criteria.tolerance {
-            return convergence(problem, (defect, quad(problem)), iterations, criteria);
+            sweeper.store(problem);
+            return convergence(problem, left, iterations, criteria);
         }
         let stuck = iterations >= FIRST_TURNS && residual < NOTHING_FOUND;
         if stuck && !pivoted && problem.has_friction() && problem.couples.is_empty() {
             pivoted = true;
-            if let Some(defect) = pivot(problem, criteria) {
-                return convergence(problem, (defect, quad(problem)), iterations, criteria);
+            sweeper.store(problem);
+            if let Some(left) = pivot(problem, criteria) {
+                return convergence(problem, left, iterations, criteria);
             }
         }
         if change <= bound {
@@ -74,12 +75,12 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
 }
 
 /// Takes over the solution that pivoting finds, if it is one; else nothing changes.
-fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<Defect> {
+fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<(Defect, Quad)> {
     let solved = lemke::solve(problem, criteria.tolerance)?;
-    let defect = Defect::new(&solved);
-    let holds = defect.residual(&solved) <= criteria.tolerance;
+    let left = measured(&solved, criteria.parallel);
+    let holds = left.0.residual(&solved) <= criteria.tolerance;
     holds.then(|| {
         *problem = solved;
-        defect
+        left
     })
 }

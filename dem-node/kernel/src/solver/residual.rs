@@ -114,27 +114,61 @@ pub(super) fn convergence(
     }
 }
 
-/// Defect and LMGC90's incremental criterion of the impulses and velocities of the moment, in one sweep. Like the residual, the criterion is
-/// relative to no less than what rounding makes of it.
+/// Sums of defect and criterion over contacts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    /// ||D (r - P(r - U/D))||^2 and ||D r||^2.
+    squares: [f64; 2],
+    quad: QuadSums,
+}
+
+impl Sums {
+    /// Adds a contact.
+    #[inline(always)]
+    pub fn add(&mut self, problem: &Problem, contact: &Contact) {
+        let velocity = problem.relative_velocity(contact);
+        let wanted = problem.local_solution(contact, velocity);
+        add_defect(&mut self.squares, problem, contact, (velocity, wanted));
+        self.quad.add(contact, wanted);
+    }
+
+    /// Adds the sums of others: squares, then those of [`Quad`].
+    pub fn join(&mut self, [defect, size, active, dv_dv, wr_wr, dv_dv_rr, wrr, dv_r]: [f64; 8]) {
+        self.squares = [self.squares[0] + defect, self.squares[1] + size];
+        self.quad.join(&QuadSums {
+            active,
+            dv_dv,
+            wr_wr,
+            dv_dv_rr,
+            wrr,
+            dv_r,
+        });
+    }
+
+    /// Defect and LMGC90's incremental criterion. Like the residual, the criterion is relative to no less than what rounding makes of it.
+    pub fn measured(mut self, problem: &Problem) -> (Defect, Quad) {
+        add_couples(&mut self.squares, problem);
+        (Defect::of(self.squares), self.quad.quad(problem))
+    }
+}
+
+/// Defect and criterion of the impulses and velocities of the moment, contact by contact: the reference of
+/// [`super::groups::Sweeper::measured`].
 pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
-    let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
     let contacts = &problem.contacts[..];
     let pieces = in_pieces(contacts.len(), contacts, parallel, |_, contacts| {
-        let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
-        for contact in contacts {
-            let velocity = problem.relative_velocity(contact);
-            let wanted = problem.local_solution(contact, velocity);
-            add_defect(&mut squares, problem, contact, velocity);
-            sums.add(contact, wanted);
-        }
-        (squares, sums)
+        let mut sums = Sums::default();
+        contacts
+            .iter()
+            .for_each(|contact| sums.add(problem, contact));
+        sums
     });
-    for (of_piece, sums_of_piece) in pieces {
-        squares = [squares[0] + of_piece[0], squares[1] + of_piece[1]];
-        sums.join(&sums_of_piece);
+    let mut sums = Sums::default();
+    for Sums { squares, quad } in pieces {
+        sums.squares = [sums.squares[0] + squares[0], sums.squares[1] + squares[1]];
+        sums.quad.join(&quad);
     }
-    add_couples(&mut squares, problem);
-    (Defect::of(squares), sums.quad(problem))
+    sums.measured(problem)
 }
 
 /// LMGC90's incremental criterion.
@@ -164,7 +198,8 @@ impl Defect {
         let mut squares = [0.0; 2];
         for contact in &problem.contacts {
             let velocity = problem.relative_velocity(contact);
-            add_defect(&mut squares, problem, contact, velocity);
+            let wanted = problem.local_solution(contact, velocity);
+            add_defect(&mut squares, problem, contact, (velocity, wanted));
         }
         add_couples(&mut squares, problem);
         Defect::of(squares)
@@ -175,6 +210,12 @@ impl Defect {
             defect: defect.sqrt(),
             size: size.sqrt(),
         }
+    }
+
+    /// ||D r|| (m/s).
+    #[cfg(test)]
+    pub fn size(self) -> f64 {
+        self.size
     }
 
     /// The true residual.
@@ -192,9 +233,14 @@ fn add_couples(squares: &mut [f64; 2], problem: &Problem) {
     );
 }
 
-/// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity.
+/// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity u; its own law wants the impulse `wanted`.
 #[inline(always)]
-fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contact, u: [f64; 2]) {
+fn add_defect(
+    [defect, size]: &mut [f64; 2],
+    problem: &Problem,
+    contact: &Contact,
+    (u, wanted): ([f64; 2], [f64; 2]),
+) {
     let (d, r) = (contact.diagonal(), contact.impulse);
     let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
     if contact.bond == NO_BOND {
@@ -209,8 +255,7 @@ fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contac
         *defect += term(0, r_n);
         *defect += term(1, r_t);
     } else {
-        let [r_n, r_t] = problem.local_solution(contact, u);
-        *defect += term(0, r_n) + term(1, r_t);
+        *defect += term(0, wanted[0]) + term(1, wanted[1]);
     }
     *size += term(0, 0.0) + term(1, 0.0);
 }

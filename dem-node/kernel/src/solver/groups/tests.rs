@@ -6,6 +6,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::law::local::BondLaw;
 use crate::random::RandomNumbers;
 use crate::solver::contact::NO_BOND;
+use crate::solver::residual::measured;
 
 const GRAINS: usize = 60;
 const GLUED: usize = 6;
@@ -164,6 +165,20 @@ fn a_sweep_in_groups_is_the_sweep_one_by_one() {
             plain.contacts = contacts;
             for (square, expected) in squares.into_iter().zip(expected) {
                 assert!((square - expected).abs() <= 1e-12 * expected);
+            }
+            // A look at the groups is the look one by one, at each stage of the way.
+            let (defect, quad) = sweeper.measured(&mut fast, false);
+            let (expected, expected_quad) = measured(&plain, false);
+            let seen = [defect.residual(&fast), defect.size()].into_iter();
+            let known = [expected.residual(&plain), expected.size()].into_iter();
+            let pairs = seen
+                .zip(known)
+                .chain(quad.norms.into_iter().zip(expected_quad.norms));
+            for (seen, known) in pairs {
+                assert!(
+                    known > 0.0 && (seen - known).abs() <= 1e-11 * known,
+                    "{seen} {known}"
+                );
             }
         }
         sweeper.store(&mut fast);
