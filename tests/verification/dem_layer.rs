@@ -195,7 +195,10 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
             "sample.radius_min_m: must be above 0, got -5e-5; the key means: Smallest radius of the grains (m)",
         ),
         (json!({"radius_max_m": 4e-5}), "sample.radius_max_m"),
-        (json!({"press_pa": []}), "sample.press_pa: needs at least 1"),
+        (
+            json!({"press_pa": []}),
+            "sample.press_pa: must have a length of at least 1",
+        ),
         (
             json!({"press_pa": [1e6, 0.0]}),
             "sample.press_pa[1]: must be above 0",

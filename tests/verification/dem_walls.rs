@@ -190,7 +190,7 @@ fn walls_that_are_none_are_refused_by_key() {
         ),
         (
             json!({"points_m": [[0.0, 0.0]]}),
-            "sample.walls[0].points_m: needs at least 2 entries, got 1",
+            "sample.walls[0].points_m: must have a length of at least 2, got 1",
         ),
         (
             json!({"points_m": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]}),

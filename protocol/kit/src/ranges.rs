@@ -75,7 +75,7 @@ fn check_entries(schema: &Value, entries: &[Value]) -> Result<(), ConfigError> {
     let least = schema["minItems"].as_u64().unwrap_or(0) as usize;
     if entries.len() < least {
         return Err(refused(format!(
-            "needs at least {least} entries, got {}",
+            "must have a length of at least {least}, got {}",
             entries.len()
         )));
     }
@@ -224,7 +224,7 @@ mod tests {
             ),
             (
                 json!({"press_pa": []}),
-                "press_pa: needs at least 1 entries, got 0; the key means: Pressures (Pa)",
+                "press_pa: must have a length of at least 1, got 0; the key means: Pressures (Pa)",
             ),
             (
                 json!({"sets": {"top": {"ramp_s": -2e-6}}}),
