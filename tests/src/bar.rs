@@ -5,7 +5,7 @@
 
 mod follow;
 
-use kit::read_config;
+use kit::read_table;
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Reaction, Role, Session, Surface, Term,
     Window,
@@ -101,7 +101,7 @@ pub struct Bar {
 
 /// Makes a bar from a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    Ok(Box::new(Bar::new(read_config(&session.config)?)))
+    Ok(Box::new(Bar::new(read_table(&session.config)?)))
 }
 
 impl Bar {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use kit::{ConfigError, read_config};
+use kit::{ConfigError, read_table};
 use protocol::{
     BoundaryAnswer, Description, Node, NodeError, Outcome, Reaction, Role, Session, Setting,
     Surface, Term, Window,
@@ -164,7 +164,7 @@ struct Broken {
 
 /// Builds it.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = read_config(&session.config)?;
+    let config: Config = read_table(&session.config)?;
     let session = Session {
         config: config.config,
         ..session.clone()
@@ -475,7 +475,7 @@ impl Node for Broken {
 
 /// Checks a configuration.
 pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
-    let config: Config = read_config(config)?;
+    let config: Config = read_table(config)?;
     let registry = crate::registry();
     let solver = registry.get(&config.kind);
     let solver = solver.ok_or_else(|| ConfigError::new("kind", "no such solver"))?;

@@ -5,7 +5,7 @@
 //! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; what it needs beyond the springs is the wall's
 //! impulse -p, and v_g = a_g + W_g p. Component 1 follows a_g and carries nothing.
 
-use kit::read_config;
+use kit::read_table;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Role,
@@ -92,7 +92,7 @@ pub struct Chain {
 
 /// Makes a chain from a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    Ok(Box::new(Chain::new(read_config(&session.config)?)))
+    Ok(Box::new(Chain::new(read_table(&session.config)?)))
 }
 
 impl Chain {

@@ -39,21 +39,21 @@ pub fn registry() -> Registry {
     let solvers = vec![
         ShippedSolver {
             kind: "bar",
-            check: |config, _| kit::read_config::<bar::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_table::<bar::Config>(config).map(|_| Vec::new()),
             nonlinear: None,
             schema: None,
             build: bar::build,
         },
         ShippedSolver {
             kind: "chain",
-            check: |config, _| kit::read_config::<chain::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_table::<chain::Config>(config).map(|_| Vec::new()),
             nonlinear: None,
             schema: None,
             build: chain::build,
         },
         ShippedSolver {
             kind: "plate",
-            check: |config, _| kit::read_config::<plate::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_table::<plate::Config>(config).map(|_| Vec::new()),
             nonlinear: None,
             schema: None,
             build: plate::build,

@@ -2,7 +2,7 @@
 //!
 //! M (v - v_0) = H f - p and v = a_g + W_g p for both components of all points at once.
 
-use kit::read_config;
+use kit::read_table;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface,
@@ -48,7 +48,7 @@ pub struct Plate {
 
 /// Makes a plate from a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = read_config(&session.config)?;
+    let config: Config = read_table(&session.config)?;
     let size = 2 * config.points;
     Ok(Box::new(Plate {
         window_s: 0.0,

@@ -109,14 +109,18 @@ fn wrong_keys_are_named_with_their_value() {
         (
             "/density_kg_per_m3",
             json!(-1.0),
-            "density_kg_per_m3: must be positive, got -1e0 (kg/m3)",
+            "density_kg_per_m3: must be above 0, got -1; the key means: Density of the grains (kg/m3)",
         ),
         ("/mass_scale", json!(0.5), "mass_scale: must be at least"),
-        ("/time/theta", json!(0.4), "time.theta: must lie between"),
+        (
+            "/time/theta",
+            json!(0.4),
+            "time.theta: must be at least 0.5 and at most 1, got 0.4",
+        ),
         (
             "/time/pressure_pa",
             json!(0.0),
-            "time.pressure_pa: must be positive",
+            "time.pressure_pa: must be above 0",
         ),
         ("/solver/tolerance", json!(0.0), "solver.tolerance"),
         ("/solver/max_iterations", json!(0), "solver.max_iterations"),

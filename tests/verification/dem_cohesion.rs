@@ -209,11 +209,11 @@ fn what_a_drive_or_a_bond_cannot_do_is_refused_by_name() {
     };
     says(
         refused(|c| c["drive"]["velocity_m_per_s"] = json!(0.0)),
-        ["drive.velocity_m_per_s", "not 0"],
+        ["drive.velocity_m_per_s", "not be 0"],
     );
     says(
         refused(|c| c["law"]["w_j_per_m2"] = json!(0.0)),
-        ["law.w_j_per_m2", "positive"],
+        ["law.w_j_per_m2", "above 0"],
     );
     says(
         refused(|c| c["law"]["b_pa_m_s"] = json!(-1.0)),

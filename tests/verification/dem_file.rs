@@ -116,7 +116,7 @@ fn mistakes_in_a_table_are_refused_by_their_line() {
         ),
         (
             &with("0,0,-1,0"),
-            "line 4: radius_m must be positive, got -1e0",
+            "line 4: radius_m must be above 0, got -1e0",
         ),
         (
             &with("0,0,1,yes"),

@@ -288,10 +288,13 @@ fn scenes_without_first_bodies_or_contact_zone_are_refused() {
     );
     told(
         &sheared(json!({"wear_s": 0.0})),
-        &["flow.wear_s", "positive"],
+        &["flow.wear_s", "above 0"],
     );
     let share = json!({"wear_s": WEAR, "zone_share": 1.5});
-    told(&sheared(share), &["flow.zone_share", "between 0.5 and 1"]);
+    told(
+        &sheared(share),
+        &["flow.zone_share", "at least 0.5 and at most 1"],
+    );
     let margin = json!({"wear_s": WEAR, "margin_diameters": -1.0});
     told(&sheared(margin), &["flow.margin_diameters"]);
     let slack = json!({"wear_s": WEAR, "hysteresis_diameters": -1.0});

@@ -126,7 +126,7 @@ fn feeds_that_cannot_be_are_refused() {
     told(
         "rate_kg_per_s",
         json!(0.0),
-        &["injection.rate_kg_per_s", "positive"],
+        &["injection.rate_kg_per_s", "above 0"],
     );
     told(
         "rate_kg_per_s",
@@ -139,7 +139,7 @@ fn feeds_that_cannot_be_are_refused() {
         json!(1e-4),
         &["injection.end_s", "1.5e-4", "1e-4 (s)"],
     );
-    told("growth_s", json!(0.0), &["injection.growth_s", "positive"]);
+    told("growth_s", json!(0.0), &["injection.growth_s", "above 0"]);
     let without = |change: fn(&mut Value), part: &str| {
         let mut config = fed(3f64.sqrt() * R);
         change(&mut config);

@@ -192,10 +192,17 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
     let cases = [
         (
             json!({"radius_min_m": -5e-5}),
-            "sample.radius_min_m: must be positive, got -5e-5 (m)",
+            "sample.radius_min_m: must be above 0, got -5e-5; the key means: Smallest radius of the grains (m)",
         ),
         (json!({"radius_max_m": 4e-5}), "sample.radius_max_m"),
-        (json!({"press_pa": []}), "sample.press_pa"),
+        (
+            json!({"press_pa": []}),
+            "sample.press_pa: must have a length of at least 1",
+        ),
+        (
+            json!({"press_pa": [1e6, 0.0]}),
+            "sample.press_pa[1]: must be above 0",
+        ),
         (json!({"crown_radius_m": 1e-3}), "sample.crown_radius_m"),
         (json!({"thickness_m": 0.0}), "sample.thickness_m"),
         (

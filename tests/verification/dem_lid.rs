@@ -593,7 +593,7 @@ fn keys_that_mean_nothing_below_a_lid_are_refused() {
     }
     told(
         &|config| config["stress"] = json!({"cell_m": 1e-3, "at_s": 0.0}),
-        &["stress.at_s", "positive"],
+        &["stress.at_s", "above 0"],
     );
     let bare = |config: &mut Value| {
         let sample = config["sample"].as_object_mut().expect("a table");

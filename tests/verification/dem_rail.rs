@@ -262,7 +262,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
     let cases = [
         (
             json!({"radius_min_m": -5e-5}),
-            "sample.radius_min_m: must be positive",
+            "sample.radius_min_m: must be above 0",
         ),
         (
             json!({"radius_max_m": 4e-5}),
@@ -273,10 +273,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
             "sample.radius_min_m: a rail of",
         ),
         (json!({"width_m": 1e-3}), "sample.width_m: must be at least"),
-        (
-            json!({"height_m": 0.0}),
-            "sample.height_m: must be positive",
-        ),
+        (json!({"height_m": 0.0}), "sample.height_m: must be above 0"),
         (json!({"height_m": 5e-4}), "sample.height_m: the sides are"),
         (
             json!({"height_at": "crown", "height_m": 9e-4}),
@@ -304,7 +301,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
         ),
         (
             json!({"law": "power", "power": 50.0}),
-            "sample.power: must lie between -20 and 20",
+            "sample.power: must be at least -20 and at most 20",
         ),
         (
             json!({"periodic_x_m": [-1.0, 1.0]}),

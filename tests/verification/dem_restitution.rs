@@ -233,7 +233,7 @@ fn names_of_lmgc90_mean_a_kind_and_an_option() {
         ),
         (
             coulomb(json!({"restitution": 1.5})),
-            ["law.restitution", "between 0 and 1"],
+            ["law.restitution", "at least 0 and at most 1"],
         ),
         (
             json!({"kind": "signorini", "restitution": 0.5, "contact_stiffness_pa": 1e9}),

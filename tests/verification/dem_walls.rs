@@ -188,7 +188,10 @@ fn walls_that_are_none_are_refused_by_key() {
             json!({"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 0.0}),
             "sample.walls[0].nx",
         ),
-        (json!({"points_m": [[0.0, 0.0]]}), "at least two points"),
+        (
+            json!({"points_m": [[0.0, 0.0]]}),
+            "sample.walls[0].points_m: must have a length of at least 2, got 1",
+        ),
         (
             json!({"points_m": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]}),
             "points 1 and 2",

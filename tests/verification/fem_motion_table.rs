@@ -316,12 +316,12 @@ fn motions_over_time_that_make_no_sense_are_refused_by_their_key() {
         (
             to_and_fro(json!({"amplitude_m": 0.0})),
             ".motion.amplitude_m",
-            "must be positive",
+            "must be above 0",
         ),
         (
             to_and_fro(json!({"frequency_hz": -1.0})),
             ".motion.frequency_hz",
-            "must be positive",
+            "must be above 0",
         ),
         (
             to_and_fro(json!({"frequency_hz": 1e7})),

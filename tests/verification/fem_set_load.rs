@@ -321,7 +321,7 @@ fn loads_over_time_that_make_no_sense_are_refused_by_their_key() {
         (
             changed(json!({"displacement_m": [1e-6, "free"]})),
             ".ramp_s",
-            "must be positive",
+            "must be above 0",
         ),
         (
             with(changed(json!({})), still),

@@ -1,44 +1,17 @@
-//! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
+//! Checks of a scenario that need no solver: names, and who is joined to whom.
 
 use kit::ConfigError;
 use kit::keys::{config_error, proposal, refuse_if};
-use kit::limits::{positive, within};
 use protocol::Cause;
 use scheme::keys::connected;
 
-use crate::keys::{LONGEST_WAIT, Participant, Scenario, TransportKind};
+use crate::keys::{Participant, Scenario, TransportKind};
 use scheme::keys::{CompliancePrior, Dirichlet, Interface, SchemeWord};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     let run = &scenario.run;
     plain_name("run.name", &run.name)?;
-    let (deadlines, output) = (&run.deadlines, &run.output);
-    let sizes = [
-        ("run.end_s", run.end_s),
-        ("run.output.fields_every_s", output.fields_every_s),
-        ("run.deadlines.setup_s", Some(deadlines.setup_s)),
-        ("run.deadlines.answer_s", Some(deadlines.answer_s)),
-        ("run.deadlines.idle_s", Some(deadlines.idle_s)),
-        ("run.deadlines.link_s", Some(deadlines.link_s)),
-    ];
-    positive("run.thickness_m", run.thickness_m, "m")?;
-    for (key, size) in sizes {
-        positive(key, size, "s")?;
-        if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
-            let problem = format!("must be at most {LONGEST_WAIT:e} s");
-            return refuse(key, Cause::OutOfRange, problem, None);
-        }
-    }
-    let counts = [
-        ("signals_every_windows", output.signals_every_windows),
-        ("flush_every_windows", output.flush_every_windows),
-        ("alone_steps", output.alone_steps.into()),
-    ];
-    for (key, count) in counts {
-        at_least_one(&format!("run.output.{key}"), Some(count))?;
-    }
-    at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
     run.plausible.check("run.plausible")?;
     refuse_if(
         run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange,
@@ -148,18 +121,6 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
         let (key, name) = (format!("participant[{index}].name"), &participant.name);
         plain_name(&key, name)?;
         refuse_taken(&key, name, &participants[..index])?;
-        let words = [
-            ("command", &participant.command),
-            ("launch", &participant.launch),
-        ];
-        let mut empty = words
-            .iter()
-            .filter(|(_, words)| *words == &Some(Vec::new()));
-        if let Some((key, _)) = empty.next() {
-            let problem = "is empty: give the program and its arguments, or leave the key out";
-            let key = format!("participant[{index}].{key}");
-            return refuse(&key, Cause::InvalidValue, problem, None);
-        }
     }
     Ok(())
 }
@@ -203,14 +164,6 @@ fn check_interface(
     if interface.substeps.is_none() && interface.window_s.is_none() {
         return Err(config_error(&key(""), "missing field `substeps`"));
     }
-    at_least_one(&key("substeps"), interface.substeps.map(u64::from))?;
-    positive(&key("window_s"), interface.window_s, "s")?;
-    at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
-    positive(&key("tolerance_rel"), interface.tolerance_rel, "")?;
-    positive(&key("relaxation"), given.relaxation, "")?;
-    within(&key("relaxation"), given.relaxation, [0.0, 1.0])?;
-    let bound = interface.energy_defect_max_rel;
-    positive(&key("energy_defect_max_rel"), bound, "")?;
     refuse_if(
         given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass),
         &key("compliance"),
@@ -248,13 +201,6 @@ fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Resul
         let problem = "joins a participant with itself";
         let help = "name a set of another participant in the second place";
         return refuse(key, Cause::InvalidValue, problem, Some(help));
-    }
-    Ok(())
-}
-
-fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
-    if value == Some(0) {
-        return refuse(key, Cause::OutOfRange, "must be at least 1, got 0", None);
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use scheme::keys::Interface;
 use crate::plausible::Plausible;
 
 /// Longest deadline (s): a year.
-pub(crate) const LONGEST_WAIT: f64 = 3.2e7;
+const LONGEST_WAIT: f64 = 3.2e7;
 
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -1,17 +1,21 @@
 //! Reading a scenario: file, `--set`, checks.
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use kit::ConfigError;
-use kit::keys::read_config;
+use kit::keys::read_table;
 use kit::limits::finite;
+use kit::ranges;
 use serde::de::DeserializeOwned;
+use serde_json::json;
 
 use crate::check::check;
 use crate::error::{Code, Error, Refusal, Result, ScenarioError};
 use crate::keys::Scenario;
 use crate::overrides::{Changes, apply, changes, leaves};
 use crate::paths;
+use crate::schema::schema;
 use crate::source::ScenarioSource;
 use scenes::kept;
 
@@ -64,6 +68,9 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
 
 /// The table that describes a scenario to its readers: no run depends on it, and neither does the scenario's hash.
 const ABOUT: &str = "about";
+
+/// The keys of a scenario without those of its solvers.
+static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schema(&[]));
 
 /// Reads the file of a scenario.
 fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
@@ -124,8 +131,9 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     numbers
         .try_for_each(|(key, value)| finite(&key, value.as_float().unwrap_or(0.0)))
         .map_err(refused)?;
-    let scenario: Scenario = read_config(table.clone()).map_err(refused)?;
+    let scenario: Scenario = read_table(table.clone()).map_err(refused)?;
     check(&scenario).map_err(refused)?;
+    ranges::check(&SCHEMA, &json!(table)).map_err(refused)?;
     table.remove(ABOUT);
     let shipped = scenario
         .run
@@ -160,7 +168,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let table: Result<toml::Table, _> = text.parse();
     let table = table.map_err(|error: toml::de::Error| error.to_string())?;
-    read_config(table).map_err(|error| error.to_string())
+    read_table(table).map_err(|error| error.to_string())
 }
 
 /// Where a scenario was found.

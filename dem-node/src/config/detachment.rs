@@ -2,7 +2,6 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -26,7 +25,7 @@ pub struct DetachmentConfig {
 }
 
 impl DetachmentConfig {
-    /// Refuses values out of range, and scenes without bare surfaces or into which nothing can grow.
+    /// Refuses scenes without bare surfaces or into which nothing can grow.
     pub(super) fn validate(
         &self,
         law: &LawConfig,
@@ -34,9 +33,6 @@ impl DetachmentConfig {
         injection: Option<&InjectionConfig>,
         gravity: [f64; 2],
     ) -> Result<(), ConfigError> {
-        positive("detachment.energy_j_per_m2", self.energy_j_per_m2, "J/m2")?;
-        positive("detachment.depth_m", self.depth_m, "m")?;
-        positive("detachment.growth_s", self.growth_s, "s")?;
         let refusals = [
             (
                 injection.is_some(),

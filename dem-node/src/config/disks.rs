@@ -4,7 +4,7 @@ use dem_kernel::bodies::geometry::range;
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{finite, positive};
+use kit::limits::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -83,6 +83,7 @@ pub struct WallConfig {
     pub ny: Option<f64>,
     /// Corners of a polyline (m), instead of the four above. The grains stay on the left of its direction; one that ends
     /// where it began is closed, the ends of any other are round.
+    #[schemars(length(min = 2))]
     pub points_m: Option<Vec<[f64; 2]>>,
     /// Constant velocity (m/s).
     #[serde(default)]
@@ -132,9 +133,6 @@ pub enum MotionConfig {
 impl WallConfig {
     /// Refuses a wall that is neither, or both.
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        for component in self.velocity_m_per_s {
-            finite(&format!("{key}.velocity_m_per_s"), component)?;
-        }
         let plane = kit::named!(self; x_m, y_m, nx, ny);
         let Some(points) = &self.points_m else {
             return validate_plane(key, plane);
@@ -153,11 +151,10 @@ impl WallConfig {
 
 fn validate_plane(key: &str, plane: [(&str, Option<f64>); 4]) -> Result<(), ConfigError> {
     for (name, value) in plane {
-        let value = value.ok_or_else(|| {
-            ConfigError::new(&format!("{key}.{name}"), "is missing")
-                .help("a half-plane needs x_m, y_m, nx and ny, a polyline points_m")
-        })?;
-        finite(&format!("{key}.{name}"), value)?;
+        if value.is_none() {
+            return Err(ConfigError::new(&format!("{key}.{name}"), "is missing")
+                .help("a half-plane needs x_m, y_m, nx and ny, a polyline points_m"));
+        }
     }
     let [_, _, nx, ny] = plane.map(|(_, value)| value.unwrap_or(0.0));
     positive(&format!("{key}.nx"), nx.hypot(ny), "length of (nx, ny)")
@@ -165,12 +162,6 @@ fn validate_plane(key: &str, plane: [(&str, Option<f64>); 4]) -> Result<(), Conf
 }
 
 fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {
-    for component in points.iter().flatten() {
-        finite(key, *component)?;
-    }
-    if points.len() < 2 {
-        return Err(ConfigError::new(key, "needs at least two points"));
-    }
     for (i, ends) in points.windows(2).enumerate() {
         refuse_if(
             ends[0] == ends[1],
@@ -202,15 +193,11 @@ impl ClusterConfig {
     }
 
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
-        positive(&format!("{key}.inertia_kg_m2"), self.inertia_kg_m2, "kg m2")?;
         let velocity = kit::named!(self; vx_m_per_s, vy_m_per_s, spin_rad_per_s);
         for ((name, value), held) in velocity.into_iter().zip(self.holds()) {
-            let key = format!("{key}.{name}");
-            finite(&key, value)?;
             refuse_if(
                 held && value != 0.0,
-                &key,
+                &format!("{key}.{name}"),
                 "belongs to a motion that is locked",
                 "remove it, or take the motion out of `locked`",
             )?;
@@ -260,13 +247,9 @@ impl DisksConfig {
             "list one, or fill a rectangle with sample.fill",
         )?;
         for (i, disk) in self.disks.iter().enumerate() {
-            let key = |name: &str| format!("sample.disks[{i}].{name}");
-            positive(&key("radius_m"), disk.radius_m, "m")?;
-            finite(&key("x_m"), disk.x_m)?;
-            finite(&key("y_m"), disk.y_m)?;
             refuse_if(
                 disk.lid && !disk.glued,
-                &key("lid"),
+                &format!("sample.disks[{i}].lid"),
                 "only a glued disk belongs to the lid",
                 "add glued = true",
             )?;

@@ -2,7 +2,6 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{finite, not_negative, positive};
 use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
@@ -31,8 +30,6 @@ fn numbers(given: Option<[PrescribedComponent; 2]>) -> [Option<f64>; 2] {
     given.map_or([None; 2], |both| both.map(|component| component.0))
 }
 
-const DIRECTIONS: [&str; 2] = ["x", "y"];
-
 impl ClusterDriveConfig {
     /// Velocity along x and y where one is prescribed (m/s).
     pub fn velocity(&self) -> [Option<f64>; 2] {
@@ -53,11 +50,7 @@ impl ClusterDriveConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let velocity = self.velocity();
         let force = numbers(self.force_n);
-        for k in 0..2 {
-            let name = DIRECTIONS[k];
-            for (word, value) in [("velocity_m_per_s", velocity[k]), ("force_n", force[k])] {
-                finite(&format!("{key}.{word}"), value.unwrap_or(0.0))?;
-            }
+        for (k, name) in ["x", "y"].iter().enumerate() {
             refuse_if(
                 velocity[k].is_some() && force[k].is_some(),
                 &format!("{key}.force_n"),
@@ -66,9 +59,6 @@ impl ClusterDriveConfig {
             )?;
         }
         let free = velocity.iter().filter(|v| v.is_none()).count();
-        positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
-        let damping = format!("{key}.damping_n_s_per_m");
-        not_negative(&damping, self.damping_n_s_per_m, "N s/m")?;
         refuse_if(
             free == 0 && (self.mass_kg.is_some() || self.damping_n_s_per_m > 0.0),
             key,

@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{ROUNDING, finite, not_negative, validate_sides};
+use kit::limits::{ROUNDING, validate_sides};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -29,6 +29,7 @@ pub struct FillConfig {
     /// Distribution of the radii.
     pub law: RadiusLaw,
     /// Exponent of a law that needs one.
+    #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Largest speed of the disks at the start (m/s); each has a random part of it in both directions.
     #[serde(default)]
@@ -57,6 +58,7 @@ pub struct RowConfig {
     /// Distribution of the radii.
     pub law: RadiusLaw,
     /// Exponent of a law that needs one.
+    #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the radii; the run's seed when absent.
     pub seed: Option<u64>,
@@ -80,7 +82,6 @@ impl FillConfig {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
         validate_sides(&format!("{key}.y_m"), self.y_m)?;
         self.radii().validate(key)?;
-        not_negative(&format!("{key}.speed_m_per_s"), self.speed_m_per_s, "m/s")?;
         let [columns, rows] = self.grid();
         validate_count(key, columns * rows)
     }
@@ -100,7 +101,6 @@ impl RowConfig {
 
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
-        finite(&format!("{key}.y_m"), self.y_m)?;
         self.radii().validate(key)?;
         validate_count(key, self.count())
     }

@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{at_least, not_negative, positive, refuse_given, within};
+use kit::limits::{at_least, refuse_given};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -66,7 +66,7 @@ impl FlowConfig {
         self.zone_mean_s.unwrap_or(self.wear_s)
     }
 
-    /// Refuses values out of range, and scenes without first bodies or contact zone.
+    /// Refuses scenes without first bodies or contact zone.
     pub(super) fn validate(
         &self,
         law: &LawConfig,
@@ -74,12 +74,6 @@ impl FlowConfig {
         wheel: Option<&DemWheelConfig>,
         gravity: [f64; 2],
     ) -> Result<(), ConfigError> {
-        within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
-        not_negative("flow.margin_diameters", self.margin_diameters, "")?;
-        not_negative("flow.hysteresis_diameters", self.hysteresis_diameters, "")?;
-        positive("flow.wear_s", self.wear_s, "s")?;
-        not_negative("flow.zone_mean_s", self.mean_s(), "s")?;
-        positive("flow.lateral.time_s", self.lateral.map(|l| l.time_s), "s")?;
         refuse_if(
             self.lateral.is_some() && (gravity != [0.0; 2] || sample.has_clusters()),
             "flow.lateral",

@@ -2,7 +2,6 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{finite, not_negative, positive};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -36,18 +35,13 @@ pub struct InjectionConfig {
 }
 
 impl InjectionConfig {
-    /// Refuses values out of range, and scenes into which nothing can grow.
+    /// Refuses an end before the start, and scenes into which nothing can grow.
     pub(super) fn validate(
         &self,
         law: &LawConfig,
         flow: Option<&FlowConfig>,
         gravity: [f64; 2],
     ) -> Result<(), ConfigError> {
-        finite("injection.x_m", self.x_m)?;
-        finite("injection.y_m", self.y_m)?;
-        positive("injection.rate_kg_per_s", self.rate_kg_per_s, "kg/s")?;
-        not_negative("injection.start_s", self.start_s, "s")?;
-        finite("injection.end_s", self.end_s)?;
         refuse_if(
             self.end_s <= self.start_s,
             "injection.end_s",
@@ -57,7 +51,6 @@ impl InjectionConfig {
             ),
             "remove the table for a scene that nothing is fed into",
         )?;
-        positive("injection.growth_s", self.growth_s, "s")?;
         refuse_if(
             flow.is_none(),
             "injection",

@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{not_negative, positive, refuse_given, required, within};
+use kit::limits::{refuse_given, required};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -169,19 +169,8 @@ pub struct HealingConfig {
     pub pressure_pa: f64,
 }
 
-impl HealingConfig {
-    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        positive(&format!("{key}.time_s"), self.time_s, "s")?;
-        not_negative(&format!("{key}.pressure_pa"), self.pressure_pa, "Pa")
-    }
-}
-
 impl AdhesionConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        positive(&format!("{key}.range_m"), self.range_m, "m")?;
-        for (name, value) in kit::named!("", self; pull_off_n, pull_off_pa) {
-            not_negative(&format!("{key}.{name}"), value.unwrap_or(0.0), "")?;
-        }
         refuse_if(
             self.pull_off_n.is_some() == self.pull_off_pa.is_some(),
             key,
@@ -226,20 +215,14 @@ impl LawKind {
 impl PairConfig {
     /// The law with what this pair has of its own.
     pub fn merged(&self, law: &LawConfig) -> LawConfig {
-        LawConfig {
-            friction: self.friction.or(law.friction),
-            rolling: self.rolling.or(law.rolling),
-            adhesion: self.adhesion.or(law.adhesion),
-            healing: self.healing.or(law.healing),
-            restitution: self.restitution.or(law.restitution),
-            contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
-            damping: self.damping.or(law.damping),
-            tangential_stiffness_ratio: self
-                .tangential_stiffness_ratio
-                .or(law.tangential_stiffness_ratio),
-            pairs: Vec::new(),
-            ..law.clone()
+        let mut merged = law.clone();
+        merged.pairs.clear();
+        macro_rules! own {
+            ($($key:ident),+) => { $(merged.$key = self.$key.or(law.$key);)+ };
         }
+        own!(friction, rolling, adhesion, healing, restitution);
+        own!(contact_stiffness_pa, damping, tangential_stiffness_ratio);
+        merged
     }
 }
 
@@ -269,31 +252,17 @@ impl LawConfig {
         self.refuse_cohesion()
     }
 
-    /// The numbers that pairs may have of their own, below `key`.
+    /// What pairs may have of their own, below `key`.
     fn validate_contacts(&self, key: &str) -> Result<(), ConfigError> {
-        let table = key;
-        let key = |name: &str| format!("{table}.{name}");
-        let stiffness = self.contact_stiffness_pa;
-        positive(&key("contact_stiffness_pa"), stiffness, "Pa")?;
-        let rolling = self.rolling.map(|rolling| rolling.coefficient);
-        not_negative(&key("rolling.coefficient"), rolling, "")?;
-        not_negative(&key("friction"), self.friction, "")?;
         if let Some(adhesion) = &self.adhesion {
-            adhesion.validate(&key("adhesion"))?;
+            adhesion.validate(&format!("{key}.adhesion"))?;
         }
-        if let Some(healing) = &self.healing {
-            healing.validate(&key("healing"))?;
-        }
-        within(&key("restitution"), self.restitution, [0.0, 1.0])?;
-        within(&key("damping"), self.damping, [0.14, 1.0])?;
         refuse_if(
-            self.damping.is_some() && stiffness.is_none(),
-            &key("damping"),
+            self.damping.is_some() && self.contact_stiffness_pa.is_none(),
+            &format!("{key}.damping"),
             "is for springs, and rigid contacts have none: the key would have no effect",
-            format!("write {table}.restitution instead, or give {table}.contact_stiffness_pa"),
-        )?;
-        let ratio = self.tangential_stiffness_ratio;
-        positive(&key("tangential_stiffness_ratio"), ratio, "")
+            format!("write {key}.restitution instead, or give {key}.contact_stiffness_pa"),
+        )
     }
 
     /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
@@ -449,17 +418,9 @@ impl LawConfig {
     }
 
     fn validate_cohesion(&self) -> Result<(), ConfigError> {
-        let given = |key, value| required(key, value, "law.kind = \"cohesion\"");
-        let [cn, ct, w, b, p, alert] = self.cohesion_numbers();
-        for ((key, value), unit) in [(cn, "Pa/m"), (w, "J/m2"), (p, ""), (alert, "m")] {
-            positive(key, given(key, value)?, unit)?;
+        for (key, value) in self.cohesion_numbers() {
+            required(key, value, "law.kind = \"cohesion\"")?;
         }
-        for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
-            not_negative(key, given(key, value)?, unit)?;
-        }
-        within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
-        let damping = self.bond_damping_ratio;
-        within("law.bond_damping_ratio", damping, [0.0, 1.0])?;
         refuse_if(
             self.h_prime.is_none(),
             "law.h_prime",

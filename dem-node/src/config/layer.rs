@@ -3,7 +3,7 @@
 use dem_kernel::bodies::geometry::drop_at;
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{at_least, finite, not_negative, positive};
+use kit::limits::at_least;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +48,7 @@ pub struct LayerConfig {
     /// Distribution of the radii.
     pub law: RadiusLaw,
     /// Exponent of a law that needs one.
+    #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
@@ -71,6 +72,7 @@ pub struct LayerConfig {
     /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little
     /// elastic overlap to relax when the side walls go.
     #[serde(default = "press")]
+    #[schemars(length(min = 1), extend("items" = { "type": "number", "exclusiveMinimum": 0 }))]
     pub press_pa: Vec<f64>,
     /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
     /// straight then.
@@ -108,9 +110,6 @@ impl LayerConfig {
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         self.radii().validate("sample")?;
-        let (thickness, half_width) = (self.thickness_m, self.half_width_m);
-        positive("sample.thickness_m", thickness, "m")?;
-        positive("sample.half_width_m", half_width, "m")?;
         let widest = self.radius_max_m;
         let below = if self.glued { 4.0 * widest } else { 0.0 };
         for (key, value, least) in [
@@ -121,12 +120,11 @@ impl LayerConfig {
         ] {
             at_least(&format!("sample.{key}"), value, least, "m")?;
         }
-        for (key, radius) in self.crowns() {
-            not_negative(key, radius, "m")?;
-            if radius > 0.0 {
-                at_least(key, radius, 2.0 * self.half_width_m, "m")?;
-            }
-        }
+        let beyond = |least: f64| {
+            let mut crowns = self.crowns().into_iter().filter(|(_, r)| *r > 0.0);
+            crowns.try_for_each(|(key, radius)| at_least(key, radius, least, "m"))
+        };
+        beyond(2.0 * self.half_width_m)?;
         refuse_if(
             self.lid_crown_radius_m > 0.0 && !self.lid,
             "sample.lid_crown_radius_m",
@@ -151,29 +149,15 @@ impl LayerConfig {
         let spacing = SPACING * self.radii().mean();
         let within = self.half_width_m;
         self.surface.validate(within, spacing, true)?;
-        let reach = self.surface.half_width_m.unwrap_or(0.0);
-        let mut crowns = self.crowns().into_iter();
-        crowns.try_for_each(|(key, r)| {
-            at_least(key, if r > 0.0 { r } else { f64::MAX }, reach, "m")
-        })?;
-        if self.press_pa.is_empty() {
-            return Err(ConfigError::new(
-                "sample.press_pa",
-                "needs at least one pressure",
-            ));
-        }
-        let mut pressures = self.press_pa.iter();
-        pressures.try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+        beyond(self.surface.half_width_m.unwrap_or(0.0))
     }
 
     /// Crowns and wheels stand over x = 0.
     fn validate_middle(&self) -> Result<(), ConfigError> {
-        let key = "sample.x_m";
-        finite(key, self.x_m)?;
         let curved = self.crowns().iter().any(|(_, radius)| *radius > 0.0);
         refuse_if(
             self.x_m != 0.0 && (!self.lid || curved || self.periodic_x_m.is_some()),
-            key,
+            "sample.x_m",
             "places a layer between two straight bodies, and this one has a wheel, a crown, or no ends",
             "remove the key, or write lid = true without crowns and periodic_x_m",
         )

@@ -1,12 +1,9 @@
 //! Distributions of radii between two limits.
 
 use kit::ConfigError;
-use kit::limits::{at_least, positive, refuse_given, within};
+use kit::limits::{at_least, refuse_given};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Exponents beyond these put all radii at one of the limits.
-const POWERS: [f64; 2] = [-20.0, 20.0];
 
 /// Distribution of radii between two limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
@@ -27,7 +24,7 @@ pub enum RadiusLaw {
 pub struct Radii {
     /// Their distribution.
     pub law: RadiusLaw,
-    /// Its exponent k, with [`RadiusLaw::Power`] and only with it.
+    /// Its exponent k, with [`RadiusLaw::Power`] and only with it: one beyond -20 to 20 puts all radii at one of the limits.
     pub power: Option<f64>,
     /// Smallest and largest radius (m).
     pub ends: [f64; 2],
@@ -115,7 +112,6 @@ impl Radii {
     /// Refuses limits that are none, in the table `key`, and a power without its law or the other way round.
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let [least, most] = self.ends;
-        positive(&format!("{key}.radius_min_m"), least, "m")?;
         at_least(&format!("{key}.radius_max_m"), most, least, "m")?;
         let key = format!("{key}.power");
         if self.law != RadiusLaw::Power {
@@ -125,14 +121,12 @@ impl Radii {
                 "remove it, or write law = \"power\"",
             );
         }
-        if self.power.is_none() {
-            return Err(ConfigError::new(
-                &key,
-                "this key is required and missing: law = \"power\" is p ~ r^power",
-            )
-            .help("write power = -2 for equal surface in each class of radius"));
+        if self.power.is_some() {
+            return Ok(());
         }
-        within(&key, self.power, POWERS)
+        let problem = "this key is required and missing: law = \"power\" is p ~ r^power";
+        let help = "write power = -2 for equal surface in each class of radius";
+        Err(ConfigError::new(&key, problem).help(help))
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use dem_kernel::bodies::geometry::drop_at;
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{ROUNDING, at_least, not_negative, positive};
+use kit::limits::{ROUNDING, at_least};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,7 @@ pub struct RailConfig {
     /// Distribution of the radii.
     pub law: RadiusLaw,
     /// Exponent of a law that needs one.
+    #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
@@ -89,15 +90,10 @@ impl RailConfig {
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         self.radii().validate("sample")?;
-        positive("sample.width_m", self.width_m, "m")?;
-        positive("sample.height_m", self.height_m, "m")?;
         let widest = self.radius_max_m;
         at_least("sample.width_m", self.width_m, WIDTH * widest, "m")?;
-        let (key, crown) = ("sample.crown_radius_m", self.crown_radius_m);
-        not_negative(key, crown, "m")?;
-        if crown > 0.0 {
-            at_least(key, crown, self.width_m, "m")?;
-        }
+        let crown = Some(self.crown_radius_m).filter(|crown| *crown > 0.0);
+        at_least("sample.crown_radius_m", crown, self.width_m, "m")?;
         let (sides, least) = (-self.base() - self.sag(), HEIGHT * widest);
         refuse_if(
             sides < least * (1.0 - ROUNDING),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use dem_kernel::bodies::geometry::{Period, drop_at};
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{ROUNDING, finite};
+use kit::limits::ROUNDING;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
@@ -189,7 +189,6 @@ impl SampleConfig {
 
     /// Refuses a strip from `ends[0]` to `ends[1]` (m) that does not fit the sample.
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<(), ConfigError> {
-        ends.iter().try_for_each(|end| finite(PERIOD, *end))?;
         let widest = match self {
             SampleConfig::Layer(layer) => layer.validate_strip(ends)?,
             SampleConfig::Rail(_) => return Ok(()),

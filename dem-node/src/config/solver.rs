@@ -1,14 +1,10 @@
 //! `solver`: the choice of a solver and its stopping criteria.
 
 use kit::ConfigError;
-use kit::limits::within;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use dem_kernel::solver::criteria::{self, Criteria};
-
-/// Residuals that mean something: one below is rounding, one above no solution.
-const TOLERANCES: [f64; 2] = [1e-14, 0.1];
 
 /// The algorithm that solves the problem: the words for `solver.kind`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -68,14 +64,9 @@ impl SolverConfig {
     }
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        within("solver.tolerance", self.tolerance, TOLERANCES).map_err(|error| {
-            error.help("a residual is a relative number: doubles do not resolve a smaller one")
-        })?;
         let (least, most) = (self.min_iterations, self.max_iterations);
-        if most == 0 || least > most {
-            let problem = format!(
-                "must be at least 1 and at least solver.min_iterations = {least}, got {most}"
-            );
+        if least > most {
+            let problem = format!("must be at least solver.min_iterations = {least}, got {most}");
             return Err(ConfigError::new("solver.max_iterations", problem));
         }
         Ok(())

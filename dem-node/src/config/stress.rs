@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{ROUNDING, at_least, positive, validate_sides};
+use kit::limits::{ROUNDING, at_least, validate_sides};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -35,16 +35,14 @@ impl StressConfig {
         sides.map(|[low, high]| ((high - low) / self.cell_m * (1.0 + ROUNDING)).floor())
     }
 
-    /// Refuses values out of range; `mean` is the mean diameter of the grains (m), `held` is true where a wheel has a hold.
+    /// Refuses cells that hold no stress; `mean` is the mean diameter of the grains (m), `held` is true where a wheel has a hold.
     pub(super) fn validate(&self, mean: f64, held: bool) -> Result<(), ConfigError> {
-        positive("stress.at_s", self.at_s, "s")?;
         refuse_if(
             held && self.at_s.is_some(),
             "stress.at_s",
             "is another moment than the end of wheel.hold_s, at which the stress is taken",
             "remove one of them",
         )?;
-        positive("stress.cell_m", self.cell_m, "m")?;
         at_least("stress.cell_m", self.cell_m, CELL_DIAMETERS * mean, "m").map_err(|error| {
             error.help(format!(
                 "a cell narrower than {CELL_DIAMETERS} mean diameters of the grains shows single contacts, no stress"

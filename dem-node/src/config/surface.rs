@@ -2,7 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{at_least, finite, not_negative, positive};
+use kit::limits::at_least;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -63,11 +63,7 @@ impl SurfaceConfig {
         layer: bool,
     ) -> Result<(), ConfigError> {
         let key = |name: &str| format!("{KEY}.{name}");
-        positive(&key("half_width_m"), self.half_width_m, "m")?;
         at_least(&key("half_width_m"), self.half_width_m, within, "m")?;
-        positive(&key("spacing_m"), self.spacing_m, "m")?;
-        not_negative(&key("friction"), self.friction, "")?;
-        not_negative(&key("crown_radius_m"), self.crown_radius_m, "m")?;
         refuse_if(
             layer && self.crown_radius_m.is_some(),
             &key("crown_radius_m"),
@@ -75,9 +71,8 @@ impl SurfaceConfig {
             "remove it",
         )?;
         let reach = self.half_width_m.unwrap_or(within);
-        if let Some(crown) = self.crown_radius_m.filter(|crown| *crown > 0.0) {
-            at_least(&key("crown_radius_m"), crown, reach, "m")?;
-        }
+        let crown = self.crown_radius_m.filter(|crown| *crown > 0.0);
+        at_least(&key("crown_radius_m"), crown, reach, "m")?;
         let spacing = self.spacing_m.unwrap_or(spacing);
         refuse_if(
             2.0 * reach > SEGMENTS_MAX * spacing,
@@ -94,7 +89,6 @@ impl SurfaceConfig {
         let Some(rough) = self.roughness else {
             return Ok(());
         };
-        not_negative(&key("roughness.rms_m"), rough.rms_m, "m")?;
         let least = POINTS * spacing;
         at_least(&key("roughness.correlation_m"), rough.correlation_m, least, "m").map_err(|error| {
             error.help("a correlation length needs two points at least: lower sample.surface.spacing_m, or raise it")
@@ -103,9 +97,6 @@ impl SurfaceConfig {
 
     fn validate_points(&self, points: &[[f64; 2]]) -> Result<(), ConfigError> {
         let key = format!("{KEY}.points_m");
-        for component in points.iter().flatten() {
-            finite(&key, *component)?;
-        }
         let others = [self.half_width_m, self.spacing_m, self.crown_radius_m];
         refuse_if(
             others.iter().any(Option::is_some) || self.roughness.is_some(),

@@ -2,7 +2,6 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::finite;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -36,11 +35,6 @@ pub enum FaceKind {
 }
 
 impl DemWheelConfig {
-    pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        self.check()?;
-        finite("wheel.vy_m_per_s", self.vy_m_per_s)
-    }
-
     /// Refuses a rough face that the sample has no disks for, and bonds that nothing could carry.
     pub(super) fn validate_on(
         &self,

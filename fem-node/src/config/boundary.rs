@@ -4,16 +4,14 @@ use std::collections::BTreeMap;
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::{not_negative, positive};
+use kit::limits::positive;
 use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table};
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::motion::{
-    MotionTable, ReciprocatingConfig, SetMotion, check_direction, check_finite, unit,
-};
+use super::motion::{MotionTable, ReciprocatingConfig, SetMotion, check_direction, unit};
 
 /// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
@@ -95,15 +93,11 @@ impl SetConfig {
         motion.map_or(Ok(()), |motion| motion.check(set))?;
         self.check_table(set)?;
         self.check_directions(set)?;
-        if let Some((name, numbers)) = self.load().map(SetLoad::numbers) {
-            check_finite(&format!("boundary.{set}.{name}"), numbers)?;
-        }
         self.check_ramp(&format!("boundary.{set}.ramp_s"))
     }
 
-    /// Refuses a ramp that is no time, one that nothing follows, and a displacement without one.
+    /// Refuses a ramp that nothing follows, and a displacement without one.
     fn check_ramp(&self, key: &str) -> Result<(), ConfigError> {
-        not_negative(key, self.ramp_s, "s")?;
         let rate = self.velocity_m_per_s.or(self.displacement_m);
         let follows = rate.or(self.traction_pa).is_some() || self.pressure_pa.is_some();
         refuse_if(
@@ -190,6 +184,15 @@ impl SetConfig {
 }
 
 impl SetLoad<'_> {
+    /// The key that gives it.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            SetLoad::Traction(_) => "traction_pa",
+            SetLoad::Pressure(_) => "pressure_pa",
+            SetLoad::Table(..) => "load_table",
+        }
+    }
+
     /// True where it is given along x (0) or y (1).
     fn acts_along(&self, k: usize) -> bool {
         match self {
@@ -198,20 +201,6 @@ impl SetLoad<'_> {
             SetLoad::Table(_, direction) => direction[k] != 0.0,
         }
     }
-
-    /// The key and its numbers.
-    pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
-        match self {
-            SetLoad::Traction(traction) => ("traction_pa", given(traction)),
-            SetLoad::Pressure(pressure) => ("pressure_pa", vec![pressure]),
-            SetLoad::Table(table, _) => ("load_table", table.iter().flatten().copied().collect()),
-        }
-    }
-}
-
-/// The components that are numbers.
-fn given(components: [PrescribedComponent; 2]) -> Vec<f64> {
-    components.into_iter().filter_map(|c| c.0).collect()
 }
 
 impl BoundaryConfig {

@@ -1,7 +1,8 @@
 //! The material and its numbers.
 
 use kit::ConfigError;
-use kit::limits::{not_negative, positive, refuse_given};
+use kit::keys::refuse_if;
+use kit::limits::refuse_given;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,42 +55,21 @@ impl MaterialConfig {
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        positive("material.young_pa", self.young_pa, "Pa")?;
-        let density = self.density_kg_per_m3;
-        positive("material.density_kg_per_m3", density, "kg/m3")?;
-        self.check_hardening()?;
-        if self.poisson > -1.0 && self.poisson < 0.5 {
-            return Ok(());
-        }
-        let problem = format!("must lie between -1 and 0.5, got {}", self.poisson);
-        Err(ConfigError::new("material.poisson", problem)
-            .because(Cause::OutOfRange)
-            .help("an incompressible body (0.5) transmits pressure infinitely fast, no step could follow it; take 0.49 at most"))
-    }
-
-    fn check_hardening(&self) -> Result<(), ConfigError> {
-        let kinematic = self.kinematic_hardening_pa;
-        let keys = [
-            ("material.yield_pa", self.yield_pa),
-            ("material.hardening_pa", self.hardening_pa),
-            ("material.kinematic_hardening_pa", kinematic),
-        ];
         if self.law() == MaterialKind::Elastic {
+            let keys =
+                kit::named!("material.", self; yield_pa, hardening_pa, kinematic_hardening_pa);
             return refuse_given(
                 keys.map(|(key, value)| (key, value.is_some())),
                 "has no effect on an elastic material",
                 "give material.yield_pa and leave material.kind out, or remove the key",
             );
         }
-        let missing = "is required with material.kind = \"j2\"";
-        let yield_pa = self.yield_pa.ok_or_else(|| {
-            ConfigError::new("material.yield_pa", missing)
-                .because(Cause::MissingKey)
-                .help("give the yield stress in uniaxial tension (Pa)")
-        })?;
-        positive("material.yield_pa", yield_pa, "Pa")?;
-        keys[1..]
-            .iter()
-            .try_for_each(|(key, value)| not_negative(key, *value, "Pa"))
+        refuse_if(
+            self.yield_pa.is_none(),
+            "material.yield_pa",
+            "is required with material.kind = \"j2\"",
+            "give the yield stress in uniaxial tension (Pa)",
+        )
+        .map_err(|error| error.because(Cause::MissingKey))
     }
 }

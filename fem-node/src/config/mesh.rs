@@ -3,9 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use kit::ConfigError;
 use kit::keys::read_part;
-use kit::limits::{not_negative, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::Error;
@@ -112,24 +110,6 @@ impl MeshSource {
     /// True where the left and the right edge are one.
     pub(super) fn periodic_x(&self) -> bool {
         matches!(self, MeshSource::Graded(config) if config.periodic_x)
-    }
-
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        match self {
-            MeshSource::Graded(config) => config.check(),
-            MeshSource::Gmsh(config) => positive("mesh.length_unit_m", config.length_unit_m, "m"),
-        }
-    }
-}
-
-impl MeshConfig {
-    fn check(&self) -> Result<(), ConfigError> {
-        positive("mesh.width_m", self.width_m, "m")?;
-        positive("mesh.height_m", self.height_m, "m")?;
-        positive("mesh.size_m", self.size_m, "m")?;
-        positive("mesh.fine_width_m", self.fine_width_m, "m")?;
-        positive("mesh.fine_depth_m", self.fine_depth_m, "m")?;
-        not_negative("mesh.crown_radius_m", self.crown_radius_m, "m")
     }
 }
 

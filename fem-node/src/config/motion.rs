@@ -1,10 +1,8 @@
 //! Prescribed motions of a set: a velocity or a displacement, or a displacement over time.
 
 use kit::ConfigError;
-use kit::limits::{not_negative, positive};
 use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table, last_change, load_at};
-use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -62,17 +60,10 @@ impl SetMotion<'_> {
     /// Refuses numbers that make no motion of this set.
     pub(super) fn check(self, set: &str) -> Result<(), ConfigError> {
         let key = |name: &str| format!("boundary.{set}.{name}");
-        let finite = |name: &str, components: [PrescribedComponent; 2]| {
-            check_finite(&key(name), components.into_iter().filter_map(|c| c.0))
-        };
         match self {
-            SetMotion::Velocity(components) => finite("velocity_m_per_s", components),
-            SetMotion::Displacement(components) => finite("displacement_m", components),
+            SetMotion::Velocity(_) | SetMotion::Displacement(_) => Ok(()),
             SetMotion::Table(table) => check_motion_table(&key("motion_table"), table),
             SetMotion::Reciprocating(motion) => {
-                positive(&key("motion.amplitude_m"), motion.amplitude_m, "m")?;
-                positive(&key("motion.frequency_hz"), motion.frequency_hz, "1/s")?;
-                not_negative(&key("motion.start_s"), motion.start_s, "s")?;
                 let given = motion.direction.map(|d| d.0.unwrap_or(0.0));
                 check_direction(&key("motion.direction"), given)
             }
@@ -135,23 +126,12 @@ pub(super) fn unit(along: [f64; 2]) -> [f64; 2] {
     [x, y].map(|d| d / x.hypot(y))
 }
 
-/// Refuses a direction of no length or of no numbers.
+/// Refuses a direction of no length.
 pub(super) fn check_direction(key: &str, direction: [f64; 2]) -> Result<(), ConfigError> {
-    if direction != [0.0; 2] && direction.iter().all(|d| d.is_finite()) {
+    if direction != [0.0; 2] {
         return Ok(());
     }
-    let problem = format!("is {direction:?}, and must hold two finite numbers that are not both 0");
+    let problem = format!("is {direction:?}, and must hold two numbers that are not both 0");
     Err(ConfigError::new(key, problem)
         .help("write [0.0, -1.0] for downwards, [1.0, 0.0] for to the right"))
-}
-
-/// Refuses numbers that are not finite.
-pub(super) fn check_finite(
-    key: &str,
-    numbers: impl IntoIterator<Item = f64>,
-) -> Result<(), ConfigError> {
-    if numbers.into_iter().all(f64::is_finite) {
-        return Ok(());
-    }
-    Err(ConfigError::new(key, "must hold finite numbers").because(Cause::OutOfRange))
 }

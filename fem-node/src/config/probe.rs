@@ -20,7 +20,7 @@ pub struct ProbeConfig {
 /// Beginnings of the names of other signals.
 const TAKEN: [&str; 3] = ["surface_mean", "surface_min", "wheel"];
 
-/// Refuses names that cannot begin a signal or are given twice, and positions that are no numbers.
+/// Refuses names that cannot begin a signal or are given twice.
 pub(super) fn check(probes: &[ProbeConfig]) -> Result<(), ConfigError> {
     for (index, probe) in probes.iter().enumerate() {
         let key = format!("probes[{index}]");
@@ -49,12 +49,6 @@ pub(super) fn check(probes: &[ProbeConfig]) -> Result<(), ConfigError> {
                 Cause::DuplicateName,
                 help,
             );
-        }
-        for (name, value) in [("x_m", probe.x_m), ("y_m", probe.y_m)] {
-            if !value.is_finite() {
-                return Err(ConfigError::new(&format!("{key}.{name}"), "must be finite")
-                    .because(Cause::OutOfRange));
-            }
         }
     }
     Ok(())

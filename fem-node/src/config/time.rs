@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 
-use kit::ConfigError;
-use kit::limits::{not_negative, positive, within};
 use kit::number::{number_or_word, number_or_word_schema};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
@@ -13,6 +11,7 @@ use serde::{Deserialize, Deserializer};
 #[serde(deny_unknown_fields)]
 pub struct FemTimeConfig {
     /// Step (s), or `"auto"`: `safety` times the stability limit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: StepChoice,
     /// Damping parameter b of the scheme, 0.5 (none) to 1.
     #[schemars(range(min = 0.5, max = 1.0))]
@@ -48,25 +47,6 @@ pub enum StepChoice {
     Auto,
     /// Given (s).
     Seconds(f64),
-}
-
-impl FemTimeConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        if let StepChoice::Seconds(step) = self.step_s {
-            positive("time.step_s", step, "s")?;
-        }
-        within("time.damping", self.damping, [0.5, 1.0]).map_err(|error| {
-            error.help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step")
-        })?;
-        positive("time.safety", self.safety, "")
-            .and_then(|()| within("time.safety", self.safety, [0.0, 1.0]))
-            .map_err(|error| {
-                error.help("it is the share of the stability limit that `step_s = \"auto\"` takes")
-            })?;
-        not_negative("time.mass_damping_per_s", self.mass_damping_per_s, "1/s")?;
-        not_negative("time.stiffness_damping_s", self.stiffness_damping_s, "s")?;
-        positive("time.end_s", self.end_s, "s")
-    }
 }
 
 impl JsonSchema for StepChoice {

@@ -1,7 +1,5 @@
 //! The rigid wheel on the upper edge and the contact with it.
 
-use kit::ConfigError;
-use kit::limits::not_negative;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -25,11 +23,4 @@ pub struct ContactConfig {
 
 fn yes() -> bool {
     true
-}
-
-impl ContactConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        not_negative("contact.friction", self.friction, "")
-            .map_err(|error| error.help("write 0 for a smooth wheel"))
-    }
 }

@@ -102,7 +102,7 @@ fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>,
 
 /// The lines on which tractions act; none under a motion alone.
 fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>>, ConfigError> {
-    let Some((load, _)) = set.load().map(SetLoad::numbers) else {
+    let Some(load) = set.load().map(|load| load.key()) else {
         return Ok(Vec::new());
     };
     let refused = |problem: &str, help: &str| {

@@ -57,11 +57,9 @@ pub fn proposal(word: &str, together: &str, candidates: &[&str]) -> String {
     }
 }
 
-/// Reads a table of keys, such as the configuration of a participant, into its type. Unknown and missing keys and wrong types are errors that name the key; for an unknown key the
+/// Reads a table of keys into its type. Unknown and missing keys and wrong types are errors that name the key; for an unknown key the
 /// nearest valid one is proposed.
-pub fn read_config<'a, T: DeserializeOwned>(
-    table: impl Deserializer<'a>,
-) -> Result<T, ConfigError> {
+pub fn read_table<'a, T: DeserializeOwned>(table: impl Deserializer<'a>) -> Result<T, ConfigError> {
     serde_path_to_error::deserialize(table).map_err(|error| {
         let path = error.path().to_string();
         let message = error.inner().to_string();
@@ -70,7 +68,7 @@ pub fn read_config<'a, T: DeserializeOwned>(
 }
 
 /// Reads a table whose form another of its keys decides, when that key has been read from it. Its errors reach
-/// [`read_config`] as text, and keep the path of the key inside the table: "at `disks[3].radius_m`: invalid type".
+/// [`read_table`] as text, and keep the path of the key inside the table: "at `disks[3].radius_m`: invalid type".
 pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
     table: serde_json::Value,
 ) -> Result<T, E> {
@@ -274,7 +272,7 @@ mod tests {
     #[test]
     fn a_mistyped_key_is_named_with_its_nearest_neighbour() {
         let error =
-            read_config::<Outer>(&json!({"mesh": {"siez_m": 1.0}})).expect_err("it is mistyped");
+            read_table::<Outer>(&json!({"mesh": {"siez_m": 1.0}})).expect_err("it is mistyped");
         assert_eq!(error.key, "mesh.siez_m");
         assert_eq!(error.help.as_deref(), Some("did you mean `size_m`?"));
     }
@@ -283,7 +281,7 @@ mod tests {
     fn a_key_in_another_unit_is_told_its_own() {
         for wrong in ["size_mm", "size", "size_um"] {
             let config = json!({"mesh": {wrong: 1.0}});
-            let error = read_config::<Outer>(&config).expect_err("it is in another unit");
+            let error = read_table::<Outer>(&config).expect_err("it is in another unit");
             let help = error.help.expect("a proposal");
             assert!(help.contains("`size_m`") && help.contains("SI"), "{help}");
         }
@@ -305,14 +303,13 @@ mod tests {
 
     #[test]
     fn a_missing_key_is_named_with_its_table() {
-        let error = read_config::<Outer>(&json!({"mesh": {}})).expect_err("size_m is missing");
+        let error = read_table::<Outer>(&json!({"mesh": {}})).expect_err("size_m is missing");
         assert_eq!(error.key, "mesh.size_m");
     }
 
     #[test]
     fn a_wrong_type_is_named() {
-        let error =
-            read_config::<Outer>(&json!({"mesh": {"size_m": "big"}})).expect_err("a string");
+        let error = read_table::<Outer>(&json!({"mesh": {"size_m": "big"}})).expect_err("a string");
         assert_eq!(error.key, "mesh.size_m");
         assert!(error.problem.contains("invalid type"), "{}", error.problem);
     }

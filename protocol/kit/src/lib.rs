@@ -2,10 +2,11 @@
 //!
 //! In reading order:
 //! - [`keys`]: a participant's own keys, read with errors that name the key and what to write instead;
-//! - [`limits`]: limits of single values;
+//! - [`limits`]: limits that depend on other keys;
 //! - [`number`]: a number or a word in its place;
 //! - [`input_file`]: files that a scenario names;
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
+//! - [`ranges`]: the configuration of a participant, read and held to the ranges of its schema;
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`cycle_drift`]: its drift from cycle to cycle;
@@ -25,6 +26,7 @@ pub mod input_file;
 pub mod keys;
 pub mod limits;
 pub mod number;
+pub mod ranges;
 pub mod results;
 pub mod schema;
 pub mod scratch;
@@ -61,4 +63,5 @@ pub use inventory;
 
 pub use bounds::{Bounds, Plausible};
 pub use finding::FindingKind;
-pub use keys::{ConfigError, read_config, read_part};
+pub use keys::{ConfigError, read_part, read_table};
+pub use ranges::read_config;

@@ -1,4 +1,4 @@
-//! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
+//! Limits that the schema does not hold, because they depend on other keys: each refusal names the key, the value and a way out.
 
 use protocol::Cause;
 
@@ -24,64 +24,33 @@ pub fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigEr
 }
 
 /// Refuses what is no positive finite number.
-pub fn positive(key: &str, value: impl Into<Option<f64>>, unit: &str) -> Result<(), ConfigError> {
-    let holds = |value: f64| value > 0.0 && value.is_finite();
-    let must = |value| format!("be positive, got {}", with_unit(value, unit));
-    check(key, value.into(), holds, must).map_err(|error| match unit {
-        "" => error.help("write a number above 0"),
-        unit => error.help(format!("write a number above 0, in {unit}")),
-    })
+pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
+    let must = || format!("be above 0, got {value:e} ({unit})");
+    check(key, value > 0.0 && value.is_finite(), must)
+        .map_err(|error| error.help(format!("write a number above 0, in {unit}")))
 }
 
-/// Refuses what is below a minimum, or not finite.
+/// Refuses what is below a minimum that depends on other keys, or not finite.
 pub fn at_least(
     key: &str,
     value: impl Into<Option<f64>>,
     minimum: f64,
     unit: &str,
 ) -> Result<(), ConfigError> {
-    let holds = |value: f64| value >= minimum - ROUNDING * minimum.abs() && value.is_finite();
-    let must = |value| format!("be at least {minimum:e}, got {}", with_unit(value, unit));
-    check(key, value.into(), holds, must)
-}
-
-/// Refuses what is negative or not finite.
-pub fn not_negative(
-    key: &str,
-    value: impl Into<Option<f64>>,
-    unit: &str,
-) -> Result<(), ConfigError> {
-    let holds = |value: f64| value >= 0.0 && value.is_finite();
-    let must = |value| format!("be at least 0, got {}", with_unit(value, unit));
-    check(key, value.into(), holds, must).map_err(|error| error.help("write 0 to have none"))
-}
-
-/// Refuses what does not lie between two ends, or on one of them.
-pub fn within(
-    key: &str,
-    value: impl Into<Option<f64>>,
-    [low, high]: [f64; 2],
-) -> Result<(), ConfigError> {
-    let must = |value| {
-        format!(
-            "lie between {} and {high}, got {}",
-            plain(low),
-            plain(value)
-        )
-    };
-    check(key, value.into(), |x| (low..=high).contains(&x), must)
+    let value = value.into().unwrap_or(f64::MAX);
+    let holds = value >= minimum - ROUNDING * minimum.abs() && value.is_finite();
+    let must = || format!("be at least {minimum:e}, got {value:e} ({unit})");
+    check(key, holds, must)
 }
 
 /// Refuses what is not finite.
 pub fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
-    let must = |value| format!("be a finite number, got {value}");
-    check(key, Some(value), f64::is_finite, must)
+    let must = || format!("be a finite number, got {value}");
+    check(key, value.is_finite(), must)
 }
 
-/// Refuses two sides that are no numbers or not in order.
+/// Refuses two sides that are not in order.
 pub fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
-    finite(key, low)?;
-    finite(key, high)?;
     refuse_if(
         low >= high,
         key,
@@ -91,33 +60,18 @@ pub fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigErro
     .map_err(|error| error.because(Cause::OutOfRange))
 }
 
-fn check(
-    key: &str,
-    value: Option<f64>,
-    holds: impl Fn(f64) -> bool,
-    must: impl Fn(f64) -> String,
-) -> Result<(), ConfigError> {
-    match value.filter(|value| !holds(*value)) {
-        None => Ok(()),
-        Some(value) => {
-            let problem = format!("must {}", must(value));
-            Err(ConfigError::new(key, problem).because(Cause::OutOfRange))
-        }
+fn check(key: &str, holds: bool, must: impl FnOnce() -> String) -> Result<(), ConfigError> {
+    if holds {
+        return Ok(());
     }
+    Err(ConfigError::new(key, format!("must {}", must())).because(Cause::OutOfRange))
 }
 
 /// A number that is not written with a row of zeros.
-fn plain(value: f64) -> String {
-    if value != 0.0 && value.abs() < 1e-4 {
+pub(crate) fn plain(value: f64) -> String {
+    if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
         format!("{value:e}")
     } else {
         value.to_string()
-    }
-}
-
-fn with_unit(value: f64, unit: &str) -> String {
-    match unit {
-        "" => format!("{value:e}"),
-        unit => format!("{value:e} ({unit})"),
     }
 }

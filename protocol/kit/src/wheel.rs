@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use protocol::Phase;
 
 use crate::keys::ConfigError;
-use crate::limits::{not_negative, positive};
+use crate::limits::positive;
 use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 
 crate::results! {
@@ -116,28 +116,16 @@ macro_rules! wheel_keys {
                     cycles: self.cycles,
                 }
             }
-
-            /// Refuses keys of every solver that are out of range, and a wrong table of loads.
-            pub(crate) fn check(&self) -> Result<(), $crate::keys::ConfigError> {
-                $crate::limits::positive("wheel.mass_kg", self.mass_kg, "kg")?;
-                $crate::limits::not_negative("wheel.radius_m", self.radius_m, "m")?;
-                self.program().check()
-            }
         }
     };
 }
 
 impl WheelProgram {
-    /// Refuses keys of a table `wheel` that are out of range, and a wrong table of loads; see [`check_wheel_table`].
+    /// Refuses a sideways motion without a frequency, and a wrong table of loads; see [`check_wheel_table`].
     ///
     /// # Errors
     /// Names the key, the fault, and what to write instead.
     pub fn check(&self) -> Result<(), ConfigError> {
-        not_negative("wheel.load_n", self.load_n, "N")?;
-        not_negative("wheel.ramp_s", self.ramp_s, "s")?;
-        not_negative("wheel.hold_s", self.hold_s, "s")?;
-        not_negative("wheel.amplitude_m", self.amplitude_m, "m")?;
-        not_negative("wheel.cycles", self.cycles, "")?;
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }

@@ -5,7 +5,7 @@
 
 use std::process::ExitCode;
 
-use kit::read_config;
+use kit::read_table;
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
 };
@@ -242,7 +242,7 @@ impl Node for Bed {
 }
 
 fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = read_config(&session.config)?;
+    let config: Config = read_table(&session.config)?;
     Ok(Box::new(Bed::new(config, session.setting.thickness_m)))
 }
 

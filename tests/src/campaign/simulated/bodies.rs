@@ -4,7 +4,7 @@
 //! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side whose boundary is compliant:
 //!   v = a + W p with m (v_0 - v) = p.
 
-use kit::read_config;
+use kit::read_table;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, BoundaryInertia, Description, Node, NodeError, Outcome, Surface, Window,
@@ -62,7 +62,7 @@ fn text(output: &str, scheme: &str) -> String {
 pub fn registry() -> Registry {
     let solver = |kind, build| ShippedSolver {
         kind,
-        check: |config, _| read_config::<NoKeys>(config).map(|_| Vec::new()),
+        check: |config, _| read_table::<NoKeys>(config).map(|_| Vec::new()),
         nonlinear: None,
         schema: None,
         build,
