@@ -132,6 +132,31 @@ fn no_solver_names_another_room() {
     }
 }
 
+/// The manifest of a folder of this workspace.
+fn manifest(folder: &Path) -> toml::Table {
+    let text = std::fs::read_to_string(folder.join("Cargo.toml")).expect("it is there");
+    text.parse().expect("it is TOML")
+}
+
+/// Crates whose library is not tested where it is are targets of `tests/unit`.
+#[test]
+fn every_crate_has_its_unit_tests_run() {
+    let unit = root().join("tests/unit");
+    let targets = manifest(&unit)["test"].as_array().expect("a list").clone();
+    let paths = targets.iter().filter_map(|target| target["path"].as_str());
+    let tested: Vec<PathBuf> = paths
+        .map(|path| unit.join(path).canonicalize().expect("a library"))
+        .collect();
+    for (name, folder) in product_crates() {
+        let manifest = manifest(&folder);
+        let library = manifest.get("lib").and_then(|library| library.get("test"));
+        let in_place = library.and_then(toml::Value::as_bool).unwrap_or(true);
+        let path = folder.join("src/lib.rs").canonicalize();
+        let elsewhere = tested.contains(&path.expect("a library"));
+        assert!(in_place != elsewhere, "{name} is tested never or twice");
+    }
+}
+
 /// Licences of which each crate that we build on must offer one, in each part of its expression.
 const LICENCES: [&str; 13] = [
     "0BSD",

@@ -2,7 +2,7 @@
 //!
 //! `protocol/golden/bed.txt` is what coordinator and participant say on a link, for programs in other languages to be tested
 //! with: `protocol/python` is. Problem: a bed of three springs that creeps, k du/dn = (F - k u) / 8 a step. Exact: the bytes.
-//! `THIRDBODY_GOLDEN=write cargo test --release -p protocol --test golden` writes the file anew after a change of the protocol.
+//! `THIRDBODY_GOLDEN=write cargo test --release -p tests --test conformance golden` writes the file anew after a change of the protocol.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -378,7 +378,7 @@ fn frame_of(words: &str) -> (char, Frame) {
 
 #[test]
 fn coordinator_and_participant_say_what_is_written_down() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/bed.txt");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../protocol/golden/bed.txt");
     let (asked, answered) = spoken();
     assert_eq!(asked.len(), answered.len());
     if std::env::var("THIRDBODY_GOLDEN").is_ok_and(|what| what == "write") {

@@ -3,10 +3,9 @@
 //! A new link passes [`suite::check`] unchanged. The time limits here only tell a failure from a link that
 //! hangs; nothing is asserted about speed.
 
-mod shm;
-mod suite;
-
 use protocol::link::channel;
+
+use crate::suite;
 
 #[test]
 fn channel_is_a_link() {

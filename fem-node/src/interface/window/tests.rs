@@ -128,9 +128,10 @@ fn repeats_like_the_whole(keys: &Value, sets: &[&str], at_least: usize) {
     assert_eq!(resumed_hash, hash);
 }
 
+// The tests are compiled in tests/unit.
 const GMSH: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../scenarios/verification/pressurised-cylinder/cylinder.msh"
+    "/../../scenarios/verification/pressurised-cylinder/cylinder.msh"
 );
 
 #[test]

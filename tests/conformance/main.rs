@@ -1,0 +1,11 @@
+//! What links, the wire, the crates and their pages keep to.
+
+mod circles;
+mod dependencies;
+mod golden;
+mod kinds;
+mod link;
+mod readme;
+mod shm;
+mod size;
+mod suite;
