@@ -95,7 +95,7 @@ impl Springs {
 /// Ratio c/k of a damper to the spring k (N/m) beside it (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses
 /// (1/kg). Between two bodies that nothing moves there is no damper.
 pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
-    if inverse_mass == 0.0 {
+    if inverse_mass == 0.0 || damping == 0.0 {
         return 0.0;
     }
     2.0 * damping / (k * inverse_mass).sqrt()
@@ -104,6 +104,9 @@ pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
 /// Factor of the terms 1/(k h^2) and g/h of a spring that has a damper with this ratio c/k (s) beside it, in a step h (s): the force is
 /// -k (g + h u) - c u.
 pub fn damped_share(relaxation: f64, h: f64) -> f64 {
+    if relaxation == 0.0 {
+        return 1.0;
+    }
     1.0 / (1.0 + relaxation / h)
 }
 

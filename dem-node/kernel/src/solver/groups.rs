@@ -55,9 +55,9 @@ struct GroupBonds {
 type Squares = [Doubles; 2];
 
 impl Group {
-    /// A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
-    fn new(contacts: &[Contact], members: &[u32; LANES], first: u32) -> Group {
-        let mut group = Group::default();
+    /// The group, and D of its contacts. A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
+    fn new(contacts: &[Contact], members: &[u32; LANES], first: u32) -> (Group, [Doubles; 2]) {
+        let (mut group, mut diagonal) = (Group::default(), [Doubles::default(); 2]);
         for (k, member) in members.iter().enumerate() {
             if *member == EMPTY {
                 continue;
@@ -71,9 +71,10 @@ impl Group {
             }
             group.lever.0[k] = contact.lever();
             let [d_n, d_t] = contact.diagonal();
+            (diagonal[0].0[k], diagonal[1].0[k]) = (d_n, d_t);
             (group.inverse[0].0[k], group.inverse[1].0[k]) = (1.0 / d_n, 1.0 / d_t);
         }
-        group
+        (group, diagonal)
     }
 
     /// The bonds of these contacts; the diagonal that they leave a compressed contact takes the place of its own.
@@ -249,18 +250,11 @@ impl SweepList {
         let contacts = &problem.contacts[..];
         grouping.sort(contacts, &self.chosen, &problem.records, &mut self.members);
         let first = self.first as u32;
-        let group = |members| Group::new(contacts, members, first);
-        self.groups.extend(self.members.iter().map(group));
-        let diagonal = |members: &[u32; LANES]| {
-            let mut lanes = [Doubles::default(); 2];
-            for (k, member) in members.iter().enumerate() {
-                let contact = contacts.get(*member as usize);
-                let own = contact.map_or([0.0; 2], Contact::diagonal);
-                (lanes[0].0[k], lanes[1].0[k]) = (own[0], own[1]);
-            }
-            lanes
-        };
-        self.diagonals.extend(self.members.iter().map(diagonal));
+        for members in &self.members {
+            let (group, diagonal) = Group::new(contacts, members, first);
+            self.groups.push(group);
+            self.diagonals.push(diagonal);
+        }
     }
 
     fn pack_bonded(&mut self, problem: &Problem, grouping: &mut Grouping) {

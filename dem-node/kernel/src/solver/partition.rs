@@ -46,6 +46,9 @@ impl Partition {
 
     /// The subdomain that both bodies are in.
     pub fn common(&self, a: u32, b: u32) -> Option<usize> {
+        if !self.several() {
+            return Some(0);
+        }
         let subdomain = a as usize / self.per_subdomain;
         (subdomain == b as usize / self.per_subdomain).then_some(subdomain)
     }

@@ -171,16 +171,11 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
     sums.measured(problem)
 }
 
-/// LMGC90's incremental criterion.
-pub fn quad(problem: &Problem) -> Quad {
-    measured(problem, false).1
-}
-
 /// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P the projection
 /// on the Coulomb sector ([`coulomb_projection`]; Alart and Curnier 1991), which bonds replace by the exact local solution.
 /// It is zero at the solution only, however slowly a solver creeps.
 pub fn residual(problem: &Problem) -> f64 {
-    Defect::new(problem).residual(problem)
+    measured(problem, false).0.residual(problem)
 }
 
 /// Numerator and denominator of the [`residual`].
@@ -193,18 +188,6 @@ pub(super) struct Defect {
 }
 
 impl Defect {
-    /// That of the impulses and velocities of the moment.
-    pub fn new(problem: &Problem) -> Defect {
-        let mut squares = [0.0; 2];
-        for contact in &problem.contacts {
-            let velocity = problem.relative_velocity(contact);
-            let wanted = problem.local_solution(contact, velocity);
-            add_defect(&mut squares, problem, contact, (velocity, wanted));
-        }
-        add_couples(&mut squares, problem);
-        Defect::of(squares)
-    }
-
     fn of([defect, size]: [f64; 2]) -> Defect {
         Defect {
             defect: defect.sqrt(),
@@ -320,7 +303,7 @@ mod tests {
     fn a_couple_that_is_missing_is_a_defect() {
         let mut problem = resting(1);
         problem.records[0].velocity[2] = 0.2;
-        let without = [Defect::new(&problem), measured(&problem, false).0];
+        let without = measured(&problem, false).0;
         problem.couples.push(rolling::Couple {
             curvature: [1.0, 0.0],
             inverse: [4.0, 0.0],
@@ -328,11 +311,9 @@ mod tests {
             coefficient: 0.5,
             ..rolling::Couple::default()
         });
-        let with = [Defect::new(&problem), measured(&problem, false).0];
-        for (without, with) in without.iter().zip(with) {
-            let added = with.defect.powi(2) - without.defect.powi(2);
-            assert!((added - 0.04).abs() < 1e-15, "{added}");
-        }
+        let with = measured(&problem, false).0;
+        let added = with.defect.powi(2) - without.defect.powi(2);
+        assert!((added - 0.04).abs() < 1e-15, "{added}");
     }
 
     #[test]

@@ -228,7 +228,8 @@ impl Stepper {
                 last_gap: attraction.last_gap,
                 ..slots[self.slots[number] as usize]
             };
-            let step = self.contact_step(state, input, &attracting, &before);
+            let passing = passing(input.bodies, state, &before);
+            let step = self.contact_step((state, input), &attracting, &before, passing);
             let loss = attraction_loss(law, attraction.force, &step);
             state.ledger.lose(&loss);
             add_push(input.bodies, &attracting, input.step, (summary, outer));
@@ -248,7 +249,8 @@ impl Stepper {
         let detaches = state.worn.detaches();
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
             let slot = &mut piece.slots[*slot as usize - piece.first_slot];
-            let done = self.contact_step(state, input, contact, slot);
+            let passing = passing(bodies, state, slot);
+            let done = self.contact_step((state, input), contact, slot, passing);
             let loss = match self.problem.bonds.get(contact.bond as usize) {
                 None => {
                     let law = bodies.law_at(contact.pair_law);
@@ -281,7 +283,7 @@ impl Stepper {
                 summary.closed += 1;
                 summary.overlap[0] += overlap;
                 summary.overlap[1] = larger(summary.overlap[1], overlap);
-                let travel = h * passing_speed(bodies, state, contact, slot);
+                let travel = h * passing_speed(bodies, contact, slot, passing);
                 summary.travel = larger(summary.travel, travel);
             }
             add_push(bodies, contact, h, (&mut summary, &mut outer));
@@ -292,10 +294,10 @@ impl Stepper {
     #[inline(always)]
     fn contact_step(
         &self,
-        state: &GrainState,
-        input: &StepInput,
+        (state, input): (&GrainState, &StepInput),
         contact: &Contact,
         slot: &Slot,
+        passing: [f64; 2],
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let springs = input.bodies.law_at(contact.pair_law).springs;
@@ -314,7 +316,7 @@ impl Stepper {
         let [last_gap, turned] = if on_disk && self.problem.boundary.is_compliant() {
             [contact.gap, 0.0]
         } else if springs.is_some() || contact.bond != NO_BOND || slot.attraction > 0.0 {
-            [slot.last_gap, turn(state, input, contact, slot)]
+            [slot.last_gap, turn(input, contact, slot, passing)]
         } else {
             [slot.last_gap, 0.0]
         };
@@ -371,13 +373,13 @@ fn add_push(
 /// Way (m) by which two disks have come apart along the line of their centres, passing each other by s in the last step: s^2/(2 d), d being
 /// the distance of the centres.
 #[inline(always)]
-fn turn(state: &GrainState, input: &StepInput, contact: &Contact, slot: &Slot) -> f64 {
+fn turn(input: &StepInput, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> f64 {
     let radii = &input.bodies.radii;
     let Some(other) = radii.get(slot.b as usize) else {
         return 0.0;
     };
     let distance = (radii[slot.a as usize] + other) * contact.lever();
-    let ([x, y], [nx, ny]) = (passing(input.bodies, state, slot), contact.normal);
+    let [nx, ny] = contact.normal;
     let way = input.step * (nx * y - ny * x);
     0.5 * way * way / distance
 }
@@ -393,14 +395,15 @@ fn passing(bodies: &Bodies, state: &GrainState, slot: &Slot) -> [f64; 2] {
             state.velocity_of(bodies, body)
         }
     };
-    let [a, b] = [slot.a, slot.b].map(|body| velocity(body as usize));
+    // Over an array of both this is a call and two copies.
+    let (a, b) = (velocity(slot.a as usize), velocity(slot.b as usize));
     [a[0] - b[0], a[1] - b[1]]
 }
 
 /// Speed at which a disk passes another, in any direction, or comes to a face, along its normal; over the smaller radius (1/s).
 #[inline(always)]
-fn passing_speed(bodies: &Bodies, state: &GrainState, contact: &Contact, slot: &Slot) -> f64 {
-    let ([x, y], own) = (passing(bodies, state, slot), bodies.radii[slot.a as usize]);
+fn passing_speed(bodies: &Bodies, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> f64 {
+    let own = bodies.radii[slot.a as usize];
     match bodies.radii.get(slot.b as usize) {
         Some(other) => (x * x + y * y).sqrt() / own.min(*other),
         None => (x * contact.normal[0] + y * contact.normal[1]).abs() / own,
