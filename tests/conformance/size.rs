@@ -8,25 +8,25 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// Lines of each crate, equal to what is there: whoever makes one smaller lowers its number, and an issue that names a room for itself raises
 /// numbers by that room at most.
 const LINES: [(&str, usize); 19] = [
-    ("protocol", 2_318),
-    ("kit", 1_052),
+    ("protocol", 2_323),
+    ("kit", 1_226),
     ("network", 823),
-    ("fem-kernel", 7_064),
-    ("fem-node", 6_084),
-    ("dem-kernel", 9_216),
-    ("dem-node", 7_769),
+    ("fem-kernel", 7_068),
+    ("fem-node", 6_094),
+    ("dem-kernel", 9_337),
+    ("dem-node", 7_814),
     ("scheme", 4_080),
     ("exchange-log", 2_087),
     ("scenes", 177),
-    ("scenario", 1_334),
-    ("runs", 1_574),
-    ("coordinator", 5_239),
-    ("terminal", 0),
+    ("scenario", 1_365),
+    ("runs", 1_794),
+    ("coordinator", 4_824),
+    ("terminal", 363),
     ("draw", 711),
-    ("report", 4_190),
+    ("report", 4_198),
     ("study", 4_680),
     ("lab", 3_538),
-    ("coupler", 2_735),
+    ("coupler", 2_745),
 ];
 
 /// Lines that are no Rust: modules of the Python package, and the player of a movie.

@@ -33,6 +33,8 @@ pub mod source;
 pub mod window_matrix;
 
 use coordinator::participants::{Registry, ShippedSolver};
+// Hands in the identity of the build.
+use coupler as _;
 
 /// The verification solvers with the shipped ones.
 pub fn registry() -> Registry {
