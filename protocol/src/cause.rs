@@ -195,7 +195,7 @@ causes! {
     /// A participant refused a request, without a closer word for it.
     ///
     /// - Why: only its message knows; a program of another make gives no code of its own.
-    /// - Do: read the message, and logs/<name>.log.
+    /// - Do: read the message, and `logs/<name>.log`.
     ParticipantRefused, "participant-refused", Configuration;
     /// A solution left the finite numbers or its bounds.
     ///

@@ -66,7 +66,9 @@ pub struct RunProgress {
 
 /// Somebody who hears of what happens in a run, or nobody.
 #[derive(Clone, Default)]
-pub struct Listener(Option<Arc<dyn Fn(&RunEvent) + Send + Sync>>);
+pub struct Listener(Option<Arc<Hears>>);
+
+type Hears = dyn Fn(&RunEvent) + Send + Sync;
 
 impl Listener {
     /// This function hears of each event.

@@ -3,7 +3,7 @@
 //! In reading order:
 //! - [`output`], [`cost`]: what comes about while a run goes on, where its time went; its files are of [`runs`], its keys of [`scenario`];
 //! - [`participants`]: starting participants, keeping watch over them, speaking to them;
-//! - [`plausible`], [`summary`]: the judgement of a run, and how it is written down;
+//! - [`summary`]: how the judgement of a run is written down; [`events`]: what happens, for whoever listens;
 //! - [`mod@run`]: the loop over windows, checkpoints, a whole run.
 //!
 //! # A run, step by step
@@ -16,7 +16,7 @@
 //! 6. [`run::time_loop`] goes over the windows; [`Coupling::window`](scheme::coupling::Coupling::window) solves one by its scheme, judges it
 //!    ([`scheme::criteria`]), and accepts, halves or ends by the scenario's policy. An accepted window is committed on all sides.
 //! 7. [`exchange_log`] keeps every message, [`runs`] the signals and energies of each window, [`run::checkpoint`] all states to go on from.
-//! 8. [`plausible`] judges the end, [`summary`] writes it down; `replay` of `lab` runs each solver again from the log alone and compares bits.
+//! 8. [`runs::plausible`] judges the end, [`summary`] writes it down; `replay` of `lab` runs each solver again from the log alone and compares bits.
 
 pub mod cost;
 pub mod events;

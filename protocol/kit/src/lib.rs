@@ -14,7 +14,7 @@
 //! - [`boxes`]: means of a traction over boxes;
 //! - [`bounds`]: the two bounds of a check of plausibility;
 //! - [`finding`]: the kinds of findings, with what a user reads of them, and the table of their bounds;
-//! - [`results`]: the results and signals that a program has;
+//! - [`mod@results`]: the results and signals that a program has;
 //! - [`vtk`]: files of fields;
 //! - [`scratch`]: folders that go with whoever made them.
 

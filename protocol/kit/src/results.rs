@@ -3,7 +3,7 @@
 
 use crate::finding::paragraphs;
 
-/// A list of results, as [`results!`](crate::results) makes it.
+/// A list of results, as [`macro@crate::results`] makes it.
 #[derive(Debug)]
 pub struct ResultList {
     /// The file that has it.

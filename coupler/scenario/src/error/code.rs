@@ -207,13 +207,13 @@ codes! {
     /// A participant is gone.
     ///
     /// - Why: it crashed or was killed; the system may have ended it for its memory.
-    /// - Do: read logs/<name>.log, then go on with `thirdbody resume`.
+    /// - Do: read `logs/<name>.log`, then go on with `thirdbody resume`.
     PeerLost, "peer-lost", 4, "peer_lost";
     /// A participant did not answer in time.
     ///
     /// - Why: it is stopped or waits for something; or its answer takes longer than `run.deadlines`
     ///   allows; or, with `link_s`, its host or the network to it is gone.
-    /// - Do: read logs/<name>.log; raise the deadline that the message names.
+    /// - Do: read `logs/<name>.log`; raise the deadline that the message names.
     DeadlineMissed, "deadline-missed", 5, "deadline";
     /// The exchange log is damaged.
     ///

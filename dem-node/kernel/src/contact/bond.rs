@@ -237,13 +237,21 @@ impl BondContact {
         self.adhesion[1] = adhesion;
         let of_law = |law: &Cohesion| law.stiffness(bond.area, adhesion);
         let stiffness = law.cohesion.as_ref().map_or([0.0; 2], of_law);
-        let share = damped_share(self.relaxation, h);
-        self.law.set_stiffness(stiffness.map(|k| k / share), h);
+        self.law
+            .set_stiffness(stiffness.map(|k| self.undamped(k, h)), h);
+    }
+
+    /// A number over the share that the dampers leave of it; without dampers that is the number, and costs no division.
+    fn undamped(&self, number: f64, h: f64) -> f64 {
+        match damped_share(self.relaxation, h) {
+            1.0 => number,
+            share => number / share,
+        }
     }
 
     /// The adhesion that the end of the step allows, the gap of delta (m) opening at u_n and sliding at u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
-        let slip = self.law.slip / damped_share(self.relaxation, h);
+        let slip = self.undamped(self.law.slip, h);
         let drive = law.drive(h * (delta / h + velocity[0]), h * (slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
@@ -286,10 +294,9 @@ pub fn end_step(
     damping += h * relaxation * k_t * u_t * u_t;
     let surface = bond.area * cohesion.surface([before, after], h);
     let of_springs = law.springs.map_or([0.0; 2], |s| contact.turned(s.normal));
-    let [detection, unforeseen] = [0, 1].map(|k| {
-        let gap = [contact.last_gap, contact.turned_gap][k];
-        of_springs[k] + stored(before, gap, bond.slip) - stored(before, contact.gap, bond.slip)
-    });
+    let found = stored(before, contact.gap, bond.slip);
+    let detection = of_springs[0] + stored(before, contact.last_gap, bond.slip) - found;
+    let unforeseen = of_springs[1] + stored(before, contact.turned_gap, bond.slip) - found;
     let beside = r_t + h * k_t * (slip + relaxation * u_t);
     let slides = law.friction_share(before) > 0.0;
     let r_f = if slides { beside } else { 0.0 };

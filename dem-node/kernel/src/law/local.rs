@@ -60,16 +60,20 @@ impl LocalLaw {
                 denominator: denominator.min(determinant),
             });
         }
+        let [nn, tt] = [tangential / determinant, block.nn / determinant];
+        // Two disks that nothing else holds: the same numbers with two divisions less.
+        let (nt, slide) = if block.nt == 0.0 {
+            (-block.nt, [1.0 / block.nn; 2])
+        } else {
+            let slides = [
+                block.nn + friction * block.nt,
+                block.nn - friction * block.nt,
+            ];
+            (-block.nt / determinant, slides.map(|slides| 1.0 / slides))
+        };
         Ok(LocalLaw {
-            inverse: DelassusBlock {
-                nn: tangential / determinant,
-                nt: -block.nt / determinant,
-                tt: block.nn / determinant,
-            },
-            slide: [
-                1.0 / (block.nn + friction * block.nt),
-                1.0 / (block.nn - friction * block.nt),
-            ],
+            inverse: DelassusBlock { nn, nt, tt },
+            slide,
             friction,
         })
     }

@@ -72,8 +72,9 @@ impl Group {
             group.lever.0[k] = contact.lever();
             let [d_n, d_t] = contact.diagonal();
             (diagonal[0].0[k], diagonal[1].0[k]) = (d_n, d_t);
-            (group.inverse[0].0[k], group.inverse[1].0[k]) = (1.0 / d_n, 1.0 / d_t);
         }
+        let one_over = |d: Doubles| d.zip(d, |d, _| if d == 0.0 { 0.0 } else { 1.0 / d });
+        group.inverse = [one_over(diagonal[0]), one_over(diagonal[1])];
         (group, diagonal)
     }
 

@@ -440,11 +440,11 @@ impl Stepper {
         if state.feed.grows() {
             near.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
         }
-        let glued = pair.map(|body| bodies.glued_index(body).is_some());
+        let is_glued = |body: usize| bodies.glued_index(body).is_some();
         let mut contact = Contact {
             a: slot.a,
             b: slot.b,
-            glued: glued[0] || glued[1],
+            glued: is_glued(pair[0]) || is_glued(pair[1]),
             normal: near.normal,
             gap: near.gap,
             relative_gap: match bodies.radii.get(slot.b as usize) {

@@ -307,7 +307,11 @@ impl Stepper {
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let share = 1.0 / (1.0 + slot.joined);
+        let share = if slot.joined == 0.0 {
+            1.0
+        } else {
+            1.0 / (1.0 + slot.joined)
+        };
         let stretched = springs.map_or(0.0, |s| {
             -contact.impulse[1] / (input.step * s.tangential * share)
         });
