@@ -20,7 +20,7 @@ const LINES: [(&str, usize); 19] = [
     ("scenes", 177),
     ("scenario", 1_365),
     ("runs", 1_794),
-    ("coordinator", 4_825),
+    ("coordinator", 4_818),
     ("terminal", 363),
     ("draw", 711),
     ("report", 4_198),

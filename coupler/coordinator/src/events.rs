@@ -1,6 +1,5 @@
 //! What happens in a run, for whoever listens. A run prints nothing itself.
 
-use std::fmt;
 use std::sync::Arc;
 
 use runs::warning::Warning;
@@ -86,11 +85,5 @@ impl Listener {
         if let Some(hears) = &self.0 {
             hears(event);
         }
-    }
-}
-
-impl fmt::Debug for Listener {
-    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
-        write!(to, "Listener({})", self.is_some())
     }
 }

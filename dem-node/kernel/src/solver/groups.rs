@@ -299,11 +299,12 @@ impl SweepList {
 
     /// Looks at what the contacts miss; `records` are those of the bodies from the first on.
     fn look(&mut self, records: &[BodyRecord], friction: Option<f64>) {
-        let bonded = !self.bonds.is_empty();
-        self.seen = widest!(match friction {
-            Some(friction) if !bonded => self.look_at::<true>(records, friction),
-            None if !bonded => self.look_at::<false>(records, 0.0),
-            _ => self.look_at::<true>(records, 0.0),
+        // Bonds have coefficients of their own.
+        let rubs = friction.is_some() || !self.bonds.is_empty();
+        self.seen = widest!(if rubs {
+            self.look_at::<true>(records, friction.unwrap_or(0.0))
+        } else {
+            self.look_at::<false>(records, 0.0)
         });
     }
 

@@ -13,8 +13,7 @@ use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::RunPosition;
 use runs::identity::build;
-use runs::run_dir::RunDir;
-use runs::run_dir::write_whole;
+use runs::run_dir::{RunDir, write_whole};
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
 
