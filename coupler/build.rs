@@ -8,6 +8,11 @@ use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use paths::paths;
+
+#[path = "scenes/paths.rs"]
+mod paths;
+
 /// What a run is made of, from the folder of this crate. Scenes are no part of it, for the hash of a scenario tells them apart; nor is
 /// what reads runs that have ended.
 const SOURCES: [&str; 13] = [
@@ -52,17 +57,6 @@ fn files(path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         (path, content)
     };
     paths(path).into_iter().map(read).collect()
-}
-
-/// All files of a folder, or the file itself, by name.
-fn paths(path: &Path) -> Vec<PathBuf> {
-    if !path.is_dir() {
-        return vec![path.into()];
-    }
-    let entries = fs::read_dir(path).into_iter().flatten().flatten();
-    let mut below: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-    below.sort();
-    below.iter().flat_map(|path| paths(path)).collect()
 }
 
 /// The first words that a command prints, if there is such a command and it succeeds.

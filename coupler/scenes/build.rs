@@ -4,6 +4,10 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use paths::paths;
+
+mod paths;
+
 /// Shipped scenes, from the folder of this crate.
 const SCENES: &str = "../../scenarios";
 
@@ -37,15 +41,4 @@ fn main() {
     let text = format!("&[\n{}]\n", entries.collect::<String>());
     let out = env::var_os("OUT_DIR").expect("cargo sets it");
     fs::write(Path::new(&out).join("shipped.rs"), text).expect("cargo's folder is writable");
-}
-
-/// All files of a folder, or the file itself, by name.
-fn paths(path: &Path) -> Vec<PathBuf> {
-    if !path.is_dir() {
-        return vec![path.into()];
-    }
-    let entries = fs::read_dir(path).into_iter().flatten().flatten();
-    let mut below: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-    below.sort();
-    below.iter().flat_map(|path| paths(path)).collect()
 }

@@ -78,7 +78,7 @@ fn programs_get_one_object_a_line() {
         "windows",
         "repeats",
         "repeats_mean",
-        "friction_coefficient",
+        "traction_ratio",
         "energy_defect_rel",
         "own_rel",
         "spent_wall_s",

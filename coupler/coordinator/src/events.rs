@@ -52,7 +52,7 @@ pub struct RunProgress {
     /// Share of the sliding nodes among those in contact with the wheel (%).
     pub sn_pct: Option<f64>,
     /// Tangential over normal force on the wheel.
-    pub friction_coefficient: Option<f64>,
+    pub traction_ratio: Option<f64>,
     /// Energy without account over the work, of all participants together.
     pub energy_defect_rel: Option<f64>,
     /// Shares of the time in which the coordinator waited for each participant.

@@ -58,7 +58,7 @@ pub(super) fn written(run: &RunFiles) -> Table {
 /// The mean |F_T|/F_N of the cycle at hand at these times.
 fn means(cycles: &Table, t: &[f64]) -> Vec<f64> {
     let [starts, ends, means] =
-        ["t0_s", "t1_s", "friction_coefficient"].map(|name| cycles.get(name).unwrap_or_default());
+        ["t0_s", "t1_s", "traction_ratio"].map(|name| cycles.get(name).unwrap_or_default());
     let mean = |t: &f64| {
         let cycle = ends.partition_point(|end| end < t);
         let found = means.get(cycle).filter(|_| starts[cycle] <= *t);
@@ -110,9 +110,9 @@ mod tests {
         }
     }
 
-    const TWO: &str = "cycle,t0_s,t1_s,sink_m,tangential_at_zero_n,friction_coefficient,source_kg,ejected_kg,wear_kg\n\
+    const TWO: &str = "cycle,t0_s,t1_s,sink_m,tangential_at_zero_n,traction_ratio,source_kg,ejected_kg,wear_kg\n\
                        1,1,2,3e-6,20,0.25,2e-9,1e-9,0\n2,2,3,1e-6,30,0.5,4e-9,3e-9,0\n";
-    const ONE: &str = "cycle,t0_s,t1_s,friction_coefficient\n1,1,2,0.25\n";
+    const ONE: &str = "cycle,t0_s,t1_s,traction_ratio\n1,1,2,0.25\n";
 
     /// First and last force of each piece of both columns of loops (N); the force counts the reports.
     fn loops_of(run: &RunFiles) -> [Vec<(f64, f64)>; 2] {

@@ -11,15 +11,16 @@ use runs::warning::Warning;
 use serde_json::Value;
 
 /// Results that people ask for first, in this order; a scene has some of them.
-const FIRST: [&str; 21] = [
+const FIRST: [&str; 22] = [
     "approach_m",
     "p0_1mm_pa",
     "p0_pa",
     "dem_p_max_tr3_pa",
     "interface_force_n",
     "wheel_contacts_90",
-    "friction_coefficient",
-    "cycle_friction_coefficient",
+    "traction_ratio_mean",
+    "cycle_traction_ratio",
+    "gross_sliding_friction",
     "loop_area_j",
     "sn_max_velocity_pct",
     "q_source_kg",

@@ -128,7 +128,7 @@ mod tests {
     fn numbers_have_four_digits_and_the_unit_of_their_name() {
         let all = [
             ("approach_m", 0.000092867740966822, "92.87 µm"),
-            ("friction_coefficient", 0.1933409417376614, "0.1933"),
+            ("traction_ratio_mean", 0.1933409417376614, "0.1933"),
             ("p_max_centroid_pa", 771024622.666381, "771 MPa"),
             ("p0_pa", 1.0533041e9, "1.053 GPa"),
             ("load_n", 8000.0, "8 kN"),

@@ -181,8 +181,8 @@ impl Words<'_> {
             repeats.map(|(last, mean)| format!("repeats {last}, mean {mean:.2}")),
             self.0.sn_pct.map(|sn| format!("Sn {sn:.0} %")),
             self.0
-                .friction_coefficient
-                .map(|friction| format!("F_T/F_N {friction:.3}")),
+                .traction_ratio
+                .map(|ratio| format!("F_T/F_N {ratio:.3}")),
             self.0
                 .energy_defect_rel
                 .map(|defect| format!("energy defect {defect:.1e}")),
@@ -219,7 +219,7 @@ impl Words<'_> {
             "repeats": last,
             "repeats_mean": mean,
             "sn_pct": self.0.sn_pct,
-            "friction_coefficient": self.0.friction_coefficient,
+            "traction_ratio": self.0.traction_ratio,
             "energy_defect_rel": self.0.energy_defect_rel,
             "left_wall_s": self.0.left_s,
         });
@@ -259,7 +259,7 @@ mod tests {
             windows: 2833,
             repeats: Some((1, 0.013)),
             sn_pct: None,
-            friction_coefficient: Some(-0.0312),
+            traction_ratio: Some(-0.0312),
             energy_defect_rel: Some(3.21e-5),
             waited: vec![("rail".into(), 0.41), ("third-body".into(), 0.32)],
             spent_s: 1.25,
@@ -305,7 +305,7 @@ mod tests {
             (&object["phase"], &object["repeats"]),
             (&json!("hold"), &json!(1))
         );
-        assert_eq!(object["friction_coefficient"], json!(-0.0312));
+        assert_eq!(object["traction_ratio"], json!(-0.0312));
         assert_eq!(object["waited_rel"]["rail"], json!(0.41));
         assert!(object.get("sn_pct").is_none(), "{object}");
     }

@@ -15,6 +15,7 @@
 
 use kit::boxes::peak_of_means;
 use kit::cycle_drift::Mean;
+use kit::traction::GrossSliding;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +35,8 @@ pub struct Accommodation {
     pressed: Vec<f64>,
     time: f64,
     thickness_m: f64,
-    /// Way of the wheel against the base (m), and its tangential force (N).
-    now: [f64; 2],
+    /// Way of the wheel against the base (m), and the force on it (N).
+    now: [f64; 3],
     stroke: Option<Stroke>,
     slips: Mean,
 }
@@ -43,12 +44,12 @@ pub struct Accommodation {
 /// A motion of the wheel from one end to the other.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Stroke {
-    /// Way and tangential force at its start (m, N).
-    start: [f64; 2],
+    /// Way and force at its start (m, N).
+    start: [f64; 3],
     /// Distance from there at which the force passed 0 (m).
     zero: Option<f64>,
-    /// Way of the slip, and the work of |T| over it (m, J).
-    slid: [f64; 2],
+    /// Its slip.
+    sliding: GrossSliding,
 }
 
 impl Accommodation {
@@ -60,9 +61,15 @@ impl Accommodation {
         }
     }
 
-    /// Records a step of the length h (s) that left this state, a tangential force on the wheel (N) and these impulses on the points of
-    /// the boundary (2 n).
-    pub fn record(&mut self, h: f64, state: &GrainState, tangential: f64, impulses: &[f64]) {
+    /// Records a step of the length h (s) that left this state, a force on the wheel (N) and these impulses on the points of the boundary
+    /// (2 n).
+    pub fn record(
+        &mut self,
+        h: f64,
+        state: &GrainState,
+        [tangential, normal]: [f64; 2],
+        impulses: &[f64],
+    ) {
         self.pressed.resize(impulses.len() / 2, 0.0);
         let [mut all, mut moved] = [0.0; 2];
         let points = self.pressed.iter_mut().zip(impulses.chunks_exact(2));
@@ -78,27 +85,30 @@ impl Accommodation {
         }
         let [low, high] = self.range;
         self.range = [low.min(self.base), larger(high, self.base)];
-        let now = [state.wheel.position[0] - self.base, tangential];
+        let now = [state.wheel.position[0] - self.base, tangential, normal];
         if let Some(stroke) = &mut self.stroke {
             stroke.move_on(self.now, now);
         }
         self.now = now;
     }
 
-    /// The wheel turns back. Way of the slip in the stroke that ends, and the work of |T| over it (m, J).
-    pub fn turn(&mut self) -> [f64; 2] {
+    /// The wheel turns back. The slip of the stroke that ends.
+    pub fn turn(&mut self) -> GrossSliding {
         let next = Stroke {
             start: self.now,
             ..Stroke::default()
         };
         let Some(stroke) = self.stroke.replace(next) else {
-            return [0.0; 2];
+            return GrossSliding::default();
         };
         let length = (self.now[0] - stroke.start[0]).abs();
         if let Some(zero) = stroke.zero {
             self.slips.add(0.5 * larger(0.0, length - 2.0 * zero));
         }
-        stroke.slid
+        GrossSliding {
+            way: length,
+            ..stroke.sliding
+        }
     }
 
     /// Ends a cycle: slip and amplitude of the base (m), and the largest mean over 1 mm of the pressure on it (Pa). NaN of what there is not.
@@ -122,13 +132,12 @@ impl Accommodation {
 
 impl Stroke {
     /// Goes on from one way and force (m, N) to the next: beyond twice the distance to T = 0 the wheel slides.
-    fn move_on(&mut self, before: [f64; 2], now: [f64; 2]) {
-        let way = |[d, _]: [f64; 2]| (d - self.start[0]).abs();
+    fn move_on(&mut self, before: [f64; 3], now: [f64; 3]) {
+        let way = |[d, ..]: [f64; 3]| (d - self.start[0]).abs();
         let [from, to] = [way(before), way(now)];
         match self.zero {
             Some(zero) if from >= 2.0 * zero => {
-                self.slid[0] += to - from;
-                self.slid[1] += now[1].abs() * (to - from);
+                self.sliding.slide(to - from, [now[1], now[2]]);
             }
             None if now[1] * self.start[1] <= 0.0 => {
                 let share = before[1] / (before[1] - now[1]);
@@ -180,7 +189,7 @@ mod tests {
             };
             let down = [0.0, -100.0];
             let impulses = [down, down, down, [0.0; 2], [0.0; 2]].concat();
-            slip.record(1.0, &state, 0.0, &impulses);
+            slip.record(1.0, &state, [0.0; 2], &impulses);
         }
         let [_, amplitude, pressure] = slip.end_cycle(&bodies);
         assert!((amplitude - 1.5e-3).abs() < 1e-15, "from 1 mm to -2 mm");
@@ -194,22 +203,25 @@ mod tests {
     fn a_coulomb_contact_behind_a_spring_slides_over_what_the_spring_leaves() {
         for (amplitude, expected) in [(10.0, 7.0), (2.5, 0.0)] {
             let mut slip = Accommodation::new(1.0);
-            let (mut force, mut before, mut slid) = (0.0f64, 0.0, [0.0; 2]);
+            let (mut force, mut before, mut slid) = (0.0f64, 0.0, GrossSliding::default());
             for step in 1..=900 {
                 let angle = f64::from(step) / 400.0 * std::f64::consts::TAU;
                 let mut state = GrainState::default();
                 state.wheel.position[0] = amplitude * angle.sin();
                 force = (force + 2.0 * (state.wheel.position[0] - before)).clamp(-6.0, 6.0);
                 before = state.wheel.position[0];
-                slip.record(1.0, &state, force, &[]);
+                slip.record(1.0, &state, [force, 20.0], &[]);
                 if step % 200 == 100 {
                     slid = slip.turn();
                 }
             }
             let [found, ..] = slip.end_cycle(&Bodies::default());
             assert!((found - expected).abs() < 1e-12, "{found}");
-            assert!((slid[0] - 2.0 * expected).abs() < 0.2, "{slid:?}");
-            assert!((slid[1] - 6.0 * slid[0]).abs() < 1e-9, "{slid:?}");
+            let GrossSliding { way, slid, work } = slid;
+            assert!((way - 2.0 * amplitude).abs() < 1e-12, "{way}");
+            assert!((slid - 2.0 * expected).abs() < 0.2, "{slid}");
+            let [rubbed, pressed] = work.map(|work| work - 6.0 * slid);
+            assert!(rubbed.abs() < 1e-9 && (pressed - 14.0 * slid).abs() < 1e-9);
         }
     }
 }

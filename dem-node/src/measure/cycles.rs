@@ -8,6 +8,7 @@ use dem_kernel::bodies::Bodies;
 use dem_kernel::step::StepSummary;
 use dem_kernel::step::state::GrainState;
 use kit::cycle_drift::Mean;
+use kit::traction::GrossSliding;
 use kit::wheel::WheelProgram;
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +31,11 @@ kit::results! {
     /// - `cycle_tangential_at_zero_n`: |F_T| at D = 0, mean of the middle and the end of the last
     ///   full cycle.
     /// - `all_cycles_tangential_at_zero_n`: |F_T| at D = 0, mean over all full cycles.
-    /// - `cycle_friction_coefficient`: |F_T|/F_N, mean over the last full cycle.
-    /// - `all_cycles_friction_coefficient`: |F_T|/F_N, mean over all full cycles.
+    /// - `cycle_traction_ratio`: |F_T|/F_N, mean over the last full cycle, sticking included.
+    /// - `all_cycles_traction_ratio`: |F_T|/F_N, mean over all full cycles, sticking included.
+    /// - `cycle_friction_coefficient`: Old name of `cycle_traction_ratio`, which the next release drops.
+    /// - `all_cycles_friction_coefficient`: Old name of `all_cycles_traction_ratio`, which the next
+    ///   release drops.
     /// - `slip_amplitude_m`: Half the way by which wheel and base slide past each other in a
     ///   stroke, sticking left out: the amplitude less what the base and the shear of the layer
     ///   take, mean over all full cycles.
@@ -75,7 +79,7 @@ const QUANTITIES: [&str; 11] = [
     "sink_m",
     "work_j",
     "tangential_at_zero_n",
-    "friction_coefficient",
+    "traction_ratio",
     "slip_amplitude_m",
     "accommodated_by_body_m",
     "p0_1mm_pa",
@@ -89,7 +93,7 @@ const OF_WHEEL: usize = 7;
 /// Those of which all cycles together have the mean under this name; of the others they have the sum.
 const MEANS: [&str; 3] = [
     "tangential_at_zero_n",
-    "friction_coefficient",
+    "traction_ratio",
     "third_body_kg_per_m",
 ];
 
@@ -105,11 +109,12 @@ pub struct WheelCycles {
     /// Quarters of a period that are over: passages through D = 0, the start of the motion being the first, and reversals in turn.
     quarters: u64,
     slip: Accommodation,
-    /// Work of the drive at the last reversal at D = A from the second cycle on (J), way of the slip and work of |T| over it since then (m, J),
-    /// and the slip W/(4 F) of each loop (m).
+    /// Work of the drive at the last reversal at D = A from the second cycle on (J), the slip since then, and the slip W/(4 F) of each loop (m).
     reversal: Option<f64>,
-    slid: [f64; 2],
+    of_loop: GrossSliding,
     loops: Mean,
+    /// The slip of all strokes that are over.
+    sliding: GrossSliding,
     /// Time and reading at the start of the cycle, and |T| in its middle (N).
     start: (f64, Reading),
     middle: f64,
@@ -149,7 +154,7 @@ impl WheelCycles {
         };
         let ledger = flow.map(|flow| *flow.ledger()).unwrap_or_default();
         if 0.5 * (start + end) > program.motion_start() {
-            self.slip.record(length, state, tangential, impulses);
+            self.slip.record(length, state, step.on_wheel, impulses);
         }
         self.now = [
             -state.wheel.position[1],
@@ -198,13 +203,18 @@ impl WheelCycles {
     /// The wheel turns back, at D = A after a whole loop. That has the area F s of its slip s behind a spring: with F, the mean of |T| over
     /// the slip, a quarter of s is W/(4 F).
     fn turn(&mut self, work: f64) {
-        let slid = self.slip.turn();
-        self.slid = [0, 1].map(|k| self.slid[k] + slid[k]);
+        let stroke = self.slip.turn();
+        self.sliding.join(&stroke);
+        self.of_loop.join(&stroke);
         if self.quarters % 4 == 1 {
-            let [way, rubbed] = std::mem::take(&mut self.slid);
+            let GrossSliding {
+                slid,
+                work: [rubbed, _],
+                ..
+            } = std::mem::take(&mut self.of_loop);
             let before = self.reversal.filter(|_| rubbed > 0.0);
             if let Some(before) = before {
-                self.loops.add(0.25 * (work - before) * way / rubbed);
+                self.loops.add(0.25 * (work - before) * slid / rubbed);
             }
             self.reversal = (self.quarters > 4).then_some(work);
         }
@@ -262,10 +272,16 @@ impl WheelCycles {
                 _ if MEANS.contains(name) => (format!("all_cycles_{name}"), sum / count),
                 _ => (format!("all_cycles_{name}"), sum),
             };
+            if *name == "traction_ratio" {
+                let old = ["cycle", "all_cycles"].map(|of| format!("{of}_friction_coefficient"));
+                results.extend(old.into_iter().zip([last[k], sum / count]));
+            }
             results.extend([(of_last, last[k]), all]);
         }
         let by_work = self.loops.value();
         results.extend(by_work.map(|slip| ("slip_by_work_m".into(), slip)));
+        let of_way = self.sliding.results().into_iter();
+        results.extend(of_way.filter_map(|(name, value)| Some((name.into(), value?))));
         if let (true, Some(([third, height], _))) = (flows, self.trends()) {
             let named = [
                 ("third_body_trend_kg_per_m", third[0]),

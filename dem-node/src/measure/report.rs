@@ -12,6 +12,7 @@ use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::measure::wheel_contacts;
 use kit::cycle_drift::{CycleDrift, Mean};
+use kit::traction::TractionRatio;
 use kit::wheel::WheelProgram;
 
 kit::results! {
@@ -229,7 +230,7 @@ pub struct RunStatistics {
     held_contacts: [Mean; 2],
     /// The same over the motion.
     moved_contacts: [Mean; 2],
-    friction: Mean,
+    ratio: TractionRatio,
     /// Height of the wheel from cycle to cycle.
     pub drift: CycleDrift,
     height_range: Option<[f64; 2]>,
@@ -344,9 +345,7 @@ impl RunStatistics {
         self.height_range = Some(wider(self.height_range, height));
         self.drift.record(program, end, height);
         add_contacts(&mut self.moved_contacts, bodies, state);
-        if force[1] > 0.0 {
-            self.friction.add(force[0].abs() / force[1]);
-        }
+        self.ratio.record(force, program.load_n);
     }
 
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
@@ -404,12 +403,12 @@ impl RunStatistics {
             ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
-            ("friction_coefficient", self.friction.value()),
             ("wheel_y_range_over_r", range),
             ("wheel_contacts", self.held_contacts[0].value()),
             ("wheel_contacts_90", held_90),
             ("wheel_contacts_90_motion", moved_90),
         ]));
+        results.extend(given(self.ratio.results()));
         results
     }
 }

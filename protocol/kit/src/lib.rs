@@ -10,6 +10,7 @@
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`cycle_drift`]: its drift from cycle to cycle;
+//! - [`traction`]: its traction over its motion, and friction where the contact slides as a whole;
 //! - [`student`]: Student's t;
 //! - [`boxes`]: means of a traction over boxes;
 //! - [`bounds`]: the two bounds of a check of plausibility;
@@ -32,6 +33,7 @@ pub mod schema;
 pub mod scratch;
 pub mod student;
 pub mod table;
+pub mod traction;
 pub mod vtk;
 pub mod wheel;
 

@@ -17,8 +17,6 @@ crate::results! {
     /// - `approach_m`: Way of the wheel towards the rail from its first place until the end of the
     ///   hold.
     /// # Friction and sliding
-    /// - `friction_coefficient`: |F_T|/F_N of the wheel, the mean over its motion, sticking
-    ///   included.
     /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
     ///   friction loop.
     /// # Signals

@@ -1,6 +1,7 @@
 """Coupled runs of the built program with participants in Python: `cargo build --release --bin thirdbody` first."""
 
 import unittest
+import warnings
 
 import numpy as np
 from program import PROGRAM, ROOT, Program
@@ -175,8 +176,7 @@ mass_kg_per_m2 = 1.5
             '[[measure]]\nname = "approach"\nof = "results.approach_m"\n'
         )
         (self.work / "study.toml").write_text(text, encoding="utf-8")
-        self.verb("study", "run", "study.toml", "--out", "study")
-        study = thirdbody.load_study(self.work / "study")
+        study = thirdbody.study(self.work / "study.toml", out=self.work / "study", program=PROGRAM)
         loads = study.table["participant.third-body.config.wheel.load_n"]
         self.assertEqual(list(loads), [4000.0, 8000.0])
         approaches = study.values("approach")
@@ -184,6 +184,56 @@ mass_kg_per_m2 = 1.5
         self.assertLess(approaches[0], approaches[1])
         with self.assertRaises(FileNotFoundError):
             thirdbody.load_study(self.work)
+
+    def test_the_wheel_is_among_the_contacts_by_name(self):
+        keys = {"participant.third-body.config.wheel.cycles": 0.0}
+        run = thirdbody.run("layer-alone", keys, out=self.work / "layer", program=PROGRAM)
+        field = run.fields()[-1]
+        on_wheel = field["face_partner"] == "wheel"
+        # The wheel is flat: what presses on it is along y. The grains of its contacts are those that touch it.
+        force = field["face_force_n"][on_wheel, 0].sum()
+        self.assertAlmostEqual(force / run.signals.column("wheel_fn_n")[-1], 1.0, delta=1e-9)
+        touched = field["points_m"][field["face_grain"][on_wheel], 1] + field["radius_m"][field["face_grain"][on_wheel]]
+        self.assertLess(np.abs(touched + field["face_gap_m"][on_wheel] - field["face_point_m"][on_wheel, 1]).max(), 1e-12)
+
+    def test_a_folder_that_holds_a_run_is_kept_replaced_or_refused(self):
+        out, events = self.work / "cell", []
+        first = thirdbody.run("quick", {"run.end_s": 2e-4}, out=out, program=PROGRAM, progress=events.append)
+        self.assertTrue(first.trusted)
+        self.assertEqual([one["done_rel"] for one in events if one["event"] == "progress"][-1], 1.0)
+        kept = thirdbody.run("quick", {"run.end_s": 2e-4}, out=out, exist="keep", program=PROGRAM)
+        self.assertEqual(kept.manifest["run_id"], first.manifest["run_id"])
+        with self.assertRaisesRegex(FileExistsError, "run.end_s"):
+            thirdbody.run("quick", {"run.end_s": 3e-4}, out=out, exist="keep", program=PROGRAM)
+        with self.assertRaisesRegex(thirdbody.RunError, "not empty"):
+            thirdbody.run("quick", {"run.end_s": 2e-4}, out=out, program=PROGRAM)
+        new = thirdbody.run("quick", {"run.end_s": 2e-4}, out=out, exist="replace", program=PROGRAM)
+        self.assertNotEqual(new.manifest["run_id"], first.manifest["run_id"])
+        (self.work / "else").mkdir()
+        (self.work / "else" / "diary.txt").write_text("not a run")
+        with self.assertRaises(FileNotFoundError):
+            thirdbody.run("quick", out=self.work / "else", exist="replace", program=PROGRAM)
+        self.assertTrue((self.work / "else" / "diary.txt").is_file())
+
+    def test_a_suspect_run_warns(self):
+        keys = {"run.end_s": 2e-4, "run.plausible": {"energy_balance_rel": [0.0, 0.0]}}
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            run = thirdbody.run("quick", keys, out=self.work / "suspect", program=PROGRAM)
+        self.assertFalse(run.trusted)
+        self.assertEqual([one.category for one in caught], [thirdbody.SuspectRun])
+        self.assertEqual(caught[0].filename, __file__)
+
+    def test_a_sweep_is_its_single_runs(self):
+        keys = [{"run.end_s": 2e-4, "run.seed": seed} for seed in (1, 2)]
+        runs = thirdbody.sweep("quick", keys, out=self.work / "sweep", program=PROGRAM)
+        alone = thirdbody.run("quick", keys[1], out=self.work / "alone", program=PROGRAM)
+        self.assertEqual(runs[1].summary["hashes"], alone.summary["hashes"])
+        self.assertNotEqual(runs[0].summary["hashes"], alone.summary["hashes"])
+        self.assertTrue(runs[0].report(program=PROGRAM).is_file())
+        with self.assertRaises(thirdbody.RunError):
+            thirdbody.sweep("quick", [{"run.seed": -1}, keys[0]], out=self.work / "wrong", program=PROGRAM)
+        self.assertEqual(thirdbody.load(self.work / "wrong" / "1").status, "completed")
 
     def test_a_mistake_in_the_solver_is_named(self):
         folder = self.springs("mistake", "undefined_name")

@@ -25,15 +25,15 @@ class Field(Dict[str, np.ndarray]):
     Of a body: `points_m` (n x 2, undeformed), `quads` (m x 4, indices of points), arrays of points such as `displacement_m` (n x 2)
     and of elements such as `hydrostatic_pressure_pa` (m). Of grains: `points_m` (centres), `radius_m`, `velocity_m_per_s` and others
     of grains, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential), `gap_m`, `status` (1 stick, 2 slip, 3
-    bonded) and of bonds `adhesion`. Contacts with walls and a smooth wheel are left out: `<file>-contacts.vtp` has them, with the points
-    that they touch behind the grains.
+    bonded) and of bonds `adhesion`. Contacts of grains with other bodies have the same arrays with `face_` in front: `face_grain` (f),
+    `face_partner` (f: `wheel`, `wall` or `surface`), `face_point_m` (f x 2, where they touch), `face_force_n`, `face_gap_m` and so on.
     """
 
     def __init__(self, path: Path, time_s: float) -> None:
         super().__init__(read_vtk(path))
         contacts = path.with_name(f"{path.stem}-contacts.vtp")
         if path.suffix == ".vtp" and contacts.is_file():
-            self.update(_between_grains(read_vtk(contacts), len(self["points_m"])))
+            self.update(_contacts(read_vtk(contacts), len(self["points_m"])))
         #: The file.
         self.path = path
         #: Its time (s).
@@ -108,12 +108,19 @@ class Fields:
         return f"Fields({self.participant!r}: {', '.join(self.names)})"
 
 
-def _between_grains(arrays: Dict[str, np.ndarray], grains: int) -> Dict[str, np.ndarray]:
-    """The contacts of a file whose both ends are grains, and their data."""
+#: Partners of grains by their numbers in a file.
+_PARTNERS = np.array(["grain", "wheel", "wall", "surface"])
+
+
+def _contacts(arrays: Dict[str, np.ndarray], grains: int) -> Dict[str, np.ndarray]:
+    """The contacts of a file, those between grains and those with other bodies, and their data."""
     contacts = arrays.pop("contacts", np.zeros((0, 2), dtype=np.int64))
-    arrays.pop("points_m")
+    points, partner = arrays.pop("points_m"), arrays.pop("partner", np.zeros(len(contacts), dtype=np.uint8))
     both = (contacts < grains).all(axis=1)
-    return {"contacts": contacts[both], **{name: values[both] for name, values in arrays.items()}}
+    faces = {f"face_{name}": values[~both] for name, values in arrays.items()}
+    faces["face_grain"], faces["face_point_m"] = contacts[~both, 0], points[contacts[~both, 1]]
+    faces["face_partner"] = _PARTNERS[partner[~both]]
+    return {"contacts": contacts[both], **{name: values[both] for name, values in arrays.items()}, **faces}
 
 
 def read_vtk(path: Path) -> Dict[str, np.ndarray]:

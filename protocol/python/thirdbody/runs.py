@@ -6,15 +6,24 @@ import json
 import os
 import shutil
 import subprocess
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from .exchange import Interface, read_interface
 from .fields import Fields
 from .table import Results, Table, read_table
+
+#: Called with an object of the program's progress.
+Progress = Callable[[Dict[str, Any]], None]
+
+
+class SuspectRun(UserWarning):
+    """A run that completed with a result that is not plausible."""
 
 
 class RunError(Exception):
@@ -47,6 +56,11 @@ class Run:
     def status(self) -> str:
         """`completed`, `suspect`, or how else it ended; `unfinished` if it was killed or is under way."""
         return str(self.summary.get("status", "unfinished"))
+
+    @property
+    def trusted(self) -> bool:
+        """True of a run that completed and is not suspect."""
+        return self.status == "completed"
 
     @property
     def results(self) -> Dict[str, float]:
@@ -121,6 +135,19 @@ class Run:
             raise KeyError(f"{self.path} has no participant `{participant}`; participants: {', '.join(known)}")
         return Fields(self.path, participant)
 
+    def report(self, *, movie: bool = False, compare: Optional[Union[str, Path, Run]] = None, program: Optional[str] = None) -> Path:
+        """Draws the run, over another one if one is given, or writes its movie, and returns the page."""
+        command = [_program(program), "report", str(self.path), "--quiet"] + (["--movie"] if movie else [])
+        if compare is not None:
+            command += ["--compare", str(compare.path if isinstance(compare, Run) else compare)]
+        _done(command)
+        return self.path / ("movie.html" if movie else "report.html")
+
+    def resume(self, *, out: Optional[Union[str, Path]] = None, threads: Optional[int] = None, program: Optional[str] = None,
+               progress: Optional[Progress] = None) -> Run:
+        """Goes on with a run that was interrupted or killed, in a folder of its own."""
+        return _run(["resume", str(self.path)], out, threads, program, progress)
+
     def table(self, name: str) -> Table:
         """Columns of a table of the run; numbers where all of a column are numbers, texts otherwise."""
         return read_table(self._file(name))
@@ -155,17 +182,22 @@ def _json(path: Path) -> Dict[str, Any]:
         raise ValueError(f"{path} is no JSON: {error}; it is damaged") from error
 
 
-def read_toml(path: Path) -> Dict[str, Any]:
-    """The keys of a file in TOML."""
+def read_toml_text(text: str) -> Dict[str, Any]:
+    """The keys of a text in TOML."""
     try:
         import tomllib
     except ImportError:
         try:
             import tomli as tomllib
         except ImportError as error:
-            raise ImportError(f"to read {path}: Python 3.11 or newer, or pip install tomli") from error
+            raise ImportError("to read TOML: Python 3.11 or newer, or pip install tomli") from error
+    return dict(tomllib.loads(text))
+
+
+def read_toml(path: Path) -> Dict[str, Any]:
+    """The keys of a file in TOML."""
     try:
-        return dict(tomllib.loads(path.read_text(encoding="utf-8")))
+        return read_toml_text(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise ValueError(f"{path} is no TOML: {error}; it is damaged") from error
 
@@ -203,33 +235,142 @@ def load_study(folder: Union[str, Path]) -> Study:
     return Study(folder)
 
 
+def study(file: Union[str, Path], set: Optional[Mapping[str, Any]] = None, *, small: bool = False, out: Union[str, Path],
+          jobs: Optional[int] = None, program: Optional[str] = None, progress: Optional[Progress] = None) -> Study:
+    """Does all runs of a study that are not done, and opens its folder."""
+    command = [_program(program), "study", "run", str(file), "--out", str(out)] + _keys(set) + (["--small"] if small else [])
+    if jobs is not None:
+        command += ["--jobs", str(jobs)]
+    _done(command, progress)
+    return Study(out)
+
+
 def run(
     scenario: Union[str, Path],
     set: Optional[Mapping[str, Any]] = None,
     *,
     out: Optional[Union[str, Path]] = None,
+    exist: str = "new",
     threads: Optional[int] = None,
     program: Optional[str] = None,
+    progress: Optional[Progress] = None,
 ) -> Run:
     """Runs a scenario and reads what it left. `set` overrides keys; `program` is `thirdbody`, by default that of the environment
-    variable THIRDBODY or on PATH. A run that is suspect is returned; one that ended in an error raises `RunError`."""
+    variable THIRDBODY or on PATH. A run that is suspect is returned with a `SuspectRun` warning (`run.trusted` is False); one that
+    ended in an error raises `RunError`.
+
+    Where `out` holds a run already, `exist` says what happens: `new` refuses, `replace` removes it first, and `keep` returns it, if it
+    ended well and was made of the same scenario with the same keys. `progress` is called with each object that the program writes for
+    programs (the manual, "Progress for programs")."""
+    if exist not in ("new", "replace", "keep"):
+        raise ValueError(f"exist={exist!r}: it is \"new\", \"replace\" or \"keep\"")
+    if exist != "new":
+        if out is None:
+            raise ValueError(f"exist={exist!r} needs out=, the folder of the run")
+        if Path(out).is_dir() and any(Path(out).iterdir()):
+            there = Run(out)
+            if exist == "keep":
+                return _kept(there, scenario, set or {})
+            shutil.rmtree(there.path)
+    return _run(["run", str(scenario)] + _keys(set), out, threads, program, progress)
+
+
+def sweep(
+    scenario: Union[str, Path],
+    sets: Sequence[Mapping[str, Any]],
+    *,
+    out: Union[str, Path],
+    exist: str = "new",
+    jobs: Optional[int] = None,
+    program: Optional[str] = None,
+) -> List[Run]:
+    """Runs a scenario with each of these overrides, `jobs` at a time on one thread each (by default as many as there are cores), in
+    `out`/0, `out`/1 and so on. Raises the first `RunError` once all have ended; what the others left is in their folders."""
+    def one(number: int) -> Union[Run, RunError]:
+        try:
+            return run(scenario, sets[number], out=Path(out) / str(number), exist=exist, threads=1, program=program)
+        except RunError as error:
+            return error
+
+    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
+        ended = list(pool.map(one, range(len(sets))))
+    for end in ended:
+        if isinstance(end, RunError):
+            raise end
+    return [end for end in ended if isinstance(end, Run)]
+
+
+def _kept(run: Run, scenario: Union[str, Path], keys: Mapping[str, Any]) -> Run:
+    """The run, if it ended well and is of this scenario with these keys."""
+    changed = {key: read_toml_text(f"value = {new}")["value"] for key, (_, new) in run.manifest["changed"].items()}
+    wanted = {key: read_toml_text(f"value = {toml_value(value)}")["value"] for key, value in keys.items()}
+    wanted = {key: value for key, value in wanted.items() if key in changed or _at(run.scenario, key) != value}
+    made_of = str(run.manifest["scenario_file"]).replace(" (built in)", "")
+    file = Path(made_of)
+    same = made_of == str(scenario) or file.resolve() in (Path(scenario).resolve(), (Path(scenario) / "scenario.toml").resolve())
+    newer = file.is_file() and file.stat().st_mtime > (run.path / "manifest.json").stat().st_mtime
+    if run.status in ("completed", "suspect") and same and not newer and changed == wanted:
+        return _judged(run)
+    why = f"it is of {made_of}, changed by {changed}, {run.status}" + (", and its scenario is newer" if newer else "")
+    raise FileExistsError(f"{run.path} holds another run: {why}; take exist=\"replace\", or another folder")
+
+
+def _at(keys: Any, path: str) -> Any:
+    """The value at a dotted key; the name of a participant or interface picks it in its list."""
+    for part in path.split("."):
+        keys = {one["name"]: one for one in keys} if isinstance(keys, list) else keys
+        keys = keys.get(part) if isinstance(keys, dict) else None
+    return keys
+
+
+def _judged(run: Run) -> Run:
+    if not run.trusted:
+        texts = "; ".join(str(one["text"]) for one in run.warnings)
+        warnings.warn(f"{run.path} is {run.status}: {texts}", SuspectRun, stacklevel=4)
+    return run
+
+
+def _program(program: Optional[str]) -> str:
     program = program or os.environ.get("THIRDBODY") or shutil.which("thirdbody")
     if program is None:
         raise FileNotFoundError("no program `thirdbody` on PATH: give program=, or its path in THIRDBODY")
-    command = [program, "run", str(scenario), "--json"]
-    for key, value in (set or {}).items():
-        command += ["--set", f"{key}={toml_value(value)}"]
+    return program
+
+
+def _keys(keys: Optional[Mapping[str, Any]]) -> List[str]:
+    return [word for key, value in (keys or {}).items() for word in ("--set", f"{key}={toml_value(value)}")]
+
+
+def _done(command: List[str], progress: Optional[Progress] = None, fine: Sequence[int] = (0,)) -> Tuple[int, str]:
+    """Runs a command; its exit code and what it said on stderr, or `RunError`."""
+    if progress is None:
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace")
+        code, said = done.returncode, done.stderr.strip()
+    else:
+        said = ""
+        with subprocess.Popen(command + ["--json-lines"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8", errors="replace") as child:
+            for line in child.stderr or ():
+                event = json.loads(line)
+                said = str(event.get("text", said))
+                progress(event)
+        code = child.returncode
+    if code not in fine:
+        raise RunError(said, code)
+    return code, said
+
+
+def _run(words: List[str], out: Optional[Union[str, Path]], threads: Optional[int], program: Optional[str], progress: Optional[Progress]) -> Run:
+    command = [_program(program)] + words + ["--json"]
     if out is not None:
         command += ["--out", str(out)]
     if threads is not None:
         command += ["--threads", str(threads)]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace")
+    code, said = _done(command, progress, range(-256, 256))
     place = Path(out) if out is not None else Path("runs") / "latest"
     left = Run(place.resolve()) if (place / "summary.json").is_file() else None
-    if done.returncode not in (0, 8) or left is None:
-        said = left.summary["message"] if left is not None and left.summary["message"] else done.stderr.strip()
-        raise RunError(said, done.returncode, left)
-    return left
+    if code not in (0, 8) or left is None:
+        raise RunError(left.summary["message"] if left is not None and left.summary["message"] else said, code, left)
+    return _judged(left)
 
 
 def toml_value(value: Any) -> str:

@@ -257,7 +257,7 @@ impl<'a> Outputs<'a> {
             _ => groups.iter().map(|group| group.at.window).sum(),
         };
         let force_n = |name| self.signal(name);
-        let friction = || Some(force_n("wheel_ft_n")? / force_n("wheel_fn_n")?);
+        let ratio = || Some(force_n("wheel_ft_n")? / force_n("wheel_fn_n")?);
         let run_progress = RunProgress {
             run: self.scenario.run.name.clone(),
             phase: phase_at(&self.phases, reached_s),
@@ -268,7 +268,7 @@ impl<'a> Outputs<'a> {
             windows: course.windows,
             repeats: repeats(&state.interfaces, groups),
             sn_pct: self.signal("sn_pct").filter(|sn| sn.is_finite()),
-            friction_coefficient: friction().filter(|ratio: &f64| ratio.is_finite()),
+            traction_ratio: ratio().filter(|ratio: &f64| ratio.is_finite()),
             energy_defect_rel: self.total_balance_rel(groups),
             waited: names.zip(shares).collect(),
             spent_s: 0.0,

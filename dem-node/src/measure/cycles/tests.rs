@@ -88,12 +88,12 @@ fn a_straight_history_is_exact_between_the_ends_of_steps() {
         ("all_cycles_work_j", 0.14),
         ("cycle_tangential_at_zero_n", 2.0),
         ("all_cycles_tangential_at_zero_n", 2.0),
-        ("cycle_friction_coefficient", 0.25),
-        ("all_cycles_friction_coefficient", 0.25),
+        ("cycle_traction_ratio", 0.25),
+        ("all_cycles_traction_ratio", 0.25),
     ] {
         close(result(&all, name), expected);
     }
-    assert_eq!(all.results(false).len(), 12, "no flows are followed");
+    assert_eq!(all.results(false).len(), 14, "no flows are followed");
 }
 
 /// Steps of 0.25 ms: 40 a cycle, and 8 before the first. The wheel sinks by 1 um a step, rises by 2, and sinks by 50.
@@ -118,7 +118,8 @@ fn each_cycle_has_its_own_numbers_and_one_that_is_cut_has_none() {
         ("all_cycles_work_j", 320.0),
         ("cycle_tangential_at_zero_n", 4.0),
         ("all_cycles_tangential_at_zero_n", 3.0),
-        ("cycle_friction_coefficient", 0.5),
+        ("cycle_traction_ratio", 0.5),
+        ("all_cycles_traction_ratio", 0.375),
         ("all_cycles_friction_coefficient", 0.375),
     ] {
         close(result(&all, name), expected);
@@ -127,7 +128,7 @@ fn each_cycle_has_its_own_numbers_and_one_that_is_cut_has_none() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(
         lines[0],
-        "cycle,t0_s,t1_s,sink_m,work_j,tangential_at_zero_n,friction_coefficient,slip_amplitude_m,accommodated_by_body_m,p0_1mm_pa"
+        "cycle,t0_s,t1_s,sink_m,work_j,tangential_at_zero_n,traction_ratio,slip_amplitude_m,accommodated_by_body_m,p0_1mm_pa"
     );
     let rows: Vec<Vec<f64>> = lines[1..]
         .iter()
@@ -178,6 +179,6 @@ fn a_wheel_in_the_air_has_no_friction() {
     let results = all.results(false);
     let names: Vec<&str> = results.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(result(&all, "full_cycles"), 1.0);
-    assert!(!names.contains(&"cycle_friction_coefficient"), "{names:?}");
+    assert!(!names.contains(&"cycle_traction_ratio"), "{names:?}");
     assert!(all.csv(false).expect("there is one").contains("NaN"));
 }

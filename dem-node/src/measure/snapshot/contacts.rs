@@ -23,7 +23,8 @@ struct Line {
 
 /// Contacts as lines between the centres of two disks, or from a centre to the point of a wall or a smooth wheel that it touches.
 /// In a strip that repeats those across its seam are left out. Data: force_n (normal, compression positive, and tangential), gap_m
-/// (negative where they overlap), status (1 stick, 2 slip, 3 bonded), of a cohesive law also adhesion.
+/// (negative where they overlap), status (1 stick, 2 slip, 3 bonded), partner of the disk (0 disk, 1 wheel, 2 wall, 3 surface), of a
+/// cohesive law also adhesion.
 pub(super) fn file(scene: &FieldScene) -> VtkFile {
     let lines = lines(scene);
     let disks = scene.bodies.disks();
@@ -41,6 +42,8 @@ pub(super) fn file(scene: &FieldScene) -> VtkFile {
         file.array(DatasetKind::Float64, "gap_m", gaps);
         let statuses = lines.iter().map(|line| [status(scene, line)]);
         file.array(DatasetKind::UInt8, "status", statuses);
+        let partners = lines.iter().map(|line| [partner(scene, line)]);
+        file.array(DatasetKind::UInt8, "partner", partners);
         if scene.bodies.law.cohesion.is_some() {
             let adhesion = lines.iter().map(|line| [line.adhesion]);
             file.array(DatasetKind::Float64, "adhesion", adhesion);
@@ -99,6 +102,19 @@ fn ends(lines: &[Line], disks: usize) -> Vec<f64> {
         [f64::from(line.slot.a), second]
     });
     ends.collect()
+}
+
+fn partner(scene: &FieldScene, line: &Line) -> f64 {
+    let (bodies, body) = (scene.bodies, line.slot.b as usize);
+    if body < bodies.disks() {
+        0.0
+    } else if bodies.wheel() == Some(body) {
+        1.0
+    } else if bodies.wall_of(body).is_some() {
+        2.0
+    } else {
+        3.0
+    }
 }
 
 fn status(scene: &FieldScene, line: &Line) -> f64 {

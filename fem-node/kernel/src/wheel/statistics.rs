@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use kit::cycle_drift::{CycleDrift, Mean};
+use kit::traction::{GrossSliding, TractionRatio};
 use kit::wheel::WheelProgram;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
@@ -51,7 +52,8 @@ pub struct CycleStatistics {
     held_range: Option<[f64; 2]>,
     /// Force on the wheel at the end of the last step before it starts to move, 0 where there is none (N).
     before_motion: Option<f64>,
-    friction: Mean,
+    ratio: TractionRatio,
+    sliding: GrossSliding,
     sn_zero: Mean,
     sn_after_reversal: WorstMean,
     sn_reversal_max: Option<f64>,
@@ -153,9 +155,12 @@ impl CycleStatistics {
             self.sn_zero.add(sn);
         }
         self.record_reversal(reversals(program, periods), sn);
+        self.ratio.record([ft, fn_], program.load_n);
+        let way = (program.displacement_at(t) - program.displacement_at(t - wheel.step)).abs();
+        self.sliding.way += way;
         if fn_ > 0.0 {
-            self.friction.add(ft.abs() / fn_);
             if ft.abs() >= SLIDING * wheel.numbers.friction * fn_ {
+                self.sliding.slide(way, [ft, fn_]);
                 self.sn_sliding.add(sn);
                 self.sn_sliding_range = widened(self.sn_sliding_range, sn);
             }
@@ -200,7 +205,6 @@ impl CycleStatistics {
         let all = [
             ("load_n", Some(wheel.program.load_n)),
             ("wheel_force_n", self.held_force.value()),
-            ("friction_coefficient", self.friction.value()),
             ("sn_max_velocity_pct", self.sn_zero.value()),
             ("sn_reversal_pct", self.sn_after_reversal.worst),
             ("sn_reversal_max_pct", self.sn_reversal_max),
@@ -210,8 +214,9 @@ impl CycleStatistics {
             ("sn_sliding_max_pct", sliding.map(|[_, high]| high)),
             ("loop_area_j", cycle.map(|_| self.loop_area)),
         ];
+        let all = all.into_iter().chain(self.ratio.results());
         let known = all
-            .into_iter()
+            .chain(self.sliding.results())
             .filter_map(|(name, value)| Some((name, value?)));
         known.map(|(name, value)| (name.into(), value)).collect()
     }
