@@ -54,8 +54,8 @@ impl Solver {
         finite(problem, convergence)
     }
 
-    /// Goes on from the solution that conjugate gradients have just found, the bonds of these contacts having become softer: what is
-    /// loaded stays, and few iterations are needed.
+    /// Goes on from the solution that was just found, the bonds of these contacts having become softer: what is loaded stays, and few
+    /// iterations are needed.
     pub fn go_on(
         &mut self,
         problem: &mut Problem,
@@ -63,7 +63,13 @@ impl Solver {
         softened: &[u32],
     ) -> Result<Convergence, KernelError> {
         problem.prepare_bonds(softened)?;
-        let convergence = self.conjugate.solve(problem, criteria, Some(softened));
+        let convergence = match criteria.algorithm {
+            Algorithm::Nsgs => {
+                self.sweeper.take_bonds(problem);
+                nsgs::sweep(problem, &mut self.sweeper, criteria)
+            }
+            Algorithm::Pcg => self.conjugate.solve(problem, criteria, Some(softened)),
+        };
         finite(problem, convergence)
     }
 }

@@ -32,7 +32,7 @@ use crate::bodies::drive::StepTime;
 use crate::error::KernelError;
 use crate::law::cohesion::Cohesion;
 use crate::solver::Solver;
-use crate::solver::criteria::{Algorithm, Criteria};
+use crate::solver::criteria::Criteria;
 use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
@@ -190,15 +190,7 @@ impl Stepper {
             self.adhesion.extend(solved);
         }
         while convergence.converged && self.lower_adhesion(state, input, criteria, law) {
-            let problem = &mut self.problem;
-            let again = match criteria.algorithm {
-                Algorithm::Pcg => self.solver.go_on(problem, criteria, &self.softened)?,
-                Algorithm::Nsgs => {
-                    problem.boundary.start(input.free_velocity);
-                    self.free_records(state, input);
-                    self.solver.solve(&mut self.problem, criteria)?
-                }
-            };
+            let again = (self.solver).go_on(&mut self.problem, criteria, &self.softened)?;
             let iterations = convergence.iterations + again.iterations;
             convergence = Convergence {
                 iterations,

@@ -52,7 +52,8 @@ pub fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     let distance = (dx * dx + dy * dy).sqrt();
     // Coincident centres have no normal; any fixed one separates them again.
     let normal = if distance > 0.0 {
-        [dx / distance, dy / distance]
+        let one_over = 1.0 / distance;
+        [one_over * dx, one_over * dy]
     } else {
         [0.0, 1.0]
     };

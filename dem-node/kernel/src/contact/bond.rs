@@ -7,7 +7,7 @@ use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, Loss, rigid_loss, spring_losses};
 use crate::law::cohesion::Cohesion;
 use crate::law::local::BondLaw;
-use crate::law::{Law, damped_share, relaxation};
+use crate::law::{Law, relaxation};
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -204,6 +204,8 @@ pub struct BondContact {
     pub adhesion: [f64; 2],
     /// Ratio of its dampers to its springs in either direction (s), at any adhesion: a solid of Kelvin and Voigt.
     pub relaxation: f64,
+    /// 1 + c/(k h), what the dampers add to the stiffness of the springs: one over [`damped_share`].
+    pub stiffening: f64,
     /// The law under that adhesion.
     pub law: BondLaw,
 }
@@ -215,19 +217,17 @@ impl BondContact {
     /// compliant one belongs to the bond and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
         let friction = law.friction * law.friction_share(bond.adhesion);
-        let cohesion = law.cohesion.as_ref();
+        let relaxation = law.cohesion.as_ref().map_or(0.0, |c| {
+            relaxation(c.damping, bond.area * c.normal, inverse_mass)
+        });
+        let stiffening = 1.0 + relaxation / h;
         let mut contact = BondContact {
             index: index as u32,
             adhesion: [bond.adhesion; 2],
-            relaxation: cohesion.map_or(0.0, |c| {
-                relaxation(c.damping, bond.area * c.normal, inverse_mass)
-            }),
-            law: BondLaw::default(),
+            relaxation,
+            stiffening,
+            law: BondLaw::new(bond.slip / (h * stiffening), friction),
         };
-        contact.law = BondLaw::new(
-            damped_share(contact.relaxation, h) * bond.slip / h,
-            friction,
-        );
         contact.soften(law, bond, bond.adhesion, h);
         contact
     }
@@ -238,21 +238,13 @@ impl BondContact {
         let of_law = |law: &Cohesion| law.stiffness(bond.area, adhesion);
         let stiffness = law.cohesion.as_ref().map_or([0.0; 2], of_law);
         self.law
-            .set_stiffness(stiffness.map(|k| self.undamped(k, h)), h);
-    }
-
-    /// A number over the share that the dampers leave of it; without dampers that is the number, and costs no division.
-    fn undamped(&self, number: f64, h: f64) -> f64 {
-        match damped_share(self.relaxation, h) {
-            1.0 => number,
-            share => number / share,
-        }
+            .set_stiffness(stiffness.map(|k| self.stiffening * k), h);
     }
 
     /// The adhesion that the end of the step allows, the gap of delta (m) opening at u_n and sliding at u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
-        let slip = self.undamped(self.law.slip, h);
-        let drive = law.drive(h * (delta / h + velocity[0]), h * (slip + velocity[1]));
+        let slip = self.stiffening * self.law.slip;
+        let drive = law.drive(delta + h * velocity[0], h * (slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }

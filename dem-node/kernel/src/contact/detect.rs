@@ -49,6 +49,11 @@ impl Slot {
         [self.force[0] + self.attraction, self.force[1]]
     }
 
+    /// True for a pair that pressed or attracted each other in the last step, or touches where its bond broke.
+    pub(crate) fn remembers(&self) -> bool {
+        self.force != [0.0; 2] || self.attraction != 0.0 || self.reference != 0.0
+    }
+
     /// Gap of the pair (m) at this distance of its surfaces. A broken bond leaves its pair touching at the bond's reference: at
     /// the surfaces themselves it would meet an overlap or a void that the bond never knew, which makes or swallows
     /// energy. Once the pair has come apart its surfaces are what touches.

@@ -60,20 +60,24 @@ impl LocalLaw {
                 denominator: denominator.min(determinant),
             });
         }
-        let [nn, tt] = [tangential / determinant, block.nn / determinant];
-        // Two disks that nothing else holds: the same numbers with two divisions less.
-        let (nt, slide) = if block.nt == 0.0 {
-            (-block.nt, [1.0 / block.nn; 2])
-        } else {
-            let slides = [
-                block.nn + friction * block.nt,
-                block.nn - friction * block.nt,
-            ];
-            (-block.nt / determinant, slides.map(|slides| 1.0 / slides))
-        };
+        // Two disks that nothing else holds, with few divisions.
+        if block.nt == 0.0 {
+            let [nn, tt] = [block.nn, tangential].map(|w| 1.0 / w);
+            return Ok(LocalLaw {
+                inverse: DelassusBlock { nn, nt: 0.0, tt },
+                slide: [nn; 2],
+                friction,
+            });
+        }
+        let shear = friction * block.nt;
+        let one_over = 1.0 / determinant;
         Ok(LocalLaw {
-            inverse: DelassusBlock { nn, nt, tt },
-            slide,
+            inverse: DelassusBlock {
+                nn: one_over * tangential,
+                nt: -one_over * block.nt,
+                tt: one_over * block.nn,
+            },
+            slide: [block.nn + shear, block.nn - shear].map(|slides| 1.0 / slides),
             friction,
         })
     }

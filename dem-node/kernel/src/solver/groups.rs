@@ -74,7 +74,7 @@ impl Group {
             (diagonal[0].0[k], diagonal[1].0[k]) = (d_n, d_t);
         }
         let one_over = |d: Doubles| d.zip(d, |d, _| if d == 0.0 { 0.0 } else { 1.0 / d });
-        group.inverse = [one_over(diagonal[0]), one_over(diagonal[1])];
+        group.inverse = diagonal.map(one_over);
         (group, diagonal)
     }
 
@@ -242,27 +242,37 @@ impl SweepList {
         self.first = first;
         self.chosen.clear();
         self.members.clear();
+    }
+
+    /// Groups the chosen contacts.
+    fn sort(&mut self, problem: &Problem, grouping: &mut Grouping) {
+        let (contacts, records) = (&problem.contacts[..], &problem.records[..]);
+        grouping.sort(contacts, &self.chosen, records, &mut self.members);
+    }
+
+    /// Takes over the numbers of its contacts.
+    fn pack(&mut self, problem: &Problem, bonded: bool) {
+        let contacts = &problem.contacts[..];
         self.groups.clear();
         self.diagonals.clear();
         self.bonds.clear();
-    }
-
-    fn pack(&mut self, problem: &Problem, grouping: &mut Grouping) {
-        let contacts = &problem.contacts[..];
-        grouping.sort(contacts, &self.chosen, &problem.records, &mut self.members);
         let first = self.first as u32;
         for members in &self.members {
-            let (group, diagonal) = Group::new(contacts, members, first);
+            let (mut group, diagonal) = Group::new(contacts, members, first);
+            if bonded {
+                self.bonds.push(group.take_bonds(problem, members));
+            }
             self.groups.push(group);
             self.diagonals.push(diagonal);
         }
     }
 
-    fn pack_bonded(&mut self, problem: &Problem, grouping: &mut Grouping) {
-        self.pack(problem, grouping);
+    /// Takes over the bonds of its contacts anew.
+    fn take_bonds(&mut self, problem: &Problem) {
         let groups = self.groups.iter_mut().zip(&self.members);
-        let bonds = groups.map(|(group, members)| group.take_bonds(problem, members));
-        self.bonds.extend(bonds);
+        for ((group, members), bonds) in groups.zip(&mut self.bonds) {
+            *bonds = group.take_bonds(problem, members);
+        }
     }
 
     /// `records` are those of the bodies from the first on.
@@ -330,9 +340,39 @@ impl SweepList {
     }
 }
 
+/// What decides to which list and group a contact goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pair {
+    bodies: [u32; 2],
+    /// Which of them nothing moves.
+    fixed: [bool; 2],
+    glued: bool,
+    pair_law: u32,
+    bond: u32,
+    levers: u32,
+}
+
+impl Pair {
+    #[inline(always)]
+    fn of(contact: &Contact, problem: &Problem) -> Pair {
+        let fixed = |body: u32| problem.records[body as usize].inverse_mass == 0.0;
+        Pair {
+            bodies: [contact.a, contact.b],
+            fixed: [fixed(contact.a), fixed(contact.b)],
+            glued: contact.glued,
+            pair_law: contact.pair_law,
+            bond: contact.bond,
+            levers: contact.levers,
+        }
+    }
+}
+
 /// The contacts of a problem in the order in which they are swept.
 #[derive(Clone, Debug, Default)]
 pub struct Sweeper {
+    /// The contacts that are sorted; the numbers of bodies, bonds, glued disks and feet, the first glued disk and the wheel.
+    pairs: Vec<Pair>,
+    counts: [usize; 6],
     subdomains: Vec<Subdomain<SweepList>>,
     /// Contacts between bodies of two subdomains.
     crossing: SweepList,
@@ -348,8 +388,36 @@ pub struct Sweeper {
 }
 
 impl Sweeper {
-    /// Takes over the contacts of a prepared problem.
+    /// Takes over the contacts of a prepared problem. The same contacts as before are in their groups already.
     pub fn load(&mut self, problem: &Problem) {
+        let pairs = problem
+            .contacts
+            .iter()
+            .map(|contact| Pair::of(contact, problem));
+        let counts = [
+            problem.records.len(),
+            problem.bonds.len(),
+            problem.boundary.disks(),
+            problem.boundary.feet.len(),
+            problem.first_glued,
+            problem.wheel.unwrap_or(usize::MAX),
+        ];
+        if self.counts != counts || !self.pairs.iter().copied().eq(pairs.clone()) {
+            self.counts = counts;
+            self.pairs.clear();
+            self.pairs.extend(pairs);
+            self.sort(problem);
+        }
+        let inside = self.subdomains.iter_mut();
+        let inside = inside.map(|subdomain| &mut subdomain.work);
+        for list in inside.chain([&mut self.crossing]) {
+            list.pack(problem, false);
+        }
+        self.bonded.pack(problem, true);
+    }
+
+    /// Puts the contacts into lists and groups.
+    fn sort(&mut self, problem: &Problem) {
         let partition = Partition::new(problem.contacts.len(), problem.records.len());
         partition.assign(&mut self.subdomains);
         for subdomain in &mut self.subdomains {
@@ -389,10 +457,14 @@ impl Sweeper {
         self.sorting.sort(&mut self.glued);
         let inside = self.subdomains.iter_mut();
         let inside = inside.map(|subdomain| &mut subdomain.work);
-        for list in inside.chain([&mut self.crossing]) {
-            list.pack(problem, &mut self.grouping);
+        for list in inside.chain([&mut self.crossing, &mut self.bonded]) {
+            list.sort(problem, &mut self.grouping);
         }
-        self.bonded.pack_bonded(problem, &mut self.grouping);
+    }
+
+    /// Takes over bonds that have become softer, of the contacts that are loaded.
+    pub fn take_bonds(&mut self, problem: &Problem) {
+        self.bonded.take_bonds(problem);
     }
 
     /// One pass over all contacts. Returns ||W dr||^2 and ||W r||^2, W the diagonal without springs.

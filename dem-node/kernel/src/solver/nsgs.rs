@@ -32,6 +32,15 @@ const NOTHING_FOUND: f64 = 0.9;
 /// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
 pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Convergence {
     sweeper.load(problem);
+    sweep(problem, sweeper, criteria)
+}
+
+/// Sweeps on from the impulses and velocities of the moment, those of the contacts that the sweeper holds.
+pub(super) fn sweep(
+    problem: &mut Problem,
+    sweeper: &mut Sweeper,
+    criteria: &Criteria,
+) -> Convergence {
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
     let mut accelerator = Accelerator::default();
@@ -58,6 +67,7 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
             pivoted = true;
             sweeper.store(problem);
             if let Some(left) = pivot(problem, criteria) {
+                sweeper.load(problem);
                 return convergence(problem, left, iterations, criteria);
             }
         }

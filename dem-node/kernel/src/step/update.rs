@@ -245,6 +245,7 @@ impl Stepper {
         mut ledger: GrainLedger,
     ) -> (StepSummary, GrainLedger, OuterImpulses) {
         let (bodies, h) = (input.bodies, input.step);
+        let per_step = 1.0 / h;
         let (mut summary, mut outer) = (StepSummary::default(), OuterImpulses::default());
         let detaches = state.worn.detaches();
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
@@ -258,7 +259,7 @@ impl Stepper {
                         0.0 => contact_loss(law, &done),
                         joined => contact_loss(&law.shared(joined), &done),
                     };
-                    slot.force = done.impulse.map(|impulse| impulse / h);
+                    slot.force = done.impulse.map(|impulse| per_step * impulse);
                     slot.force[0] -= slot.attraction;
                     slot.spring = done.spring[1];
                     slot.last_gap = done.gap + h * done.velocity[0];
@@ -307,13 +308,9 @@ impl Stepper {
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let share = if slot.joined == 0.0 {
-            1.0
-        } else {
-            1.0 / (1.0 + slot.joined)
-        };
-        let stretched = springs.map_or(0.0, |s| {
-            -contact.impulse[1] / (input.step * s.tangential * share)
+        let own = springs.filter(|_| contact.bond == NO_BOND);
+        let stretched = own.map_or(0.0, |s| {
+            -contact.impulse[1] * (1.0 + slot.joined) / (input.step * s.tangential)
         });
         // A compliant boundary puts its disks where its own body says: this ledger has no account of that. Feet are sought anew.
         let on_disk = contact.glued && (slot.b as usize) < input.bodies.first_segment();
