@@ -12,12 +12,14 @@ pub enum DemError {
     #[error("participant.config.{0}")]
     DemConfig(#[from] ConfigError),
     #[error(
-        "the bed pressed at {pressure_pa:e} Pa is not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force; choose another seed"
+        "the bed pressed at {pressure_pa:e} Pa is not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force; choose another seed or a smaller sample.half_width_m: a bed of {diameters:.0} diameters may come to rest late, and no layer may be wider than the body below"
     )]
     NotAtRest {
         pressure_pa: f64,
         iterations: usize,
         unbalanced: f64,
+        /// Length of the bed over the mean diameter.
+        diameters: f64,
     },
     #[error(
         "the grains of the rail are not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force, {needed:e} is rest; choose another seed"
@@ -121,7 +123,9 @@ impl DemError {
             DemError::Request(_) => Cause::ProtocolViolated,
             DemError::NotAtRest { .. } | DemError::RailNotAtRest { .. } => Cause::SampleNotAtRest,
             DemError::NotJammed { .. } => Cause::SampleNotJammed,
-            DemError::Kernel(KernelError::Denominator { .. }) => Cause::SlidingNotUnique,
+            DemError::Kernel(KernelError::Denominator { .. } | KernelError::Prescribed { .. }) => {
+                Cause::SlidingNotUnique
+            }
             DemError::NotConverged { .. } | DemError::NotRepaired { .. } => {
                 Cause::ContactNotConverged
             }

@@ -46,16 +46,23 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
     let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.real_mass(r, thickness) * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
+    // While each disk has its own mass: a cluster's is that of its first disk from then on.
+    let driven = |disk: &usize| {
+        let mut driven = sample.clusters.iter().filter(|c| c.drive.is_some());
+        driven.any(|cluster| cluster.disks.contains(disk))
+    };
+    let grains = (0..masses.len()).filter(|disk| !driven(disk));
+    let grains: Vec<f64> = grains.map(|disk| masses[disk]).collect();
+    let injection = match (&config.injection, &config.detachment) {
+        (Some(keys), _) => Some(feed(keys, config.mass_scale, fed, &grains)),
+        (None, Some(keys)) => Some(source(keys, config, sample, fed, thickness)),
+        (None, None) => None,
+    };
     let clusters = clusters(config, sample, &masses);
     for cluster in &clusters.list {
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }
-    let injection = match (&config.injection, &config.detachment) {
-        (Some(keys), _) => Some(feed(keys, config.mass_scale, fed, &masses)),
-        (None, Some(keys)) => Some(source(keys, config, sample, fed, thickness)),
-        (None, None) => None,
-    };
     let pairs_adhere = config.law.pairs.iter().filter_map(|pair| pair.adhesion);
     let ranges = pairs_adhere
         .chain(config.law.adhesion)

@@ -234,10 +234,12 @@ causes! {
     /// - Why: an unlucky packing, or a low pressure.
     /// - Do: choose another seed, or a higher `sample.press_pa`.
     SampleNotJammed, "sample-not-jammed", Diverged;
-    /// A sliding contact has no unique impulse.
+    /// A contact has no unique impulse.
     ///
-    /// - Why: high friction on a body that jams (Painleve), or a wall that yields oddly.
-    /// - Do: lower `law.friction`, or change the shape of the cluster.
+    /// - Why: high friction on a body that jams (Painleve), a wall that yields oddly, or a rigid
+    ///   contact between bodies whose motion along its normal is prescribed.
+    /// - Do: lower `law.friction`, or change the shape of the cluster; give rigid contacts of
+    ///   prescribed motions springs (`law.contact_stiffness_pa`).
     SlidingNotUnique, "sliding-not-unique", Diverged;
     /// A participant sent or received a frame that does not belong there.
     ///

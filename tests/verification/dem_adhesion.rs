@@ -11,6 +11,7 @@
 //! Peyroux (2001). Tolerances are rounding where nothing else is said.
 
 use dem_node::Dem;
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene, with};
@@ -258,4 +259,33 @@ fn what_adhesion_cannot_go_with_is_refused_by_name() {
         refused(json!({"adhesion": {"pull_off_n": 1.0, "range_m": 0.0}}))
             .contains("law.adhesion.range_m")
     );
+}
+
+/// No force at all: at rest on a floor, two in flight side by side, and a disk that goes with the floor. Each keeps its potential -N_c d.
+#[test]
+fn a_pair_that_touches_without_a_force_keeps_its_potential() {
+    let disk = |x: f64, vx: f64, vy: f64| json!({"x_m": x, "y_m": R, "radius_m": R, "vx_m_per_s": vx, "vy_m_per_s": vy});
+    let floor = |speed: f64| json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0, "velocity_m_per_s": [0.0, speed]}]);
+    let scenes = [
+        (json!([disk(0.0, 0.0, 0.0)]), floor(0.0)),
+        (
+            json!([disk(0.0, 0.1, 0.0), disk(2.0 * R, 0.1, 0.0)]),
+            json!([]),
+        ),
+        (json!([disk(0.0, 0.0, -0.1)]), floor(-0.1)),
+        (json!([disk(0.0, 0.0, 0.0)]), floor(-0.1)),
+        (json!([disk(0.0, 0.0, -0.1)]), floor(0.0)),
+    ];
+    for (disks, walls) in scenes {
+        let sample = json!({"kind": "disks", "disks": disks, "walls": walls});
+        let mut dem = build(&scene(law(0.01, json!({})), H, sample, json!({})));
+        let report = march(&mut dem, 0, 2000);
+        let potential = 0.01 * RANGE;
+        close("adhesion", report.energy("adhesion"), 0.0, 1e-9 * potential);
+        assert!(report.imbalance(potential) < 1e-9);
+        let stored = dem.state().energies(dem.bodies())[4];
+        close("potential", stored, -potential, 1e-9 * potential);
+        let found = dem.finish().expect("it ends").findings;
+        assert!(found.is_empty(), "{walls}: {found:?}");
+    }
 }

@@ -14,7 +14,7 @@ use dem_node::{Dem, config};
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, march, mass, refusal, scene, setting};
+use crate::dem_support::{THICKNESS, build, close, march, mass, refusal, scene, setting, with};
 
 const R: f64 = 1e-3;
 const STEP: f64 = 1e-5;
@@ -541,4 +541,120 @@ fn a_cluster_of_one_disk_rolls_as_the_disk_does() {
         close("motion", cluster, alone, 1e-12 * alone.abs().max(1e-3));
     }
     assert!(alone[0] > 0.0);
+}
+
+/// A bar and a triangle that fall on each other, two disks and a floor, in this order of the disks and the clusters.
+fn heap(law: &Value, order: [usize; 7], clusters: [usize; 2]) -> Dem {
+    let disks = [
+        member(0.0, 2.0 * R, "bar"),
+        json!({"x_m": 1.7 * R, "y_m": 2.0 * R, "radius_m": 0.8 * R, "cluster": "bar"}),
+        json!({"x_m": 1.8 * R, "y_m": 0.6 * R, "radius_m": 0.6 * R, "cluster": "three"}),
+        json!({"x_m": 1.9 * R, "y_m": -0.4 * R, "radius_m": 0.6 * R, "cluster": "three"}),
+        json!({"x_m": 2.7 * R, "y_m": -0.3 * R, "radius_m": 0.5 * R, "cluster": "three"}),
+        json!({"x_m": 3.5 * R, "y_m": 2.0 * R, "radius_m": R, "vx_m_per_s": 0.1, "vy_m_per_s": -0.3, "spin_rad_per_s": 30.0}),
+        json!({"x_m": -1.5 * R, "y_m": 2.0 * R, "radius_m": 0.5 * R, "vx_m_per_s": 0.2}),
+    ];
+    let entries = [
+        json!({"name": "bar", "vx_m_per_s": 0.2, "spin_rad_per_s": 20.0}),
+        json!({"name": "three", "vy_m_per_s": 0.4}),
+    ];
+    let sample = json!({
+        "kind": "disks",
+        "disks": order.map(|i| disks[i].clone()),
+        "clusters": clusters.map(|i| entries[i].clone()),
+        "walls": [{"x_m": 0.0, "y_m": -R, "nx": 0.0, "ny": 1.0}],
+    });
+    let over = json!({"gravity_m_per_s2": [0.0, -G]});
+    build(&scene(law.clone(), 1e-6, sample, over))
+}
+
+/// Whichever disk bears the mass of its cluster: bonds at any of them, healing, adhesion, dampers, couples and rebounds.
+#[test]
+fn the_order_of_disks_and_clusters_changes_nothing() {
+    let springs =
+        json!({"contact_stiffness_pa": 1e7, "tangential_stiffness_ratio": 1.0, "damping": 0.5});
+    let bonds = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1e-3,
+        "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 3e-5, "bond_damping_ratio": 0.1,
+        "rolling": {"coefficient": 0.1}, "healing": {"time_s": 1e-3, "pressure_pa": 0.0}});
+    let adhesive = json!({"kind": "coulomb", "friction": 0.3, "adhesion": {"pull_off_pa": 1e3, "range_m": 1e-4}});
+    let rigid = json!({"kind": "coulomb", "friction": 0.3, "restitution": 0.4, "rolling": {"coefficient": 0.1}});
+    let laws = [
+        with(bonds.clone(), &springs),
+        bonds,
+        with(adhesive, &springs),
+        rigid,
+    ];
+    for law in laws {
+        let mut first: Option<([[f64; 2]; 7], [f64; 2], Vec<String>)> = None;
+        for (order, clusters) in [
+            ([0, 1, 2, 3, 4, 5, 6], [0, 1]),
+            ([6, 5, 4, 3, 2, 1, 0], [1, 0]),
+            ([1, 4, 0, 6, 3, 5, 2], [1, 0]),
+            ([5, 3, 6, 1, 2, 0, 4], [0, 1]),
+        ] {
+            let mut dem = heap(&law, order, clusters);
+            march(&mut dem, 0, 4000);
+            let place = |i: usize| order.iter().position(|n| *n == i).expect("each is there");
+            let centres = [0, 1, 2, 3, 4, 5, 6].map(|i| dem.state().centres[place(i)]);
+            let end = dem.finish().expect("it ends");
+            let named = ["bond_step_limit_s", "spring_restitution"];
+            let numbers = named.map(|name| end.results.get(name).copied().unwrap_or(0.0));
+            let codes = end.findings.into_iter().map(|found| found.code).collect();
+            let Some((expected, limits, found)) = &first else {
+                first = Some((centres, numbers, codes));
+                continue;
+            };
+            assert_eq!(&codes, found, "{order:?}");
+            for (a, b) in centres.iter().flatten().zip(expected.iter().flatten()) {
+                close("centre", *a, *b, 1e-7 * R);
+            }
+            for (a, b) in numbers.iter().zip(limits) {
+                close("bound", *a, *b, 1e-12 * b);
+            }
+        }
+    }
+}
+
+/// Bonded at its end a bar gives way by turning: 1/m = 1/M + a^2/I, beside a disk as heavy as nothing that moves.
+#[test]
+fn the_step_limit_of_a_bond_knows_the_lever_of_a_cluster() {
+    for (at, lever, locked) in [
+        (0.0, 2.0 * R, json!([])),
+        (4.0 * R, 2.0 * R, json!([])),
+        (2.0 * R, 0.0, json!([])),
+        (0.0, 0.0, json!(["rotation"])),
+    ] {
+        let sample = json!({
+            "kind": "disks",
+            "disks": [member(0.0, 0.0, "bar"), member(2.0 * R, 0.0, "bar"), member(4.0 * R, 0.0, "bar"),
+                {"x_m": at, "y_m": 2.0 * R, "radius_m": R, "glued": true}],
+            "clusters": [{"name": "bar", "locked": locked}],
+        });
+        let law = json!({"kind": "cohesion", "friction": 0.0, "contact_stiffness_pa": 1e7, "tangential_stiffness_ratio": 1.0,
+            "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6});
+        let mut dem = build(&scene(law, 1e-6, sample, json!({})));
+        assert_eq!(dem.state().bonds.len(), 1);
+        let (m, area) = (3.0 * mass(R), 0.5 * R * THICKNESS);
+        let inertia = m * 0.5 * R * R + 2.0 * mass(R) * 4.0 * R * R;
+        let mobility = 1.0 / m + lever * lever / inertia;
+        let limit = 1.0 / (3.0 * area * 1e9 * mobility).sqrt();
+        let found = dem.finish().expect("it ends").results["bond_step_limit_s"];
+        close("limit", found, limit, 1e-12 * limit);
+    }
+}
+
+/// `bonds_min` bonds disks of clusters to their neighbours, and none to its own cluster.
+#[test]
+fn no_bond_is_made_within_a_cluster() {
+    let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1e-3,
+        "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6, "bonds_min": 2});
+    let single = |x: f64, y: f64| json!({"x_m": x, "y_m": y, "radius_m": R});
+    let sample = json!({"kind": "disks", "disks": [member(0.0, R, "pair"), member(1.5 * R, R, "pair"),
+        single(3.5 * R, R), single(5.5 * R, R), single(3.5 * R, 3.0 * R)]});
+    let dem = build(&scene(law, STEP, sample, json!({})));
+    let pairs: Vec<_> = dem.state().bonds.iter().map(|bond| bond.pair()).collect();
+    assert!(
+        !pairs.contains(&(0, 1)) && pairs.contains(&(1, 2)),
+        "{pairs:?}"
+    );
 }

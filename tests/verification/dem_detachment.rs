@@ -77,7 +77,7 @@ fn uniform_sliding_takes_the_same_depth_everywhere() {
     );
 }
 
-/// Sixty times as deep: six grains of the slider's size a pass.
+/// Sixty times as deep: as much a pass as six disks of the slider's size, in grains of a fifth.
 fn deep() -> Value {
     let mut config = slider(5.5, 60.0 * THIN * R);
     config["sample"]["disks"] = json!([
@@ -90,6 +90,11 @@ fn deep() -> Value {
 fn what_comes_off_comes_as_grains_and_nothing_is_lost() {
     let mut dem = build(&deep());
     let store = dem.state().feed.waiting;
+    let fed = &dem.bodies().radii[3..dem.bodies().free];
+    assert!(
+        fed.iter().all(|radius| *radius == 0.2 * R),
+        "the slider is no grain: {fed:?}"
+    );
     let mut from = 0;
     let scale = MU * LOAD * LENGTH;
     for _ in 0..20 {

@@ -217,3 +217,39 @@ fn a_force_over_time_has_come_into_play_with_its_last_change() {
     let key = "sample.clusters[0].drive.load_table";
     assert_eq!(dem.describe().moments, [(key.to_string(), 0.5)].into());
 }
+
+/// Between a driven disk and one that is held no force of a rigid contact is the right one, with or without friction; on springs a bond opens.
+#[test]
+fn a_rigid_bond_under_a_prescribed_motion_is_refused_for_what_it_is() {
+    for friction in [0.0, 0.3] {
+        for springs in [false, true] {
+            let mut law = json!({"kind": "cohesion", "friction": friction, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1e-3,
+                "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6});
+            if springs {
+                law["contact_stiffness_pa"] = json!(1e7);
+                law["tangential_stiffness_ratio"] = json!(1.0);
+            }
+            let sample = json!({
+                "kind": "disks",
+                "disks": [{"x_m": 0.0, "y_m": 2.0 * R, "radius_m": R, "cluster": "top"}, {"x_m": 0.0, "y_m": 0.0, "radius_m": R, "glued": true}],
+                "clusters": [{"name": "top", "drive": {"velocity_m_per_s": ["free", 0.1]}}],
+            });
+            let mut dem = build(&scene(law, 1e-7, sample, json!({})));
+            let window = protocol::Window {
+                substeps: 10,
+                ..protocol::Window::default()
+            };
+            match dem.advance_alone(&window) {
+                Ok(_) => assert!(springs, "{friction}"),
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(
+                        !springs && text.contains("prescribed along its normal"),
+                        "{text}"
+                    );
+                    assert!(!text.contains("law.friction"), "{text}");
+                }
+            }
+        }
+    }
+}

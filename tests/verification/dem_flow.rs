@@ -306,3 +306,19 @@ fn scenes_without_first_bodies_or_contact_zone_are_refused() {
     config["law"] = json!({"kind": "coulomb", "friction": 0.3});
     told(&config, &["flow", "cohesion"]);
 }
+
+/// Before the ramp of its wheel has ended a zone bears next to nothing beside the stress of what moves in it.
+#[test]
+fn the_kinetic_stress_is_judged_once_the_wheel_bears_its_load() {
+    for (steps, judged) in [(60, false), (STEPS, true)] {
+        let mut dem = build(&sheared(followed()));
+        march(&mut dem, 0, steps);
+        let end = dem.finish().expect("it ends");
+        assert!(end.results["flow_kinetic_rel"] > 1e-3, "{steps}");
+        let found = end
+            .findings
+            .iter()
+            .any(|found| found.code == "flow_kinetic");
+        assert_eq!(found, judged, "{steps}");
+    }
+}

@@ -27,7 +27,11 @@ fn a_smooth_wheel_pulls_nothing() {
         assert!(balance(node, report) <= 1e-9);
     });
     let results = rail.finish().expect("it ends").results;
-    for name in ["traction_ratio_mean", "traction_ratio_peak", "gross_sliding_friction"] {
+    for name in [
+        "traction_ratio_mean",
+        "traction_ratio_peak",
+        "gross_sliding_friction",
+    ] {
         assert_eq!(results[name], 0.0, "{name}");
     }
     assert_eq!(results["gross_sliding_share"], 1.0, "nothing sticks");

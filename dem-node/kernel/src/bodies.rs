@@ -245,12 +245,15 @@ impl Bodies {
         heights.reduce(f64::max)
     }
 
-    /// Energy (J) below which contacts only bear weights and a load (N): their work on a millionth of a radius, far above what a
-    /// solve leaves of it by its tolerance.
+    /// Energy (J) below which contacts only bear weights, attractions and a load (N): their work on a millionth of a radius, far above what
+    /// a solve leaves of it by its tolerance.
     pub fn noise(&self, load: f64) -> f64 {
-        let [x, y] = self.gravity;
+        let ([x, y], radius) = (self.gravity, self.mean_radius());
         let weight = self.masses.iter().sum::<f64>() * x.hypot(y);
-        1e-6 * (weight + load) * self.mean_radius()
+        let laws = self.pairs.laws().iter().chain([&self.law]);
+        let pulls = laws.filter_map(|law| Some(law.adhesion?.attraction(radius, 0.0)));
+        let attraction = self.free as f64 * pulls.fold(0.0, f64::max);
+        1e-6 * (weight + attraction + load) * radius
     }
 
     /// Mean radius of the free grains (m).

@@ -85,6 +85,17 @@ impl Springs {
         high.sin() * f64::from(u8::from(restitution < 1.0))
     }
 
+    /// Part of its speed with which a pair leaves under this damping ratio, see [`Springs::damping_ratio`]. Above 1, where phi is imaginary
+    /// beyond pi/2: e = exp(-2 psi / tanh psi), zeta = cosh psi.
+    pub fn restitution(damping_ratio: f64) -> f64 {
+        if damping_ratio < 1.0 {
+            let phi = damping_ratio.asin();
+            return (-(std::f64::consts::PI - 2.0 * phi) * phi.tan()).exp();
+        }
+        let psi = damping_ratio.acosh().max(f64::EPSILON);
+        (-2.0 * psi / psi.tanh()).exp()
+    }
+
     /// Factor of 1/(kn h^2) and g/h on overlapping surfaces in a step h (s), see [`damped_share`], 1/m being the sum of the inverse masses
     /// (1/kg).
     pub fn damped_share(&self, inverse_mass: f64, h: f64) -> f64 {
@@ -166,5 +177,24 @@ impl Law {
         let [n, t] = force.map(|force| 0.5 * force * force);
         let stored = |springs: Springs| [n / springs.normal, t / springs.tangential];
         self.springs.map_or([0.0; 2], stored)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// zeta = 1 leaves exp(-2), the limit from both sides.
+    #[test]
+    fn the_damping_ratio_of_a_restitution_gives_it_back() {
+        for e in [0.14, 0.3, 0.7, 1.0] {
+            let back = Springs::restitution(Springs::damping_ratio(e));
+            assert!((back - e).abs() < 1e-7, "{e}: {back}");
+        }
+        for zeta in [1.0 - 1e-9, 1.0, 1.0 + 1e-9] {
+            let e = Springs::restitution(zeta);
+            assert!((e - (-2f64).exp()).abs() < 1e-4, "{zeta}: {e}");
+        }
+        assert!(Springs::restitution(1.5) < Springs::restitution(1.1));
     }
 }

@@ -8,7 +8,7 @@
 //! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
 //! - [`stiffness`]: bounds on the step;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
-//! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
+//! - `assembly`, `update`, `balance`, `driven`, `shared_dampers`: the contact problem of a step, what its solution changes, and checks of it;
 //! - [`threads`]: a step by several threads.
 
 mod assembly;
@@ -18,6 +18,7 @@ mod driven;
 pub mod injection;
 pub mod ledger;
 pub mod repair;
+mod shared_dampers;
 pub mod state;
 pub mod stiffness;
 pub mod threads;
@@ -96,6 +97,9 @@ pub struct StepSummary {
     pub added_inertia: f64,
     /// Half the sum of the forces that act between the free grains and everything else (N).
     pub transmitted: f64,
+    /// Loss in dampers of contacts that shared the landing of a cluster (J), and its products with restitutions: of the law, of the landing,
+    /// and the one to ask for.
+    pub shared_damping: [f64; 4],
 }
 
 impl StepSummary {
@@ -154,6 +158,7 @@ impl Stepper {
         };
         let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
+        summary.shared_damping = self.shared_damping(state, input);
         self.balance_momentum(state, input, &outer, &mut summary);
         self.drive_clusters(state, input);
         self.update_bodies(state, input, &outer);

@@ -29,8 +29,8 @@ pub struct LawConfig {
     /// kt / kn of compliant contacts with friction, above 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
-    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give; elastic when absent. Bonds have
-    /// `bond_damping_ratio`.
+    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give, each alone; elastic when absent. Clusters that
+    /// land on several contacts at once leave with another one. Bonds have `bond_damping_ratio`.
     #[schemars(range(min = 0.14, max = 1.0))]
     pub damping: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.

@@ -1,7 +1,8 @@
 //! Distributions of radii between two limits.
 
 use kit::ConfigError;
-use kit::limits::{at_least, refuse_given};
+use kit::keys::refuse_if;
+use kit::limits::refuse_given;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +113,12 @@ impl Radii {
     /// Refuses limits that are none, in the table `key`, and a power without its law or the other way round.
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let [least, most] = self.ends;
-        at_least(&format!("{key}.radius_max_m"), most, least, "m")?;
+        refuse_if(
+            least > most,
+            &format!("{key}.radius_min_m"),
+            format!("must be at most radius_max_m = {most:e}, got {least:e} (m)"),
+            "lower radius_min_m, or raise radius_max_m",
+        )?;
         let key = format!("{key}.power");
         if self.law != RadiusLaw::Power {
             return refuse_given(

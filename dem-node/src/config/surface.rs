@@ -24,7 +24,8 @@ pub struct SurfaceConfig {
     /// layer when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: Option<f64>,
-    /// Largest distance of its points (m); a mean diameter when absent.
+    /// Largest distance of its points (m); a mean diameter when absent. The body below feels what lies between two points at these: a contact
+    /// needs some five segments.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing_m: Option<f64>,
     /// Coefficient of friction of grains on it; that of the grains on the glued row when absent.

@@ -272,11 +272,19 @@ impl Grain {
     }
 }
 
+/// True for each free disk that these bonds, or the cluster that it belongs to, connect with what carries the grains: a cluster goes as a
+/// whole, whichever of its disks is bonded, and a driven one is no third body.
+fn first_grains(bodies: &Bodies, bonds: &[(u32, u32)]) -> Vec<bool> {
+    let held = bodies.clusters.held(bodies.free as u32);
+    let pairs: Vec<(u32, u32)> = bonds.iter().copied().chain(held).collect();
+    first_bodies(bodies.free, &pairs)
+}
+
 impl Flow {
     /// The flows at the start: there is no zone yet, and third body is initial stock.
     pub fn new(config: &FlowConfig, bodies: &Bodies, state: &GrainState) -> Flow {
         let bonds: Vec<(u32, u32)> = holding(&state.bonds).collect();
-        let first = first_bodies(bodies.free, &bonds);
+        let first = first_grains(bodies, &bonds);
         let present = state.present(bodies);
         let body = |grain: usize| {
             if first[grain] {
@@ -391,7 +399,7 @@ impl Flow {
         }
         self.bonds.clear();
         self.bonds.extend(holding(&state.bonds));
-        Some(first_bodies(bodies.free, &self.bonds))
+        Some(first_grains(bodies, &self.bonds))
     }
 
     /// Number of grains.

@@ -162,11 +162,22 @@ kit::findings! {
     ///   each rebound.
     /// - Do: lower `time.step_s` or `substeps`, or give contacts `law.damping`.
     /// - Judged: Energy that the scheme took, as contacts turn too, over all that the grains were
-    ///   given, where drives, walls, weight or their flight at the start gave a tenth of that at
-    ///   least; elsewhere what contacts lost as they turned, over what the grains stored and lost.
+    ///   given, their largest kinetic energy at least, where drives, walls, weight or their flight
+    ///   at the start gave a tenth of that; elsewhere what contacts lost as they turned, over what
+    ///   the grains stored and lost.
     /// - Valid: 0.04 (`third-body-flow`), 0.13 (`wheel-rail-de`, which opens it).
     /// - Wrong: 1 (a disk on a spring that does not rebound).
     NUMERICAL = "numerical": numerical_rel in dem = [0.1, 0.5];
+    /// Clusters landed on several contacts at once, which damp them more or less than one alone.
+    ///
+    /// - Why: each damper of `law.damping` is made for its own contact, 1/m = 1/M + a^2/I; n that
+    ///   share a landing have the damping ratio zeta sum(sqrt(m)) / sqrt(n M).
+    /// - Do: give `law.damping` the value that the text names, or let the cluster land on one disk.
+    /// - Judged: Restitution that such landings leave against `law.damping`, weighted by what their
+    ///   dampers lost, where that is a tenth of what the grains were given.
+    /// - Valid: 0.009 (a bar that lands flat on its two ends, `law.damping` 0.3).
+    /// - Wrong: 0.13 (a block that lands flat on four disks, `law.damping` 0.3).
+    SHARED_DAMPING = "shared_damping": shared_damping_diff in dem = [0.02, 1.0];
     /// The grains under the wheel had a kinetic stress that counts beside its pressure.
     ///
     /// - Why: with scaled masses, inertia takes a part in the flow that real grains do not give it.
@@ -205,6 +216,18 @@ kit::findings! {
     /// - Valid: 0.65.
     /// - Wrong: 0.83 (friction loop 17 % off).
     CONTACT_WIDTH = "contact_width": contact_width_rel in dem = [0.71, 0.95];
+    /// Few segments of a bare surface carry all that presses on it.
+    ///
+    /// - Why: `sample.surface.spacing_m` is coarse beside the width of the contact: the body below
+    ///   feels the grains of a segment at its two ends, and a crown has chords in place of arcs.
+    /// - Do: lower `sample.surface.spacing_m` or list more `points_m`; without the key the spacing
+    ///   is a mean diameter.
+    /// - Judged: One over the segments that carry the force at the end, (sum F)^2 / sum F^2 over
+    ///   segments, where at least twice as many contacts do; only surfaces of a coupled body
+    ///   without glued grains.
+    /// - Valid: 0.2 (ten columns on a strip, 0.8 mm: approach 0.9 % off), 0.17 (`quick` on 2 mm).
+    /// - Wrong: 0.5 (ten columns, 2 mm: 5 % off), 1 (4 mm: 66 % off).
+    SURFACE_SEGMENTS = "surface_segments": surface_segment_share in dem = [0.35, 0.75];
     /// Fewer than five contacts carry 90 % of the wheel's force.
     ///
     /// - Why: rigid grains, or a rough wheel, under a load that brings no more of them into
@@ -233,6 +256,8 @@ const SETTLING: f64 = 0.01;
 
 /// Part of the energy that the grains were given above which that of motions counts.
 const MOVING: f64 = 0.1;
+/// Contacts a segment of a surface from which on several grains share it.
+const SHARED: f64 = 2.0;
 /// Part of the energy that the grains were given above which that of the surface of broken bonds counts.
 const SURFACE: f64 = 1e-3;
 
@@ -285,11 +310,13 @@ impl FinishedRun<'_> {
             self.bond_step(),
             self.bond_energy(),
             self.numerical(),
+            self.shared_damping(),
             self.flow_kinetic(),
             self.not_steady(),
             self.injection(),
             self.detachment(),
             self.contact_width(),
+            self.surface_segments(),
             self.wheel_contacts(),
             self.contact_residual(),
             self.not_converged(),
@@ -461,16 +488,33 @@ impl FinishedRun<'_> {
             ledger.surface)
     }
 
-    /// Works done on the grains, and kinetic energy that they have lost (J).
+    /// Works done on the grains with the kinetic energy that they have lost, or the largest that they had, if that is more (J): a flight that
+    /// goes on after a rebound as it came has lost next to nothing.
     fn energy_in(&self) -> f64 {
-        self.state.ledger.worked() + (-self.stored[0]).max(0.0)
+        let lost = (-self.stored[0]).max(0.0);
+        let largest = larger(self.statistics.kinetic_max - self.drifting(), self.flight());
+        larger(self.state.ledger.worked() + lost, largest)
+    }
+
+    /// Kinetic energy at the start (J).
+    fn flight(&self) -> f64 {
+        let start = self.state.kinetic(self.bodies) - self.stored[0];
+        larger(0.0, start - self.drifting())
+    }
+
+    /// The part of all kinetic energies that grains keep which meet nothing but each other: that of their common motion (J).
+    fn drifting(&self) -> f64 {
+        let alone = self.bodies.count() == self.bodies.free;
+        let [x, y] = self.state.momentum(self.bodies);
+        let mass = self.bodies.masses.iter().sum::<f64>();
+        f64::from(u8::from(alone)) * 0.5 * (x * x + y * y) / mass
     }
 
     /// Judges what the scheme took of the energy of the grains where drives, walls, weight or flight gave a part of that: rebounds and flows
     /// depend on it. What contacts lose as they turn is a part of it, and is judged alone where nothing moves grains. What only rings under a load comes to rest whatever takes its energy.
     fn numerical(&self) -> Option<Finding> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
-        let moved = ledger.moved() + (-self.stored[0]).max(0.0);
+        let moved = ledger.moved() + self.flight();
         let taken = ledger.numerical + ledger.detection.abs();
         let load = self.program.map_or(0.0, |program| program.load_n);
         let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
@@ -486,8 +530,20 @@ impl FinishedRun<'_> {
             "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping and bonds law.bond_damping_ratio to rest by")
     }
 
+    /// Judges landings of clusters on several dampers.
+    fn shared_damping(&self) -> Option<Finding> {
+        let [lost, sums @ ..] = self.statistics.shared_damping;
+        let [asked, left, needed] = sums.map(|sum| sum / lost);
+        let counts = lost > MOVING * self.energy_in();
+        let value = if counts { (left - asked).abs() } else { 0.0 };
+        judge!(self.bounds => SHARED_DAMPING, value;
+            "clusters landed on several contacts at once, whose dampers together leave them {left:.3} of their speed, where law.damping is {asked:.3}: it is exact for a single contact; law.damping = {needed:.3} gives such landings {asked:.3}")
+    }
+
     fn flow_kinetic(&self) -> Option<Finding> {
         let value = self.flow?.kinetic_share();
+        // In the ramp of its wheel a zone bears next to nothing.
+        self.statistics.added_inertia.value()?;
         judge!(self.bounds => FLOW_KINETIC, value;
             "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
     }
@@ -548,6 +604,29 @@ impl FinishedRun<'_> {
             "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so")
     }
 
+    /// What lies between the points of a surface is felt at these.
+    fn surface_segments(&self) -> Option<Finding> {
+        let bodies = self.bodies;
+        let on_surface = |body: u32| bodies.segment_index(body as usize);
+        let mut forces = vec![0.0; bodies.surface.segments()];
+        let mut contacts = Vec::new();
+        for slot in self.state.list.pressing() {
+            if let Some(segment) = on_surface(slot.b) {
+                forces[segment] += slot.force[0];
+                contacts.push(slot.force[0]);
+            }
+        }
+        let number = |forces: &[f64]| {
+            let [sum, squares] = [1, 2].map(|n| forces.iter().map(|f| f.powi(n)).sum::<f64>());
+            sum * sum / squares
+        };
+        let (segments, contacts) = (number(&forces), number(&contacts));
+        let counts = !self.alone && bodies.glued() == 0 && contacts >= SHARED * segments;
+        let found = judge!(self.bounds => SURFACE_SEGMENTS, 1.0 / segments;
+            "{contacts:.1} contacts press on {segments:.1} segments of the bare surface, which the body below feels at their ends: pressure and approach are off by per cents, with fewer than two segments by tens of them; lower sample.surface.spacing_m (or list more points_m), or remove it for a mean diameter");
+        found.filter(|_| counts)
+    }
+
     fn contact_width(&self) -> Option<Finding> {
         let [half_width, thickness] = self.ends?;
         let pressed = pressed_half_width(self.bodies, self.state)?;
@@ -577,6 +656,7 @@ mod tests {
     use super::*;
     use dem_kernel::bodies::faces::{Face, RigidWall};
     use dem_kernel::bodies::feed::{Injection, PointSource, Source};
+    use dem_kernel::bodies::surface::BareSurface;
     use dem_kernel::contact::detect::Slot;
     use dem_kernel::law::Springs;
     use dem_kernel::solver::residual::Convergence;
@@ -606,6 +686,7 @@ mod tests {
         /// Contacts that share the wheel's force in each step.
         carriers: Vec<u32>,
         cycles: WheelCycles,
+        alone: bool,
     }
 
     /// Nothing to find, each value being at hand for every check.
@@ -654,6 +735,7 @@ mod tests {
             first_height: 1.0,
             carriers: vec![10; STEPS],
             cycles: WheelCycles::default(),
+            alone: true,
         }
     }
 
@@ -702,7 +784,7 @@ mod tests {
                 statistics: &self.statistics(),
                 cycles: &self.cycles,
                 program: Some(&program),
-                alone: true,
+                alone: self.alone,
                 ends: self.ends,
             };
             let findings = judged.findings().into_iter();
@@ -941,6 +1023,33 @@ mod tests {
         assert_eq!(scene.found(), warned, "in its motion");
         scene.carriers.fill(0);
         assert_eq!(scene.found(), [], "nothing ever touched it");
+    }
+
+    /// A thousand disks on a surface of ten segments, each of which carries a tenth, or on so many of them.
+    #[test]
+    fn few_segments_below_many_contacts_are_warned_of() {
+        let found = |carrying: usize, contacts: usize, alone: bool| {
+            let mut scene = sound();
+            let points = (0..11).map(|k| [f64::from(k), 0.0]).collect();
+            (scene.bodies.reference, scene.bodies.base) = (Vec::new(), 0);
+            scene.bodies.surface = BareSurface::new([&[points], &[]], None);
+            let first = scene.bodies.first_segment();
+            let slots = (0..contacts).map(|i| slot(i as u32, first + i % carrying, 1.0));
+            scene.state.list.slots = slots.collect();
+            scene.alone = alone;
+            scene.found()
+        };
+        let one = |suspect: bool| [("surface_segments".to_string(), suspect)];
+        assert_eq!(found(3, 1000, false), [], "three carry");
+        assert_eq!(found(2, 1000, false), one(false));
+        assert_eq!(found(1, 1000, false), one(true));
+        assert_eq!(found(1, 1, false), [], "a grain has one place");
+        assert_eq!(
+            found(2, 3, false),
+            [],
+            "two grains of three have a segment of their own"
+        );
+        assert_eq!(found(1, 1000, true), [], "a rigid surface");
     }
 
     #[test]

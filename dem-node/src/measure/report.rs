@@ -244,6 +244,10 @@ pub struct RunStatistics {
     pub overlap_mean_max: f64,
     /// See [`StepSummary::travel`].
     pub travel_max: f64,
+    /// Largest kinetic energy at the end of any step (J).
+    pub kinetic_max: f64,
+    /// Sums of [`StepSummary::shared_damping`].
+    pub shared_damping: [f64; 4],
     /// Most grains at once that overlap a wall of points from behind.
     pub behind_max: usize,
     /// Largest force of a bond over its strength, and the longest step in which that was above a half (s).
@@ -287,6 +291,10 @@ impl RunStatistics {
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
         self.travel_max = larger(self.travel_max, step.travel);
+        for (sum, of_step) in self.shared_damping.iter_mut().zip(step.shared_damping) {
+            *sum += of_step;
+        }
+        self.kinetic_max = larger(self.kinetic_max, grains.1.kinetic(grains.0));
         if grains.0.has_joints() {
             self.behind_max = self.behind_max.max(grains_behind(grains.0, grains.1));
         }

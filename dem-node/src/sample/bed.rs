@@ -47,6 +47,7 @@ pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, Dem
                 pressure_pa: *pressure,
                 iterations,
                 unbalanced: load.unbalanced() / load.mean(),
+                diameters: recipe.half_width_m / recipe.radii().mean(),
             });
         }
     }

@@ -1,5 +1,7 @@
 //! The grains that a feed brings in later, see [`dem_kernel::step::injection`].
 
+use std::collections::HashSet;
+
 use dem_kernel::bodies::disk::Disk;
 use dem_kernel::random::RandomNumbers;
 
@@ -27,12 +29,22 @@ pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> 
         }
     };
     let mut random = RandomNumbers::new(seed ^ STREAM);
-    let mut grains = Vec::new();
-    while left > 0.0 && !sample.free.is_empty() {
-        let drawn = (random.unit() * sample.free.len() as f64) as usize;
-        let radius = sample.free[drawn].radius;
+    let (mut grains, radii) = (Vec::new(), radii(sample));
+    while left > 0.0 && !radii.is_empty() {
+        let drawn = (random.unit() * radii.len() as f64) as usize;
+        let radius = radii[drawn];
         left -= config.real_mass(radius, thickness);
         grains.push(Disk::at_rest(centre, radius));
     }
     grains
+}
+
+/// Radii of the grains (m): a driven cluster is a body that moves them, as long as there are others.
+fn radii(sample: &Sample) -> Vec<f64> {
+    let driven = sample.clusters.iter().filter(|c| c.drive.is_some());
+    let driven: HashSet<usize> = driven.flat_map(|c| c.disks.iter().copied()).collect();
+    let all = driven.len() == sample.free.len();
+    let disks = sample.free.iter().enumerate();
+    let grains = disks.filter(|(i, _)| all || !driven.contains(i));
+    grains.map(|(_, disk)| disk.radius).collect()
 }

@@ -27,6 +27,9 @@ kit::results! {
     /// - `interface_force_y_n`: Force along y on the coupled surfaces of a participant.
 }
 
+/// Part of the work of the wheel's load on the way of its approach below which energies are noise, as of grains.
+const NOISE: f64 = 1e-6;
+
 impl FemNode {
     /// Values of the signals, and the energies after them.
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
@@ -68,7 +71,8 @@ impl FemNode {
         motions.flat_map(|(motion, force)| motion.reactions(*force))
     }
 
-    /// Energies that this body has: only those which the scene requires.
+    /// Energies that this body has: only those which the scene requires. Where all are noise beside what a wheel at rest has done, they are 0:
+    /// a body that starts in equilibrium has moved nothing until its wheel does.
     pub(super) fn terms(&self) -> impl Iterator<Item = NamedTerm> {
         let model = &self.model;
         let present = |(_, name, _): &NamedTerm| match *name {
@@ -82,7 +86,15 @@ impl FemNode {
             }
             _ => true,
         };
-        self.committed.ledger.terms().into_iter().filter(present)
+        let terms = self.committed.ledger.terms();
+        let wheel = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref());
+        let done = wheel.map_or(0.0, |(wheel, state)| {
+            wheel.program.load_n * state.approach(wheel).abs()
+        });
+        let rests = terms.iter().all(|term| term.2.abs() < NOISE * done);
+        let shown = f64::from(u8::from(!rests));
+        let terms = terms.into_iter().filter(present);
+        terms.map(move |(role, name, value)| (role, name, shown * value))
     }
 
     /// Results of the hold, or of the last state where there was none.

@@ -119,6 +119,25 @@ impl Cluster {
         [x / damped, y / damped, 2.0 * turn / self.mass]
     }
 
+    /// 1/m of a contact whose disk is centred here (1/kg): n.M^-1 n + a^2/I, a being the lever of the normal about the centre of mass. It is
+    /// 1/M for a contact in line with that centre only, and nothing where all motion along the normal is held.
+    pub fn mobility(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2]) -> f64 {
+        let ([nx, ny], [x, y, turn]) = (normal, self.free);
+        let [lever, _] = self.lever(pose, normal, centre, 0.0);
+        (x * nx * nx + y * ny * ny + 2.0 * turn * lever * lever) / self.mass
+    }
+
+    /// Mass with which the disk that lies furthest out meets another body at most lightly (kg): M/(1 + M l^2/I).
+    pub fn lightest(&self) -> f64 {
+        self.mass / (1.0 + 2.0 * self.free[2] * (self.reach() / self.radius).powi(2))
+    }
+
+    /// Distance of the furthest centre of a disk from the centre of mass (m).
+    fn reach(&self) -> f64 {
+        let reach = self.offsets.iter().map(|o| o[0].hypot(o[1]));
+        reach.fold(0.0, f64::max)
+    }
+
     fn drag(&self, at: &StepTime) -> f64 {
         self.drive.as_ref().map_or(0.0, |drive| drive.drag(at))
     }
@@ -163,8 +182,7 @@ impl Cluster {
 
     /// Speed that no centre of its disks exceeds (m/s).
     pub fn top_speed(&self, v: [f64; 3]) -> f64 {
-        let reach = self.offsets.iter().map(|o| o[0].hypot(o[1]));
-        v[0].hypot(v[1]) + v[2].abs() / self.radius * reach.fold(0.0, f64::max)
+        v[0].hypot(v[1]) + v[2].abs() / self.radius * self.reach()
     }
 
     /// Velocity of a point (m/s, m/s) and spin (rad/s) of the cluster.
@@ -219,6 +237,17 @@ impl Clusters {
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Cluster, &Drive)> {
         let all = self.list.iter().enumerate();
         all.filter_map(|(i, cluster)| Some((i, cluster, cluster.drive.as_ref()?)))
+    }
+
+    /// Pairs of disks that clusters hold together; those of driven clusters belong to a body beyond the grains, `anchor`.
+    pub fn held(&self, anchor: u32) -> impl Iterator<Item = (u32, u32)> {
+        self.list.iter().flat_map(move |cluster| {
+            let first = match cluster.drive {
+                Some(_) => anchor,
+                None => cluster.leader() as u32,
+            };
+            cluster.disks.iter().map(move |disk| (*disk as u32, first))
+        })
     }
 
     /// True if two disks belong to the same cluster.

@@ -20,7 +20,8 @@ pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Position
             continue;
         }
         let bond = find_bond(bonds, (slot.a, slot.b));
-        if bond.is_none() && slot.force == [0.0; 2] && slot.spring == 0.0 {
+        let idle = slot.force == [0.0; 2] && slot.spring == 0.0 && slot.attraction == 0.0;
+        if bond.is_none() && idle {
             continue;
         }
         let mut passed = [start, start];

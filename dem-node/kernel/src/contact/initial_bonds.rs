@@ -73,6 +73,12 @@ fn nearest(
     let store = positions.store();
     let mut pairs: Vec<_> = (0..bondable(positions.bodies) as u32)
         .filter(|other| !store.contains(&(*other as usize)))
+        .filter(|other| {
+            !positions
+                .bodies
+                .clusters
+                .share(grain as usize, *other as usize)
+        })
         .filter(|other| *other != grain && !bonded.contains(&pair(*other)))
         .map(|other| (pair(other), gap(pair(other))))
         .collect();

@@ -49,6 +49,10 @@ impl LocalLaw {
         friction: f64,
         pair: (u32, u32),
     ) -> Result<LocalLaw, KernelError> {
+        if block.nn == 0.0 {
+            let (a, b) = pair;
+            return Err(KernelError::Prescribed { a, b });
+        }
         let denominator = block.nn - friction * block.nt.abs();
         let tangential = block.tt.max(PRESCRIBED * block.nn);
         let determinant = block.nn * tangential - block.nt * block.nt;

@@ -52,13 +52,30 @@ impl Detection<'_> {
         records: &[BodyRecord],
     ) -> BondContact {
         let (bodies, h) = (self.input.bodies, self.input.step);
-        let [a, b] = [contact.a as usize, contact.b as usize];
-        let inverse_mass = records[a].inverse_mass + records[b].inverse_mass;
-        let bond = BondContact::new(bodies.law_of(a, b), bond, inverse_mass, h);
+        let pair = [bond.1.a, bond.1.b];
+        let inverse_mass = self.mobility(pair, contact, records);
+        let law = bodies.law_of(pair[0] as usize, pair[1] as usize);
+        let bond = BondContact::new(law, bond, inverse_mass, h);
         let share = 1.0 / bond.stiffening;
         contact.bias[0] *= share;
         contact.compliance[0] *= share;
         bond
+    }
+
+    /// 1/m_a + 1/m_b along the normal of a contact between these disks (1/kg), for which its dampers are made.
+    fn mobility(&self, pair: [u32; 2], contact: &Contact, records: &[BodyRecord]) -> f64 {
+        let clusters = &self.input.bodies.clusters;
+        let [a, b] = [(pair[0], contact.a), (pair[1], contact.b)].map(|(disk, pushed)| {
+            let disk = disk as usize;
+            match clusters.of(disk) {
+                None => records[pushed as usize].inverse_mass,
+                Some((index, cluster)) => {
+                    let (pose, centre) = (&self.state.clusters[index], self.state.centres[disk]);
+                    cluster.mobility(pose, contact.normal, centre)
+                }
+            }
+        });
+        a + b
     }
 }
 
@@ -562,8 +579,8 @@ impl Stepper {
         contact.bias[0] = bias;
         let damped = law.springs.filter(|springs| springs.damping > 0.0);
         if let Some(springs) = damped.filter(|_| contact.gap < 0.0) {
-            let inverse = |body: u32| self.problem.records[body as usize].inverse_mass;
-            let share = springs.damped_share(inverse(contact.a) + inverse(contact.b), h);
+            let mobility = at.mobility([slot.a, slot.b], contact, &self.problem.records);
+            let share = springs.damped_share(mobility, h);
             contact.bias[0] *= share;
             contact.compliance[0] *= share;
         }

@@ -286,12 +286,13 @@ impl GrainState {
         let mut stored = [0.0; 4];
         for slot in &self.list.slots {
             let bonded = bonds.find((slot.a, slot.b));
-            let [normal, tangential] = slot.force;
+            // Under an attraction that nothing but the contact bears no force is left, and the pair touches all the same.
+            let idle = slot.force == [0.0; 2] && slot.attraction == 0.0 && slot.last_gap >= 0.0;
             let force = match bonded {
-                None if normal == 0.0 && tangential == 0.0 && slot.last_gap >= 0.0 => continue,
+                None if idle => continue,
                 None => slot.pressure(),
                 // Tension and shear are the bond's.
-                Some(_) => [normal.max(0.0), 0.0],
+                Some(_) => [slot.force[0].max(0.0), 0.0],
             };
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             let [normal, tangential] = law.stored(force);

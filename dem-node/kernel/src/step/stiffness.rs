@@ -3,6 +3,7 @@
 use protocol::AccuracyLimit;
 
 use crate::bodies::Bodies;
+use crate::bodies::cluster::Cluster;
 use crate::bodies::geometry::range;
 use crate::contact::bond::Bond;
 use crate::step::state::GrainState;
@@ -30,13 +31,14 @@ impl StiffnessBounds {
         });
         let bonds: Vec<Bond> = state.bonds.iter().copied().chain(may_be).collect();
         let masses = bodies.masses.iter().copied().filter(|mass| *mass > 0.0);
-        let lightest = masses.fold(f64::INFINITY, f64::min);
+        let clusters = bodies.clusters.list.iter().map(Cluster::lightest);
+        let lightest = masses.chain(clusters).fold(f64::INFINITY, f64::min);
         let laws = std::iter::once(&bodies.law).chain(bodies.pairs.laws());
         let springs = laws.filter_map(|law| law.springs);
         let stiffest = springs.map(|springs| springs.normal).fold(0.0, f64::max);
         let omega = (2.0 * stiffest / lightest).sqrt();
         StiffnessBounds {
-            bonds_s: step_limit(bodies, &bonds),
+            bonds_s: step_limit(bodies, state, &bonds),
             omega: (omega > 0.0).then_some(omega),
         }
     }
@@ -77,17 +79,21 @@ pub fn numerical_restitution(h: f64) -> [f64; 2] {
 }
 
 /// The longest step in which the end of a step is unique whatever fails in it, h < 1/(sqrt(3) omega) with
-/// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds.
-pub fn step_limit(bodies: &Bodies, bonds: &[Bond]) -> Option<f64> {
+/// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds of this state. 1/m_eff of a cluster is 1/M + a^2/I.
+pub fn step_limit(bodies: &Bodies, state: &GrainState, bonds: &[Bond]) -> Option<f64> {
     let law = bodies.law.cohesion?;
-    // Of a cluster only the first disk has its mass.
-    let inverse_mass = |body: u32| {
-        let bearer = bodies.clusters.leader_of(body as usize);
-        bodies.masses.get(bearer).map_or(0.0, |m| 1.0 / m)
-    };
-    let squares = bonds
-        .iter()
-        .map(|bond| bond.area * law.normal * (inverse_mass(bond.a) + inverse_mass(bond.b)));
+    let positions = state.positions(bodies);
+    let squares = bonds.iter().map(|bond| {
+        let pair = [bond.a, bond.b].map(|body| body as usize);
+        let [a, b] = pair.map(|body| match bodies.clusters.of(body) {
+            None => bodies.masses.get(body).map_or(0.0, |m| 1.0 / m),
+            Some((index, cluster)) => {
+                let normal = positions.proximity(pair[0], pair[1]).normal;
+                cluster.mobility(&state.clusters[index], normal, state.centres[body])
+            }
+        });
+        bond.area * law.normal * (a + b)
+    });
     let fastest = squares.fold(0.0, f64::max).sqrt();
     (fastest > 0.0).then(|| 1.0 / (3f64.sqrt() * fastest))
 }

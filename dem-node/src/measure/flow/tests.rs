@@ -8,6 +8,8 @@ use dem_kernel::contact::detect::Slot;
 
 use super::*;
 use crate::config::flow::LateralConfig;
+use dem_kernel::bodies::cluster::{Cluster, ClusterMembers, Clusters};
+use dem_kernel::bodies::drive::Drive;
 
 /// Diameter (m).
 const D: f64 = 1.0;
@@ -559,4 +561,28 @@ fn a_source_that_third_body_slows_and_a_sink_come_to_their_balance() {
         |t| alpha * wanted / rate * (1.0 - (-rate * t).exp()),
     );
     assert_eq!(ledger.external, 0.0);
+}
+
+/// Disks 1 and 3 are one body; body 5 is glued.
+#[test]
+fn a_cluster_is_first_body_by_any_of_its_disks_and_a_driven_one_always() {
+    let with = |drive: Option<Drive>| {
+        let members = ClusterMembers {
+            disks: vec![1, 3],
+            drive,
+            ..ClusterMembers::default()
+        };
+        let cluster = Cluster::new(&members, |i| ([i as f64, 0.0], 0.5, 1.0), 1.0);
+        Bodies {
+            free: 5,
+            clusters: Clusters::new(vec![cluster], 5),
+            ..Bodies::default()
+        }
+    };
+    let held = [false, true, false, true, false];
+    for bonded in [1, 3] {
+        assert_eq!(first_grains(&with(None), &[(bonded, 5)]), held);
+    }
+    assert_eq!(first_grains(&with(None), &[(0, 2)]), [false; 5]);
+    assert_eq!(first_grains(&with(Some(Drive::default())), &[]), held);
 }
