@@ -327,7 +327,7 @@ impl FinishedRun<'_> {
     /// The load that the boundary must carry in the second half of the hold: the wheel's, and the weight of the grains.
     pub fn held_load(&self) -> Option<HeldLoad> {
         let wanted = self.program?.load_n;
-        let mean = self.statistics.held_force.value()?;
+        let mean = self.statistics.hold.force.value()?;
         let masses = self.bodies.masses.iter().sum::<f64>();
         let weight = -masses * self.bodies.gravity[1];
         Some(HeldLoad {
@@ -339,11 +339,11 @@ impl FinishedRun<'_> {
     fn overlap(&self) -> Option<Finding> {
         let radius = self.bodies.mean_radius();
         if self.bodies.law.springs.is_some() {
-            let value = self.statistics.overlap_max / radius;
+            let value = self.statistics.largest.overlap / radius;
             return judge!(self.bounds => OVERLAP, value;
                 "two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa");
         }
-        let value = self.statistics.overlap_mean_max / radius;
+        let value = self.statistics.largest.overlap_mean / radius;
         judge!(self.bounds => OVERLAP_RIGID, value;
             "the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
     }
@@ -371,7 +371,7 @@ impl FinishedRun<'_> {
         let value = larger(high - load, load - low) / load;
         judge!(self.bounds => WHEEL_AT_REST, value;
             "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
-            self.statistics.held_velocity)
+            self.statistics.hold.velocity)
     }
 
     /// A wheel that bears its load may still sink with all that carries it.
@@ -394,7 +394,7 @@ impl FinishedRun<'_> {
     /// Between wheel and boundary nothing must move then.
     fn layer_at_rest(&self) -> Option<Finding> {
         let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
-        let borne = self.statistics.held_boundary.value()?;
+        let borne = self.statistics.hold.boundary.value()?;
         let value = (borne - load.mean_n).abs() / load.wanted_n;
         let judged = judge!(self.bounds => LAYER_AT_REST, value;
             "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
@@ -410,7 +410,7 @@ impl FinishedRun<'_> {
     }
 
     fn contact_residual(&self) -> Option<Finding> {
-        let value = self.statistics.residual_max;
+        let value = self.statistics.largest.residual;
         judge!(self.bounds => CONTACT_RESIDUAL, value;
             "the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
     }
@@ -455,14 +455,14 @@ impl FinishedRun<'_> {
 
     /// Contacts are foreseen along the normals at the start of a step, and falls are off by half the way of the last one.
     fn grain_travel(&self) -> Option<Finding> {
-        let value = self.statistics.travel_max;
+        let value = self.statistics.largest.travel;
         judge!(self.bounds => GRAIN_TRAVEL, value;
             "in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
     }
 
     /// A wall of points holds nothing that comes from behind.
     fn behind_wall(&self) -> Option<Finding> {
-        let count = self.statistics.behind_max;
+        let count = self.statistics.largest.behind;
         let value = count as f64 / self.state.present(self.bodies) as f64;
         judge!(self.bounds => BEHIND_WALL, value;
             "{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
@@ -471,7 +471,10 @@ impl FinishedRun<'_> {
     /// Judges the step where bonds came near to breaking.
     fn bond_step(&self) -> Option<Finding> {
         let limit = self.stiffness.bonds_s?;
-        let (load, step) = (self.statistics.bond_load_max, self.statistics.bond_step_max);
+        let (load, step) = (
+            self.statistics.largest.bond_load,
+            self.statistics.largest.bond_step,
+        );
         let value = step / limit;
         judge!(self.bounds => BOND_STEP, value;
             "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale")
@@ -492,7 +495,10 @@ impl FinishedRun<'_> {
     /// goes on after a rebound as it came has lost next to nothing.
     fn energy_in(&self) -> f64 {
         let lost = (-self.stored[0]).max(0.0);
-        let largest = larger(self.statistics.kinetic_max - self.drifting(), self.flight());
+        let largest = larger(
+            self.statistics.largest.kinetic - self.drifting(),
+            self.flight(),
+        );
         larger(self.state.ledger.worked() + lost, largest)
     }
 
@@ -520,7 +526,7 @@ impl FinishedRun<'_> {
         let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
         let turned = self.of_kept(ledger.detection.abs());
         let value = if counts { taken / given } else { turned };
-        let kept = self.stiffness.restitution(self.statistics.step_max);
+        let kept = self.stiffness.restitution(self.statistics.largest.step);
         let rebound = kept.map_or(String::new(), |[low, high]| {
             format!(
                 " (two of the lightest grains rebound with {low:.2} to {high:.2} of their speed)"

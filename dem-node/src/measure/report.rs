@@ -208,54 +208,74 @@ impl RecentRatio {
     }
 }
 
+/// The wheel over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of 53 at 4 kN, so that a moment says less
+/// than the mean.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Hold {
+    /// Force on the wheel (N).
+    pub force: Mean,
+    height: Mean,
+    trend: Trend,
+    /// Force of the grains on the boundary (N), downwards.
+    pub boundary: Mean,
+    /// Least and largest force on the wheel (N).
+    range: Option<[f64; 2]>,
+    /// Its vertical velocity at the end (m/s).
+    pub velocity: f64,
+    /// Contacts that press on the wheel, and the fewest that carry 0.9 of its force.
+    contacts: [Mean; 2],
+}
+
+/// The wheel over its motion.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Motion {
+    height: Option<[f64; 2]>,
+    ratio: TractionRatio,
+    /// Contacts that press on the wheel, and the fewest that carry 0.9 of its force.
+    contacts: [Mean; 2],
+}
+
+/// The largest values of all steps.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Largest {
+    /// Residual of a contact solve that was accepted.
+    pub residual: f64,
+    quad: f64,
+    defect: f64,
+    /// Overlap (m).
+    pub overlap: f64,
+    /// Mean overlap of a step (m).
+    pub overlap_mean: f64,
+    /// See [`StepSummary::travel`].
+    pub travel: f64,
+    /// Kinetic energy at the end of a step (J).
+    pub kinetic: f64,
+    /// Grains at once that overlap a wall of points from behind.
+    pub behind: usize,
+    /// Force of a bond over its strength.
+    pub bond_load: f64,
+    /// Step in which that was above a half (s).
+    pub bond_step: f64,
+    /// Step (s).
+    pub step: f64,
+}
+
 /// Gathers results over the committed steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunStatistics {
     first_height: f64,
     height_at_motion_start: Option<f64>,
-    /// Force on the wheel and its height over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of
-    /// 53 at 4 kN, so that a moment says less than the mean.
-    pub held_force: Mean,
-    held_height: Mean,
-    held_trend: Trend,
-    /// Force of the grains on the boundary in the second half of the hold (N), downwards.
-    pub held_boundary: Mean,
-    /// Least and largest force on the wheel in the second half of the hold (N).
-    held_range: Option<[f64; 2]>,
     /// Force on the wheel in the last step before the motion, 0 where there is none (N).
     before_motion: Option<f64>,
-    /// Vertical velocity of the wheel before the motion (m/s).
-    pub held_velocity: f64,
-    /// Contacts that press on the wheel and the fewest that carry 0.9 of its force, over the second half of the hold.
-    held_contacts: [Mean; 2],
-    /// The same over the motion.
-    moved_contacts: [Mean; 2],
-    ratio: TractionRatio,
+    /// Before the motion.
+    pub hold: Hold,
+    motion: Motion,
     /// Height of the wheel from cycle to cycle.
     pub drift: CycleDrift,
-    height_range: Option<[f64; 2]>,
-    /// Largest residual of a contact solve that was accepted.
-    pub residual_max: f64,
-    quad_max: f64,
-    defect_max: f64,
-    /// Largest overlap, and largest mean overlap, of any step (m).
-    pub overlap_max: f64,
-    /// See `overlap_max`.
-    pub overlap_mean_max: f64,
-    /// See [`StepSummary::travel`].
-    pub travel_max: f64,
-    /// Largest kinetic energy at the end of any step (J).
-    pub kinetic_max: f64,
+    /// The largest values.
+    pub largest: Largest,
     /// Sums of [`StepSummary::shared_damping`].
     pub shared_damping: [f64; 4],
-    /// Most grains at once that overlap a wall of points from behind.
-    pub behind_max: usize,
-    /// Largest force of a bond over its strength, and the longest step in which that was above a half (s).
-    pub bond_load_max: f64,
-    /// See `bond_load_max`.
-    pub bond_step_max: f64,
-    /// The longest step (s).
-    pub step_max: f64,
     /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
     pub added_inertia: RecentRatio,
     /// Steps with a load, and those of them whose residual was measured against rounding.
@@ -285,25 +305,31 @@ impl RunStatistics {
         step: &StepSummary,
         [start, end]: [f64; 2],
     ) {
-        self.residual_max = larger(self.residual_max, step.convergence.residual);
-        self.quad_max = larger(self.quad_max, step.convergence.quad);
-        self.defect_max = larger(self.defect_max, step.momentum_defect);
-        self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
-        self.overlap_max = larger(self.overlap_max, step.overlap[1]);
-        self.travel_max = larger(self.travel_max, step.travel);
+        let largest = &mut self.largest;
+        for (value, of_step) in [
+            (&mut largest.residual, step.convergence.residual),
+            (&mut largest.quad, step.convergence.quad),
+            (&mut largest.defect, step.momentum_defect),
+            (&mut largest.overlap_mean, step.overlap[0]),
+            (&mut largest.overlap, step.overlap[1]),
+            (&mut largest.travel, step.travel),
+            (&mut largest.kinetic, grains.1.kinetic(grains.0)),
+            (&mut largest.step, end - start),
+        ] {
+            *value = larger(*value, of_step);
+        }
         for (sum, of_step) in self.shared_damping.iter_mut().zip(step.shared_damping) {
             *sum += of_step;
         }
-        self.kinetic_max = larger(self.kinetic_max, grains.1.kinetic(grains.0));
         if grains.0.has_joints() {
-            self.behind_max = self.behind_max.max(grains_behind(grains.0, grains.1));
+            let behind = grains_behind(grains.0, grains.1);
+            largest.behind = largest.behind.max(behind);
         }
         let h = end - start;
-        self.step_max = larger(self.step_max, h);
         let bond_load = step.bond_load_squared.sqrt().min(1.0);
-        self.bond_load_max = larger(self.bond_load_max, bond_load);
+        largest.bond_load = larger(largest.bond_load, bond_load);
         if bond_load > HALF_STRENGTH {
-            self.bond_step_max = larger(self.bond_step_max, h);
+            largest.bond_step = larger(largest.bond_step, h);
         }
         let loading = program.is_some_and(|program| start < program.ramp_s);
         if !loading {
@@ -336,43 +362,45 @@ impl RunStatistics {
         if middle <= motion {
             self.height_at_motion_start = Some(height);
             if middle > 0.5 * (program.ramp_s + motion) {
-                self.held_force.add(force[1]);
-                self.held_height.add(height);
-                self.held_trend.add(middle, height);
-                self.held_boundary.add(-step.on_boundary[1]);
-                self.held_range = Some(wider(self.held_range, force[1]));
-                add_contacts(&mut self.held_contacts, bodies, state);
+                let hold = &mut self.hold;
+                hold.force.add(force[1]);
+                hold.height.add(height);
+                hold.trend.add(middle, height);
+                hold.boundary.add(-step.on_boundary[1]);
+                hold.range = Some(wider(hold.range, force[1]));
+                add_contacts(&mut hold.contacts, bodies, state);
             }
             if 2.0 * end - middle >= motion {
                 self.before_motion = Some(force[1]);
             }
-            self.held_velocity = state.wheel.velocity[1];
+            self.hold.velocity = state.wheel.velocity[1];
             return;
         }
         self.before_motion.get_or_insert(0.0);
-        self.height_range = Some(wider(self.height_range, height));
+        self.motion.height = Some(wider(self.motion.height, height));
         self.drift.record(program, end, height);
-        add_contacts(&mut self.moved_contacts, bodies, state);
-        self.ratio.record(force, program.load_n);
+        add_contacts(&mut self.motion.contacts, bodies, state);
+        self.motion.ratio.record(force, program.load_n);
     }
 
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
     /// no hold (N).
     pub fn held_range(&self) -> Option<[f64; 2]> {
-        self.held_range
+        self.hold
+            .range
             .or(self.before_motion.map(|force| [force; 2]))
     }
 
     /// Height that the wheel lost in the second half of the hold, by its trend, and before (m).
     pub fn held_drift(&self) -> Option<[f64; 2]> {
-        let lost = -self.held_trend.change()?;
-        let height = self.held_height.value()?;
+        let lost = -self.hold.trend.change()?;
+        let height = self.hold.height.value()?;
         Some([lost, self.first_height - height])
     }
 
     /// Fewest contacts that carry 0.9 of the wheel's force: means over the second half of the hold, and over the motion.
     pub fn carrying_contacts(&self) -> [Option<f64>; 2] {
-        [&self.held_contacts, &self.moved_contacts].map(|means| means[1].value())
+        [&self.hold.contacts, &self.motion.contacts].map(|means| means[1].value())
     }
 
     /// The results so far.
@@ -388,11 +416,11 @@ impl RunStatistics {
             ("disks", state.grains(bodies).count() as f64),
             ("glued_disks", bodies.glued() as f64),
             ("contacts", self.last.closed as f64),
-            ("true_residual_max", self.residual_max),
-            ("quad_max", self.quad_max),
-            ("momentum_defect_max_n", self.defect_max),
+            ("true_residual_max", self.largest.residual),
+            ("quad_max", self.largest.quad),
+            ("momentum_defect_max_n", self.largest.defect),
             ("overlap_mean_rel", self.last.overlap[0] / radius),
-            ("overlap_max_rel", self.overlap_max / radius),
+            ("overlap_max_rel", self.largest.overlap / radius),
             ("ejected_grains", ejected_grains(bodies, state) as f64),
             ("lost_grains", lost_grains(bodies, state) as f64),
             ("inside_grains", inside_grains(bodies, state) as f64),
@@ -404,19 +432,19 @@ impl RunStatistics {
         let Some(program) = program else {
             return results;
         };
-        let height = self.held_height.value().or(self.height_at_motion_start);
-        let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let height = self.hold.height.value().or(self.height_at_motion_start);
+        let range = self.motion.height.map(|[low, high]| (high - low) / radius);
         let [held_90, moved_90] = self.carrying_contacts();
         results.extend(given([
             ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
-            ("wheel_force_n", self.held_force.value()),
+            ("wheel_force_n", self.hold.force.value()),
             ("wheel_y_range_over_r", range),
-            ("wheel_contacts", self.held_contacts[0].value()),
+            ("wheel_contacts", self.hold.contacts[0].value()),
             ("wheel_contacts_90", held_90),
             ("wheel_contacts_90_motion", moved_90),
         ]));
-        results.extend(given(self.ratio.results()));
+        results.extend(given(self.motion.ratio.results()));
         results
     }
 }

@@ -168,7 +168,7 @@ impl Dem {
         let adhesion = per_bond(adhesions.fold(0.0, |sum, adhesion| sum + adhesion));
         let step = self.window.or(self.time.own_step);
         let step = step.map(|step| step / self.time.bounds.inertial_time);
-        let restitution = self.time.stiffness.restitution(statistics.step_max);
+        let restitution = self.time.stiffness.restitution(statistics.largest.step);
         let solid_fraction = Some(self.sample.solid_fraction).filter(|x| *x > 0.0);
         results.extend(report::given([
             ("solid_fraction", solid_fraction),
@@ -188,7 +188,7 @@ impl Dem {
             ("healing_j", heals.then_some(state.ledger.healing)),
             ("adhesion_mean", adhesion),
             ("bond_step_limit_s", self.time.stiffness.bonds_s),
-            ("bond_load_max", bonds.map(|_| statistics.bond_load_max)),
+            ("bond_load_max", bonds.map(|_| statistics.largest.bond_load)),
             ("bond_energy_rel", state.ledger.decohesion_share()),
             ("numerical_share", state.ledger.numerical_share()),
             ("spring_restitution", restitution.map(|[low, _]| low)),
