@@ -194,7 +194,14 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
             json!({"radius_min_m": -5e-5}),
             "sample.radius_min_m: must be above 0, got -5e-5; the key means: Smallest radius of the grains (m)",
         ),
-        (json!({"radius_max_m": 4e-5}), "sample.radius_max_m"),
+        (
+            json!({"radius_max_m": 4e-5}),
+            "sample.radius_min_m: must be at most radius_max_m = 4e-5",
+        ),
+        (
+            json!({"radius_min_m": 2e-4}),
+            "sample.radius_min_m: must be at most radius_max_m = 1e-4",
+        ),
         (
             json!({"press_pa": []}),
             "sample.press_pa: must have a length of at least 1",

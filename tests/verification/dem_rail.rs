@@ -266,7 +266,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
         ),
         (
             json!({"radius_max_m": 4e-5}),
-            "sample.radius_max_m: must be at least 5e-5",
+            "sample.radius_min_m: must be at most radius_max_m = 4e-5",
         ),
         (
             json!({"radius_min_m": 1e-7, "radius_max_m": 1e-7}),

@@ -176,7 +176,7 @@ kit::findings! {
     /// - Judged: Restitution that such landings leave against `law.damping`, weighted by what their
     ///   dampers lost, where that is a tenth of what the grains were given.
     /// - Valid: 0.009 (a bar that lands flat on its two ends, `law.damping` 0.3).
-    /// - Wrong: 0.13 (a block that lands flat on four disks, `law.damping` 0.3).
+    /// - Wrong: 0.12 (a block that lands flat on four disks, `law.damping` 0.3).
     SHARED_DAMPING = "shared_damping": shared_damping_diff in dem = [0.02, 1.0];
     /// The grains under the wheel had a kinetic stress that counts beside its pressure.
     ///

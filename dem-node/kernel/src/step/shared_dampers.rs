@@ -21,11 +21,24 @@ struct Damped<'a> {
     contact: &'a Contact,
     /// Bodies that move for its disks; all that no grain moves are one.
     pair: [usize; 2],
-    springs: Springs,
+    /// zeta.
+    damping: f64,
     /// 1/m_i, and 1/M (1/kg).
     mobility: [f64; 2],
     /// Loss (J).
     loss: f64,
+}
+
+impl Damped<'_> {
+    fn is_along(&self, other: &Damped) -> bool {
+        let ([nx, ny], [x, y]) = (self.contact.normal, other.contact.normal);
+        nx * x + ny * y > PARALLEL
+    }
+
+    /// sqrt(m_i / M).
+    fn share(&self) -> f64 {
+        (self.mobility[1] / self.mobility[0]).sqrt()
+    }
 }
 
 impl Stepper {
@@ -40,23 +53,17 @@ impl Stepper {
         damped.sort_by_key(|one| one.pair);
         let mut sums = [0.0; 4];
         for group in damped.chunk_by(|one, next| one.pair == next.pair) {
-            let [nx, ny] = group[0].contact.normal;
-            let along = |one: &&Damped| {
-                let [x, y] = one.contact.normal;
-                nx * x + ny * y > PARALLEL
-            };
-            let count = group.iter().filter(along).count();
-            if count < 2 {
+            let first = &group[0];
+            let landing = group.iter().filter(|one| one.is_along(first));
+            let landing: Vec<&Damped> = landing.collect();
+            if landing.len() < 2 {
                 continue;
             }
-            let (zeta, [_, pair]) = (group[0].springs.damping, group[0].mobility);
-            let dampers = group.iter().filter(along);
-            let dampers: f64 = dampers.map(|one| (pair / one.mobility[0]).sqrt()).sum();
-            let ratio = dampers / (count as f64).sqrt();
-            let loss: f64 = group.iter().filter(along).map(|one| one.loss).sum();
-            let ratios = [zeta, zeta * ratio, zeta / ratio];
+            let dampers = landing.iter().map(|one| one.share()).sum::<f64>();
+            let (ratio, zeta) = (dampers / (landing.len() as f64).sqrt(), first.damping);
+            let loss = landing.iter().map(|one| one.loss).sum::<f64>();
             sums[0] += loss;
-            for (sum, zeta) in sums[1..].iter_mut().zip(ratios) {
+            for (sum, zeta) in sums[1..].iter_mut().zip([zeta, zeta * ratio, zeta / ratio]) {
                 *sum += loss * Springs::restitution(zeta);
             }
         }
@@ -74,28 +81,25 @@ impl Stepper {
             }
             let slot = &state.list.slots[*index as usize];
             let disks = [slot.a, slot.b].map(|disk| disk as usize);
-            let (mut own, mut pair) = (0.0, 0.0);
+            let mut mobility = [0.0; 2];
             for (disk, pushed) in disks.into_iter().zip([contact.a, contact.b]) {
-                let (of_contact, of_body) = match bodies.clusters.of(disk) {
-                    None => (
-                        self.problem.records[pushed as usize].inverse_mass,
-                        self.problem.records[pushed as usize].inverse_mass,
-                    ),
+                let own = match bodies.clusters.of(disk) {
+                    None => [self.problem.records[pushed as usize].inverse_mass; 2],
                     Some((index, cluster)) => {
-                        let (pose, normal) = (&state.clusters[index], contact.normal);
-                        let at = |point| cluster.mobility(pose, normal, point);
-                        (at(state.centres[disk]), at(pose.centre))
+                        let pose = &state.clusters[index];
+                        [state.centres[disk], pose.centre]
+                            .map(|point| cluster.mobility(pose, contact.normal, point))
                     }
                 };
-                (own, pair) = (own + of_contact, pair + of_body);
+                mobility = [mobility[0] + own[0], mobility[1] + own[1]];
             }
-            let damper = relaxation(springs.damping, springs.normal, own) * springs.normal;
+            let damper = relaxation(springs.damping, springs.normal, mobility[0]) * springs.normal;
             let [u_n, _] = self.problem.relative_velocity(contact);
             Some(Damped {
                 contact,
                 pair: disks.map(|disk| bodies.clusters.leader_of(disk).min(bodies.free)),
-                springs,
-                mobility: [own, pair],
+                damping: springs.damping,
+                mobility,
                 loss: h * damper * u_n * u_n,
             })
         })
