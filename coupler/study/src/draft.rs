@@ -113,10 +113,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
             let set = overrides(&levels)?;
             Some((knobs.value(*knob, &levels)?, set))
         });
-        let mut cases: Cases = alone.collect();
-        // Half a level is none where values are whole.
-        cases.dedup_by(|a, b| a.1 == b.1);
-        vary.push((knob.name().to_string(), cases));
+        vary.push((knob.name().to_string(), alone.collect()));
     }
     let together = [-1.0f64, -0.5, 0.0, 0.5].iter().filter_map(|level| {
         let levels = KNOBS.map(|knob| match knob {
@@ -127,7 +124,11 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
         });
         Some((knobs.words(&levels), overrides(&levels)?))
     });
-    vary.push(("together".into(), together.collect()));
+    vary.push(("together".into(), together.collect::<Cases>()));
+    for (_, cases) in &mut vary {
+        // Half a level is none where values are whole, or are shown by the same digits.
+        cases.dedup_by(|a, b| a.0 == b.0 || a.1 == b.1);
+    }
     vary.retain(|(_, cases)| !cases.is_empty());
     (!known.is_empty()).then(|| Draft {
         reference: reference.clone(),
