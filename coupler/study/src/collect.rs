@@ -62,7 +62,11 @@ impl StudyRow<'_> {
     /// The draw that it is: runs with the same one are the same, whatever seed or name of a case made them.
     pub fn draw(&self) -> &[String] {
         let unknown = self.hashes.iter().any(String::is_empty);
-        if unknown { std::slice::from_ref(&self.task.id) } else { &self.hashes }
+        if unknown {
+            std::slice::from_ref(&self.task.id)
+        } else {
+            &self.hashes
+        }
     }
 
     /// Its distance from the reference by a measure, to be trusted or not.

@@ -75,9 +75,13 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
         let reference_values = reference.map(|setting| values(setting, measure));
         means.extend(settings.iter().filter_map(|setting| {
             let values = values(setting, measure);
-            let runs = setting.rows.iter().filter(|row| row.is_trusted() && row.numbers[measure].is_some());
+            let runs = setting
+                .rows
+                .iter()
+                .filter(|row| row.is_trusted() && row.numbers[measure].is_some());
             let runs = runs.count();
-            let single = || (values.len() == 1 && (!held || runs > 1)).then(|| [values[0], 0.0, 0.0]);
+            let single =
+                || (values.len() == 1 && (!held || runs > 1)).then(|| [values[0], 0.0, 0.0]);
             let [mean, deviation, half_width] = mean_of(&values).or_else(single)?;
             let is_reference = setting.is_reference(results);
             let other = reference_values.as_ref().filter(|_| !is_reference);
@@ -126,7 +130,9 @@ impl EnsembleMean {
                 format!(": {share:+.0} % from the reference, {chance} chance")
             }
         };
-        format!("{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}{repeated}){told}")
+        format!(
+            "{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}{repeated}){told}"
+        )
     }
 }
 

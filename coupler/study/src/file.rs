@@ -217,8 +217,13 @@ impl StudyFile {
             // Rows are grouped by their values: equal ones would count a run again, or mix two.
             let numbers = choices.iter().map(|choice| as_number(&choice.text));
             let numbers = Vec::from_iter(numbers);
-            twice(&format!("vary.{index} (`{}`)", vary.key), numbers.iter().map(String::as_str))
-                .map_err(|why| format!("{why}: give each value once, and each case a value of its own"))?;
+            twice(
+                &format!("vary.{index} (`{}`)", vary.key),
+                numbers.iter().map(String::as_str),
+            )
+            .map_err(|why| {
+                format!("{why}: give each value once, and each case a value of its own")
+            })?;
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
         twice("measure", self.measure.iter().map(|m| m.name.as_str()))?;
@@ -277,7 +282,8 @@ fn no_study(path: &Path, error: io::Error) -> Error {
 
 /// A value in the one way in which numbers are written: `1`, `1.0` and `1e0` are the same.
 fn as_number(text: &str) -> String {
-    text.parse::<f64>().map_or(text.into(), |number| number.to_string())
+    text.parse::<f64>()
+        .map_or(text.into(), |number| number.to_string())
 }
 
 /// Refuses a name that is given twice.
@@ -469,7 +475,10 @@ at_s = 1e-3
             "case = [{ value = 1, set = [\"b=1000\"] }, { value = 1, set = [\"b=9000\"] }]",
         ] {
             let why = refused(values);
-            assert!(why.contains("vary.0 (`a`): `") && why.contains("stands twice"), "{values}: {why}");
+            assert!(
+                why.contains("vary.0 (`a`): `") && why.contains("stands twice"),
+                "{values}: {why}"
+            );
         }
         assert_eq!(refused("values = [1, 2, \"x\", true]"), "");
     }

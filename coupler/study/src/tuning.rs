@@ -371,14 +371,19 @@ impl Tuning<'_> {
             let words = self.knobs.words(setting);
             // Levels may differ by less than the digits that are shown.
             let mut before = settings[..k].iter().map(|other| self.knobs.words(other));
-            let number = before.any(|other| other == words).then(|| format!(" ({k})"));
+            let number = before
+                .any(|other| other == words)
+                .then(|| format!(" ({k})"));
             (words + &number.unwrap_or_default(), set)
         };
         let draft = Draft {
             head: "Settings against a finer reference, each with the same seeds.".into(),
             reference: self.knobs.set(reference).unwrap_or_default(),
             seeds: seeds.to_vec(),
-            vary: vec![("setting".into(), settings.iter().enumerate().map(case).collect())],
+            vary: vec![(
+                "setting".into(),
+                settings.iter().enumerate().map(case).collect(),
+            )],
             ..self.draft()
         };
         let study = self.run("trial", &draft)?;
