@@ -246,7 +246,65 @@ impl DemConfig {
             SampleConfig::Layer(layer) => groups.extend(&ROWS[..1 + usize::from(layer.lid)]),
             SampleConfig::Rail(_) => groups.extend(&ROWS[..1]),
         }
-        self.law.validate_pairs(&groups)
+        self.law.validate_pairs(&groups)?;
+        self.refuse_idle_pairs()
+    }
+
+    /// Refuses pairs whose keys can have no effect.
+    fn refuse_idle_pairs(&self) -> Result<(), ConfigError> {
+        let mut fixed = vec![WHEEL, ROWS[0], ROWS[1]];
+        let mut glued = true;
+        match &self.sample {
+            SampleConfig::Disks(sample) => {
+                fixed.extend(sample.walls.iter().filter_map(|wall| wall.name.as_deref()));
+                glued = sample.disks.iter().any(|disk| disk.glued && !disk.lid);
+            }
+            SampleConfig::Layer(layer) => glued = layer.glued,
+            SampleConfig::Rail(_) => {}
+        }
+        let bare = !glued
+            && self
+                .sample
+                .surface()
+                .is_some_and(|keys| keys.friction.is_some());
+        for (i, pair) in self.law.pairs.iter().enumerate() {
+            let key = format!("law.pairs[{i}]");
+            let is_fixed = |name: &String| fixed.contains(&name.as_str());
+            let [a, b] = &pair.between;
+            let refusals = [
+                (
+                    pair.has_no_law(),
+                    "",
+                    "has nothing of its own, so that the entry has no effect",
+                    "give it friction, rolling, adhesion, healing, restitution, damping or a stiffness, or remove it",
+                ),
+                (
+                    is_fixed(a) && is_fixed(b),
+                    ".between",
+                    "never touch each other: only grains and clusters have contacts, and the entry has no effect",
+                    "pair one of them with `grains` or a cluster, or remove the entry",
+                ),
+                (
+                    a == b && a != GRAINS && !is_fixed(a),
+                    ".between",
+                    "are one rigid body without contacts within, and the entry has no effect",
+                    "pair the cluster with `grains` or another body, or remove the entry",
+                ),
+                (
+                    bare && pair.friction.is_some()
+                        && pair.between.iter().any(|name| name == ROWS[0]),
+                    ".friction",
+                    "has no effect: nothing is glued to the surface, and sample.surface.friction is its friction",
+                    "remove one of the two",
+                ),
+            ];
+            refusals
+                .into_iter()
+                .try_for_each(|(holds, end, why, help)| {
+                    refuse_if(holds, &format!("{key}{end}"), why, help)
+                })?;
+        }
+        Ok(())
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {

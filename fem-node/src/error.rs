@@ -55,7 +55,8 @@ pub enum FemError {
     )]
     Dictated { window: u64, count: usize },
     #[error(
-        "window {window}, iteration {iteration}, t = {time_s:.6e} s: a displacement of {displacement_m:?} m left the size of the body, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
+        "window {window}, iteration {iteration}, t = {time_s:.6e} s: a displacement of {displacement_m:?} m left the size of the body, the solution diverged; {}",
+        cure(*step_s, *limit_s)
     )]
     Diverged {
         window: u64,
@@ -78,7 +79,8 @@ pub enum FemError {
         unit: &'static str,
     },
     #[error(
-        "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
+        "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; {}",
+        cure(*step_s, *limit_s)
     )]
     EnergyExcess {
         window: u64,
@@ -91,7 +93,8 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "the columns of its {what} over {substeps} steps left the finite numbers; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s"
+        "the columns of its {what} over {substeps} steps left the finite numbers; {}",
+        cure(*step_s, *limit_s)
     )]
     DivergedColumns {
         what: &'static str,
@@ -115,6 +118,17 @@ pub enum FemError {
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
     SnapshotName { name: String },
+}
+
+/// The cure of a solution that diverged in steps (s) with this stability limit (s): a step that keeps the limit is not to blame.
+fn cure(step_s: f64, limit_s: f64) -> String {
+    let steps = format!("its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s");
+    if step_s > limit_s {
+        return format!("{steps}: lower time.step_s, the window, or the load");
+    }
+    format!(
+        "{steps}, so that a shorter one is no cure: check the load, the dimensions and the units of material.young_pa and material.density_kg_per_m3, or shorten the window"
+    )
 }
 
 impl FemError {
@@ -164,5 +178,25 @@ impl FemError {
 impl From<FemError> for NodeError {
     fn from(error: FemError) -> NodeError {
         NodeError::of(error.cause(), error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 70 for 70 GPa: the limit of so soft a body is 40 000 times the step.
+    #[test]
+    fn a_step_below_the_stability_limit_is_not_to_be_lowered() {
+        let said = |step_s: f64| {
+            let diverged = FemError::DivergedColumns {
+                what: "flexibility",
+                substeps: 9,
+                step_s,
+                limit_s: 2.8e-3,
+            };
+            diverged.to_string().contains("lower time.step_s")
+        };
+        assert_eq!([6.8e-8, 2.8e-3, 2.9e-3].map(said), [false, false, true]);
     }
 }

@@ -67,6 +67,7 @@ fn a_harm_is_rejected_by_the_name_of_its_rule() {
         ("bar", "nan-length", "surface"),
         ("bar", "nan-mass", "surface"),
         ("bar", "negative-mass", "surface"),
+        ("bar", "weightless", "surface"),
         ("bar", "negative-step", "greeting"),
         ("bar", "zero-step", "greeting"),
         ("bar", "zero-columns", "columns"),

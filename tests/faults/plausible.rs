@@ -175,7 +175,8 @@ fn a_rail_too_heavy_to_come_to_rest_is_told() {
     let alone = "participant.third-body.config.wheel.cycles=0.0";
     let (code, summary, _) = run("quick", &[heavy, alone], &[]);
     // The approach is 2.7 % below that of a rail of steel.
-    assert_eq!((code, codes(&summary)), (Some(0), vec!["wheel_drift"]));
+    let told = vec!["unusual_value", "wheel_drift"];
+    assert_eq!((code, codes(&summary)), (Some(0), told));
 }
 
 #[test]
@@ -199,6 +200,71 @@ fn a_rough_tolerance_and_a_layer_under_stress_are_told() {
     };
     assert!(advised("[1e10]"));
     assert!(!advised("[1e9, 5e7]"), "the last pressure counts");
+}
+
+/// What `check` prints of a scene with this override, and its exit code.
+fn checked(scene: &str, set: &str) -> (Option<i32>, String) {
+    let work = Scratch::new("checked");
+    let mut check = thirdbody(work.path());
+    check.arg("check").arg(folder(scene)).args(["--set", set]);
+    let output = check.output().expect("the program starts");
+    let told = [output.stdout, output.stderr].concat();
+    (
+        output.status.code(),
+        String::from_utf8_lossy(&told).into_owned(),
+    )
+}
+
+/// Geometry, masses and keys are known before the first window: `check` warns of them by the code that the run has, and ends as it would.
+#[test]
+fn check_warns_of_what_a_run_would_be_suspect_for() {
+    let crown = "participant.third-body.config.sample.crown_radius_m=0.15";
+    let (code, told) = checked("quick", crown);
+    assert_eq!(code, Some(8), "{told}");
+    assert!(told.contains("warning[surface_offset]"), "{told}");
+    let (code, summary, _) = run("quick", &[SHORT, crown], &[]);
+    assert_eq!((code, codes(&summary)), (Some(8), vec!["surface_offset"]));
+    let (code, told) = checked("quick", "run.seed=2");
+    assert_eq!(
+        (code, told.contains("warning[")),
+        (Some(0), false),
+        "{told}"
+    );
+}
+
+/// 102.5 for 102.5 GPa, and a width of 40 mm as 40.
+#[test]
+fn a_unit_that_was_mistaken_is_guessed() {
+    for (set, meant) in [
+        (
+            "participant.rail.config.material.young_pa=102.5",
+            "was 102.5 GPa meant, 1.025e11 Pa?",
+        ),
+        (
+            "participant.third-body.config.density_kg_per_m3=7.8",
+            "was 7.8 g/cm3 meant, 7.8e3 kg/m3?",
+        ),
+    ] {
+        let (_, told) = checked("quick", set);
+        assert!(
+            told.contains("warning[unusual_value]") && told.contains(meant),
+            "{told}"
+        );
+        let (_, summary, _) = run("quick", &[SHORT, set], &[]);
+        assert!(codes(&summary).contains(&"unusual_value"), "{summary}");
+    }
+}
+
+/// A scene that ships under no such name is none to be held against.
+#[test]
+fn an_origin_that_is_not_shipped_is_a_key_without_effect() {
+    let (code, told) = checked("quick", "run.derived_from=quik");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(
+        told.contains("warning[unused_key]: run.derived_from")
+            && told.contains("did you mean `quick`?"),
+        "{told}"
+    );
 }
 
 #[test]

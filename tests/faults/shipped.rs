@@ -100,6 +100,33 @@ fn every_table_of_a_run_can_be_checked_by_its_summary() {
     assert_eq!(tables["profile.csv"], tables[hold]);
 }
 
+/// A byte of a field that is flipped changes pictures and nothing else.
+#[test]
+fn a_report_names_a_field_that_was_changed() {
+    let work = Scratch::new("flipped");
+    let summary = run(
+        work.path(),
+        "wheel-rail-fe-small",
+        "out",
+        &["run.end_s=8.3e-4"],
+    );
+    let hashes = summary["fields"]["blake3"]
+        .as_object()
+        .expect("a hash of each file");
+    let name = hashes.keys().next().expect("there is one");
+    let path = work.path().join("out").join(name);
+    printed(work.path(), &["report", "out"]);
+    let mut bytes = std::fs::read(&path).expect("it is there");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&path, bytes).expect("it is writable");
+    fails(
+        &output(work.path(), &["report", "out"]),
+        6,
+        &[name, "was changed since"],
+    );
+}
+
 /// The scenario's own hash holds the place of the mesh; what was computed does not.
 #[test]
 fn a_mesh_inside_the_program_is_found_again_by_a_replay() {

@@ -104,6 +104,8 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
         &["run.end_s=6e-5", law],
         "law.friction = 0.3, and this scene 0.2",
     );
+    let own = ["run.end_s=6e-5", "interface.layer-base.substeps=2"];
+    refused("error=90%", &own, "substeps=2 has no effect");
     refused(
         "wall=1e-6s",
         &other_seed,

@@ -144,6 +144,21 @@ fn without_a_reference_there_are_values_and_no_errors() {
     assert!(out("maps.svg").is_file() && !out("values.svg").exists());
 }
 
+/// Three cases of the scene make two runs: an interval of three would be narrower than that of two.
+#[test]
+fn cases_that_make_the_same_run_are_one_draw() {
+    let work = Scratch::new("study-draws");
+    let draws = "[[vary]]\nkey = \"draw\"\nscene = true\ncase = [\
+        { value = \"a\", set = [\"run.seed=1\"] }, { value = \"b\", set = [\"run.seed=1\"] }, { value = \"c\", set = [\"run.seed=2\"] }]\n";
+    let file = study(&work, &format!("{draws}{VALUES}"));
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    let told = "(2 runs, scatter";
+    assert!(
+        text.contains(told) && text.contains("; 1 more have the bits"),
+        "{text}"
+    );
+}
+
 #[test]
 fn without_a_floor_there_is_nothing_to_choose_by() {
     let work = Scratch::new("study-floorless");

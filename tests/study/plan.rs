@@ -40,6 +40,32 @@ fn a_measure_that_no_run_reports_is_refused_before_a_run_is_made() {
     }
 }
 
+/// The runs end at 60 us, and the layer is 20 mm wide.
+#[test]
+fn an_instant_beyond_the_run_and_bins_that_hide_the_surface_are_refused_before_a_run_is_made() {
+    let work = Scratch::new("study-beyond");
+    let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";
+    for (new, said) in [
+        (
+            "of = \"signals.wheel_y_m\"\nat_s = 1.0",
+            "is no instant of the run, which ends at 6",
+        ),
+        (
+            "of = \"profile.pressure_pa\"\nnorm = \"l2\"\nbin_m = 1.0",
+            "do not fit a surface",
+        ),
+        (
+            "of = \"profile.traction_pa\"\nnorm = \"l2\"\nbin_m = 1e-12",
+            "do not fit a surface",
+        ),
+    ] {
+        for verb in ["plan", "run"] {
+            let words = refused(&work, verb, &SUBSTEPS.replace(old, new));
+            assert!(words.contains(said), "{new}: {words}");
+        }
+    }
+}
+
 #[test]
 fn a_result_of_a_full_cycle_is_refused_where_no_wheel_makes_one() {
     let work = Scratch::new("study-cycle");

@@ -23,7 +23,7 @@ fn study(work: &Scratch) -> Value {
 }
 
 /// What is measured of a wheel on grains.
-const MEASURES: [&str; 3] = ["traction", "height", "friction"];
+const MEASURES: [&str; 3] = ["pressure", "height", "friction"];
 
 /// The errors of a run against another one, by `compare` with the study that was found.
 fn errors(work: &Scratch, run: &Path, reference: &Path) -> [f64; 3] {
@@ -177,7 +177,7 @@ fn what_makes_no_sense_is_refused() {
     refused(
         "quick",
         &["--error", "5%", "--for", "tractoin"],
-        "traction, height, friction",
+        "pressure, height, friction, shear, traction",
     );
     refused(
         "verification/column",

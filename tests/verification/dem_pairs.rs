@@ -101,6 +101,19 @@ fn a_pair_that_is_not_there_or_cannot_be_is_refused() {
     assert!(rigid.contains("contact_stiffness_pa"), "{rigid}");
     let smooth = told(json!([pair]), json!({"kind": "signorini"}));
     assert!(smooth.contains("law.pairs[0].friction"), "{smooth}");
+    let idle = told(json!([{"between": ["grains", "rough"]}]), coulomb());
+    assert!(
+        idle.contains("law.pairs[0]: has nothing of its own"),
+        "{idle}"
+    );
+    let fixed = told(
+        json!([{"between": ["rough", "rough"], "friction": 0.2}]),
+        coulomb(),
+    );
+    assert!(
+        fixed.contains("law.pairs[0].between: never touch"),
+        "{fixed}"
+    );
     let springs = json!({"kind": "coulomb", "friction": 0.1, "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
     for (law, damping) in [(springs, 0.05), (coulomb(), 0.5)] {
         let damped = json!([{"between": ["grains", "rough"], "damping": damping}]);

@@ -13,3 +13,4 @@ mod outputs;
 pub mod position;
 pub mod session;
 pub mod time_loop;
+mod unusual;

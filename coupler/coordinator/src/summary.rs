@@ -91,6 +91,12 @@ pub struct Summary {
     /// Stability of the interfaces as it was predicted after the handshake.
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     pub stability: Vec<(String, StabilityPrediction)>,
+    /// End of the windows (s), known after the handshake.
+    #[serde(skip)]
+    pub end_s: Option<f64>,
+    /// Number of the warnings from before the first window; absent where that never began.
+    #[serde(skip)]
+    pub warned_before: Option<usize>,
     /// Lines about stability and log from before the first window.
     #[serde(skip)]
     pub foreseen: Vec<String>,
@@ -197,6 +203,11 @@ struct LogSummary {
 }
 
 impl Summary {
+    /// The warnings from before the first window: geometry, masses and keys are known by then.
+    pub fn foreseen_warnings(&self) -> &[Warning] {
+        &self.warnings[..self.warned_before.unwrap_or(self.warnings.len())]
+    }
+
     /// Begins with a run that has not done anything yet.
     pub fn new(scenario: &str, scenario_hash: &str) -> Summary {
         Summary {

@@ -21,13 +21,13 @@ pub mod rule;
 pub mod tested;
 
 use kit::keys::proposal;
-use protocol::Cause;
+use protocol::{Cause, Surface};
 
 use crate::quiet::participant_index;
 use joined::joins;
 use launch::Launch;
 use plain::RuleTrial;
-use rule::{ConformRow, Rule, RuleFinding, RuleVerdict, Stop};
+use rule::{ConformRow, Rule, RuleFinding, RuleVerdict, Stop, broken};
 use scenario::error::{Code, Error, Refusal};
 use scenario::keys::Participant;
 use scenario::load::Loaded;
@@ -98,9 +98,9 @@ pub fn conform(
     let Some(launch) = table.tried(Rule::Surface, Launch::new(&tested, 1))? else {
         return Ok(table.rows);
     };
-    let points = format!("{} points", launch.surface.len());
+    let surface = weights(&tested, &launch.surface);
     drop(launch);
-    table.add(Rule::Surface, RuleVerdict::Holds, points);
+    table.enter(Rule::Surface, surface)?;
     if wanted(Rule::Joins) {
         table.enter(Rule::Joins, joins(&tested))?;
     }
@@ -118,6 +118,19 @@ pub fn conform(
         }
     }
     Ok(table.rows)
+}
+
+/// The points of a participant, and that those of a continuum with a step of its own have masses.
+fn weights(tested: &TestedParticipant, surface: &Surface) -> RuleFinding {
+    let points = surface.len();
+    let weightless = surface.mass_kg.iter().filter(|mass| **mass == 0.0).count();
+    let moves = tested.part == Part::ForceDriven && tested.description.step_s.is_some();
+    if moves && weightless > 0 {
+        return broken(format!(
+            "{weightless} of its {points} points have no mass, although it has a step of its own: give them their lumped masses, or no step_s if it is always in equilibrium"
+        ));
+    }
+    Ok(format!("{points} points"))
 }
 
 /// Refuses names that no rule has.

@@ -46,7 +46,7 @@ pub mod units;
 mod verdict;
 
 /// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given, with what a study
-/// knows of its scene; returns the names of the files, and what table is not what its run wrote.
+/// knows of its scene; returns the names of the files, and what table or field is not what its run wrote.
 ///
 /// # Errors
 /// A file of a run is missing or damaged, or one cannot be written.
@@ -58,6 +58,7 @@ pub fn write(
     let run = RunFiles::read_for_page(run)?;
     let other = other.map(RunFiles::read_for_page).transpose()?;
     let damage = run.damage().or(other.as_ref().and_then(RunFiles::damage));
+    let damage = damage.or_else(|| run.field_damage());
     let sections = sections(&run, other.as_ref(), front)?;
     let mut names = Vec::new();
     let mut known = HashSet::new();

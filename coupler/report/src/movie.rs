@@ -50,7 +50,8 @@ const FEW: usize = 12;
 pub fn write(run: &Path) -> Result<(String, Option<String>), Error> {
     let run_files = RunFiles::read_what_is_there(run);
     let html = make(&run_files, BYTES_MOST)?;
-    let note = few(&FieldFiles::of(run, &run_files.scenario())?);
+    let damage = run_files.field_damage().map(|error| error.line());
+    let note = damage.or(few(&FieldFiles::of(run, &run_files.scenario())?));
     let path = run.join(FILE);
     std::fs::write(&path, html).map_err(Error::output(path.display()))?;
     Ok((FILE.into(), note))

@@ -8,6 +8,7 @@ use super::units::{four, span, with_unit, with_unit_of};
 use super::verdict::{balances, is_balance};
 use runs::files::RunFiles;
 use runs::warning::Warning;
+use runs::written::names;
 use serde_json::Value;
 
 /// Results that people ask for first, in this order; a scene has some of them.
@@ -68,7 +69,8 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
     if !all {
         lines.extend(first(&run));
         let path = quoted(&path.display().to_string());
-        lines.push(format!("next: thirdbody report {path}"));
+        let verb = if goes_on(&run) { "resume" } else { "report" };
+        lines.push(format!("next: thirdbody {verb} {path}"));
         return lines.join("\n");
     }
     let coupling = run.entries("coupling");
@@ -81,6 +83,13 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
         lines.extend(headed(&group.title, rows));
     }
     lines.join("\n")
+}
+
+/// True for a run that was cut off and left a checkpoint to go on from.
+fn goes_on(run: &RunFiles) -> bool {
+    let cut_off = ["interrupted", "peer_lost", "deadline", "output_failed"];
+    let mut checkpoints = names(run.path.join("checkpoints"));
+    cut_off.contains(&run.text("status")) && checkpoints.next().is_some()
 }
 
 /// Lines with a head; none where there are no lines.

@@ -128,6 +128,8 @@ pub struct FieldsSummary {
     pub wall_s: f64,
     /// By part, the range of each array at its last time: of numbers, or of the lengths of vectors.
     pub last: BTreeMap<String, ArrayRanges>,
+    /// blake3 of each file of fields, by its path in the run directory.
+    pub blake3: BTreeMap<String, String>,
 }
 
 /// The line of a collection that names a file, by its place seen from the collection: it shows the part of this number and

@@ -75,6 +75,24 @@ impl RunFiles {
         self.entries("tables").find_map(problem)
     }
 
+    /// The first of its field files that is not what the run wrote, by `fields.blake3` of summary.json.
+    pub fn field_damage(&self) -> Option<Error> {
+        let hashes = self.summary["fields"]["blake3"].as_object()?;
+        let problem = |(name, hash): (&String, &Value)| {
+            let path = self.path.join(name);
+            let why = match contents(&path).map(|bytes| blake3::hash(&bytes).to_hex()) {
+                None => "cannot be read; the run wrote it",
+                Some(found) if Some(found.as_str()) == hash.as_str() => return None,
+                Some(_) => {
+                    "was changed since the run wrote it, and pictures show what is in it now"
+                }
+            };
+            let text = format!("{}: {why}", path.display());
+            Some(Refusal::other(Code::TableDamaged, text).into())
+        };
+        hashes.iter().find_map(problem)
+    }
+
     /// Reads a run that has ended, and of its tables what can be read.
     ///
     /// # Errors

@@ -23,6 +23,16 @@ kit::findings! {
     /// - Do: lengthen `run.end_s`, or leave it out: the history has an end of its own; or change
     ///   the key that is named.
     UNREACHED = "unreached";
+    /// A modulus, density, strength, speed or size lies far outside of what solids have.
+    ///
+    /// - Why: a number in another unit: GPa for Pa, g/cm3 for kg/m3, mm for m.
+    /// - Do: give the unit that the key is named by; where it is meant so, open
+    ///   `run.plausible.unusual_value_rel`.
+    /// - Judged: Factor by which a number lies outside of the range that solids have: 1e6 to 2e12 Pa
+    ///   of a modulus, 10 to 3e4 kg/m3, 1e5 to 1e11 Pa of a yield stress, 6 km/s, 1 nm to 10 m.
+    /// - Valid: 1 (inside).
+    /// - Wrong: 1.4e4 (`young_pa = 70`).
+    UNUSUAL_VALUE = "unusual_value": unusual_value_rel in run = [1.0, 1e300];
     /// Points that are exchanged have no mass, although their body has a step of its own.
     ///
     /// - Why: a program of your own that tells no masses.

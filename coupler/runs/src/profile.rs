@@ -56,13 +56,15 @@ impl InterfaceTraction {
     }
 
     /// The largest mean pressure (Pa) over boxes of `width_m`, see [`peak_of_means`]; the force of a node acts on its own segment.
-    pub fn peak_of_means(&self, width_m: f64) -> f64 {
+    /// `None` on a surface that is too short for such a box.
+    pub fn peak_of_means(&self, width_m: f64) -> Option<f64> {
         let nodes = self.x_m.iter().zip(&self.area_m2).zip(&self.normal_n);
         let pieces = nodes.map(|((x, area), force)| {
             let half = 0.5 * area / self.thickness_m;
             ([x - half, x + half], *force)
         });
-        peak_of_means(pieces, width_m, self.period_m) / self.thickness_m
+        let peak = peak_of_means(pieces, width_m, self.period_m)?;
+        Some(peak / self.thickness_m)
     }
 
     /// Half of the shortest distance that is symmetric about the middle and carries `share` of the normal force (m). The middle is
@@ -114,7 +116,10 @@ mod tests {
             period_m: None,
         };
         // 40 N on 0.4 mm2 is 100 MPa, whatever the boxes.
-        assert!((uniform.peak_of_means(1e-3) / 1e8 - 1.0).abs() < 1e-12);
+        let peak = uniform.peak_of_means(1e-3).expect("a box in the middle");
+        assert!((peak / 1e8 - 1.0).abs() < 1e-12);
+        // The surface is 2 mm long, and over 3 mm its mean would be two thirds of that.
+        assert_eq!(uniform.peak_of_means(3e-3), None);
         assert_eq!(uniform.half_width(0.98), 0.8e-3);
         let beside = InterfaceTraction {
             x_m: uniform.x_m.iter().map(|x| x - 4e-3).collect(),
@@ -135,6 +140,7 @@ mod tests {
             period_m,
         };
         let peaks = [None, Some(2e-3)].map(|period_m| at(period_m).peak_of_means(1e-3));
+        let peaks = peaks.map(|peak| peak.expect("a whole box"));
         assert!((peaks[0] / 1e8 - 1.0).abs() < 1e-12, "{peaks:?}");
         assert!((peaks[1] / 1.8e8 - 1.0).abs() < 1e-12, "{peaks:?}");
     }

@@ -62,6 +62,18 @@ pub fn add_tables(run: &Path, known: &mut BTreeMap<String, Written>) {
     }
 }
 
+/// Hashes (blake3, in hexadecimal) of the field files of a run directory, by their paths in it.
+pub fn field_hashes(run: &Path) -> BTreeMap<String, String> {
+    let fields =
+        names(run.join("fields")).filter(|name| name.ends_with(".vtu") || name.ends_with(".vtp"));
+    let hashes = fields.filter_map(|name| {
+        let name = format!("fields/{name}");
+        let hash = blake3::hash(&contents(&run.join(&name))?);
+        Some((name, hash.to_hex().to_string()))
+    });
+    hashes.collect()
+}
+
 /// Names of the files of a folder.
 pub fn names(folder: PathBuf) -> impl Iterator<Item = String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();

@@ -38,6 +38,15 @@ pub struct Loaded {
     pub changed: Changes,
 }
 
+impl Loaded {
+    /// The name that `run.derived_from` gives, where no shipped scene has it, and the name that was perhaps meant.
+    pub fn unknown_origin(&self) -> Option<(&str, Option<String>)> {
+        let name = self.scenario.run.derived_from.as_deref()?;
+        let unknown = scenes::scene_file(name).is_none();
+        unknown.then(|| (name, scenes::meant(name, false).map(String::from)))
+    }
+}
+
 /// Key of the manifest that keeps [`Loaded::changed`].
 pub const CHANGED_KEY: &str = "changed";
 
@@ -211,10 +220,29 @@ fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
         code: Code::TomlSyntax,
         key: source.name.clone(),
         problem: format!("not valid TOML: {}", error.message()),
-        help: None,
+        help: error
+            .span()
+            .and_then(|span| decimal_comma(&source.text, span.start)),
         source_file: Some(miette::NamedSource::new(&source.name, source.text.clone())),
         span: error.span().map(Into::into),
     }))
+}
+
+/// The help for a number that is written with a comma, where an error stands at or behind it.
+fn decimal_comma(text: &str, at: usize) -> Option<String> {
+    let line = text.get(..at)?.lines().count().checked_sub(1)?;
+    let line = text.lines().nth(line)?;
+    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let mut values = line.split('=').skip(1).map(str::trim_start);
+    values.find_map(|value| {
+        let (whole, rest) = value.split_once(',')?;
+        let length = rest
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(rest.len());
+        let part = &rest[..length];
+        let is_one = is_number(whole.trim_start_matches(['-', '+'])) && is_number(part);
+        is_one.then(|| format!("numbers have a decimal point: write {whole}.{part}"))
+    })
 }
 
 #[cfg(test)]
@@ -282,6 +310,20 @@ load_n = 8000.0
     fn a_number_that_is_not_finite_is_named() {
         let error = read(&SMALL.replace("8000.0", "nan"), &[]).expect_err("not a number");
         assert_eq!(key_of(error), "participant.rail.config.wheel.load_n");
+    }
+
+    #[test]
+    fn a_decimal_comma_is_named() {
+        for text in ["thickness_m = 0,3", "law = { friction = -0,3, k = 1 }"] {
+            let error = read(&SMALL.replace("thickness_m = 1e-3", text), &[]).expect_err("a comma");
+            let Error::Scenario(error) = error else {
+                panic!("{error}")
+            };
+            let help = error.help.unwrap_or_default();
+            assert!(help.ends_with("0.3"), "{text}: {help}");
+        }
+        let error = read(&SMALL.replace("= 1e-3", "= [1,"), &[]).expect_err("no end");
+        assert!(matches!(error, Error::Scenario(error) if error.help.is_none()));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use coordinator::run::session::RunBudget;
 use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
+use scenario::overrides::{key_of, parse_value};
 use study::budget::{Budget, Candidate, SceneSettings, first_choice};
 use study::stored::StoredStudy;
 use terminal::tell;
@@ -55,6 +56,17 @@ impl BudgetArguments {
                     (chosen, Some(wall_s), Some(*limit_s))
                 }
             };
+            if let Some(set) = scenario
+                .set
+                .iter()
+                .find(|set| overridden(set, &chosen.setting.set))
+            {
+                let problem = format!(
+                    "{set} has no effect: the study `{}` chooses this key, and the budget sets it; remove --set or --budget",
+                    study.study
+                );
+                return Err(Refusal::argument("--set", problem).into());
+            }
             if study.build != build().hash {
                 tell(&format!(
                     "study `{}` was made by another build, {}: its errors are taken to hold for this one",
@@ -70,6 +82,16 @@ impl BudgetArguments {
         };
         first_choice(self.study.as_deref(), &loaded.resolved, choose)
     }
+}
+
+/// True for an override whose key these give another value.
+fn overridden(set: &str, by: &[String]) -> bool {
+    let value = |set: &str| {
+        set.split_once('=')
+            .map(|(_, value)| parse_value(value.trim()))
+    };
+    let mut same = by.iter().filter(|other| key_of(other) == key_of(set));
+    same.any(|other| value(other) != value(set))
 }
 
 /// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they
@@ -140,6 +162,18 @@ mod tests {
             "settings": settings,
         });
         serde_json::from_value(study).expect("it is one")
+    }
+
+    #[test]
+    fn an_override_that_the_budget_would_undo_is_found() {
+        let by = [
+            "interface.a.substeps=9".to_string(),
+            "participant.p.config.mass_scale=1e2".into(),
+        ];
+        assert!(overridden("interface.a.substeps = 2", &by));
+        assert!(!overridden("interface.a.substeps=9", &by));
+        assert!(!overridden("participant.p.config.mass_scale=100.0", &by));
+        assert!(!overridden("run.seed=2", &by));
     }
 
     #[test]

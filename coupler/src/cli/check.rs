@@ -10,7 +10,7 @@ use coordinator::run::check::check as check_scenario;
 use coordinator::run::session::Ended;
 use coordinator::summary::Summary;
 use runs::warning::Warning;
-use scenario::error::Error;
+use scenario::error::{CHECK_FAILED, Error};
 use scenario::load::Loaded;
 use scenario::schema::schema;
 
@@ -43,7 +43,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let threads = scenario.threads();
     let warnings = check_scenario(&loaded, registry, threads)?;
     print(&describe(&loaded))?;
-    for warning in warnings {
+    for warning in &warnings {
         print(&warning.line())?;
     }
     if arguments.no_start {
@@ -59,9 +59,26 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     }
     let deadlines = &mut loaded.scenario.run.deadlines;
     deadlines.setup_s = deadlines.setup_s.min(SETUP_S);
-    let (lines, refused) = foretold(rehearse(&loaded, threads, registry)?)?;
+    let ended = rehearse(&loaded, threads, registry)?;
+    let foreseen = ended.summary.foreseen_warnings();
+    let foreseen = foreseen
+        .iter()
+        .filter(|warning| !warnings.contains(warning));
+    let foreseen: Vec<Warning> = foreseen.cloned().collect();
+    for warning in &foreseen {
+        print(&warning.line())?;
+    }
+    let (lines, refused) = foretold(ended)?;
     for line in lines {
         print(&line)?;
+    }
+    let condemned = foreseen.iter().find(|warning| warning.suspect);
+    if let (Some(warning), None) = (condemned, &refused) {
+        print(&format!(
+            "suspect: a run of it ends with exit code {CHECK_FAILED} for `{}`, which is beyond its second bound",
+            warning.code
+        ))?;
+        return Ok(CHECK_FAILED);
     }
     refused.map_or(Ok(0), Err)
 }
@@ -77,10 +94,7 @@ pub(super) fn schema_of(registry: &Registry) -> Value {
 /// Stability, log and cost as a dry run foretold them, and the error by which it ended early, as a run would.
 fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     let summary = &ended.summary;
-    let early = |w: &&Warning| ["unreached", "long_window"].contains(&w.code.as_str());
-    let early = summary.warnings.iter().filter(early);
-    let foreseen = summary.foreseen.iter().cloned();
-    let mut lines: Vec<String> = early.map(Warning::line).chain(foreseen).collect();
+    let mut lines = summary.foreseen.clone();
     let told = summary.spent.as_ref().and_then(|spent| spent.told);
     match (told, ended.error) {
         (_, Some(error @ Error::Interrupted { .. })) => Err(error),

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print};
-use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
+use runs::compare::{Compared, Comparison, NumberPair, OF_ONE, difference, ratio};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 use study::file::StudyFile;
@@ -121,7 +121,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
     }
     let moved = |compared: &Compared| match compared {
         Ok(d) => d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
-        Err(_) => false,
+        Err(why) => !OF_ONE.contains(&why.as_str()),
     };
     let [mut signals, mut profile] = [comparison.signals.clone(), comparison.profile.clone()];
     for rows in [&mut signals, &mut profile] {

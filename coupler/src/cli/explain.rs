@@ -54,7 +54,12 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     let results = results::names();
     all.extend(results.iter().map(String::as_str));
     all.extend(keys.iter().filter_map(|(key, _)| key.rsplit('.').next()));
+    all.sort_unstable();
+    all.dedup();
+    let containing = all.iter().filter(|name| name.contains(word.as_str()));
+    let containing = Vec::from_iter(containing.take(MANY).map(|name| format!("`{name}`")));
     let problem = match proposal(word, "", &all) {
+        _ if !containing.is_empty() => format!("did you mean {}?", containing.join(", ")),
         meant if meant.starts_with("did you mean") => meant,
         _ => "without a word all codes are listed; coupler/RESULTS.md has all results, `check --schema` all keys".into(),
     };

@@ -15,7 +15,7 @@ use coordinator::run::session::{RunBudget, run};
 use scenario::error::{CHECK_FAILED, Error, Refusal};
 use scenario::load::Loaded;
 use study::budget::{Budget, SceneSettings};
-use study::draft::measures;
+use study::draft::{further_measures, measures};
 use study::knobs::Knobs;
 use study::measure::{Measure, percent};
 use study::plan::scene_id;
@@ -30,7 +30,8 @@ pub struct TuneArguments {
     /// The error to keep, relative to a finer reference with the same seed: 2% or 0.02.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     error: f64,
-    /// Measures that must keep it: traction, height, friction, or signals.NAME, profile.NAME, results.NAME; by default what `study new` measures.
+    /// Measures that must keep it: pressure, height, friction, shear, traction (the vector of pressure and shear), or signals.NAME,
+    /// profile.NAME, results.NAME; by default what `study new` measures.
     #[arg(long = "for", value_name = "MEASURE", value_delimiter = ',')]
     measures: Vec<String>,
     /// Time for finding the setting (10min, 600s, 2h); by default that of eighteen runs of the scene as it is.
@@ -134,11 +135,12 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The measures that must keep the error: those that are named, or all that are known of the scene.
 fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, String> {
-    let known = measures(knobs);
-    if known.is_empty() && named.is_empty() {
+    let usual = measures(knobs);
+    if usual.is_empty() && named.is_empty() {
         let why = "the scene has neither a wheel nor an interface: say what must keep the error, signals.NAME or results.NAME";
         return Err(why.into());
     }
+    let known = [&usual[..], &further_measures(knobs)].concat();
     let names = known.iter().map(|measure| format!("{}, ", measure.name));
     let names = names.collect::<String>();
     let of_name = |name: &String| {
@@ -149,7 +151,7 @@ fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, Stri
         found.ok_or_else(|| format!("`{name}` is not measured; for this scene there are {names}signals.NAME, profile.NAME and results.NAME"))
     };
     match named {
-        [] => Ok(known.clone()),
+        [] => Ok(usual),
         named => named.iter().map(of_name).collect(),
     }
 }

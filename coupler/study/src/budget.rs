@@ -255,8 +255,8 @@ mod tests {
         };
         assert_eq!(Budget::parse("error=2%"), Ok(error(None, 0.02)));
         assert_eq!(
-            Budget::parse("traction=0.5"),
-            Ok(error(Some("traction"), 0.5))
+            Budget::parse("pressure=0.5"),
+            Ok(error(Some("pressure"), 0.5))
         );
         assert_eq!(Budget::parse("wall=60s"), Ok(Budget::Wall(60.0)));
         assert_eq!(Budget::parse("wall=2min"), Ok(Budget::Wall(120.0)));
@@ -270,7 +270,7 @@ mod tests {
             "error=nan",
             "error=5",
             "error=1",
-            "traction=150%",
+            "pressure=150%",
         ] {
             assert!(Budget::parse(wrong).is_err(), "{wrong}");
         }

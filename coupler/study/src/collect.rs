@@ -59,6 +59,16 @@ impl StudyRow<'_> {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
+    /// The draw that it is: runs with the same one are the same, whatever seed or name of a case made them.
+    pub fn draw(&self) -> &[String] {
+        let unknown = self.hashes.iter().any(String::is_empty);
+        if unknown {
+            std::slice::from_ref(&self.task.id)
+        } else {
+            &self.hashes
+        }
+    }
+
     /// Its distance from the reference by a measure, to be trusted or not.
     pub fn distance(&self, measure: usize) -> Option<f64> {
         self.deviations[measure].map(f64::abs)

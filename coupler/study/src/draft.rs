@@ -1,7 +1,7 @@
 //! A study that is written for a scene: its numerical choices, what is measured, and a load history that is over sooner.
 
 use super::knobs::{KNOBS, Knob, Knobs, Levels};
-use super::measure::Measure;
+use super::measure::{Measure, TRACTION};
 
 /// Values of a name that stand for overrides: what is shown, and the overrides.
 pub type Cases = Vec<(String, Vec<String>)>;
@@ -113,10 +113,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
             let set = overrides(&levels)?;
             Some((knobs.value(*knob, &levels)?, set))
         });
-        let mut cases: Cases = alone.collect();
-        // Half a level is none where values are whole.
-        cases.dedup_by(|a, b| a.1 == b.1);
-        vary.push((knob.name().to_string(), cases));
+        vary.push((knob.name().to_string(), alone.collect()));
     }
     let together = [-1.0f64, -0.5, 0.0, 0.5].iter().filter_map(|level| {
         let levels = KNOBS.map(|knob| match knob {
@@ -127,7 +124,11 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
         });
         Some((knobs.words(&levels), overrides(&levels)?))
     });
-    vary.push(("together".into(), together.collect()));
+    vary.push(("together".into(), together.collect::<Cases>()));
+    for (_, cases) in &mut vary {
+        // Half a level is none where values are whole, or are shown by the same digits.
+        cases.dedup_by(|a, b| a.0 == b.0 || a.1 == b.1);
+    }
     vary.retain(|(_, cases)| !cases.is_empty());
     (!known.is_empty()).then(|| Draft {
         reference: reference.clone(),
@@ -136,21 +137,41 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
     })
 }
 
-/// The measures of a scene: traction, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
+/// The participant with a wheel.
+fn under_wheel<'a>(knobs: &Knobs<'a>) -> Option<&'a str> {
+    let mut names = knobs.scenario.participant.iter().map(|p| p.name.as_str());
+    names.find(|name| knobs.number(name, "wheel.load_n").is_some())
+}
+
+/// Measures of the surface below a wheel that [`measures`] leaves out: the shear, and the vector of both.
+pub fn further_measures(knobs: &Knobs) -> Vec<Measure> {
+    let names = under_wheel(knobs).map(|name| {
+        [("shear", "shear_pa"), ("traction", TRACTION)]
+            .map(|(word, of)| of_profile(knobs, name, word, of))
+    });
+    names.into_iter().flatten().collect()
+}
+
+/// The L2 norm of a column of the profile, in bins of a few grains or elements.
+fn of_profile(knobs: &Knobs, participant: &str, name: &str, column: &str) -> Measure {
+    let part = |key: &str, part: f64| knobs.number(participant, key).map(|length| part * length);
+    let grains = part("sample.half_width_m", 0.125).or(part("sample.width_m", 0.0625));
+    Measure {
+        bin_m: grains.or(part("mesh.size_m", 2.0)),
+        ..Measure::new(name, format!("profile.{column}"))
+    }
+}
+
+/// The measures of a scene: pressure, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
 /// driven clusters.
 pub fn measures(knobs: &Knobs) -> Vec<Measure> {
     let scenario = knobs.scenario;
-    let mut participants = scenario.participant.iter().map(|p| p.name.as_str());
-    if let Some(name) = participants.find(|name| knobs.number(name, "wheel.load_n").is_some()) {
-        let part = |key: &str, part: f64| knobs.number(name, key).map(|length| part * length);
-        let grains = part("sample.half_width_m", 0.125).or(part("sample.width_m", 0.0625));
-        let bin_m = grains.or(part("mesh.size_m", 5.0));
-        let mut traction = Measure::new("traction", "profile.pressure_pa".into());
-        traction.bin_m = bin_m;
+    if let Some(name) = under_wheel(knobs) {
+        let pressure = of_profile(knobs, name, "pressure", "pressure_pa");
         let is_static = knobs.text(name, "analysis") == Some("static");
         let height = if is_static { "approach_m" } else { "wheel_y_m" };
         let height = Measure::new("height", format!("signals.{height}"));
-        let mut all = vec![traction, height];
+        let mut all = vec![pressure, height];
         if knobs.number(name, "wheel.cycles").unwrap_or(0.0) > 0.0 {
             all.push(Measure::new("friction", "signals.wheel_ft_n".into()));
         }

@@ -1,6 +1,8 @@
 //! Means of what is measured over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one
 //! draw, and only means can be told apart.
 
+use std::collections::BTreeSet;
+
 use super::collect::{Results, cell, line};
 use super::settings::{StudySetting, settings};
 use kit::student::student;
@@ -18,8 +20,10 @@ pub struct EnsembleMean {
     pub chosen: Vec<(usize, String)>,
     /// True for the reference.
     pub reference: bool,
-    /// The values of the runs that are to be trusted.
+    /// The values of the runs that are to be trusted; runs with the same bits are one draw and have one.
     pub values: Vec<f64>,
+    /// Number of those runs, each time that it stands in a scene.
+    pub runs: usize,
     /// Their mean.
     pub mean: f64,
     /// Their standard deviation; 0 of one value, as the next.
@@ -57,8 +61,10 @@ fn difference(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
 pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
     let settings = settings(results);
     let values = |setting: &StudySetting, measure: usize| -> Vec<f64> {
+        let mut seen = BTreeSet::new();
         let rows = setting.rows.iter().filter(|row| row.is_trusted());
-        rows.filter_map(|row| row.numbers[measure]).collect()
+        let draws = rows.filter(|row| seen.insert(row.draw()));
+        draws.filter_map(|row| row.numbers[measure]).collect()
     };
     let held = results.file.reference.is_given();
     let mut all = settings.iter();
@@ -69,7 +75,13 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
         let reference_values = reference.map(|setting| values(setting, measure));
         means.extend(settings.iter().filter_map(|setting| {
             let values = values(setting, measure);
-            let single = || (!held && values.len() == 1).then(|| [values[0], 0.0, 0.0]);
+            let runs = setting
+                .rows
+                .iter()
+                .filter(|row| row.is_trusted() && row.numbers[measure].is_some());
+            let runs = runs.count();
+            let single =
+                || (values.len() == 1 && (!held || runs > 1)).then(|| [values[0], 0.0, 0.0]);
             let [mean, deviation, half_width] = mean_of(&values).or_else(single)?;
             let is_reference = setting.is_reference(results);
             let other = reference_values.as_ref().filter(|_| !is_reference);
@@ -81,6 +93,7 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
                 reference: is_reference,
                 difference: other.and_then(|other| difference(&values, other)),
                 values,
+                runs,
                 mean,
                 deviation,
                 half_width,
@@ -101,8 +114,12 @@ impl EnsembleMean {
     pub fn words(&self) -> String {
         let [mean, half, scatter] = [self.mean, self.half_width, self.deviation];
         let (setting, count) = (&self.setting, self.values.len());
+        let repeated = match self.runs - count {
+            0 => String::new(),
+            more => format!("; {more} more have the bits of another and do not count"),
+        };
         if count == 1 {
-            return format!("{setting}: {mean:.4e}");
+            return format!("{setting}: {mean:.4e}{repeated}");
         }
         let told = match self.difference {
             None if self.reference => ": the reference".to_string(),
@@ -113,7 +130,9 @@ impl EnsembleMean {
                 format!(": {share:+.0} % from the reference, {chance} chance")
             }
         };
-        format!("{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}){told}")
+        format!(
+            "{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}{repeated}){told}"
+        )
     }
 }
 

@@ -214,6 +214,16 @@ impl StudyFile {
             if choices.is_empty() {
                 return Err(format!("vary.{index} (`{}`): has no values", vary.key));
             }
+            // Rows are grouped by their values: equal ones would count a run again, or mix two.
+            let numbers = choices.iter().map(|choice| as_number(&choice.text));
+            let numbers = Vec::from_iter(numbers);
+            twice(
+                &format!("vary.{index} (`{}`)", vary.key),
+                numbers.iter().map(String::as_str),
+            )
+            .map_err(|why| {
+                format!("{why}: give each value once, and each case a value of its own")
+            })?;
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
         twice("measure", self.measure.iter().map(|m| m.name.as_str()))?;
@@ -268,6 +278,12 @@ fn no_study(path: &Path, error: io::Error) -> Error {
         None => return Error::input(path.display())(error),
     };
     Refusal::file(path, problem).into()
+}
+
+/// A value in the one way in which numbers are written: `1`, `1.0` and `1e0` are the same.
+fn as_number(text: &str) -> String {
+    text.parse::<f64>()
+        .map_or(text.into(), |number| number.to_string())
 }
 
 /// Refuses a name that is given twice.
@@ -441,5 +457,29 @@ at_s = 1e-3
                 .expect_err("twice")
                 .contains("`a` stands twice")
         );
+    }
+
+    /// A repeated value would count a run twice in a mean; two cases of one value would be a mean of both.
+    #[test]
+    fn a_value_stands_once() {
+        let refused = |values: &str| {
+            let study = STUDY.replace("log = { from = 1e-6, to = 1e-4, count = 3 }", values);
+            StudyFile::parse(&study).err().unwrap_or_default()
+        };
+        for values in [
+            "values = [1, 1, 1, 2, 2, 2]",
+            "values = [0.1, 0.10]",
+            "values = [1, 1.0]",
+            "values = [1000000, 1e6]",
+            "log = { from = 1.0, to = 1.0, count = 2 }",
+            "case = [{ value = 1, set = [\"b=1000\"] }, { value = 1, set = [\"b=9000\"] }]",
+        ] {
+            let why = refused(values);
+            assert!(
+                why.contains("vary.0 (`a`): `") && why.contains("stands twice"),
+                "{values}: {why}"
+            );
+        }
+        assert_eq!(refused("values = [1, 2, \"x\", true]"), "");
     }
 }

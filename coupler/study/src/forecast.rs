@@ -14,6 +14,7 @@ use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
 use kit::keys::proposal;
 use kit::scratch::Scratch;
 use runs::identity::build;
+use runs::steps::bin_fits;
 use runs::table::Table;
 use scenario::error::Error;
 use scenario::load::Loaded;
@@ -42,6 +43,8 @@ pub struct Forecast {
     pub memory_bytes: u64,
     /// Columns of its signals.
     signals: Vec<String>,
+    /// End of its windows (s), where it came as far as to know it.
+    end_s: Option<f64>,
 }
 
 /// Runs the first windows of a scenario, which foretell its cost, in a folder that does not stay; returns its signals as well.
@@ -88,6 +91,7 @@ impl Forecast {
             wall_s: told.map_or(0.0, |told| told.wall_high_s),
             memory_bytes: told.map_or(0, |told| told.memory_bytes),
             signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
+            end_s: ended.summary.end_s,
         };
         let text = serde_json::to_string_pretty(&forecast).unwrap_or_default();
         write_in(folder, KEPT, &text)?;
@@ -110,6 +114,19 @@ impl Forecast {
         let mut participants = task.loaded.scenario.participant.iter();
         let others = participants.any(|participant| participant.command.is_some());
         for measure in measures {
+            let (name, end_s) = (&measure.name, self.end_s.unwrap_or(f64::INFINITY));
+            if let Some(at_s) = measure
+                .at_s
+                .filter(|at_s| !(0.0..=end_s * (1.0 + 1e-9)).contains(at_s))
+            {
+                return Err(format!(
+                    "measure `{name}`: at_s = {at_s:e} is no instant of the run, which ends at {end_s:.4e} s"
+                ));
+            }
+            let surface_m = Knobs::of(&task.loaded).surface_m();
+            if let Some((bin_m, length)) = measure.bin_m.zip(surface_m) {
+                bin_fits(bin_m, [length; 2]).map_err(|why| format!("measure `{name}`: {why}"))?;
+            }
             let (known, what, name) = match measure.table() {
                 Some(("signals", name)) => (&self.signals[..], "its signals", name),
                 Some(("results", name)) if !others => (results, "results", name),

@@ -224,6 +224,19 @@ impl<'a> Knobs<'a> {
         }
     }
 
+    /// Length of the longest surface of the shipped solvers by its keys (m), where they have one.
+    pub fn surface_m(&self) -> Option<f64> {
+        let names = self.scenario.participant.iter().map(|p| p.name.as_str());
+        let keys = [
+            ("mesh.width_m", 1.0),
+            ("sample.width_m", 1.0),
+            ("sample.half_width_m", 2.0),
+        ];
+        let lengths =
+            names.flat_map(|name| keys.map(|(key, whole)| Some(whole * self.number(name, key)?)));
+        lengths.flatten().reduce(f64::max)
+    }
+
     pub(super) fn given(&self, participant: &str, key: &str) -> Option<&toml::Value> {
         let key = format!("participant.{participant}.config.{key}");
         value_at(&self.table, &key)

@@ -15,7 +15,7 @@ use runs::table::Table;
 pub struct Measure {
     /// Its columns are `value_<name>` and, with a reference, `error_<name>`.
     pub name: String,
-    /// `signals.NAME`, `profile.NAME` or `results.NAME`.
+    /// `signals.NAME`, `profile.NAME` or `results.NAME`; `profile.traction_pa` is the vector of pressure and shear.
     pub of: String,
     /// The norm; that of a result is `at`.
     #[serde(default)]
@@ -27,6 +27,9 @@ pub struct Measure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bin_m: Option<f64>,
 }
+
+/// The name of the vector of `pressure_pa` and `shear_pa` in a profile.
+pub const TRACTION: &str = "traction_pa";
 
 /// Norm of numbers; distances are relative to that of the reference.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, PartialEq, Eq)]
@@ -161,7 +164,7 @@ impl Measure {
             ("signals", None) => of_curve(column(&run.signals, "t_s", name)?)?,
             _ => {
                 let own = steps(run, name)?;
-                own.distance(&own.zero(), self.bin_m)
+                own.distance(&own.zero(), self.bin_m)?
             }
         };
         Ok(match self.norm {
@@ -190,7 +193,7 @@ impl Measure {
                 let [own, other] = [run, reference].map(|run| column(&run.signals, "t_s", name));
                 own?.distance(&other?)?
             }
-            _ => steps(run, name)?.distance(&steps(reference, name)?, self.bin_m),
+            _ => steps(run, name)?.distance(&steps(reference, name)?, self.bin_m)?,
         };
         let relative = match self.norm {
             Norm::Max => found.max_rel,
@@ -202,8 +205,16 @@ impl Measure {
 
 fn steps(run: &RunFiles, name: &str) -> Result<Steps, String> {
     let table = run.profile.as_ref().ok_or("there is no profile.csv")?;
-    let curve = column(table, "x_m", name)?;
-    Steps::around(curve.x, curve.y).ok_or("there are no numbers".into())
+    let column = |name| column(table, "x_m", name);
+    let steps = if name == TRACTION {
+        let [pressure, shear] = [column("pressure_pa")?, column("shear_pa")?];
+        let vectors = pressure.y.iter().zip(shear.y);
+        Steps::of_vectors(pressure.x, vectors.map(|(p, t)| [*p, *t]))
+    } else {
+        let curve = column(name)?;
+        Steps::around(curve.x, curve.y)
+    };
+    steps.ok_or("there are no numbers".into())
 }
 
 /// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one
@@ -284,6 +295,24 @@ mod tests {
         assert_eq!(of(&measure("signals.y", "at", "at_s = 0.5")), Ok(-0.25));
         assert_eq!(of(&measure("results.depth_m", "at", "")), Ok(0.5));
         assert_eq!(of(&measure("profile.p_pa", "l2", "")), Ok(0.0));
+        let vector = |shear: &str| RunFiles {
+            profile: Table::parse(&format!(
+                "x_m,pressure_pa,shear_pa\n0,4,{shear}\n1,4,{shear}\n"
+            ))
+            .ok(),
+            ..RunFiles::default()
+        };
+        let traction = measure("profile.traction_pa", "l2", "");
+        let (sheared, reference_vector) = (vector("0"), vector("3"));
+        let found = traction.deviation(&sheared, ReferenceNumbers::Run(&reference_vector));
+        assert_eq!(
+            found,
+            Ok(0.6),
+            "3 Pa of shear are missing in a vector of 5 Pa"
+        );
+        let pressure = measure("profile.pressure_pa", "l2", "");
+        let found = pressure.deviation(&sheared, ReferenceNumbers::Run(&reference_vector));
+        assert_eq!(found, Ok(0.0));
         let missing = of(&measure("signals.z", "l2", ""));
         assert_eq!(missing, Err("no column `z`".into()));
         let exact = BTreeMap::from([("m".to_string(), 3.0)]);

@@ -257,8 +257,15 @@ impl StoredStudy {
     /// Reads the text of `study.json`, which came from this path.
     fn parse(path: &Path, text: &str) -> Result<StoredStudy, Error> {
         let refuse = |problem: String| Refusal::file(path, problem);
-        let study: StoredStudy =
+        let mut study: StoredStudy =
             serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
+        // Studies of older builds call the pressure alone so.
+        let misnamed = |of: &&mut Measure| of.name == "traction" && of.of == "profile.pressure_pa";
+        study
+            .measures
+            .iter_mut()
+            .filter(misnamed)
+            .for_each(|of| of.name = "pressure".into());
         if study.schema != SCHEMA {
             return Err(refuse(format!("is a {}, not a {SCHEMA}", study.schema)).into());
         }

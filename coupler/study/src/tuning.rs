@@ -184,7 +184,10 @@ impl Tuning<'_> {
             let errs = |m: usize| model.knobs[knob.index()].error(m, 0.0);
             let is_small = model.measures().all(|m| errs(m) < ROOM * self.target);
             let second = knob.second().filter(|level| *level > 0.0 || is_small);
-            let second = second.filter(|level| !levels.is_empty() && known(*knob, level));
+            // Grains that are hardly heavier than real ones have a single lighter level.
+            let own = |level: f64| self.knobs.value(*knob, &knob.alone(level));
+            let is_other = |level: &f64| known(*knob, level) && own(*level) != own(1.0);
+            let second = second.filter(|level| !levels.is_empty() && is_other(level));
             levels.extend(second);
         }
         let explored = self.runs_of(&levels)?;
@@ -363,15 +366,24 @@ impl Tuning<'_> {
         seeds: &[u64],
     ) -> Result<Option<(TrialOutcome, Option<StoredStudy>)>, Error> {
         let without_study = |outcome: TrialOutcome| Ok(Some((outcome, None)));
-        let case = |setting: &Levels| {
+        let case = |(k, setting): (usize, &Levels)| {
             let set = self.knobs.set(setting).unwrap_or_default();
-            (self.knobs.words(setting), set)
+            let words = self.knobs.words(setting);
+            // Levels may differ by less than the digits that are shown.
+            let mut before = settings[..k].iter().map(|other| self.knobs.words(other));
+            let number = before
+                .any(|other| other == words)
+                .then(|| format!(" ({k})"));
+            (words + &number.unwrap_or_default(), set)
         };
         let draft = Draft {
             head: "Settings against a finer reference, each with the same seeds.".into(),
             reference: self.knobs.set(reference).unwrap_or_default(),
             seeds: seeds.to_vec(),
-            vary: vec![("setting".into(), settings.iter().map(case).collect())],
+            vary: vec![(
+                "setting".into(),
+                settings.iter().enumerate().map(case).collect(),
+            )],
             ..self.draft()
         };
         let study = self.run("trial", &draft)?;

@@ -304,10 +304,10 @@ mod tests {
 
     #[test]
     fn a_sentence_tells_cost_and_error_from_the_nearest_to_the_farthest() {
-        let sentence = knob(&[0.047, 0.022], 0.0).sentence(&["traction".into()]);
+        let sentence = knob(&[0.047, 0.022], 0.0).sentence(&["pressure".into()]);
         assert_eq!(
             sentence,
-            "substeps 1 -> 0: 2.0x cheaper, 2.2 -> 4.7 % traction error"
+            "substeps 1 -> 0: 2.0x cheaper, 2.2 -> 4.7 % pressure error"
         );
     }
 

@@ -213,6 +213,23 @@ impl LawKind {
 }
 
 impl PairConfig {
+    /// True for an entry that gives no key of a law.
+    pub(super) fn has_no_law(&self) -> bool {
+        let numbers = [
+            self.friction,
+            self.restitution,
+            self.contact_stiffness_pa,
+            self.damping,
+            self.tangential_stiffness_ratio,
+        ];
+        let others = [
+            self.rolling.is_none(),
+            self.adhesion.is_none(),
+            self.healing.is_none(),
+        ];
+        numbers.iter().all(Option::is_none) && others == [true; 3]
+    }
+
     /// The law with what this pair has of its own.
     pub fn merged(&self, law: &LawConfig) -> LawConfig {
         let mut merged = law.clone();

@@ -117,11 +117,8 @@ impl Accommodation {
         let slip = self.slips.value().unwrap_or(f64::NAN);
         let pieces = pieces(bodies, &self.pressed);
         let period = bodies.period.map(|period| period.length);
-        let pressure = if pieces.is_empty() {
-            f64::NAN
-        } else {
-            peak_of_means(pieces.into_iter(), BOX_M, period) / (self.time * self.thickness_m)
-        };
+        let peak = peak_of_means(pieces.into_iter(), BOX_M, period);
+        let pressure = peak.map_or(f64::NAN, |peak| peak / (self.time * self.thickness_m));
         self.slips = Mean::default();
         self.range = [self.base; 2];
         self.pressed.fill(0.0);

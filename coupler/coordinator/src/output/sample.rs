@@ -13,7 +13,7 @@ kit::results! {
     /// - `interface_force_n`: Normal force through the interface, mean over the last half of the
     ///   hold.
     /// - `p0_1mm_pa`: Largest mean over 1 mm of the pressure on the coupled surface at the end of
-    ///   the hold.
+    ///   the hold. Absent where the surface is shorter.
     /// - `half_width_98_m`: Half of the length around the middle through which 98 % of the normal
     ///   force goes.
 }
@@ -92,7 +92,9 @@ impl SampledMeans {
                 add("interface_force_n", mean);
             }
             if let Some(traction) = &interface.traction {
-                add("p0_1mm_pa", traction.peak_of_means(1e-3));
+                if let Some(peak) = traction.peak_of_means(1e-3) {
+                    add("p0_1mm_pa", peak);
+                }
                 add("half_width_98_m", traction.half_width(0.98));
             }
         }

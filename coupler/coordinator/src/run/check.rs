@@ -3,6 +3,7 @@
 use kit::keys::refuse_if;
 use protocol::Cause;
 
+use super::unusual::unusual;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
 use crate::participants::{Registry, network};
@@ -13,10 +14,11 @@ use scenario::load::Loaded;
 use scheme::keys::SchemeWord;
 
 kit::findings! {
-    /// A key of an interface means nothing for its scheme.
+    /// A key has no effect in this scenario.
     ///
-    /// - Why: it belongs to another scheme.
-    /// - Do: remove it, or take the scheme that it belongs to.
+    /// - Why: it belongs to another scheme of an interface, to fields that are not written, or names a
+    ///   scene that is not shipped.
+    /// - Do: remove it, or give what it belongs to.
     UNUSED_KEY = "unused_key";
 }
 
@@ -50,6 +52,13 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         let key = "run.output.fields_every_s";
         warnings.push(Warning::advice(&UNUSED_KEY, key, text));
     }
+    if let Some((name, meant)) = loaded.unknown_origin() {
+        let meant = meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
+        let text = format!(
+            "no shipped scene is named `{name}`: in which keys this one differs from it stays unknown{meant}"
+        );
+        warnings.push(Warning::advice(&UNUSED_KEY, "run.derived_from", text));
+    }
     let key = "run.output.fields_format";
     refuse_if(
         output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
@@ -70,6 +79,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         }));
     }
     warnings.extend(yielding(loaded, registry));
+    warnings.extend(unusual(loaded));
     Ok(warnings)
 }
 

@@ -33,7 +33,7 @@ use runs::plausible;
 use runs::run_dir::{RunDir, free_bytes, manifest};
 use runs::signals::SIGNALS;
 use runs::warning::{ADVICE, Warning};
-use runs::written::add_tables;
+use runs::written::{add_tables, field_hashes};
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
 use scheme::clock::Clock;
@@ -201,6 +201,9 @@ pub fn run_among(
     let mut summary = session.summary;
     // That of signals.csv is known: what was written says more than what is read back.
     add_tables(rundir.path(), &mut summary.tables);
+    if let Some(fields) = &mut summary.fields {
+        fields.blake3 = field_hashes(rundir.path());
+    }
     let wall_s = start.elapsed().as_secs_f64();
     summary.coordinator(start_cpu_s);
     if let Some(budget) = &options.budget {
@@ -295,7 +298,9 @@ impl RunSession<'_> {
         let scenario = &self.loaded.scenario;
         let greeted = self.greet(recorded)?;
         let told = greeted.iter().map(|greeted| &greeted.description);
-        let (missed, no_hold) = plausible::unreached(scenario, told, end_s(scenario, &greeted)?);
+        let end_s = end_s(scenario, &greeted)?;
+        self.summary.end_s = Some(end_s);
+        let (missed, no_hold) = plausible::unreached(scenario, told, end_s);
         self.warn(missed);
         let mut outputs = self.outputs(recorded, &greeted)?;
         let result = if scenario.interface.is_empty() {
@@ -476,6 +481,7 @@ impl RunSession<'_> {
         }
         let (t_s, end_s) = (reached_s(&groups), end_s(scenario, greeted)?);
         let all = groups.iter().map(GroupRun::windows).sum();
+        self.summary.warned_before = Some(self.summary.warnings.len());
         outputs.begin(&recorded.peers, self.start, [t_s, end_s], all);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
@@ -589,6 +595,7 @@ impl RunSession<'_> {
         let [start_s, end_s] =
             [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
         let windows = end.div_ceil(clock.substeps.into());
+        self.summary.warned_before = Some(self.summary.warnings.len());
         outputs.begin(&recorded.peers, self.start, [start_s, end_s], windows);
         for index in start..windows {
             let step = index * u64::from(clock.substeps);

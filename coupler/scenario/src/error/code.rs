@@ -220,11 +220,11 @@ codes! {
     /// - Why: its writer was killed, or the file was changed on its way.
     /// - Do: what comes before the damage is valid: `--recover` accepts it.
     LogCorrupt, "log-corrupt", DAMAGED, "log_corrupt";
-    /// A table of a run (`signals.csv`, `profile.csv`, those beside the fields) is not what the run
-    /// wrote.
+    /// A table of a run (`signals.csv`, `profile.csv`, those beside the fields) or a file of its
+    /// fields is not what the run wrote.
     ///
     /// - Why: it was changed, cut off or removed after the run, or copied in part: its size, its
-    ///   rows or its blake3 are not those of `tables` in summary.json.
+    ///   rows or its blake3 are not those of `tables` or `fields.blake3` in summary.json.
     /// - Do: put the table back, or make the run again: `thirdbody run RUN/scenario.toml` gives the
     ///   same table with the same build.
     TableDamaged, "table-damaged", DAMAGED, "refused";

@@ -1,0 +1,182 @@
+//! Numbers of a scenario that no solid has: a unit that was mistaken is not seen in the numbers that come out.
+
+use kit::judge;
+use runs::plausible::UNUSUAL_VALUE;
+use runs::warning::Warning;
+use scenario::load::Loaded;
+use scenario::overrides::leaves;
+
+/// A quantity of solids.
+struct Quantity {
+    /// Ends of its keys.
+    keys: &'static [&'static str],
+    /// Its unit, and the least and the largest number that a solid has in it. Sizes and speeds are judged without their signs.
+    unit: &'static str,
+    range: [f64; 2],
+    /// Numbers that most have, by which a mistaken unit is guessed.
+    usual: [f64; 2],
+    /// Other units, and what one of them is in the unit.
+    others: &'static [(&'static str, f64)],
+}
+
+/// Foams to diamond: Young's modulus and density by Ashby, Materials Selection in Mechanical Design (2011), chapter 4; yield stresses up to
+/// those of diamond, contact stiffnesses up to five times the largest modulus; speeds up to a wave's in steel.
+const QUANTITIES: [Quantity; 6] = [
+    Quantity {
+        keys: &["young_pa"],
+        unit: "Pa",
+        range: [1e6, 2e12],
+        usual: [1e9, 2e12],
+        others: &PRESSURES,
+    },
+    Quantity {
+        keys: &["contact_stiffness_pa"],
+        unit: "Pa",
+        range: [1e6, 1e13],
+        usual: [1e9, 2e12],
+        others: &PRESSURES,
+    },
+    Quantity {
+        keys: &["yield_pa"],
+        unit: "Pa",
+        range: [1e5, 1e11],
+        usual: [1e7, 1e10],
+        others: &PRESSURES,
+    },
+    Quantity {
+        keys: &["density_kg_per_m3"],
+        unit: "kg/m3",
+        range: [1e1, 3e4],
+        usual: [5e2, 2.3e4],
+        others: &[("g/cm3", 1e3), ("kg/mm3", 1e9), ("t/mm3", 1e12)],
+    },
+    Quantity {
+        keys: &[
+            "velocity_m_per_s",
+            "speed_m_per_s",
+            "vx_m_per_s",
+            "vy_m_per_s",
+        ],
+        unit: "m/s",
+        range: [0.0, 6e3],
+        usual: [0.0, 1e2],
+        others: &LENGTHS_A_SECOND,
+    },
+    Quantity {
+        keys: &[
+            "radius_m",
+            "radius_min_m",
+            "radius_max_m",
+            "size_m",
+            "width_m",
+            "height_m",
+            "half_width_m",
+            "thickness_m",
+        ],
+        unit: "m",
+        range: [1e-9, 1e1],
+        usual: [1e-7, 1e0],
+        others: &LENGTHS,
+    },
+];
+
+const PRESSURES: [(&str, f64); 3] = [("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)];
+const LENGTHS: [(&str, f64); 2] = [("mm", 1e-3), ("um", 1e-6)];
+const LENGTHS_A_SECOND: [(&str, f64); 2] = [("mm/s", 1e-3), ("um/s", 1e-6)];
+
+impl Quantity {
+    /// The factor by which a number lies outside; 1 inside.
+    fn outside(&self, number: f64) -> f64 {
+        let [least, most] = self.range;
+        (least / number).max(number / most).max(1.0)
+    }
+
+    /// The unit that was perhaps meant.
+    fn meant(&self, number: f64) -> String {
+        let [least, most] = self.usual;
+        let is_usual = |(_, factor): &&(&str, f64)| (least..=most).contains(&(factor * number));
+        self.others
+            .iter()
+            .find(is_usual)
+            .map_or(String::new(), |(unit, factor)| {
+                format!(
+                    "; was {number} {unit} meant, {:e} {}?",
+                    factor * number,
+                    self.unit
+                )
+            })
+    }
+}
+
+/// Warnings of the shipped solvers' numbers that no solid has, the first of each key.
+pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
+    let scenario = &loaded.scenario;
+    let shipped = scenario
+        .participant
+        .iter()
+        .filter(|of| of.command.is_none());
+    let names: Vec<String> = shipped
+        .map(|of| format!("participant.{}.config.", of.name))
+        .collect();
+    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+    let mut seen = Vec::new();
+    let found = leaves(&table).into_iter().filter_map(|(key, value)| {
+        let own = key.rsplit('.').next()?;
+        let quantity = QUANTITIES.iter().find(|of| of.keys.contains(&own))?;
+        let is_own = names.iter().any(|name| key.starts_with(name)) || key.starts_with("run.");
+        let number = value
+            .as_float()
+            .or(value.as_integer().map(|n| n as f64))?
+            .abs();
+        let (outside, [least, most]) = (quantity.outside(number), quantity.range);
+        let finding = judge!(scenario.run.plausible => UNUSUAL_VALUE, outside;
+            "{number:e} {} is outside of {least:e} to {most:e} {}, which solids have{}",
+            quantity.unit, quantity.unit, quantity.meant(number))?;
+        let is_new = is_own && number != 0.0 && !seen.contains(&own.to_string());
+        seen.extend(is_new.then(|| own.to_string()));
+        is_new.then(|| Warning::of(&key, finding))
+    });
+    found.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistaken_unit_is_guessed() {
+        let guess = |key: &str, number: f64| {
+            let mut all = QUANTITIES.iter();
+            let quantity = all.find(|of| of.keys.contains(&key)).expect("it is one");
+            let guess = quantity.meant(number);
+            let unit = guess
+                .split(" meant")
+                .next()
+                .and_then(|text| text.rsplit(' ').next());
+            (
+                quantity.outside(number) > 1.0,
+                unit.unwrap_or_default().to_string(),
+            )
+        };
+        let cases = [
+            ("young_pa", 70.0, "GPa"),
+            ("young_pa", 210e3, "MPa"),
+            ("yield_pa", 500.0, "MPa"),
+            ("density_kg_per_m3", 7.8, "g/cm3"),
+            ("density_kg_per_m3", 7.8e-9, "t/mm3"),
+            ("width_m", 20.0, "mm"),
+            ("vx_m_per_s", 1e4, "mm/s"),
+            ("young_pa", 1e20, ""),
+        ];
+        for (key, number, unit) in cases {
+            assert_eq!(guess(key, number), (true, unit.into()), "{key} = {number}");
+        }
+        for (key, number) in [
+            ("young_pa", 2.1e11),
+            ("density_kg_per_m3", 7800.0),
+            ("radius_m", 5e-5),
+        ] {
+            assert!(!guess(key, number).0, "{key} = {number}");
+        }
+    }
+}
