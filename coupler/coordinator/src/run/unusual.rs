@@ -22,67 +22,62 @@ struct Quantity {
 /// Foams to diamond: Young's modulus and density by Ashby, Materials Selection in Mechanical Design (2011), chapter 4; yield stresses up to
 /// those of diamond, contact stiffnesses up to five times the largest modulus; speeds up to a wave's in steel.
 const QUANTITIES: [Quantity; 6] = [
-    Quantity {
-        keys: &["young_pa"],
-        unit: "Pa",
-        range: [1e6, 2e12],
-        usual: [1e9, 2e12],
-        others: &PRESSURES,
-    },
-    Quantity {
-        keys: &["contact_stiffness_pa"],
-        unit: "Pa",
-        range: [1e6, 1e13],
-        usual: [1e9, 2e12],
-        others: &PRESSURES,
-    },
-    Quantity {
-        keys: &["yield_pa"],
-        unit: "Pa",
-        range: [1e5, 1e11],
-        usual: [1e7, 1e10],
-        others: &PRESSURES,
-    },
-    Quantity {
-        keys: &["density_kg_per_m3"],
-        unit: "kg/m3",
-        range: [1e1, 3e4],
-        usual: [5e2, 2.3e4],
-        others: &[("g/cm3", 1e3), ("kg/mm3", 1e9), ("t/mm3", 1e12)],
-    },
-    Quantity {
-        keys: &[
-            "velocity_m_per_s",
-            "speed_m_per_s",
-            "vx_m_per_s",
-            "vy_m_per_s",
-        ],
-        unit: "m/s",
-        range: [0.0, 6e3],
-        usual: [0.0, 1e2],
-        others: &LENGTHS_A_SECOND,
-    },
-    Quantity {
-        keys: &[
-            "radius_m",
-            "radius_min_m",
-            "radius_max_m",
-            "size_m",
-            "width_m",
-            "height_m",
-            "half_width_m",
-            "thickness_m",
-        ],
-        unit: "m",
-        range: [1e-9, 1e1],
-        usual: [1e-7, 1e0],
-        others: &LENGTHS,
-    },
+    of(&["young_pa"], "Pa", [1e6, 2e12], [1e9, 2e12], &PRESSURES),
+    of(
+        &["contact_stiffness_pa"],
+        "Pa",
+        [1e6, 1e13],
+        [1e9, 2e12],
+        &PRESSURES,
+    ),
+    of(&["yield_pa"], "Pa", [1e5, 1e11], [1e7, 1e10], &PRESSURES),
+    of(
+        &["density_kg_per_m3"],
+        "kg/m3",
+        [1e1, 3e4],
+        [5e2, 2.3e4],
+        &DENSITIES,
+    ),
+    of(&SPEED_KEYS, "m/s", [0.0, 6e3], [0.0, 1e2], &SPEEDS),
+    of(&SIZE_KEYS, "m", [1e-9, 1e1], [1e-7, 1e0], &LENGTHS),
 ];
 
+const SPEED_KEYS: [&str; 4] = [
+    "velocity_m_per_s",
+    "speed_m_per_s",
+    "vx_m_per_s",
+    "vy_m_per_s",
+];
+const SIZE_KEYS: [&str; 8] = [
+    "radius_m",
+    "radius_min_m",
+    "radius_max_m",
+    "size_m",
+    "width_m",
+    "height_m",
+    "half_width_m",
+    "thickness_m",
+];
+const DENSITIES: [(&str, f64); 3] = [("g/cm3", 1e3), ("kg/mm3", 1e9), ("t/mm3", 1e12)];
 const PRESSURES: [(&str, f64); 3] = [("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)];
 const LENGTHS: [(&str, f64); 2] = [("mm", 1e-3), ("um", 1e-6)];
-const LENGTHS_A_SECOND: [(&str, f64); 2] = [("mm/s", 1e-3), ("um/s", 1e-6)];
+const SPEEDS: [(&str, f64); 2] = [("mm/s", 1e-3), ("um/s", 1e-6)];
+
+const fn of(
+    keys: &'static [&'static str],
+    unit: &'static str,
+    range: [f64; 2],
+    usual: [f64; 2],
+    others: &'static [(&'static str, f64)],
+) -> Quantity {
+    Quantity {
+        keys,
+        unit,
+        range,
+        usual,
+        others,
+    }
+}
 
 impl Quantity {
     /// The factor by which a number lies outside; 1 inside.
