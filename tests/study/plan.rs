@@ -30,6 +30,14 @@ fn a_measure_that_no_run_reports_is_refused_before_a_run_is_made() {
             assert!(said.contains(of) && said.contains(meant), "{said}");
         }
     }
+    let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";
+    let tables = SUBSTEPS.replace(old, "of = \"results.friction_coefficient\"");
+    let output = command(&work, "plan", &study(&work, &tables), &[]).output();
+    let said = words(&output.expect("the program starts"));
+    assert!(
+        said.contains("the old name of `results.traction_ratio_mean`"),
+        "{said}"
+    );
     // Other scenes have this result, and this one has no such table: its first run tells.
     for (of, norm) in [("results.p0_pa", "at"), ("profile.p_pa", "l2")] {
         let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";

@@ -188,19 +188,22 @@ fn a_rebound_does_not_notice_the_repair() {
     assert!(deepest < 2e-6 * R, "{deepest:e}");
 }
 
-/// A strip of 1 866 disks, 10.8 x 3.3 mm, pressed and released: its disks one by one, since to press it takes longer than a run.
-static STRIP: LazyLock<Value> = LazyLock::new(|| {
+/// Strips of some 1 866 disks, 10.8 x 3.3 mm, of three seeds, pressed and released: their disks one by one, since to press one takes longer
+/// than a run.
+static STRIPS: LazyLock<[Value; 3]> = LazyLock::new(|| [1, 2, 3].map(strip));
+
+fn strip(seed: u64) -> Value {
     let ends = [-5.4e-3, 5.4e-3];
     let recipe = json!({
         "kind": "layer", "thickness_m": 3.3e-3, "half_width_m": 5.4e-3, "crown_radius_m": 0.0, "radius_min_m": 0.05e-3,
-        "radius_max_m": 0.1e-3, "law": "surface_uniform", "periodic_x_m": ends,
+        "radius_max_m": 0.1e-3, "law": "surface_uniform", "periodic_x_m": ends, "seed": seed,
     });
     let pressed = build(&loaded("iqs", 1e-6, 1e-3, 1.0, &recipe));
     let (state, bodies) = (pressed.state(), pressed.bodies());
     let disk = |(i, [x, y]): (usize, &[f64; 2])| json!({"x_m": x, "y_m": y, "radius_m": bodies.radii[i], "glued": i >= bodies.free});
     let disks: Vec<Value> = state.centres.iter().enumerate().map(disk).collect();
     json!({"kind": "disks", "disks": disks, "periodic_x_m": ends})
-});
+}
 
 /// A sample under 123 N/mm, which grow in the first 0.1 ms of 0.4 ms.
 fn loaded(penetration: &str, h: f64, tolerance: f64, mass_scale: f64, sample: &Value) -> Value {
@@ -234,8 +237,12 @@ fn overlaps_under_the_mean_load_are_those_of_the_table() {
             panic!("{row}");
         };
         if mass_scale == 1.0 {
-            let ratio = under_load(&loaded("iqs", h, tolerance, 1.0, &STRIP)) / expected;
-            assert!((0.5..2.0).contains(&ratio), "{row}: {ratio} of it");
+            // What a lax solver leaves is one draw of a strip and of rounding.
+            let overlap = |strip| under_load(&loaded("iqs", h, tolerance, 1.0, strip));
+            let ratios = STRIPS.each_ref().map(|strip| overlap(strip) / expected);
+            let mean = ratios.iter().sum::<f64>() / 3.0;
+            println!("{row}: {ratios:?}");
+            assert!((0.5..2.0).contains(&mean), "{row}: {ratios:?} of it");
             compared += 1;
         }
     }
@@ -244,9 +251,9 @@ fn overlaps_under_the_mean_load_are_those_of_the_table() {
 
 #[test]
 fn a_repair_keeps_the_budget_under_the_mean_load() {
-    let mean = under_load(&loaded("split", 1e-6, 1e-3, 1.0, &STRIP));
+    let mean = under_load(&loaded("split", 1e-6, 1e-3, 1.0, &STRIPS[0]));
     assert!(mean < 1e-3, "split: {mean:e}");
-    let scaled = under_load(&loaded("iqs", 1e-6, 1e-3, 1000.0, &STRIP));
+    let scaled = under_load(&loaded("iqs", 1e-6, 1e-3, 1000.0, &STRIPS[0]));
     assert!(scaled < 1e-3, "mass scaled: {scaled:e}");
 }
 

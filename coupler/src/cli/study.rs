@@ -124,6 +124,14 @@ impl PlaceArguments {
         let plan = Plan::read(&self.file, self.small, &self.set)?;
         let small = if self.small { "-small" } else { "" };
         let named = || PathBuf::from(format!("runs/study-{}{small}", plan.file.study.name));
+        for measure in &plan.file.measure {
+            if let Some(new) = measure.renamed() {
+                tell(&format!(
+                    "measure `{}`: `{}` is the old name of `{new}`, a mean with sticking in it, and goes with the next release",
+                    measure.name, measure.of
+                ));
+            }
+        }
         let folder = self.out.clone().unwrap_or_else(named);
         let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
         Ok((plan, folder))

@@ -109,6 +109,16 @@ impl Measure {
         (known && !name.is_empty()).then_some((table, name))
     }
 
+    /// The new name of a result that it measures under an old one, which the next release drops.
+    pub fn renamed(&self) -> Option<&'static str> {
+        match self.of.as_str() {
+            "results.friction_coefficient" => Some("results.traction_ratio_mean"),
+            "results.cycle_friction_coefficient" => Some("results.cycle_traction_ratio"),
+            "results.all_cycles_friction_coefficient" => Some("results.all_cycles_traction_ratio"),
+            _ => None,
+        }
+    }
+
     /// Refuses a norm that does not fit, and a result without an exact value where those are the reference.
     pub(super) fn check(&self, exact: Option<&BTreeMap<String, f64>>) -> Result<(), String> {
         plain("name", &self.name)?;
