@@ -120,7 +120,7 @@ fn without_a_reference_there_are_values_and_no_errors() {
         assert_eq!(Some(number(row, "value_height")), largest);
     }
     let out = |file: &str| work.path().join("out").join(file);
-    for file in ["values.svg", "means.svg", "means.csv", "digest.txt"] {
+    for file in ["means.svg", "means.csv", "digest.txt"] {
         assert!(out(file).is_file(), "{file}");
     }
     for file in ["front.csv", "front.svg", "knobs.svg", "study.json"] {
@@ -141,7 +141,7 @@ fn without_a_reference_there_are_values_and_no_errors() {
         text.contains("means over the scenes") && text.contains("(2 runs"),
         "{text}"
     );
-    assert!(out("maps.svg").is_file() && !out("values.svg").exists());
+    assert!(out("maps.svg").is_file());
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::page::table;
-use super::units::{four, with_unit_of};
 use draw::svg::escape;
+use draw::units::{four, with_unit_of};
 use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
 use runs::files::RunFiles;
 use scenario::error::Error;

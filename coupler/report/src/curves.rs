@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use super::cycles;
-use super::units::with_unit;
 use draw::axis::range;
 use draw::picture::Picture;
 use draw::plot::{BACKGROUND, PlotCurve, cloud, plot};
+use draw::units::with_unit;
 use runs::files::RunFiles;
 use runs::table::Table;
 use scenario::error::Error;

@@ -1,6 +1,6 @@
 //! `report.html` with its pictures, and `movie.html`, made from what a run left in its directory.
 //!
-//! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
+//! - [`page`]: sections, tables and pictures as one file;
 //! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
 //! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
@@ -42,7 +42,6 @@ pub mod results;
 mod scene;
 pub mod terminal;
 mod times;
-pub mod units;
 mod verdict;
 
 /// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given, with what a study

@@ -3,11 +3,11 @@
 use super::mesh::{closer, deformed_mm, draw_elements, points_mm};
 use super::movie::mesh::QuadMesh;
 use super::movie::position::{JoinedGrains, beside};
-use super::units::with_unit;
 use draw::colour::{ColourScale, full_mpa};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};

@@ -2,8 +2,8 @@
 
 use super::page::table;
 use super::provenance::changed;
-use super::units::{four, span, with_unit};
 use draw::svg::escape;
+use draw::units::{four, span, with_unit};
 use kit::FindingKind;
 use kit::finding::NOT_CONVERGED;
 use runs::files::RunFiles;
