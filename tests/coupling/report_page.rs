@@ -86,7 +86,7 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         "Velocities of the grains",
         "Displacements of the grains since the start",
     ] {
-        assert!(html.contains(&format!("<figcaption>{field}")), "{field}");
+        assert!(html.contains(&format!(": {field}")), "{field}");
     }
 
     let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");

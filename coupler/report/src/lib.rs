@@ -9,6 +9,7 @@
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - `circuit`: the flows of third body; `times`: where the time went; `front`: what less error or less time would take;
 //! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
+//! - [`study`]: the page of a study;
 //! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
 
@@ -40,6 +41,7 @@ mod profiles;
 pub mod provenance;
 pub mod results;
 mod scene;
+pub mod study;
 pub mod terminal;
 mod times;
 mod verdict;
