@@ -8,7 +8,7 @@
 //! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - `circuit`: the flows of third body; `times`: where the time went; `front`: what less error or less time would take;
-//! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
+//! - `curves`: loads, friction, sliding nodes, traction; `line_contact`: Hertz's pressure and the limit of friction beside it; `ledger`: interfaces, energies, bonds, flows;
 //! - [`study`]: the page of a study;
 //! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
@@ -34,6 +34,7 @@ mod cycles;
 mod front;
 mod grains;
 mod ledger;
+mod line_contact;
 mod mesh;
 pub mod movie;
 pub mod page;
