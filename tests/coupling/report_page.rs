@@ -78,6 +78,7 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         html.contains(">Hertz, E* = 112.6 GPa, R = 300 mm<")
             && html.contains(">limit of friction, 0.3 p<")
     );
+    assert!(html.contains("Blue: the wheel down to its face."));
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     for elsewhere in ["<script", "src=", "http://", "https://", "@import", "url("] {
         // Hatches are parts of the page.
