@@ -67,7 +67,18 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         "Results",
     ];
     assert_eq!(titles(&html), expected);
-    assert!(html.contains("The run completed, and no check found anything to warn of."));
+    // A bound of accuracy that the steps do not keep is named where the verdict stands.
+    assert!(html.contains(
+        "The run completed without a warning; beyond a bound of its steps: free rebounds"
+    ));
+    assert!(!html.contains("no check found anything"));
+    // Figures count, and the traction stands beside Hertz's of the load.
+    assert!(html.contains("<figcaption>Figure 1: ") && html.contains("<figcaption>Figure 20: "));
+    assert!(
+        html.contains(">Hertz, E* = 112.6 GPa, R = 300 mm<")
+            && html.contains(">limit of friction, 0.3 p<")
+    );
+    assert!(html.contains("Blue: the wheel down to its face."));
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     for elsewhere in ["<script", "src=", "http://", "https://", "@import", "url("] {
         // Hatches are parts of the page.
@@ -86,7 +97,7 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         "Velocities of the grains",
         "Displacements of the grains since the start",
     ] {
-        assert!(html.contains(&format!("<figcaption>{field}")), "{field}");
+        assert!(html.contains(&format!(": {field}")), "{field}");
     }
 
     let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");
@@ -269,5 +280,5 @@ fn a_table_that_the_run_did_not_write_is_told() {
         assert!(!html.contains("no check found anything"));
     }
     fs::write(&path, &whole).expect("it is writable");
-    assert!(page(&work, &["one"]).contains("no check found anything"));
+    assert!(page(&work, &["one"]).contains("The run completed without a warning"));
 }

@@ -157,8 +157,8 @@ pub fn range(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
-/// Labels of a logarithmic axis with these ends (logarithms): decades, or 1, 2 and 5 of each on a short axis, or its ends on one that
-/// holds none of them.
+/// Labels of a logarithmic axis with these ends (logarithms): decades, or 1, 2 and 5 of each on a short axis, or
+/// other round numbers on one that holds fewer than two of them.
 fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let every = (((high - low) / 8.0).ceil() as usize).max(1);
     let parts: &[i32] = if high - low > 2.5 { &[1] } else { &[1, 2, 5] };
@@ -166,9 +166,9 @@ fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let all = decades.flat_map(|k| parts.iter().map(move |part| (k, *part)));
     // Through its text, so that it is the number nearest to the decimal one.
     let all = all.filter_map(|(k, part)| format!("{part}e{k}").parse::<f64>().ok());
-    let mut ticks: Vec<f64> = all.filter(|x| (low..=high).contains(&x.log10())).collect();
+    let ticks: Vec<f64> = all.filter(|x| (low..=high).contains(&x.log10())).collect();
     if ticks.len() < 2 {
-        ticks = [low + 0.01, high - 0.01].map(|end| 10f64.powf(end)).into();
+        return labelled([low, high].map(|end| 10f64.powf(end)), 4);
     }
     ticks.into_iter().map(|x| (x, number(x))).collect()
 }
@@ -252,7 +252,7 @@ mod tests {
         assert!(long.holds(1e-9) && !long.holds(0.0) && !long.holds(1.0));
         assert!((long.share(1e-6) - 0.5).abs() < 1e-12);
         assert_eq!(texts(axis(&[1.0, 9.0]).ticks), ["1", "2", "5", "10"]);
-        assert_eq!(axis(&[3.0, 3.3]).ticks.len(), 2);
+        assert_eq!(texts(axis(&[3.0, 3.3]).ticks), ["2.5", "3.0", "3.5"]);
         assert!(!axis(&[]).ticks.is_empty());
     }
 }

@@ -96,6 +96,11 @@ impl Panel {
         self.scales[0] * length_mm
     }
 
+    /// What the map shows (mm).
+    pub fn extent(&self) -> Extent {
+        self.extent
+    }
+
     /// True for a position (mm) inside of the map.
     pub fn shows(&self, position: [f64; 2]) -> bool {
         self.extent.holds(position)

@@ -14,19 +14,34 @@ pub struct PlotCurve {
     pub style: usize,
 }
 
-/// Attributes of lines: colours whose lightness tells neighbours apart in grey, and dashes.
-const STYLES: [&str; 10] = [
-    "stroke=\"#12355b\" stroke-width=\"1.8\"",
-    "stroke=\"#e27d1e\" stroke-width=\"1.8\"",
-    "stroke=\"#3c8c6e\" stroke-width=\"1.8\" stroke-dasharray=\"10 4\"",
-    "stroke=\"#aabed2\" stroke-width=\"1.5\"",
-    "stroke=\"#733278\" stroke-width=\"1.8\" stroke-dasharray=\"4 3\"",
-    "stroke=\"#787878\" stroke-width=\"1.8\" stroke-dasharray=\"14 5\"",
-    "stroke=\"#12355b\" stroke-width=\"1.8\" stroke-dasharray=\"2 3\"",
-    "stroke=\"#e27d1e\" stroke-width=\"1.8\" stroke-dasharray=\"7 5\"",
-    "stroke=\"#3c8c6e\" stroke-width=\"1\"",
-    "stroke=\"#aabed2\" stroke-width=\"1.8\" stroke-dasharray=\"6 3\"",
+/// Colour, width and dashes of lines: colours whose lightness tells neighbours apart in grey.
+const STYLES: [(&str, f64, &str); 10] = [
+    ("#12355b", 1.8, ""),
+    ("#e27d1e", 1.8, ""),
+    ("#3c8c6e", 1.8, "10 4"),
+    ("#aabed2", 1.5, ""),
+    ("#733278", 1.8, "4 3"),
+    ("#787878", 1.8, "14 5"),
+    ("#12355b", 1.8, "2 3"),
+    ("#e27d1e", 1.8, "7 5"),
+    ("#3c8c6e", 1.0, ""),
+    ("#aabed2", 1.8, "6 3"),
 ];
+
+/// Attributes of a line. Numbers from ten on have the same colours again, thinner, with a longer and a shorter dash in turn.
+fn style(number: usize) -> String {
+    let (colour, width, dashes) = STYLES[number % STYLES.len()];
+    let (width, dashes) = match (number / STYLES.len(), dashes) {
+        (0, _) => (width, dashes.into()),
+        (_, "") => (1.2, "14 3 6 3".into()),
+        (_, dashes) => (1.2, format!("{dashes} 6 3")),
+    };
+    format!("stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\"")
+        .replace(" stroke-dasharray=\"\"", "")
+}
+
+/// First style of lines that stand beside others of the same kind.
+pub const BESIDE: usize = STYLES.len();
 
 /// Style of a thin background curve.
 pub const BACKGROUND: usize = 3;
@@ -62,7 +77,7 @@ pub fn plot(words: [&str; 2], log_y: bool, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
     let (axes, mut svg) = frame(words, log_y, points, curves.len());
     for (k, curve) in curves.iter().enumerate() {
-        let style = STYLES[curve.style % STYLES.len()];
+        let style = style(curve.style);
         let is_gap = |(x, y): &(f64, f64)| x.is_nan() || y.is_nan();
         for piece in curve.points.split(is_gap).filter(|piece| !piece.is_empty()) {
             let drawn = thinned(piece.iter().map(|point| axes.at(*point)));
@@ -124,6 +139,13 @@ fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_two_of_eighteen_lines_look_the_same() {
+        let all: std::collections::BTreeSet<String> = (0..18).map(style).collect();
+        assert_eq!(all.len(), 18, "{all:?}");
+        assert_eq!(style(0), "stroke=\"#12355b\" stroke-width=\"1.8\"");
+    }
 
     #[test]
     fn a_line_has_a_gap_where_there_is_no_number() {

@@ -1,11 +1,11 @@
 //! Mean velocities and displacements of the grains in cells, as arrows.
 
 use super::mesh::points_mm;
-use super::units::with_unit;
 use draw::colour::shade;
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::RunFiles;

@@ -1,11 +1,11 @@
 //! The continuum alone: hydrostatic pressure in the whole body, and displacement under the nodes that stick or slip.
 
 use super::mesh::{deformed_extent, deformed_mm, draw_elements};
-use super::units::with_unit;
 use draw::colour::{ColourScale, full_mpa, full_scale};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, is_to_scale, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 use scenario::error::Error;

@@ -1,11 +1,11 @@
 //! Force chains: contacts and bonds of the grains as lines, as wide as their forces, and the adhesion of bonds.
 
 use super::mesh::{closer, points_mm};
-use super::units::with_unit;
 use draw::colour::ColourScale;
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 use scenario::error::Error;

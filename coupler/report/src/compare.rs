@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::page::table;
-use super::units::{four, with_unit_of};
 use draw::svg::escape;
-use runs::compare::{Compared, Comparison, NumberPair, difference, ratio};
+use draw::units::{four, with_unit_of};
+use runs::compare::{Compared, Comparison, NumberPair, by_change, difference, ratio};
 use runs::files::RunFiles;
 use scenario::error::Error;
 
@@ -31,10 +31,10 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     html += &curves("Signals", &found.signals);
     html += &curves("Traction on the surface", &found.profile);
     let pairs = |title: &str, head: [&str; 4], all: &BTreeMap<String, NumberPair>, of: OfPair| {
-        let rows = all.iter().map(|(name, pair)| {
+        let rows = by_change(all).into_iter().map(|(name, pair)| {
             let shown = |x: f64| escape(&with_unit_of(name, x));
             let [own, other] = pair.map(|x| x.map_or("none".into(), shown));
-            let last = of(*pair).map_or(String::new(), four);
+            let last = of(pair).map_or(String::new(), four);
             [escape(name), own, other, last]
         });
         format!("<h3>{title}</h3>{}", table(head, &[1, 2, 3], rows))

@@ -3,16 +3,20 @@
 use std::borrow::Cow;
 
 use super::cycles;
-use super::units::with_unit;
+use super::line_contact::{LineContact, friction};
 use draw::axis::range;
 use draw::picture::Picture;
-use draw::plot::{BACKGROUND, PlotCurve, cloud, plot};
+use draw::plot::{BACKGROUND, BESIDE, PlotCurve, cloud, plot};
+use draw::units::with_unit;
 use runs::files::RunFiles;
 use runs::table::Table;
 use scenario::error::Error;
 
-/// Share of the profile's length over which the smooth curve of its pressure is a mean.
+/// Share of the profile's length over which the smooth curve of its pressure is a mean, and the largest share of the part that is
+/// pressed by more than this part of the largest pressure.
 const MEAN_SHARE: f64 = 0.05;
+const MEAN_SHARE_PRESSED: f64 = 0.1;
+const PRESSED: f64 = 0.01;
 
 /// Columns that the report adds to those of signals.csv: |D| over its amplitude (%), height of the wheel over that at which its motion
 /// began (m), |F_T|/F_N.
@@ -240,7 +244,7 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
     }
     let alternative = ranges_in_words(&curves, chart);
     if let Some((other, name)) = &tables.other {
-        let others = lines(other, chart, OTHERS).into_iter();
+        let others = lines(other, chart, BESIDE).into_iter();
         curves.extend(others.map(|curve| PlotCurve {
             label: format!("{}, {name}", curve.label),
             ..curve
@@ -255,10 +259,7 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
     })
 }
 
-/// First style of the lines of the other run.
-const OTHERS: usize = 4;
-
-/// The lines of a chart, in styles from this one on.
+/// The lines of a chart that have two points at least, in styles from this one on.
 fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
     // The first line is what a chart is about; the others stand beside it.
     let first = chart.lines.first();
@@ -276,7 +277,14 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
             style: styles + chart.styles.get(k).unwrap_or(&k),
         })
     });
-    let mut curves: Vec<PlotCurve> = curves.collect();
+    let is_line = |of: &PlotCurve| {
+        of.points
+            .iter()
+            .filter(|(_, y)| y.is_finite())
+            .nth(1)
+            .is_some()
+    };
+    let mut curves: Vec<PlotCurve> = curves.filter(is_line).collect();
     if let [only] = &mut curves[..] {
         only.style = styles;
     }
@@ -301,7 +309,13 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
     let of = |run: &RunFiles, name: &str| Some(run.profile.as_ref()?.get(name)?.to_vec());
     let (x, pressure) = (of(run, "x_m")?, of(run, "pressure_pa")?);
     let [low, high] = range(x.iter().copied())?;
-    let width = MEAN_SHARE * (high - low);
+    let largest = pressure.iter().copied().fold(0.0, f64::max);
+    let pressed = x
+        .iter()
+        .zip(&pressure)
+        .filter(|(_, p)| **p > PRESSED * largest);
+    let [left, right] = range(pressed.map(|(x, _)| *x)).unwrap_or([low, high]);
+    let width = (MEAN_SHARE * (high - low)).min(MEAN_SHARE_PRESSED * (right - left));
     let curve = |label: String, style: usize, x: &[f64], y: &[f64]| PlotCurve {
         label,
         points: x.iter().zip(y).map(|(x, y)| (1e3 * x, 1e-6 * y)).collect(),
@@ -322,10 +336,26 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
         && let (Some(x), Some(pressure)) = (of(other, "x_m"), of(other, "pressure_pa"))
     {
         let label = format!("pressure, mean, {name}");
-        curves.push(mean(label, OTHERS, &x, &pressure));
+        curves.push(mean(label, BESIDE, &x, &pressure));
+    }
+    if let Some(contact) = LineContact::of(run) {
+        let (x, y) = contact.hertz();
+        curves.push(curve(contact.words(), 4, &x, &y));
+    }
+    if let Some(friction) = friction(run) {
+        // Both signs, with a gap between them.
+        let smooth = moving_mean(&x, &pressure, width);
+        let limit = |sign: f64| smooth.iter().map(move |p| sign * friction * p);
+        let y: Vec<f64> = limit(1.0).chain([f64::NAN]).chain(limit(-1.0)).collect();
+        let twice = [&x[..], &[f64::NAN], &x].concat();
+        curves.push(curve(
+            format!("limit of friction, {friction} p"),
+            5,
+            &twice,
+            &y,
+        ));
     }
     let words = ["x (mm)", "traction on the surface (MPa)"];
-    let largest = pressure.iter().copied().fold(0.0, f64::max);
     let (nodes, most) = (x.len(), with_unit(largest, "Pa"));
     Some(Picture {
         file: "profile.svg".into(),
@@ -343,7 +373,7 @@ pub(super) fn sliding_over_velocity(signals: &Table) -> Option<Picture> {
     let moving = velocity.zip(column(signals, "sn_pct")?);
     let moving = moving.filter(|(v, _)| **v != 0.0);
     let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
-    Some(Picture {
+    (points.len() > 1).then(|| Picture {
         file: "sliding-velocity.svg".into(),
         caption: "Share of sliding nodes Sn over the velocity of the wheel, a dot a window".into(),
         alternative: format!("Cloud of {} dots.", points.len()),

@@ -36,7 +36,11 @@ pub(super) fn section(run: &RunFiles, front: Option<&MeasuredFront>) -> Section 
     let measures = 0..front.measures.len();
     Section {
         text: paragraph(&origin(run, front)) + &promised + &own + &halves(run, front),
-        ..Section::of_pictures(title, vec![], measures.map(|k| picture(front, k)).collect())
+        ..Section::of_pictures(
+            title,
+            vec![],
+            measures.filter_map(|k| picture(front, k)).collect(),
+        )
     }
 }
 
@@ -166,10 +170,14 @@ fn halves(run: &RunFiles, front: &MeasuredFront) -> String {
     error + &time
 }
 
-fn picture(front: &MeasuredFront, measure: usize) -> Picture {
+/// `None` of a single setting, which trades nothing.
+fn picture(front: &MeasuredFront, measure: usize) -> Option<Picture> {
     let (name, settings) = (&front.measures[measure], &front.settings);
     let is_drawn = |k: &usize| !settings[*k].is_reference;
     let drawn: Vec<usize> = (0..settings.len()).filter(is_drawn).collect();
+    if drawn.len() < 2 {
+        return None;
+    }
     let ends = |k: &usize| settings[*k].errors[measure].map(|error| 100.0 * error);
     let costs = settings.iter().map(|of| of.cost);
     let errors = drawn.iter().flat_map(ends);
@@ -199,12 +207,12 @@ fn picture(front: &MeasuredFront, measure: usize) -> Picture {
         let [expected, _] = settings[k].errors[measure].map(percent);
         marked += &format!(" {words}, {expected}.");
     }
-    Picture {
+    Some(Picture {
         file: format!("front-{}.svg", measure + 1),
         caption: format!(
             "Error by {name} over processor time: each setting a dot, with a line up to its bound; the front joined. The reference, at 1, has no error to draw.{marked}"
         ),
         alternative: format!("{} settings.", drawn.len()),
         svg: svg.page(SIZE),
-    }
+    })
 }

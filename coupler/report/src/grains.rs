@@ -1,11 +1,11 @@
 //! Grains as a continuum: pressure of the cells of their stress.
 
 use super::mesh::{deformed_extent, draw_elements};
-use super::units::with_unit;
 use draw::colour::{ColourScale, full_scale};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::curve::quantile;
 use runs::files::RunFiles;
 use runs::table::Table;

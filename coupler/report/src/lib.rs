@@ -1,6 +1,6 @@
 //! `report.html` with its pictures, and `movie.html`, made from what a run left in its directory.
 //!
-//! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
+//! - [`page`]: sections, tables and pictures as one file;
 //! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
 //! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
@@ -8,7 +8,8 @@
 //! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - `circuit`: the flows of third body; `times`: where the time went; `front`: what less error or less time would take;
-//! - `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows;
+//! - `curves`: loads, friction, sliding nodes, traction; `line_contact`: Hertz's pressure and the limit of friction beside it; `ledger`: interfaces, energies, bonds, flows;
+//! - [`study`]: the page of a study;
 //! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
 
@@ -33,6 +34,7 @@ mod cycles;
 mod front;
 mod grains;
 mod ledger;
+mod line_contact;
 mod mesh;
 pub mod movie;
 pub mod page;
@@ -40,9 +42,9 @@ mod profiles;
 pub mod provenance;
 pub mod results;
 mod scene;
+pub mod study;
 pub mod terminal;
 mod times;
-pub mod units;
 mod verdict;
 
 /// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given, with what a study

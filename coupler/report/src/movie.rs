@@ -20,7 +20,7 @@ use scenario::error::{Error, Refusal};
 use scene::Scene;
 use shots::Shots;
 use track::Track;
-use view::{largest_displacement, views};
+use view::views;
 
 mod encode;
 mod fields;
@@ -31,7 +31,7 @@ pub(crate) mod position;
 mod range;
 mod scene;
 mod shots;
-mod track;
+pub(crate) mod track;
 mod view;
 
 /// Name of the page in a run directory.
@@ -122,15 +122,12 @@ impl Material {
         let shots = Shots::of(&self.files, &self.scene, &moments, colours);
         let ranges = MovieRanges::of(&shots);
         let track = Track::of(run, self.setup.wheel_of.as_ref());
-        let views = views.first();
-        let scale = views.map(|view| view.scale(largest_displacement(&shots, &ranges)));
         let words = self.words(run, &[whole, kept], &shots, &ranges);
         let more = json!({
             "frames": moments.iter().map(|moment| frame(moment, &track)).collect::<Vec<Value>>(),
             "strip": track.strip(),
             "wheel": self.setup.wheel.as_ref().map(|wheel| json!([wheel.participant, 1e3 * wheel.radius_m])),
             "views": views.iter().map(|view| view.json()).collect::<Vec<Value>>(),
-            "scale": scale,
         });
         let html = page(&Movie {
             scene: &self.scene,
@@ -193,7 +190,7 @@ impl Material {
         let [low, high] = ranges.pressure_pa.map(|pressure| 1e-6 * pressure);
         let (frames, bodies) = (kept.frames, bodies.join("; "));
         format!(
-            "Animation of {frames} frames{span}: {bodies}, coloured by pressure from {low} to {high} MPa, with displacements drawn larger than they are."
+            "Animation of {frames} frames{span}: {bodies}, coloured by pressure from {low} to {high} MPa, with displacements to scale until the slider enlarges them."
         )
     }
 }

@@ -47,12 +47,17 @@ impl Section {
         self.maps.iter().chain(&self.plots)
     }
 
-    fn html(&self, number: usize) -> String {
+    /// Its HTML; pictures are numbered from the one after `figures` on.
+    fn html(&self, number: usize, figures: &mut usize) -> String {
+        let mut figure = |picture: &Picture| {
+            *figures += 1;
+            figure(*figures, picture)
+        };
         let title = escape(&self.title);
         let mut html = format!("<section id=\"s{number}\"><h2>{title}</h2>{}", self.text);
-        html.extend(self.maps.iter().map(figure));
+        html.extend(self.maps.iter().map(&mut figure));
         if !self.plots.is_empty() {
-            let plots = self.plots.iter().map(figure).collect::<String>();
+            let plots = self.plots.iter().map(&mut figure).collect::<String>();
             html += &format!("<div class=\"plots\">{plots}</div>");
         }
         html + "</section>"
@@ -88,10 +93,11 @@ svg{max-width:100%;height:auto}
 pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
     let mut links = String::new();
     let mut body = String::new();
+    let mut figures = 0;
     for (number, section) in sections.iter().enumerate() {
         let title = escape(&section.title);
         let _ = write!(links, "<a href=\"#s{number}\">{title}</a>");
-        body += &section.html(number);
+        body += &section.html(number, &mut figures);
     }
     let title = escape(title);
     format!(
@@ -100,9 +106,9 @@ pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
 }
 
 /// A picture with its caption, its text alternative being part of the drawing.
-fn figure(picture: &Picture) -> String {
+fn figure(number: usize, picture: &Picture) -> String {
     let (svg, caption) = (accessible(picture), names(&escape(&picture.caption)));
-    format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>")
+    format!("<figure>{svg}<figcaption>Figure {number}: {caption}</figcaption></figure>")
 }
 
 /// Escaped text whose names, between backticks, are set as code.
@@ -130,21 +136,22 @@ pub(super) fn accessible(picture: &Picture) -> String {
 }
 
 /// A table: its head, and rows of cells that are escaped already; those of `numbers` stand at the right. Nothing without rows.
-pub fn table<const N: usize>(
-    head: [&str; N],
+pub fn table<'a>(
+    head: impl AsRef<[&'a str]>,
     numbers: &[usize],
-    rows: impl IntoIterator<Item = [String; N]>,
+    rows: impl IntoIterator<Item: AsRef<[String]>>,
 ) -> String {
     let cell = |(column, text): (usize, &String)| match numbers.contains(&column) {
         true => format!("<td class=\"n\">{text}</td>"),
         false => format!("<td>{text}</td>"),
     };
-    let row = |row: [String; N]| {
+    let row = |row: &[String]| {
         let cells: String = row.iter().enumerate().map(cell).collect();
         format!("<tr>{cells}</tr>")
     };
-    let head = head.map(|text| format!("<th>{text}</th>")).concat();
-    let rows: String = rows.into_iter().map(row).collect();
+    let head = head.as_ref().iter();
+    let head: String = head.map(|text| format!("<th>{text}</th>")).collect();
+    let rows: String = rows.into_iter().map(|of| row(of.as_ref())).collect();
     match rows.is_empty() {
         true => String::new(),
         false => format!("<table><tr>{head}</tr>{rows}</table>"),
@@ -172,6 +179,7 @@ mod tests {
             !html.contains("<script>") && !html.contains("<b>"),
             "{html}"
         );
+        assert!(html.contains("<figcaption>Figure 1: Force on"), "{html}");
         assert!(html.contains("<svg role=\"img\" aria-label=\"Force on `&lt;b&gt;` from 1 to &quot;2&quot;\" width=\"3\"><title>"));
     }
 }

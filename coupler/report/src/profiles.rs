@@ -2,8 +2,8 @@
 
 use super::curves::{Chart, Tables, YAxis, over_time, plots};
 use super::cycles::number_or_gap;
-use super::units::four;
 use draw::picture::Picture;
+use draw::units::four;
 use runs::files::RunFiles;
 use runs::table::Table;
 

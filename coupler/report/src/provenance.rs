@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::page::table;
-use super::units::{four, with_unit};
 use draw::svg::escape;
+use draw::units::{four, with_unit};
 use runs::files::RunFiles;
 
 /// The keys that were set for the run, one a line: its value, and the one that it has in the scene.

@@ -1,8 +1,8 @@
 //! Results with their units, in groups, a sentence each.
 
 use super::page::table;
-use super::units::{with_unit_of, words};
 use draw::svg::escape;
+use draw::units::{with_unit_of, words};
 use kit::results::{ResultKind, results};
 use runs::files::RunFiles;
 

@@ -3,11 +3,12 @@
 use super::mesh::{closer, deformed_mm, draw_elements, points_mm};
 use super::movie::mesh::QuadMesh;
 use super::movie::position::{JoinedGrains, beside};
-use super::units::with_unit;
+use super::movie::track::Track;
 use draw::colour::{ColourScale, full_mpa};
 use draw::extent::Extent;
 use draw::map::{Map, Panel, maps};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::curve::quantile;
 use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};
@@ -19,7 +20,14 @@ struct Scene {
     continuum: Option<Arrays>,
     /// By the names of their participants.
     grains: Vec<(String, Arrays)>,
+    /// Lowest point and radius of the face of the wheel (mm); a flat one has the radius 0.
+    wheel: Option<[f64; 3]>,
 }
+
+/// Height of the wheel above its lowest point in a map, over that of the scene.
+const WHEEL: f64 = 0.1;
+/// Pieces of the drawn face.
+const PIECES: i32 = 120;
 
 /// Most disks that are drawn one by one: more make a page of tens of megabytes, of disks of a pixel or two.
 const DISKS_MAX: usize = 20_000;
@@ -34,6 +42,7 @@ pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
         let scene = Scene {
             continuum: continuum.map(|(name, arrays)| raised(run, &name, arrays, &grains)),
             grains,
+            wheel: wheel_mm(run, &name),
         };
         let shown = scene.shown();
         if !shown.is_empty() {
@@ -41,6 +50,17 @@ pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
         }
     }
     Ok(None)
+}
+
+/// The face of a smooth wheel at the end of a phase, or of the run: its lowest point and its radius (mm).
+fn wheel_mm(run: &RunFiles, moment: &str) -> Option<[f64; 3]> {
+    let wheel = run.scenario().wheel?;
+    let mut phases = run.list("phases");
+    let phase = phases.find(|phase| phase["name"] == moment);
+    let time = phase.map_or(run.number("sim_time_s"), |phase| phase["t1_s"].as_f64());
+    let at = Track::of(run, Some(&wheel.participant)).at(time?);
+    let [x, y] = [0, 1].map(|k| at["wheel"][k].as_f64());
+    Some([x?, y?, 1e3 * wheel.radius_m])
 }
 
 /// The fields of a continuum, which are moved to where the grains of its first layer are glued to it if it lies on top of them, in a frame of
@@ -84,6 +104,9 @@ impl Scene {
         if self.grains.iter().any(glued) {
             what += " Thick outlines: glued grains.";
         }
+        if self.wheel.is_some() {
+            what += " Blue: the wheel down to its face.";
+        }
         let stride = disks.div_ceil(DISKS_MAX);
         if stride > 1 {
             what += &format!(" Every {stride}th of {disks} grains is drawn.");
@@ -117,13 +140,18 @@ impl Scene {
             return Vec::new();
         };
         let edge = 0.02 * all.height();
-        let all = all.with_margin(0.0, edge, edge);
+        let mut all = all.with_margin(0.0, edge, edge);
+        if let Some([_, y, _]) = self.wheel {
+            all.y[1] = all.y[1].max(y + WHEEL * all.height());
+        }
         let Some(layer) = Extent::around(self.circles()) else {
             return vec![Map::to_scale(all, "")];
         };
         let side = 0.02 * layer.width();
         let deep = 0.16 * layer.width();
-        let whole = layer.with_margin(side, deep, deep).within(&all);
+        // A body above is shown as deep as the one below, a rigid wheel needs less.
+        let above = self.wheel.map_or(deep, |_| 0.3 * deep);
+        let whole = layer.with_margin(side, deep, above).within(&all);
         let mut shown = vec![Map::to_scale(whole, "")];
         let layers = self
             .grains
@@ -166,7 +194,41 @@ impl Scene {
             let colour = |disk: usize| scale.colour(1e-6 * pressure.get(disk).unwrap_or(&0.0));
             disks(panel, arrays, colour);
         }
+        if let Some(wheel) = self.wheel {
+            panel.layer();
+            draw_wheel(panel, wheel);
+        }
     }
+}
+
+/// Draws the wheel down to its face, as far as the map shows it.
+fn draw_wheel(panel: &mut Panel, [x, y, radius]: [f64; 3]) {
+    let Extent {
+        x: [left, right],
+        y: [_, top],
+    } = panel.extent();
+    let reach = |end: f64| match radius > 0.0 {
+        true => end.clamp(x - radius, x + radius),
+        false => end,
+    };
+    let (left, right) = (reach(left), reach(right));
+    let point = |k: i32| {
+        let at = left + (right - left) * f64::from(k) / f64::from(PIECES);
+        let rise = radius - (radius * radius - (at - x).powi(2)).max(0.0).sqrt();
+        [at, y + if radius > 0.0 { rise } else { 0.0 }]
+    };
+    let mut face: Vec<[f64; 2]> = (0..=PIECES).map(point).collect();
+    face.retain(|point| point[1] <= top);
+    let (Some(first), Some(last)) = (face.first().copied(), face.last().copied()) else {
+        return;
+    };
+    let body = [&face[..], &[[last[0], top], [first[0], top]]].concat();
+    panel.line(&body, true, "fill=\"#cfe3f1\"");
+    panel.line(
+        &face,
+        false,
+        "fill=\"none\" stroke=\"#0072b2\" stroke-width=\"2\"",
+    );
 }
 
 /// Centre and radius of each grain that is not in store (mm).

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::provenance::{changed, quoted};
 use super::results::groups;
-use super::units::{four, span, with_unit, with_unit_of};
 use super::verdict::{balances, is_balance};
+use draw::units::{four, span, with_unit, with_unit_of};
 use runs::files::RunFiles;
 use runs::warning::Warning;
 use runs::written::names;

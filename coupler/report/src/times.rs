@@ -1,8 +1,8 @@
 //! Where the wall-clock time went, a bar for each process.
 
-use super::units::with_unit;
 use draw::bars::{PartKind, bars};
 use draw::picture::Picture;
+use draw::units::with_unit;
 use runs::files::RunFiles;
 
 /// Kinds of time, with the lightness that tells them apart in grey.

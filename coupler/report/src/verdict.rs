@@ -2,8 +2,8 @@
 
 use super::page::table;
 use super::provenance::changed;
-use super::units::{four, span, with_unit};
 use draw::svg::escape;
+use draw::units::{four, span, with_unit};
 use kit::FindingKind;
 use kit::finding::NOT_CONVERGED;
 use runs::files::RunFiles;
@@ -19,8 +19,18 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
         ("completed", None) => "completed",
         _ => "failed",
     };
+    let beyond = bounds(run).filter(|bound| bound.margin < 1.0);
+    let beyond = beyond.map(|bound| {
+        format!(
+            "{} ({} times too long)",
+            bound.name,
+            four(1.0 / bound.margin)
+        )
+    });
+    let beyond = Vec::from_iter(beyond).join(", ");
     let ended = match (status, warnings) {
         ("completed" | "suspect", _) if damage.is_some() => "The run went to its end, but a table is no longer what it wrote: do not use the figures below that are drawn from it.".into(),
+        ("completed", 0) if !beyond.is_empty() => format!("The run completed without a warning; beyond a bound of its steps: {beyond}."),
         ("completed", 0) => "The run completed, and no check found anything to warn of.".into(),
         ("completed", 1) => "The run completed, with one warning.".into(),
         ("completed", count) => format!("The run completed, with {count} warnings."),
@@ -220,26 +230,48 @@ const MARGINS: [(&str, &str); 2] = [
     ),
 ];
 
+/// A bound of a step or window, its names escaped.
+struct StepBound {
+    interface: String,
+    name: String,
+    is_stability: bool,
+    /// Factor by which the step could be longer.
+    margin: f64,
+}
+
+fn bounds(run: &RunFiles) -> impl Iterator<Item = StepBound> {
+    run.entries("stability").flat_map(|(interface, predicted)| {
+        let bounds = predicted["bounds"].as_array().into_iter().flatten();
+        bounds.map(move |bound| StepBound {
+            interface: escape(interface),
+            name: escape(bound["name"].as_str().unwrap_or_default()),
+            is_stability: bound["stability"] == true,
+            margin: bound["margin"].as_f64().unwrap_or(f64::NAN),
+        })
+    })
+}
+
 /// Steps and windows against the bounds of their stability and accuracy; empty where there are none.
 pub(super) fn steps(run: &RunFiles) -> String {
-    let bounds = run.entries("stability").flat_map(|(name, predicted)| {
-        let bounds = predicted["bounds"].as_array().into_iter().flatten();
-        bounds.map(move |bound| {
-            let margin = bound["margin"].as_f64().unwrap_or(f64::NAN);
-            let is_stability = bound["stability"] == true;
-            [
-                escape(name),
-                escape(bound["name"].as_str().unwrap_or_default()),
-                ["accuracy", "stability"][usize::from(is_stability)].into(),
-                four(margin),
-                holds(margin >= 1.0).into(),
-            ]
-        })
+    let bounds = bounds(run).map(|bound| {
+        [
+            bound.interface,
+            bound.name,
+            ["accuracy", "stability"][usize::from(bound.is_stability)].into(),
+            four(bound.margin),
+            holds(bound.margin >= 1.0).into(),
+        ]
     });
     let others = MARGINS.iter().filter_map(|(path, words)| {
         let value = four(run.number(path)?);
         let none = String::new;
-        Some([none(), words.to_string(), "told".into(), value, none()])
+        Some([
+            none(),
+            words.to_string(),
+            "not judged".into(),
+            value,
+            none(),
+        ])
     });
     let head = ["interface", "bound", "of", "margin", ""];
     match table(head, &[3], bounds.chain(others)) {
@@ -271,6 +303,14 @@ mod tests {
         assert!(
             sound.contains("no check found anything") && sound.contains("holds"),
             "{sound}"
+        );
+        let coarse = page_of(
+            json!({"status": "completed", "warnings": [], "stability": {"a": {"bounds": [{"name": "rebounds", "margin": 0.5}]}}}),
+        );
+        assert!(
+            coarse.contains("beyond a bound of its steps: rebounds (2 times too long)")
+                && !coarse.contains("no check found anything"),
+            "{coarse}"
         );
         let off = page_of(
             json!({"status": "completed", "warnings": [{}], "results": {"energy_balance_rel": 0.02}}),

@@ -1,5 +1,6 @@
 //! A run beside a reference.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
@@ -33,9 +34,10 @@ pub struct Comparison {
     pub same_exchange: bool,
     /// Keys by which the scenarios differ: the value of the reference, and that of the run.
     pub keys: Changes,
-    /// Of each signal that either run has, in the order of the run.
+    /// Of each signal that either run has: what changed most over its size first, then what changed by no more than its own scatter,
+    /// then what cannot be compared.
     pub signals: Vec<(String, Compared)>,
-    /// Of each traction on the surface.
+    /// Of each traction on the surface, in the same order.
     pub profile: Vec<(String, Compared)>,
     /// Results, by name.
     pub results: BTreeMap<String, NumberPair>,
@@ -134,7 +136,8 @@ fn columns(
     });
     let others = names(reference).into_iter();
     let others = others.filter(|name| run.name_of(name, reference).is_none());
-    own.chain(others.map(|other| (None, Some(other))))
+    let found = own
+        .chain(others.map(|other| (None, Some(other))))
         .map(|(own, other)| {
             let [own_numbers, other_numbers] = [(run, &own), (reference, &other)]
                 .map(|(table, name)| Some([table.get(x)?, table.get(name.as_deref()?)?]));
@@ -143,9 +146,58 @@ fn columns(
                 (None, _) => Err(OF_ONE[0].to_string()),
                 (_, None) => Err(OF_ONE[1].to_string()),
             };
-            (own.or(other).unwrap_or_default(), compared)
-        })
-        .collect()
+            let numbers = [own_numbers, other_numbers].into_iter().flatten();
+            let scatter = numbers.map(|[_, y]| scatter(y)).fold(0.0, f64::max);
+            let change = change(&compared, scatter);
+            (change, (own.or(other).unwrap_or_default(), compared))
+        });
+    let mut found: Vec<_> = found.collect();
+    found.sort_by(|(a, _), (b, _)| b.partial_cmp(a).unwrap_or(Ordering::Equal));
+    found.into_iter().map(|(_, row)| row).collect()
+}
+
+/// Scatter below which a distance is noise: two draws of it differ by 1.4 times as much.
+const NOISE: f64 = 3.0;
+
+/// If a distance is beyond the scatter, and its share of the size.
+fn change(compared: &Compared, scatter: f64) -> (bool, f64) {
+    match compared {
+        Ok(d) => {
+            let share = d.l2_rel.or(d.max_rel);
+            (
+                d.rms > NOISE * scatter,
+                share.unwrap_or(f64::from(d.max > 0.0)),
+            )
+        }
+        Err(_) => (false, -1.0),
+    }
+}
+
+/// Standard deviation of what scatters from row to row: third differences let smooth parts pass, and of independent numbers have 20 times
+/// their variance.
+fn scatter(y: &[f64]) -> f64 {
+    let third = y.windows(4).map(|y| y[3] - y[0] + 3.0 * (y[1] - y[2]));
+    let finite = third.filter(|x| x.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    if count > 0.0 {
+        f64::sqrt(sum / count / 20.0)
+    } else {
+        0.0
+    }
+}
+
+/// Numbers of both runs by name: what changed most over its size first. Residuals and balances are noise that both runs have, and stand
+/// at the end.
+pub fn by_change(all: &BTreeMap<String, NumberPair>) -> Vec<(&String, NumberPair)> {
+    let mut all: Vec<_> = all.iter().map(|(name, pair)| (name, *pair)).collect();
+    let key = |(name, pair): &(&String, NumberPair)| {
+        let noise = ["_rel", "residual", "defect"]
+            .iter()
+            .any(|word| name.contains(word));
+        (!noise, difference(*pair).unwrap_or(-1.0))
+    };
+    all.sort_by(|a, b| key(b).partial_cmp(&key(a)).unwrap_or(Ordering::Equal));
+    all
 }
 
 fn pairs(
@@ -216,6 +268,34 @@ mod tests {
         assert_eq!(found.cost["cpu_s"], [Some(5.5), Some(4.5)]);
         assert_eq!(found.cost["element_steps"], [Some(100.0), Some(50.0)]);
         assert_eq!(found.cost["contact_iterations"], [Some(7.0), None]);
+    }
+
+    /// A gap of noise, all of it another draw, and a force that is 2 % larger.
+    #[test]
+    fn what_changed_most_comes_first_and_noise_after_it() {
+        let signals = |factor: f64, phase: f64| {
+            let row = |k: i32| {
+                let t = f64::from(k);
+                let noise = 1e-16 * (1e4 * (t + phase)).sin().abs();
+                format!("{t},{noise:e},{},{}\n", 5.0 + t, factor * (1.0 + t))
+            };
+            "t_s,gap_rel,a,force\n".to_string() + &(0..50).map(row).collect::<String>()
+        };
+        let results = |force: f64, residual: f64| json!({"results": {"a_residual": residual, "b": 1.0, "force": force}});
+        let own = finished(results(1.02, 1e-15), &signals(1.02, 0.3), None);
+        let other = finished(results(1.0, 5e-15), &signals(1.0, 0.0), None);
+        let found = Comparison::new(&own, &other, None);
+        let names: Vec<&str> = found
+            .signals
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect();
+        assert_eq!(names, ["force", "gap_rel", "a"]);
+        let names: Vec<&String> = by_change(&found.results)
+            .iter()
+            .map(|(name, _)| *name)
+            .collect();
+        assert_eq!(names, ["force", "b", "a_residual"]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print};
-use runs::compare::{Compared, Comparison, NumberPair, OF_ONE, difference, ratio};
+use runs::compare::{Compared, Comparison, NumberPair, OF_ONE, by_change, difference, ratio};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 use study::file::StudyFile;
@@ -120,7 +120,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
         }
     }
     let moved = |compared: &Compared| match compared {
-        Ok(d) => d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
+        Ok(d) => d.max > 0.0 && d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
         Err(why) => !OF_ONE.contains(&why.as_str()),
     };
     let [mut signals, mut profile] = [comparison.signals.clone(), comparison.profile.clone()];
@@ -178,8 +178,8 @@ fn pairs(
     let [run, reference] = ["run", "reference"];
     let _ = writeln!(text, "\n{title:<44}{run:>16}{reference:>16}{last:>12}");
     let told = |number: Option<f64>| number.map_or("-".into(), |x| format!("{x:.6e}"));
-    for (name, numbers) in rows {
-        let ([run, reference], last) = (numbers.map(told), relative(of(*numbers)));
+    for (name, numbers) in by_change(rows) {
+        let ([run, reference], last) = (numbers.map(told), relative(of(numbers)));
         let _ = writeln!(text, "  {name:<42}{run:>16}{reference:>16}{last:>12}");
     }
 }

@@ -52,6 +52,11 @@ enum StudyVerb {
     Status(PlaceArguments),
     /// Write results.csv, front.csv and the pictures of what is done, also while others run.
     Collect(PlaceArguments),
+    /// Write report.html of what is done: settings, tables, pictures, warnings, and the build that measured it.
+    Report {
+        /// The folder that `run` wrote, such as runs/study-NAME.
+        folder: PathBuf,
+    },
     /// Do one task.
     Exec(ExecTaskArguments),
 }
@@ -155,6 +160,10 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
         StudyVerb::Run { place, engine } => run(&place.open()?, engine, registry),
         StudyVerb::Status(place) => status(&place.open()?),
         StudyVerb::Collect(place) => collect(&place.open()?),
+        StudyVerb::Report { folder } => {
+            print(&report::study::write(folder)?.display().to_string())?;
+            Ok(0)
+        }
         StudyVerb::Exec(arguments) => exec(arguments, registry),
     }
 }
@@ -272,6 +281,7 @@ fn collect(opened: &OpenStudy) -> VerbResult {
     let digest = Digest::new(&results);
     let write = |name: &str, text: &str| write_in(&opened.folder, name, text);
     let tables = [
+        ("settings.toml", Some(opened.settings()?)),
         ("results.csv", Some(results.csv())),
         ("front.csv", digest.front_csv()),
         ("means.csv", digest.means_csv()),

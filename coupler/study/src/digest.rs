@@ -97,8 +97,8 @@ impl<'a> Digest<'a> {
         self.results.file.reference.is_given()
     }
 
-    /// front.svg and knobs.svg where there is a reference; with several scenes, or without a reference, means.svg, values.svg over one key
-    /// and maps.svg over two.
+    /// front.svg and knobs.svg where there is a reference; with several scenes, or without a reference, means.svg, and maps.svg
+    /// over two keys.
     pub fn pictures(&self) -> Vec<(&'static str, String)> {
         let mut pictures = Vec::new();
         if self.is_held() {
@@ -108,9 +108,7 @@ impl<'a> Digest<'a> {
         }
         if !self.means.is_empty() {
             let keys = &self.results.file.vary;
-            pictures.push(("means.svg", picture::means(&self.means)));
-            let values = picture::values(&self.means, keys);
-            pictures.extend(values.map(|values| ("values.svg", values)));
+            pictures.push(("means.svg", picture::means(&self.means, keys)));
             let maps = picture::maps(&self.means, keys);
             pictures.extend(maps.map(|maps| ("maps.svg", maps)));
         }

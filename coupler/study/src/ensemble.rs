@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::collect::{Results, cell, line};
 use super::settings::{StudySetting, settings};
+use draw::units::{axis_words, unit};
 use kit::student::student;
 
 /// A result of a setting over all scenes.
@@ -14,6 +15,8 @@ pub struct EnsembleMean {
     pub measure: usize,
     /// Name of the measure.
     pub name: String,
+    /// Its unit; empty for a pure number.
+    pub unit: &'static str,
     /// The setting in words, and if it is the reference.
     pub setting: String,
     /// Values of its keys by their indices; none of the reference.
@@ -88,6 +91,7 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
             Some(EnsembleMean {
                 measure,
                 name: of.name.clone(),
+                unit: unit(&of.of),
                 setting: setting.words(results),
                 chosen: setting.chosen.clone(),
                 reference: is_reference,
@@ -108,6 +112,12 @@ impl EnsembleMean {
     pub fn reach(&self) -> impl Iterator<Item = f64> + '_ {
         let interval = [self.mean - self.half_width, self.mean + self.half_width];
         self.values.iter().copied().chain(interval)
+    }
+
+    /// Its measure with the unit for numbers like these, and the factor from SI to it.
+    pub fn title(&self, numbers: impl Iterator<Item = f64>) -> (f64, String) {
+        let size = numbers.fold(0.0, |most: f64, x| most.max(x.abs()));
+        axis_words(&self.name, self.unit, size)
     }
 
     /// A line for people, without the name of the measure.

@@ -5,10 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::collect::{Results, line};
+use super::file::shipped_or_read;
 use super::plan::{Plan, Task};
 use super::task::TaskFolder;
 use runs::run_dir::write_whole;
 use scenario::error::Error;
+use scenes::STUDY;
 
 /// A study with its folder.
 #[derive(Clone, Debug)]
@@ -79,6 +81,19 @@ impl OpenStudy {
             line(&[&first[..], &task.values].concat())
         });
         line(&Vec::from_iter(head)) + &lines.collect::<String>()
+    }
+
+    /// The study file, below the words of the command line that change it.
+    ///
+    /// # Errors
+    /// It cannot be read any more.
+    pub fn settings(&self) -> Result<String, Error> {
+        let (plan, path) = (&self.plan, &self.plan.path);
+        let text = shipped_or_read(path, STUDY).map_err(Error::input(path.display()))?;
+        let small = if plan.is_small { " --small" } else { "" };
+        let set = plan.set.iter().map(|set| format!(" --set {set}"));
+        let set: String = set.collect();
+        Ok(format!("# {}{small}{set}\n{text}", path.display()))
     }
 
     /// Keeps the list of tasks under a name of its own, and returns its path: whoever does one of them compares.

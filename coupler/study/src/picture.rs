@@ -10,6 +10,8 @@ use super::varied_keys::VariedKey;
 use draw::axis::{AxisPair, Grid, PlotAxis, range};
 use draw::colour::shade;
 use draw::svg::{Anchor, Svg};
+use draw::units::{axis_words, unit, with_unit_of, words};
+use std::collections::BTreeMap;
 
 /// Size of a panel (pixels), and height of a line of words below it.
 const PANEL: [f64; 2] = [640.0, 400.0];
@@ -62,7 +64,7 @@ pub(super) fn fronts(
         ];
         page.draw(&axes, |svg, axes| {
             let at = |trade: &Trade| axes.at(point(trade));
-            floor(svg, axes, panel.floor, BLACK);
+            level(svg, axes, 100.0 * panel.floor, BLACK);
             for trade in &panel.trades {
                 svg.circle("fill=\"#000\" fill-opacity=\".35\"", at(trade), 3.0);
             }
@@ -95,9 +97,8 @@ pub(super) fn fronts(
     page.svg()
 }
 
-/// The floor of noise, where it is in the picture.
-fn floor(svg: &mut Svg, axes: &AxisPair, floor: f64, colour: &str) {
-    let height = 100.0 * floor;
+/// A dashed line across the panel at this height, where it is in the picture.
+fn level(svg: &mut Svg, axes: &AxisPair, height: f64, colour: &str) {
     if axes.y.holds(height) {
         let y = axes.at((1.0, height))[1];
         let style = format!("stroke=\"{colour}\" stroke-dasharray=\"6 4\"");
@@ -145,7 +146,7 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
                 for point in points {
                     svg.circle(&format!("fill=\"{colour}\""), point, 4.0);
                 }
-                floor(svg, axes, *noise, colour);
+                level(svg, axes, 100.0 * noise, colour);
             }
         });
         let trends = knob.trends(measures);
@@ -163,9 +164,10 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
 fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
     let letters = knob.positions.iter().map(|p| p.value.chars().count());
     let numbered = !knob.numeric && letters.sum::<usize>() > LETTERS;
+    let (_, key) = axis_words(&knob.key, unit(&knob.key), 0.0);
     let title = match numbered {
-        true => format!("{}, by its place in digest.txt", knob.key),
-        false => knob.key.clone(),
+        true => format!("{key}, by its place in digest.txt"),
+        false => key,
     };
     let numbers = (0..knob.positions.len()).map(&number);
     let mut axis = PlotAxis::logarithmic(&title, numbers.clone());
@@ -180,139 +182,239 @@ fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
     axis
 }
 
-/// means.svg: a panel a measure; means over the scenes with their 95 % intervals, the values of single scenes pale.
-pub fn means(means: &[EnsembleMean]) -> String {
-    let panels: Vec<_> = means.chunk_by(|a, b| a.measure == b.measure).collect();
-    let longest = panels.iter().map(|panel| panel.len()).max().unwrap_or(0);
-    let mut page = Page::new(panels.len(), longest);
-    for panel in panels {
-        let ends = [0.5, panel.len() as f64 + 0.5];
-        let mut x = PlotAxis::linear("setting, as numbered below", ends, 2);
-        let numbers = 1..=panel.len();
-        x.ticks = numbers.clone().map(|k| (k as f64, k.to_string())).collect();
-        let means: Vec<_> = numbers.map(|k| k as f64).zip(panel).collect();
-        draw_means(&mut page, x, &means, false);
-        for (k, of) in panel.iter().enumerate() {
-            page.words(BLACK, &format!("{}: {}", k + 1, of.words()));
-        }
+/// means.svg: a panel for each measure and for each set of keys that settings choose together. Means over the scenes with their 95 %
+/// intervals stand over the key with most values, a line for each choice of the others; the values of single scenes are pale.
+pub fn means(means: &[EnsembleMean], keys: &[Vary]) -> String {
+    let mut panels: BTreeMap<(usize, Vec<usize>), Vec<&EnsembleMean>> = BTreeMap::new();
+    for of in means {
+        let chosen = of.chosen.iter().map(|(key, _)| *key);
+        panels
+            .entry((of.measure, chosen.collect()))
+            .or_default()
+            .push(of);
     }
+    // The reference chooses nothing: it is a line across the panels of the others.
+    let alone = panels.keys().all(|(_, keys)| keys.is_empty());
+    let shown = panels
+        .iter()
+        .filter(|((_, keys), _)| alone || !keys.is_empty());
+    let shown = shown.map(|((measure, _), all)| {
+        let reference = panels.get(&(*measure, Vec::new())).filter(|_| !alone);
+        Curves::new(all, reference.map(|all| all[0]), keys)
+    });
+    let shown: Vec<Curves> = shown.collect();
+    let lines = |of: &Curves| of.lines.len() + of.values.len() + 1;
+    let mut page = Page::new(shown.len(), shown.iter().map(lines).max().unwrap_or(0));
+    shown.iter().for_each(|of| of.draw(&mut page));
     page.svg()
 }
 
-/// values.svg of a study of one key: a panel a measure, means over the scenes with their intervals along the values of the key, joined where
-/// these are numbers, the values of single scenes pale. `None` where settings differ by more or less than one key.
-pub fn values(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
-    let points = points(means)?;
-    let (_, [(key, _)]) = points.first()?;
-    if points.iter().any(|(_, [(other, _)])| other != key) {
-        return None;
-    }
-    let title = title(&keys[*key]);
-    let panels: Vec<_> = points.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
-    let mut page = Page::new(panels.len(), 1);
-    for panel in panels {
-        let value = |(_, [(_, value)]): &Point<1>| value.clone();
-        let numbers = panel.iter().map(|point| value(point).parse().ok());
-        let numbers: Option<Vec<f64>> = numbers.collect();
+/// A panel of means.svg.
+struct Curves<'a> {
+    x: PlotAxis,
+    /// True where the values along x are numbers, which lines join.
+    numeric: bool,
+    /// Words of each line, and its means at their places along x.
+    lines: Vec<(String, Vec<(f64, &'a EnsembleMean)>)>,
+    /// The values along x, where they are too long to stand there.
+    values: Vec<String>,
+    reference: Option<&'a EnsembleMean>,
+}
+
+impl<'a> Curves<'a> {
+    fn new(
+        all: &[&'a EnsembleMean],
+        reference: Option<&'a EnsembleMean>,
+        keys: &[Vary],
+    ) -> Curves<'a> {
+        let chosen = all[0].chosen.iter().enumerate().rev();
+        let chosen = chosen.map(|(k, (key, _))| (k, *key, distinct(all, k)));
+        // Of keys with as many values the first one.
+        let found = chosen.max_by_key(|(.., values)| values.len());
+        let (along, key, values) = found.unwrap_or((0, usize::MAX, vec![""]));
+        let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
         let numeric = numbers.is_some();
-        let places = numbers.unwrap_or_else(|| (1..=panel.len()).map(|k| k as f64).collect());
-        let all = || places.iter().copied();
-        let wide = range(all()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
-        let mut x = if wide && numeric {
-            PlotAxis::logarithmic(&title, all())
-        } else {
-            PlotAxis::around(&title, all(), 5)
+        let numbers = numbers.unwrap_or_else(|| (1..=values.len()).map(|k| k as f64).collect());
+        let size = numbers.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (factor, title) = match keys.get(key) {
+            Some(vary) if numeric => title(vary, size),
+            Some(vary) => (1.0, title(vary, 0.0).1),
+            None => (1.0, String::new()),
         };
+        let places: Vec<f64> = numbers.iter().map(|x| factor * x).collect();
+        let of_place = || places.iter().copied();
+        let wide = range(of_place()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
+        let mut x = match wide && numeric {
+            true => PlotAxis::logarithmic(&title, of_place()),
+            false => PlotAxis::around(&title, of_place(), 5),
+        };
+        let long = values
+            .iter()
+            .map(|value| value.chars().count())
+            .sum::<usize>()
+            > LETTERS;
         if !numeric {
-            x.ticks = all().zip(panel.iter().map(value)).collect();
+            let word = |(k, value): (usize, &&str)| match long {
+                true => (k + 1).to_string(),
+                false => value.to_string(),
+            };
+            x.ticks = of_place()
+                .zip(values.iter().enumerate().map(word))
+                .collect();
         }
-        let means: Vec<_> = all().zip(panel.iter().map(|point| point.0)).collect();
-        draw_means(&mut page, x, &means, numeric);
-        page.words(BLACK, &panel[0].0.name);
-    }
-    Some(page.svg())
-}
-
-/// Draws means of a measure at their places with their intervals, the values that each is of pale; a line joins them if asked for.
-fn draw_means(page: &mut Page, x: PlotAxis, means: &[(f64, &EnsembleMean)], joined: bool) {
-    let ends = means.iter().flat_map(|(_, of)| of.reach());
-    let y = PlotAxis::around(&means[0].1.name, ends, 5);
-    page.draw(&[x, y], |svg, axes| {
-        if joined {
-            let mut line: Vec<_> = means.iter().map(|(x, of)| (*x, of.mean)).collect();
-            line.sort_by(|a, b| a.0.total_cmp(&b.0));
-            svg.line(STROKE, line.iter().map(|point| axes.at(*point)));
-        }
-        for (x, of) in means {
-            let at = |y: f64| axes.at((*x, y));
-            for value in &of.values {
-                svg.circle("fill=\"#000\" fill-opacity=\".25\"", at(*value), 3.0);
+        let mut lines: Vec<(String, Vec<(f64, &EnsembleMean)>)> = Vec::new();
+        for of in all {
+            let rest = of.chosen.iter().filter(|(own, _)| *own != key);
+            let rest = rest.map(|(key, value)| value_words(&keys[*key], value));
+            let words = Vec::from_iter(rest).join(", ");
+            let value = of.chosen.get(along).map_or("", |(_, value)| value);
+            let place = values.iter().position(|other| *other == value);
+            let point = (places[place.unwrap_or_default()], *of);
+            match lines.iter_mut().find(|(other, _)| *other == words) {
+                Some((_, points)) => points.push(point),
+                None => lines.push((words, vec![point])),
             }
-            svg.line(
-                STROKE,
-                [of.mean - of.half_width, of.mean + of.half_width].map(at),
-            );
-            svg.circle(FILL, at(of.mean), 5.0);
         }
-    });
+        let listed = values.iter().enumerate().filter(|_| long && !numeric);
+        Curves {
+            x,
+            numeric,
+            lines,
+            values: listed
+                .map(|(k, value)| format!("{}: {value}", k + 1))
+                .collect(),
+            reference,
+        }
+    }
+
+    fn draw(&self, page: &mut Page) {
+        let means = || self.lines.iter().flat_map(|(_, points)| points);
+        let reach = means().flat_map(|(_, of)| of.reach());
+        let reach = reach.chain(self.reference.map(|of| of.mean));
+        let reach: Vec<f64> = reach.collect();
+        let of = self.lines[0].1[0].1;
+        let (factor, title) = of.title(reach.iter().copied());
+        let y = PlotAxis::around(&title, reach.iter().map(|y| factor * y), 5);
+        page.draw(&[self.x.clone(), y], |svg, axes| {
+            if let Some(reference) = self.reference {
+                level(svg, axes, factor * reference.mean, BLACK);
+            }
+            for (k, (_, points)) in self.lines.iter().enumerate() {
+                draw_means(svg, axes, k, factor, points, self.numeric);
+            }
+        });
+        for (k, (words, _)) in self.lines.iter().enumerate() {
+            page.words_of_line(k, words);
+        }
+        for words in &self.values {
+            page.words(BLACK, words);
+        }
+        if self.reference.is_some() {
+            page.words(BLACK, "dashed across the panel: the reference");
+        }
+    }
 }
 
-/// A mean with the keys that its setting chooses values of, and the values.
-type Point<'a, const N: usize> = (&'a EnsembleMean, &'a [(usize, String); N]);
-
-/// The means of settings that choose values of so many keys, with these and their values; the reference aside. `None` where a setting
-/// chooses more or fewer.
-fn points<const N: usize>(means: &[EnsembleMean]) -> Option<Vec<Point<'_, N>>> {
-    let points = means.iter().filter(|of| !of.chosen.is_empty());
-    let points = points.map(|of| Some((of, of.chosen[..].try_into().ok()?)));
-    points.collect()
+/// Draws the means of a line at their places with their intervals, the values that each is of pale; a line joins them where they are
+/// over numbers.
+fn draw_means(
+    svg: &mut Svg,
+    axes: &AxisPair,
+    number: usize,
+    factor: f64,
+    points: &[(f64, &EnsembleMean)],
+    joined: bool,
+) {
+    let (colour, style) = (COLOURS[number % COLOURS.len()], line_style(number));
+    let at = |x: f64, y: f64| axes.at((x, factor * y));
+    if joined {
+        let mut line: Vec<_> = points.iter().map(|(x, of)| at(*x, of.mean)).collect();
+        line.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        svg.line(&style, line);
+    }
+    for (x, of) in points {
+        for value in of.values.iter().filter(|_| of.values.len() > 1) {
+            let pale = format!("fill=\"{colour}\" fill-opacity=\".25\"");
+            svg.circle(&pale, at(*x, *value), 3.0);
+        }
+        let ends = [of.mean - of.half_width, of.mean + of.half_width];
+        svg.line(&style, ends.map(|y| at(*x, y)));
+        svg.circle(&format!("fill=\"{colour}\""), at(*x, of.mean), 4.0);
+    }
 }
 
-/// Words along the axis of a key.
-fn title(vary: &Vary) -> String {
-    let words = [short(&vary.key), &vary.note].join(" ");
-    words.trim().into()
+/// The style of a line by its number: a colour, and dashes where colours begin anew.
+fn line_style(number: usize) -> String {
+    let dashes = ["", " stroke-dasharray=\"8 4\"", " stroke-dasharray=\"2 3\""];
+    let (colour, turn) = (COLOURS[number % COLOURS.len()], number / COLOURS.len());
+    format!(
+        "stroke=\"{colour}\" stroke-width=\"2\"{}",
+        dashes[turn % dashes.len()]
+    )
+}
+
+/// The values that a key has in these settings, given its number among those that they choose, each once and in their order.
+fn distinct<'a>(all: &[&'a EnsembleMean], chosen: usize) -> Vec<&'a str> {
+    let mut values: Vec<&str> = Vec::new();
+    for of in all {
+        let value = of.chosen[chosen].1.as_str();
+        if !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    values
+}
+
+/// A key in words with its unit, for numbers of this size, and the factor from SI to it.
+fn title(vary: &Vary, size: f64) -> (f64, String) {
+    let key = short(&vary.key);
+    let (factor, words) = axis_words(&words(key), unit(key), size);
+    (factor, [words, vary.note.clone()].join(" ").trim().into())
+}
+
+/// A value of a key in words: `load 4 kN`, `kind pcg`.
+fn value_words(vary: &Vary, value: &str) -> String {
+    let key = short(&vary.key);
+    let value = value.parse().map_or(value.into(), |x| with_unit_of(key, x));
+    format!("{} {value}", words(key))
 }
 
 /// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
 /// and half of its 95 % interval. `None` where the keys make no grid.
 pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
-    let pairs = points(means)?;
-    let (_, [up, right]) = pairs.first()?;
-    let values = |side: usize| {
-        let mut values: Vec<&str> = Vec::new();
-        for (_, chosen) in &pairs {
-            let value = chosen[side].1.as_str();
-            if !values.contains(&value) {
-                values.push(value);
-            }
-        }
-        values
-    };
-    let (rows, columns) = (values(0), values(1));
+    let pairs: Vec<&EnsembleMean> = means.iter().filter(|of| !of.chosen.is_empty()).collect();
+    if pairs.is_empty() || pairs.iter().any(|of| of.chosen.len() != 2) {
+        return None;
+    }
+    let (rows, columns) = (distinct(&pairs, 0), distinct(&pairs, 1));
     if rows.len() < 2 || columns.len() < 2 {
         return None;
     }
     let axis = |key: usize, values: &[&str]| {
-        let mut axis = PlotAxis::linear(&title(&keys[key]), [0.0, values.len() as f64], 2);
+        let mut axis = PlotAxis::linear(&title(&keys[key], 0.0).1, [0.0, values.len() as f64], 2);
         let ticks = values.iter().enumerate();
         axis.ticks = ticks
             .map(|(k, value)| (k as f64 + 0.5, value.to_string()))
             .collect();
         axis
     };
-    let axes = [axis(right.0, &columns), axis(up.0, &rows)];
+    let [up, right] = [0, 1].map(|side: usize| pairs[0].chosen[side].0);
+    let axes = [axis(right, &columns), axis(up, &rows)];
     let place = |values: &[&str], own: &str| {
         let place = values.iter().position(|value| *value == own);
         place.unwrap_or_default() as f64
     };
-    let panels: Vec<_> = pairs.chunk_by(|a, b| a.0.measure == b.0.measure).collect();
+    let panels: Vec<_> = pairs.chunk_by(|a, b| a.measure == b.measure).collect();
     let mut page = Page::new(panels.len(), 1);
     for panel in panels {
-        let [low, high] = range(panel.iter().map(|(of, _)| of.mean)).unwrap_or_default();
+        let [low, high] = range(panel.iter().map(|of| of.mean)).unwrap_or_default();
+        let (factor, title) = panel[0].title(panel.iter().map(|of| of.mean));
         page.draw(&axes, |svg, axes| {
-            for (of, [(_, up), (_, right)]) in panel {
-                let (x, y) = (place(&columns, right), place(&rows, up));
+            for of in panel {
+                let (x, y) = (
+                    place(&columns, &of.chosen[1].1),
+                    place(&rows, &of.chosen[0].1),
+                );
                 let ([left, bottom], [end, top]) = (axes.at((x, y)), axes.at((x + 1.0, y + 1.0)));
                 let wide = if high > low { high - low } else { 1.0 };
                 let share = (of.mean - low) / wide;
@@ -321,17 +423,22 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
                 let ink = if share > 0.7 { "#fff" } else { BLACK };
                 let middle = [0.5 * (left + end), 0.5 * (top + bottom)];
                 let style = format!("fill=\"{ink}\"");
-                svg.styled_text(&style, middle, Anchor::Middle, &three_digits(of.mean));
+                svg.styled_text(
+                    &style,
+                    middle,
+                    Anchor::Middle,
+                    &three_digits(factor * of.mean),
+                );
                 let below = [middle[0], middle[1] + 16.0];
                 let half = match of.values.len() {
                     1 => String::new(),
-                    _ => format!("+- {}", three_digits(of.half_width)),
+                    _ => format!("+- {}", three_digits(factor * of.half_width)),
                 };
                 let style = format!("font-size=\"10\" {style}");
                 svg.styled_text(&style, below, Anchor::Middle, &half);
             }
         });
-        page.words(BLACK, &panel[0].0.name);
+        page.words(BLACK, &title);
     }
     Some(page.svg())
 }
@@ -393,10 +500,29 @@ impl Page {
         content(&mut self.svg, &axes);
     }
 
+    /// Words of a line below it, with a piece of the line.
+    fn words_of_line(&mut self, number: usize, words: &str) {
+        if words.is_empty() {
+            return;
+        }
+        let [x, y] = self.place_of_words();
+        let style = line_style(number);
+        self.svg.line(&style, [x, x + 30.0].map(|x| [x, y - 3.5]));
+        self.write(COLOURS[number % COLOURS.len()], [x + 38.0, y], words);
+    }
+
     /// A line of words below it; what is longer than the panel is cut off.
     fn words(&mut self, colour: &str, words: &str) {
+        self.write(colour, self.place_of_words(), words);
+    }
+
+    /// Where the next line of words begins.
+    fn place_of_words(&self) -> [f64; 2] {
         let [left, top] = self.corner();
-        let at = [left + 20.0, top + PANEL[1] + LINE * self.lines as f64 + 9.0];
+        [left + 20.0, top + PANEL[1] + LINE * self.lines as f64 + 9.0]
+    }
+
+    fn write(&mut self, colour: &str, at: [f64; 2], words: &str) {
         let words: String = words.chars().take(LINE_LETTERS).collect();
         let style = format!("font-size=\"9.7\" fill=\"{colour}\"");
         self.svg.styled_text(&style, at, Anchor::Start, &words);
@@ -413,4 +539,89 @@ impl Page {
 fn smallest(numbers: impl Iterator<Item = f64>) -> f64 {
     let least = numbers.filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys() -> Vec<Vary> {
+        let key = |text: &str| toml::from_str(text).expect("a key");
+        vec![
+            key("key = \"p.rail.config.wheel.load_n\"\nvalues = [4000.0, 8000.0]"),
+            key("key = \"p.layer.config.law.friction\"\nvalues = [0.1, 0.3, 0.5]"),
+        ]
+    }
+
+    fn mean(chosen: &[(usize, &str)], mean: f64) -> EnsembleMean {
+        let chosen = chosen.iter().map(|(key, value)| (*key, value.to_string()));
+        EnsembleMean {
+            measure: 0,
+            name: "pressure".into(),
+            unit: "Pa",
+            setting: String::new(),
+            chosen: chosen.collect(),
+            reference: false,
+            values: vec![mean],
+            mean,
+            deviation: 0.0,
+            half_width: 0.0,
+            difference: None,
+        }
+    }
+
+    fn joined(svg: &str) -> usize {
+        // Intervals have two ends, and so have the lines of a legend.
+        let lines = svg.split("points=\"").skip(1);
+        let points = lines.map(|line| line.split('"').next().unwrap_or_default());
+        points
+            .filter(|points| points.split(' ').count() > 4)
+            .count()
+    }
+
+    #[test]
+    fn means_of_two_keys_are_lines_over_the_one_with_more_values() {
+        let loads = ["4000", "8000"];
+        let all = loads.map(|load| {
+            ["0.1", "0.3", "0.5"].map(|friction| mean(&[(0, load), (1, friction)], 1e9))
+        });
+        let svg = means(&all.concat(), &keys());
+        assert_eq!(joined(&svg), 2, "{svg}");
+        for words in [
+            ">friction<",
+            ">load 4 kN<",
+            ">load 8 kN<",
+            ">pressure (GPa)<",
+        ] {
+            assert!(svg.contains(words), "{words}: {svg}");
+        }
+        let map = maps(&all.concat(), &keys()).expect("a grid");
+        assert!(
+            map.contains(">load (N)<") && map.contains(">pressure (GPa)<"),
+            "{map}"
+        );
+    }
+
+    #[test]
+    fn keys_that_are_varied_alone_have_a_panel_each_and_the_reference_is_a_line() {
+        let all = [
+            mean(&[], 1e6),
+            mean(&[(0, "4000")], 2e6),
+            mean(&[(0, "8000")], 3e6),
+            mean(&[(1, "0.1")], 4e6),
+        ];
+        let svg = means(&all, &keys());
+        assert!(
+            svg.contains(">load (kN)<") && svg.contains(">friction<"),
+            "{svg}"
+        );
+        assert_eq!(
+            svg.matches("dashed across the panel: the reference")
+                .count(),
+            2
+        );
+        assert!(maps(&all, &keys()).is_none());
+        // With seeds alone there is one mean, over nothing.
+        assert_eq!(means(&all[..1], &keys()).matches("<circle").count(), 0);
+    }
 }

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use draw::svg::escape;
+use draw::units::{four, with_unit_of};
 use report::page::{Section, names, page, table};
 use report::pictures;
 use report::provenance::quoted;
-use report::units::{four, with_unit_of};
 
 use super::case::Number;
 use super::suite::{CaseOutcome, CaseRow};

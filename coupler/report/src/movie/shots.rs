@@ -32,8 +32,6 @@ pub struct GrainShot {
     pub body: Option<Vec<f64>>,
     /// Mean adhesions of their bonds, 0 without any.
     pub adhesion: Option<Vec<f64>>,
-    /// True where the law has bonds.
-    pub bonded: bool,
     /// Contacts that press.
     pub lines: Vec<ContactLine>,
 }
@@ -162,7 +160,6 @@ impl GrainBody {
             speed: speeds.map(|speeds| of(&speeds)),
             body: given("body").map(|bodies| of(bodies)),
             adhesion: given("adhesion").map(|_| of(&mean_adhesions(arrays))),
-            bonded: arrays.contains_key("adhesion"),
             lines: self.lines(arrays),
         })
     }

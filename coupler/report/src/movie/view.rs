@@ -1,17 +1,10 @@
-//! Parts of the scene that a movie shows, and the scale at which displacements can be seen in them.
+//! Parts of the scene that a movie shows.
 
 use serde_json::{Value, json};
 
-use super::range::MovieRanges;
 use super::scene::Scene;
-use super::shots::Shots;
 use draw::extent::Extent;
 use runs::fields::numbers;
-
-/// Part of a view's height that the largest displacement is drawn as.
-const SEEN: f64 = 0.15;
-/// Largest scale.
-const SCALE_MOST: f64 = 1_000.0;
 
 /// A part of the scene (m) with its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,43 +58,6 @@ impl MovieView {
         let [x, y] = [self.extent.x, self.extent.y].map(|range| range.map(|end| 1e3 * end));
         json!({ "name": self.name, "box": [x[0], x[1], y[0], y[1]] })
     }
-
-    /// Scale at which the largest displacement is about a seventh of its height: 1, 2 or 5 times a power of ten, 1 at least.
-    pub fn scale(&self, largest_m: f64) -> f64 {
-        if largest_m <= 0.0 {
-            return 1.0;
-        }
-        let most = SEEN * self.extent.height() / largest_m;
-        let steps = (0..3).flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
-        let steps = steps.chain([SCALE_MOST]);
-        steps.filter(|step| *step <= most).fold(1.0, f64::max)
-    }
-}
-
-/// Part of a scale that grains without a mesh get: those that close a gap are drawn as far in each other.
-const OF_GRAINS: f64 = 0.3;
-
-/// The largest displacement that a scale applies to (m): of the nodes of meshes, or where there are none of bonded grains since
-/// the first frame. Grains without bonds move past each other, and their motion is seen as it is.
-pub fn largest_displacement(shots: &Shots, ranges: &MovieRanges) -> f64 {
-    if !shots.meshes.is_empty() {
-        let far = |range: [f64; 2]| range[1].max(-range[0]);
-        return far(ranges.displacement[0]).max(far(ranges.displacement[1]));
-    }
-    let mut largest = 0.0;
-    for over in &shots.grains {
-        let mut frames = over.iter().flatten();
-        let Some(first) = frames.next() else { continue };
-        if !first.bonded {
-            return f64::INFINITY;
-        }
-        for shot in frames {
-            let [x, y] = [0, 1].map(|k| shot.centre[k].iter().zip(&first.centre[k]));
-            let moved = x.zip(y).map(|(x, y)| (x.0 - x.1).hypot(y.0 - y.1));
-            largest = moved.fold(largest, f64::max);
-        }
-    }
-    largest / OF_GRAINS
 }
 
 fn nodes(scene: &Scene) -> impl Iterator<Item = ([f64; 2], f64)> {
@@ -134,19 +90,6 @@ fn around([x, y]: [f64; 2], all: &Extent) -> Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_scale_makes_displacements_seen_and_is_never_below_one() {
-        let view = MovieView {
-            name: "whole",
-            extent: Extent {
-                x: [0.0, 10e-3],
-                y: [0.0, 5e-3],
-            },
-        };
-        let scales = [1e-3, 9e-5, 1e-5, 1e-9, 0.0].map(|largest| view.scale(largest));
-        assert_eq!(scales, [1.0, 5.0, 50.0, 1000.0, 1.0]);
-    }
 
     #[test]
     fn margins_end_with_the_scene() {

@@ -36,7 +36,7 @@ const PREFIXES: [&str; 10] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const NONE: i32 = 5;
 
 /// Unit that the ending of a name tells; empty for a pure number.
-pub(super) fn unit(name: &str) -> &'static str {
+pub fn unit(name: &str) -> &'static str {
     let found = UNITS.iter().find(|(ending, _)| name.ends_with(ending));
     found.map_or("", |(_, unit)| unit)
 }
@@ -47,27 +47,46 @@ pub fn with_unit_of(name: &str, value: f64) -> String {
 }
 
 /// A value with a unit (SI, without prefix): four digits, and the prefix that leaves one to three of them before the point.
-pub(super) fn with_unit(value: f64, unit: &str) -> String {
+pub fn with_unit(value: f64, unit: &str) -> String {
     if !value.is_finite() {
         return "not a number".into();
     }
-    if PLAIN.contains(&unit) {
-        let space = ["", " "][usize::from(!["", "°"].contains(&unit))];
-        return format!("{}{space}{unit}", four(value));
-    }
-    if value == 0.0 {
+    if value == 0.0 && !PLAIN.contains(&unit) {
         return format!("0 {unit}");
     }
+    let (factor, shown) = prefixed(value, unit);
+    let space = ["", " "][usize::from(!["", "°"].contains(&unit))];
+    format!("{}{space}{shown}", four(value * factor))
+}
+
+/// The unit with the prefix that leaves one to three digits of this value before the point, and the factor from SI to it.
+pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
+    if PLAIN.contains(&unit) || !value.is_finite() || value == 0.0 {
+        return (1.0, unit.into());
+    }
     // A kilogram has its prefix already.
-    let (value, unit) = match unit.strip_prefix("kg") {
-        Some(rest) => (1e3 * value, format!("g{rest}")),
-        None => (value, unit.to_string()),
+    let (grams, unit) = match unit.strip_prefix("kg") {
+        Some(rest) => (1e3, format!("g{rest}")),
+        None => (1.0, unit.to_string()),
     };
+    let value = grams * value;
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     let thousands = (rounded.abs().log10() / 3.0).floor() as i32;
     let thousands = thousands.clamp(-NONE, PREFIXES.len() as i32 - 1 - NONE);
     let prefix = PREFIXES[(thousands + NONE) as usize];
-    format!("{} {prefix}{unit}", four(value / 1e3f64.powi(thousands)))
+    (
+        grams * 10f64.powi(-3 * thousands),
+        format!("{prefix}{unit}"),
+    )
+}
+
+/// Words with a unit in brackets, prefixed for numbers of this size, and the factor from SI to it: `load (kN)`.
+pub fn axis_words(words: &str, unit: &str, size: f64) -> (f64, String) {
+    let (factor, unit) = prefixed(size, unit);
+    match unit.is_empty() {
+        true => (factor, words.into()),
+        false => (factor, format!("{words} ({unit})")),
+    }
 }
 
 /// Four significant digits; a whole number up to a million with all of its own, thousands apart.
@@ -104,14 +123,14 @@ fn grouped(value: i64) -> String {
 }
 
 /// A name without its unit, in words.
-pub(super) fn words(name: &str) -> String {
+pub fn words(name: &str) -> String {
     let endings = UNITS.iter().filter(|(_, unit)| !unit.is_empty());
     let mut endings = endings.filter_map(|(ending, _)| name.strip_suffix(ending));
     endings.next().unwrap_or(name).replace('_', " ")
 }
 
 /// A span of time in the unit that fits: `3.2 s`, `4 min 10 s`, `1 h 5 min`.
-pub(super) fn span(seconds: f64) -> String {
+pub fn span(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
         0..100 => with_unit(seconds, "s"),
@@ -149,6 +168,8 @@ mod tests {
         }
         assert_eq!(words("p_max_centroid_pa"), "p max centroid");
         assert_eq!(words("energy_balance_rel"), "energy balance rel");
+        assert_eq!(axis_words("load", "N", 1e4), (1e-3, "load (kN)".into()));
+        assert_eq!(axis_words("friction", "", 0.3), (1.0, "friction".into()));
         let spans = [2.65, 250.0, 3900.0].map(span);
         assert_eq!(spans, ["2.65 s", "4 min 10 s", "1 h 5 min"]);
     }
