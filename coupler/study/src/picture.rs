@@ -563,6 +563,7 @@ mod tests {
             chosen: chosen.collect(),
             reference: false,
             values: vec![mean],
+            runs: 1,
             mean,
             deviation: 0.0,
             half_width: 0.0,
