@@ -214,7 +214,7 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
     for told in [
         "<code>--budget error=10%</code>, by the study <code>quick-bonded</code>, which promised errors below these bounds",
         &format!("This run has the setting <code>{setting}</code>"),
-        "It lies on the front by traction, height, friction.",
+        "It lies on the front by pressure, height, friction.",
         "Half the error by every measure takes",
         "one/scenario.toml \\\n    --set ",
         "No setting of the study takes half of the processor time.",

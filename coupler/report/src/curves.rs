@@ -316,9 +316,14 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
         .filter(|(_, p)| **p > PRESSED * largest);
     let [left, right] = range(pressed.map(|(x, _)| *x)).unwrap_or([low, high]);
     let width = (MEAN_SHARE * (high - low)).min(MEAN_SHARE_PRESSED * (right - left));
+    // What is pressed, and as much beside it.
+    let near = 2.0 * left - right..=2.0 * right - left;
     let curve = |label: String, style: usize, x: &[f64], y: &[f64]| PlotCurve {
         label,
-        points: x.iter().zip(y).map(|(x, y)| (1e3 * x, 1e-6 * y)).collect(),
+        points: (x.iter().zip(y))
+            .filter(|(x, _)| x.is_nan() || near.contains(x))
+            .map(|(x, y)| (1e3 * x, 1e-6 * y))
+            .collect(),
         style,
     };
     let mean = |label: String, style: usize, x: &[f64], y: &[f64]| {

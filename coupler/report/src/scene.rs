@@ -207,28 +207,17 @@ fn draw_wheel(panel: &mut Panel, [x, y, radius]: [f64; 3]) {
         x: [left, right],
         y: [_, top],
     } = panel.extent();
-    let reach = |end: f64| match radius > 0.0 {
-        true => end.clamp(x - radius, x + radius),
-        false => end,
-    };
-    let (left, right) = (reach(left), reach(right));
     let point = |k: i32| {
         let at = left + (right - left) * f64::from(k) / f64::from(PIECES);
-        let rise = radius - (radius * radius - (at - x).powi(2)).max(0.0).sqrt();
-        [at, y + if radius > 0.0 { rise } else { 0.0 }]
+        let below = (radius * radius - (at - x).powi(2)).max(0.0).sqrt();
+        [at, y + radius - below]
     };
     let mut face: Vec<[f64; 2]> = (0..=PIECES).map(point).collect();
-    face.retain(|point| point[1] <= top);
-    let (Some(first), Some(last)) = (face.first().copied(), face.last().copied()) else {
-        return;
-    };
-    let body = [&face[..], &[[last[0], top], [first[0], top]]].concat();
-    panel.line(&body, true, "fill=\"#cfe3f1\"");
-    panel.line(
-        &face,
-        false,
-        "fill=\"none\" stroke=\"#0072b2\" stroke-width=\"2\"",
-    );
+    face.retain(|[at, up]| *up <= top && (radius == 0.0 || (at - x).abs() <= radius));
+    let ends = [face.last(), face.first()].map(|end| end.map(|end| [end[0], top]));
+    face.extend(ends.into_iter().flatten());
+    let style = "fill=\"#cfe3f1\" stroke=\"#0072b2\" stroke-width=\"2\"";
+    panel.line(&face, true, style);
 }
 
 /// Centre and radius of each grain that is not in store (mm).

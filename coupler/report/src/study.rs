@@ -10,84 +10,72 @@ use draw::units::four;
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 
-/// Rows of a table that the page shows before it counts the rest.
+/// Rows of a table that the page shows; the others stand in the file.
 const MANY: usize = 500;
 
 /// Files of pictures, and what each shows.
 const PICTURES: [[&str; 2]; 4] = [
     [
         "means.svg",
-        "What was measured over the key with most values, a line for each choice of the other keys; bars: 95 % intervals of means over the scenes, pale: single scenes. Numbers: `means.csv`.",
+        "Means over the scenes, with 95 % intervals; pale: single scenes",
     ],
     [
         "maps.svg",
-        "Means over two keys, below each half of its 95 % interval. Numbers: `means.csv`.",
+        "Means over two keys, and half of their 95 % intervals",
     ],
     [
         "front.svg",
-        "Error over cost of each setting; the front joins those that no other beats in both. Numbers: `front.csv`.",
+        "Error over cost; the front joins what nothing beats in both",
     ],
-    [
-        "knobs.svg",
-        "Error along the values of each key, the other keys in the middle. Numbers: `digest.txt`.",
-    ],
+    ["knobs.svg", "Error along the values of each key"],
 ];
 
-/// Columns of results.csv that the page shows beside the keys, by their beginnings.
-const SHOWN: [&str; 4] = ["error_", "value_", "cpu_s", "warnings"];
+/// Columns of results.csv that the page leaves to the file.
+const HIDDEN: &str = "id exit_code attempts peak_rss_bytes element_steps contact_iterations messages hash_exchange hash_state message";
 
-/// A table of comma-separated cells.
-struct Cells {
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
+/// A table of comma-separated cells: its head, and its rows.
+struct Cells(Vec<String>, Vec<Vec<String>>);
 
 /// Writes `report.html` into the folder of a study; returns its path.
 ///
 /// # Errors
 /// The folder has no results.csv, or the page cannot be written.
 pub fn write(folder: &Path) -> Result<PathBuf, Error> {
-    let Some(results) = Cells::read(folder, "results.csv") else {
+    let read = |file: &str| std::fs::read_to_string(folder.join(file));
+    let Ok(results) = read("results.csv") else {
         let problem = "holds no results.csv: give the folder of a study, such as runs/study-NAME, after `study run` or `study collect`";
         return Err(Refusal::file(folder, problem).into());
     };
-    let text = |file: &str| {
-        let text = std::fs::read_to_string(folder.join(file)).unwrap_or_default();
-        match text.trim() {
-            "" => text,
-            text => format!("<pre>{}</pre>", escape(text)),
-        }
-    };
+    let mut rows = results.lines().map(cells);
+    let results = Cells(rows.next().unwrap_or_default(), rows.collect());
+    let text = |file: &str| format!("<pre>{}</pre>", escape(&read(file).unwrap_or_default()));
     let pictures = PICTURES.iter().filter_map(|[file, caption]| {
         Some(Picture {
             file: file.to_string(),
             caption: caption.to_string(),
-            alternative: "The numbers are in the tables of this page.".into(),
-            svg: std::fs::read_to_string(folder.join(file)).ok()?,
+            alternative: "The numbers are below, in words.".into(),
+            svg: read(file).ok()?,
         })
     });
-    let tables = ["means.csv", "front.csv"].map(|file| {
-        let shown = Cells::read(folder, file).map(|cells| cells.html(|_| true));
-        shown.map_or(String::new(), |html| format!("<h3>{file}</h3>{html}"))
-    });
-    let keys = results.keys();
-    let is_shown = |name: &str| {
-        let name = name.to_string();
-        ["index", "status", "role"].contains(&&*name)
-            || keys.contains(&name)
-            || SHOWN.iter().any(|start| name.starts_with(start))
+    let warns = |row: &[String]| {
+        ["warnings", "message"]
+            .iter()
+            .any(|k| !results.cell(row, k).is_empty())
     };
+    let warning = |name: &str| ["index", "status", "warnings", "message"].contains(&name);
     let mut sections = vec![
-        Section::of_text("Warnings", results.warned()),
+        Section::of_text("Warnings", results.html(warns, warning)),
         Section::of_text("Settings", text("settings.toml")),
         Section::of_pictures("Pictures", pictures.collect(), Vec::new()),
         Section::of_text("In words", text("digest.txt")),
-        Section::of_text("Tables", tables.concat()),
-        Section::of_text("Runs", results.html(is_shown)),
+        Section::of_text(
+            "Runs",
+            results.html(|_| true, |k| !HIDDEN.split(' ').any(|h| h == k)),
+        ),
     ];
     sections.retain(|section| !section.is_empty());
-    let absolute = folder.canonicalize().unwrap_or(folder.into());
-    let name = absolute.file_name().unwrap_or_default().to_string_lossy();
+    let name = folder.canonicalize().unwrap_or(folder.into());
+    let name = name.file_name().unwrap_or_default().to_string_lossy();
     let path = folder.join("report.html");
     let html = page(&name, &results.verdict(folder), &sections);
     std::fs::write(&path, html).map_err(Error::output(path.display()))?;
@@ -95,149 +83,79 @@ pub fn write(folder: &Path) -> Result<PathBuf, Error> {
 }
 
 impl Cells {
-    fn read(folder: &Path, file: &str) -> Option<Cells> {
-        let text = std::fs::read_to_string(folder.join(file)).ok()?;
-        let mut rows = text.lines().map(cells);
-        let head = rows.next()?;
-        Some(Cells {
-            head,
-            rows: rows.collect(),
-        })
-    }
-
     /// The cell of a row in this column; empty where there is none.
     fn cell<'a>(&self, row: &'a [String], name: &str) -> &'a str {
-        let column = self.head.iter().position(|head| head == name);
-        column
-            .and_then(|column| row.get(column))
-            .map_or("", |cell| cell)
+        let column = self.0.iter().position(|head| head == name);
+        column.and_then(|k| row.get(k)).map_or("", |cell| cell)
     }
 
-    /// The columns between `attempts` and what was measured: the keys.
-    fn keys(&self) -> Vec<String> {
-        let after = self
-            .head
-            .iter()
-            .skip_while(|name| *name != "attempts")
-            .skip(1);
-        let measured = ["error_", "value_", "wall_s"];
-        let keys = after.take_while(|name| !measured.iter().any(|start| name.starts_with(start)));
-        keys.cloned().collect()
-    }
-
-    /// A table of the columns that are to be shown and have anything in them; numbers have four digits.
-    fn html(&self, is_shown: impl Fn(&str) -> bool) -> String {
-        let any = |k: usize| {
-            self.rows
-                .iter()
-                .any(|row| row.get(k).is_some_and(|cell| !cell.is_empty()))
-        };
-        let columns = 0..self.head.len();
-        let columns: Vec<usize> = columns
-            .filter(|k| is_shown(&self.head[*k]) && any(*k))
-            .collect();
-        let head: Vec<String> = columns.iter().map(|k| escape(&self.head[*k])).collect();
+    /// These rows and columns as a table; numbers have four digits.
+    fn html(&self, row: impl Fn(&[String]) -> bool, column: impl Fn(&str) -> bool) -> String {
+        let columns: Vec<&String> = self.0.iter().filter(|name| column(name)).collect();
+        let head: Vec<String> = columns.iter().map(|name| escape(name)).collect();
         let head: Vec<&str> = head.iter().map(String::as_str).collect();
-        let shown = |cell: &String| cell.parse().map_or(escape(cell), four);
-        let rows = self.rows.iter().take(MANY).map(|row| {
-            let cells = columns
+        let shown = |cell: &str| cell.parse().map_or(escape(cell), four);
+        let rows = self.1.iter().filter(|cells| row(cells)).take(MANY);
+        let cells = |row: &Vec<String>| -> Vec<String> {
+            columns
                 .iter()
-                .map(|k| row.get(*k).map_or(String::new(), shown));
-            cells.collect::<Vec<String>>()
-        });
-        let rest = match self.rows.len().saturating_sub(MANY) {
-            0 => String::new(),
-            rest => format!("<p>and {rest} more, in the file</p>"),
+                .map(|name| shown(self.cell(row, name)))
+                .collect()
         };
-        table(head, &[], rows) + &rest
-    }
-
-    /// The runs that warned of something, failed, or miss a number.
-    fn warned(&self) -> String {
-        let rows = self.rows.iter().map(|row| {
-            ["index", "status", "warnings", "message"].map(|name| escape(self.cell(row, name)))
-        });
-        let warned =
-            rows.filter(|[_, _, warnings, message]| !(warnings.is_empty() && message.is_empty()));
-        table(["run", "status", "warnings", ""], &[0], warned.take(MANY))
+        match table(head, &[], rows.map(cells)) {
+            rows if rows.is_empty() => rows,
+            rows => format!("<div style=\"overflow-x:auto\">{rows}</div>"),
+        }
     }
 
     /// The box at the top: how many runs ended how, and the builds that made them.
     fn verdict(&self, folder: &Path) -> String {
-        let mut ended: BTreeMap<&str, usize> = BTreeMap::new();
-        let mut builds: BTreeMap<String, usize> = BTreeMap::new();
-        for row in &self.rows {
-            *ended.entry(self.cell(row, "status")).or_default() += 1;
+        let mut counts: [BTreeMap<String, usize>; 2] = Default::default();
+        for row in &self.1 {
             let path = folder.join("tasks").join(self.cell(row, "id")).join("run");
             let manifest = RunFiles {
                 path,
                 ..RunFiles::default()
             }
             .manifest();
-            let [software, build, git] =
-                ["software", "build", "git"].map(|key| manifest[key].as_str().unwrap_or_default());
-            if !build.is_empty() {
-                *builds
-                    .entry(format!("{software}, build {build}, git {git}"))
-                    .or_default() += 1;
-            }
+            let [software, build, git] = ["software", "build", "git"].map(|key| &manifest[key]);
+            let build = build
+                .as_str()
+                .map(|_| format!("by {software}, build {build}, git {git}"));
+            let warned =
+                ["", " with warnings"][usize::from(!self.cell(row, "warnings").is_empty())];
+            let ended = format!("{}{warned}", self.cell(row, "status"));
+            *counts[0].entry(ended).or_default() += 1;
+            *counts[1]
+                .entry(build.unwrap_or("not there".into()))
+                .or_default() += 1;
         }
-        let warned = self
-            .rows
-            .iter()
-            .filter(|row| !self.cell(row, "warnings").is_empty())
-            .count();
-        let class = match (ended.keys().all(|status| *status == "completed"), warned) {
-            (true, 0) => "completed",
-            _ => "suspect",
-        };
-        let counted = |all: Vec<(String, usize)>| {
-            let all = all
-                .into_iter()
-                .map(|(name, count)| format!("{count} {}", escape(&name)));
-            Vec::from_iter(all).join(", ")
-        };
-        let ended = counted(
-            ended
-                .into_iter()
-                .map(|(name, count)| (name.into(), count))
-                .collect(),
-        );
-        let builds = counted(
-            builds
-                .into_iter()
-                .map(|(name, count)| (format!("by {name}"), count))
-                .collect(),
-        );
+        let class = ["suspect", "completed"][usize::from(counts[0].keys().eq(["completed"]))];
+        let [ended, builds] = counts.map(|counts| {
+            let all = counts
+                .iter()
+                .map(|(name, count)| format!("{count} {}", escape(name)));
+            Vec::from_iter(all).join(", ").replace("&quot;", "")
+        });
+        let count = self.1.len();
         format!(
-            "<div class=\"verdict {class}\" role=\"status\"><p><strong>{} runs: {ended}; {warned} with warnings.</strong></p><p>Measured: {builds}.</p></div>",
-            self.rows.len()
+            "<div class=\"verdict {class}\" role=\"status\"><p><strong>{count} runs: {ended}.</strong></p><p>Measured: {builds}.</p></div>"
         )
     }
 }
 
-/// The cells of a line, as RFC 4180 has them; no cell of a study holds a line break.
+/// The cells of a line, as RFC 4180 has them: between marks a comma is a letter, and two marks are one.
 fn cells(line: &str) -> Vec<String> {
-    let mut all = vec![String::new()];
-    let (mut quoted, mut closed) = (false, false);
-    for letter in line.chars() {
-        let last = all.len() - 1;
-        match letter {
-            '"' => {
-                // A mark that follows the end of a quotation is part of it.
-                if closed {
-                    all[last].push('"');
-                }
-                quoted = !quoted;
-                closed = !quoted;
-                continue;
-            }
-            ',' if !quoted => all.push(String::new()),
-            _ => all[last].push(letter),
-        }
-        closed = false;
-    }
-    all
+    let line = line.replace("\"\"", "\u{1}");
+    let parts = line.split('"').enumerate().map(|(k, part)| match k % 2 {
+        0 => part.to_string(),
+        _ => part.replace(',', "\u{2}"),
+    });
+    let line = Vec::from_iter(parts).concat();
+    let cells = line.split(',');
+    cells
+        .map(|cell| cell.replace('\u{1}', "\"").replace('\u{2}', ","))
+        .collect()
 }
 
 #[cfg(test)]
@@ -272,13 +190,13 @@ mod tests {
         let path = write(scratch.path()).expect("a study");
         let html = std::fs::read_to_string(path).expect("a page");
         for words in [
-            "2 runs: 1 completed, 1 suspect; 1 with warnings.",
+            "2 runs: 1 completed, 1 suspect with warnings.",
             "1 by thirdbody 1, build c0de, git beef",
             "name = &quot;&lt;i&gt;&quot;",
-            "Figure 1: What was measured",
+            "Figure 1: Means over the scenes",
             "<td>1.250e9</td>",
             "law.friction",
-            "<td>numerical</td><td>why</td>",
+            "<td>why</td><td>numerical</td>",
         ] {
             assert!(html.contains(words), "{words}: {html}");
         }

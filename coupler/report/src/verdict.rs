@@ -19,15 +19,7 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
         ("completed", None) => "completed",
         _ => "failed",
     };
-    let beyond = bounds(run).filter(|bound| bound.margin < 1.0);
-    let beyond = beyond.map(|bound| {
-        format!(
-            "{} ({} times too long)",
-            bound.name,
-            four(1.0 / bound.margin)
-        )
-    });
-    let beyond = Vec::from_iter(beyond).join(", ");
+    let beyond = beyond(run);
     let ended = match (status, warnings) {
         ("completed" | "suspect", _) if damage.is_some() => "The run went to its end, but a table is no longer what it wrote: do not use the figures below that are drawn from it.".into(),
         ("completed", 0) if !beyond.is_empty() => format!("The run completed without a warning; beyond a bound of its steps: {beyond}."),
@@ -230,37 +222,34 @@ const MARGINS: [(&str, &str); 2] = [
     ),
 ];
 
-/// A bound of a step or window, its names escaped.
-struct StepBound {
-    interface: String,
-    name: String,
-    is_stability: bool,
-    /// Factor by which the step could be longer.
-    margin: f64,
-}
-
-fn bounds(run: &RunFiles) -> impl Iterator<Item = StepBound> {
-    run.entries("stability").flat_map(|(interface, predicted)| {
-        let bounds = predicted["bounds"].as_array().into_iter().flatten();
-        bounds.map(move |bound| StepBound {
-            interface: escape(interface),
-            name: escape(bound["name"].as_str().unwrap_or_default()),
-            is_stability: bound["stability"] == true,
-            margin: bound["margin"].as_f64().unwrap_or(f64::NAN),
-        })
-    })
+/// The bounds of steps that the run does not keep, and by how much.
+fn beyond(run: &RunFiles) -> String {
+    let bounds = run
+        .entries("stability")
+        .map(|(_, of)| of["bounds"].as_array());
+    let beyond = bounds.flatten().flatten().filter_map(|bound| {
+        let margin = bound["margin"].as_f64().filter(|margin| *margin < 1.0)?;
+        let (name, times) = (escape(bound["name"].as_str()?), four(1.0 / margin));
+        Some(format!("{name} ({times} times too long)"))
+    });
+    Vec::from_iter(beyond).join(", ")
 }
 
 /// Steps and windows against the bounds of their stability and accuracy; empty where there are none.
 pub(super) fn steps(run: &RunFiles) -> String {
-    let bounds = bounds(run).map(|bound| {
-        [
-            bound.interface,
-            bound.name,
-            ["accuracy", "stability"][usize::from(bound.is_stability)].into(),
-            four(bound.margin),
-            holds(bound.margin >= 1.0).into(),
-        ]
+    let bounds = run.entries("stability").flat_map(|(name, predicted)| {
+        let bounds = predicted["bounds"].as_array().into_iter().flatten();
+        bounds.map(move |bound| {
+            let margin = bound["margin"].as_f64().unwrap_or(f64::NAN);
+            let is_stability = bound["stability"] == true;
+            [
+                escape(name),
+                escape(bound["name"].as_str().unwrap_or_default()),
+                ["accuracy", "stability"][usize::from(is_stability)].into(),
+                four(margin),
+                holds(margin >= 1.0).into(),
+            ]
+        })
     });
     let others = MARGINS.iter().filter_map(|(path, words)| {
         let value = four(run.number(path)?);

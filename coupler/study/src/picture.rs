@@ -187,131 +187,110 @@ fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
 pub fn means(means: &[EnsembleMean], keys: &[Vary]) -> String {
     let mut panels: BTreeMap<(usize, Vec<usize>), Vec<&EnsembleMean>> = BTreeMap::new();
     for of in means {
-        let chosen = of.chosen.iter().map(|(key, _)| *key);
-        panels
-            .entry((of.measure, chosen.collect()))
-            .or_default()
-            .push(of);
+        let chosen = of.chosen.iter().map(|(key, _)| *key).collect();
+        panels.entry((of.measure, chosen)).or_default().push(of);
     }
     // The reference chooses nothing: it is a line across the panels of the others.
-    let alone = panels.keys().all(|(_, keys)| keys.is_empty());
-    let shown = panels
-        .iter()
-        .filter(|((_, keys), _)| alone || !keys.is_empty());
-    let shown = shown.map(|((measure, _), all)| {
-        let reference = panels.get(&(*measure, Vec::new())).filter(|_| !alone);
-        Curves::new(all, reference.map(|all| all[0]), keys)
-    });
-    let shown: Vec<Curves> = shown.collect();
-    let lines = |of: &Curves| of.lines.len() + of.values.len() + 1;
-    let mut page = Page::new(shown.len(), shown.iter().map(lines).max().unwrap_or(0));
-    shown.iter().for_each(|of| of.draw(&mut page));
+    let mut references = panels.clone();
+    references.retain(|(_, keys), _| keys.is_empty());
+    if panels.len() > references.len() {
+        panels.retain(|(_, keys), _| !keys.is_empty());
+    }
+    let longest = panels.values().map(|all| lines_of(all).len()).max();
+    let mut page = Page::new(panels.len(), longest.unwrap_or(0) + 1);
+    for ((measure, _), all) in &panels {
+        let reference = references.get(&(*measure, Vec::new()));
+        draw_curves(&mut page, all, reference.map(|all| all[0]), keys);
+    }
     page.svg()
 }
 
-/// A panel of means.svg.
-struct Curves<'a> {
-    x: PlotAxis,
-    /// True where the values along x are numbers, which lines join.
-    numeric: bool,
-    /// Words of each line, and its means at their places along x.
-    lines: Vec<(String, Vec<(f64, &'a EnsembleMean)>)>,
-    /// The values along x, where they are too long to stand there.
-    values: Vec<String>,
-    reference: Option<&'a EnsembleMean>,
+/// Means with the same values of all keys but one, the key with most values: these values, and the means.
+type MeansLine<'a> = (Vec<&'a (usize, String)>, Vec<&'a EnsembleMean>);
+
+/// Number of the key with most values among those that these settings choose, of several the first; `None` where they choose nothing.
+fn longest(all: &[&EnsembleMean]) -> Option<usize> {
+    let chosen = (0..all[0].chosen.len()).rev();
+    chosen.max_by_key(|k| distinct(all, *k).len())
 }
 
-impl<'a> Curves<'a> {
-    fn new(
-        all: &[&'a EnsembleMean],
-        reference: Option<&'a EnsembleMean>,
-        keys: &[Vary],
-    ) -> Curves<'a> {
-        let chosen = all[0].chosen.iter().enumerate().rev();
-        let chosen = chosen.map(|(k, (key, _))| (k, *key, distinct(all, k)));
-        // Of keys with as many values the first one.
-        let found = chosen.max_by_key(|(.., values)| values.len());
-        let (along, key, values) = found.unwrap_or((0, usize::MAX, vec![""]));
-        let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
-        let numeric = numbers.is_some();
-        let numbers = numbers.unwrap_or_else(|| (1..=values.len()).map(|k| k as f64).collect());
-        let size = numbers.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (factor, title) = match keys.get(key) {
-            Some(vary) if numeric => title(vary, size),
-            Some(vary) => (1.0, title(vary, 0.0).1),
-            None => (1.0, String::new()),
-        };
-        let places: Vec<f64> = numbers.iter().map(|x| factor * x).collect();
-        let of_place = || places.iter().copied();
-        let wide = range(of_place()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
-        let mut x = match wide && numeric {
-            true => PlotAxis::logarithmic(&title, of_place()),
-            false => PlotAxis::around(&title, of_place(), 5),
-        };
-        let long = values
-            .iter()
-            .map(|value| value.chars().count())
-            .sum::<usize>()
-            > LETTERS;
-        if !numeric {
-            let word = |(k, value): (usize, &&str)| match long {
-                true => (k + 1).to_string(),
-                false => value.to_string(),
-            };
-            x.ticks = of_place()
-                .zip(values.iter().enumerate().map(word))
-                .collect();
-        }
-        let mut lines: Vec<(String, Vec<(f64, &EnsembleMean)>)> = Vec::new();
-        for of in all {
-            let rest = of.chosen.iter().filter(|(own, _)| *own != key);
-            let rest = rest.map(|(key, value)| value_words(&keys[*key], value));
-            let words = Vec::from_iter(rest).join(", ");
-            let value = of.chosen.get(along).map_or("", |(_, value)| value);
-            let place = values.iter().position(|other| *other == value);
-            let point = (places[place.unwrap_or_default()], *of);
-            match lines.iter_mut().find(|(other, _)| *other == words) {
-                Some((_, points)) => points.push(point),
-                None => lines.push((words, vec![point])),
-            }
-        }
-        let listed = values.iter().enumerate().filter(|_| long && !numeric);
-        Curves {
-            x,
-            numeric,
-            lines,
-            values: listed
-                .map(|(k, value)| format!("{}: {value}", k + 1))
-                .collect(),
-            reference,
+fn lines_of<'a>(all: &[&'a EnsembleMean]) -> Vec<MeansLine<'a>> {
+    let along = longest(all);
+    let mut lines: Vec<MeansLine> = Vec::new();
+    for of in all {
+        let rest = of.chosen.iter().enumerate();
+        let rest = rest.filter(|(k, _)| Some(*k) != along);
+        let rest: Vec<_> = rest.map(|(_, chosen)| chosen).collect();
+        match lines.iter_mut().find(|(other, _)| *other == rest) {
+            Some((_, line)) => line.push(of),
+            None => lines.push((rest, vec![of])),
         }
     }
+    lines
+}
 
-    fn draw(&self, page: &mut Page) {
-        let means = || self.lines.iter().flat_map(|(_, points)| points);
-        let reach = means().flat_map(|(_, of)| of.reach());
-        let reach = reach.chain(self.reference.map(|of| of.mean));
-        let reach: Vec<f64> = reach.collect();
-        let of = self.lines[0].1[0].1;
-        let (factor, title) = of.title(reach.iter().copied());
-        let y = PlotAxis::around(&title, reach.iter().map(|y| factor * y), 5);
-        page.draw(&[self.x.clone(), y], |svg, axes| {
-            if let Some(reference) = self.reference {
-                level(svg, axes, factor * reference.mean, BLACK);
-            }
-            for (k, (_, points)) in self.lines.iter().enumerate() {
-                draw_means(svg, axes, k, factor, points, self.numeric);
-            }
-        });
-        for (k, (words, _)) in self.lines.iter().enumerate() {
-            page.words_of_line(k, words);
+fn draw_curves(
+    page: &mut Page,
+    all: &[&EnsembleMean],
+    reference: Option<&EnsembleMean>,
+    keys: &[Vary],
+) {
+    let along = longest(all);
+    let values = along.map_or(vec![""], |k| distinct(all, k));
+    let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
+    let numeric = numbers.is_some();
+    let numbers = numbers.unwrap_or_else(|| (1..=values.len()).map(|k| k as f64).collect());
+    let size = numbers.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let key = along.map(|k| &keys[all[0].chosen[k].0]);
+    let (factor, mut words) = key.map_or((1.0, String::new()), |key| title(key, size));
+    let factor = if numeric { factor } else { 1.0 };
+    let places = || numbers.iter().map(|x| factor * x);
+    let wide = range(places()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
+    let long = values.iter().map(|v| v.chars().count()).sum::<usize>() > LETTERS;
+    if !numeric && long {
+        words += ", by its place in digest.txt";
+    }
+    let mut x = match wide && numeric {
+        true => PlotAxis::logarithmic(&words, places()),
+        false => PlotAxis::around(&words, places(), 5),
+    };
+    if !numeric {
+        let labels = (1..).zip(&values);
+        let labels = labels.map(|(k, v)| if long { format!("{k}") } else { v.to_string() });
+        x.ticks = places().zip(labels).collect();
+    }
+    let reach = all.iter().flat_map(|of| of.reach());
+    let reach: Vec<f64> = reach.chain(reference.map(|of| of.mean)).collect();
+    let (unit, words) = all[0].title(reach.iter().copied());
+    let y = PlotAxis::around(&words, reach.iter().map(|y| unit * y), 5);
+    let lines = lines_of(all);
+    page.draw(&[x, y], |svg, axes| {
+        if let Some(of) = reference {
+            level(svg, axes, unit * of.mean, BLACK);
         }
-        for words in &self.values {
-            page.words(BLACK, words);
+        for (k, (_, line)) in lines.iter().enumerate() {
+            let points = line.iter().map(|of| {
+                let own = along.and_then(|k| of.chosen.get(k));
+                let place = values
+                    .iter()
+                    .position(|v| own.is_some_and(|own| own.1 == *v));
+                (factor * numbers[place.unwrap_or_default()], *of)
+            });
+            draw_means(svg, axes, k, unit, &Vec::from_iter(points), numeric);
         }
-        if self.reference.is_some() {
-            page.words(BLACK, "dashed across the panel: the reference");
-        }
+    });
+    for (k, (rest, _)) in lines
+        .iter()
+        .enumerate()
+        .filter(|(_, (rest, _))| !rest.is_empty())
+    {
+        let rest = rest
+            .iter()
+            .map(|(key, value)| value_words(&keys[*key], value));
+        page.words_of_line(k, &Vec::from_iter(rest).join(", "));
+    }
+    if reference.is_some() {
+        page.words(BLACK, "dashed across the panel: the reference");
     }
 }
 
@@ -502,9 +481,6 @@ impl Page {
 
     /// Words of a line below it, with a piece of the line.
     fn words_of_line(&mut self, number: usize, words: &str) {
-        if words.is_empty() {
-            return;
-        }
         let [x, y] = self.place_of_words();
         let style = line_style(number);
         self.svg.line(&style, [x, x + 30.0].map(|x| [x, y - 3.5]));
