@@ -23,8 +23,8 @@ const LINES: [(&str, usize); 19] = [
     ("coordinator", 4_960),
     ("terminal", 363),
     ("draw", 839),
-    ("report", 4_485),
-    ("study", 4_920),
+    ("report", 4_393),
+    ("study", 4_898),
     ("lab", 3_549),
     ("coupler", 2_801),
 ];
