@@ -585,7 +585,7 @@ fn the_order_of_disks_and_clusters_changes_nothing() {
         rigid,
     ];
     for law in laws {
-        let mut first: Option<([[f64; 2]; 7], [f64; 2], Vec<String>)> = None;
+        let mut first = None;
         for (order, clusters) in [
             ([0, 1, 2, 3, 4, 5, 6], [0, 1]),
             ([6, 5, 4, 3, 2, 1, 0], [1, 0]),
@@ -599,7 +599,7 @@ fn the_order_of_disks_and_clusters_changes_nothing() {
             let end = dem.finish().expect("it ends");
             let named = ["bond_step_limit_s", "spring_restitution"];
             let numbers = named.map(|name| end.results.get(name).copied().unwrap_or(0.0));
-            let codes = end.findings.into_iter().map(|found| found.code).collect();
+            let codes: Vec<String> = end.findings.into_iter().map(|found| found.code).collect();
             let Some((expected, limits, found)) = &first else {
                 first = Some((centres, numbers, codes));
                 continue;

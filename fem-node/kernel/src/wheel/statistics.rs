@@ -158,12 +158,10 @@ impl CycleStatistics {
         self.ratio.record([ft, fn_], program.load_n);
         let way = (program.displacement_at(t) - program.displacement_at(t - wheel.step)).abs();
         self.sliding.way += way;
-        if fn_ > 0.0 {
-            if ft.abs() >= SLIDING * wheel.numbers.friction * fn_ {
-                self.sliding.slide(way, [ft, fn_]);
-                self.sn_sliding.add(sn);
-                self.sn_sliding_range = widened(self.sn_sliding_range, sn);
-            }
+        if fn_ > 0.0 && ft.abs() >= SLIDING * wheel.numbers.friction * fn_ {
+            self.sliding.slide(way, [ft, fn_]);
+            self.sn_sliding.add(sn);
+            self.sn_sliding_range = widened(self.sn_sliding_range, sn);
         }
         if let Some([start, end]) = program.last_full_cycle() {
             let shared = t.min(end) - (t - wheel.step).max(start);
