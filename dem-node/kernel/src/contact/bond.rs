@@ -204,7 +204,7 @@ pub struct BondContact {
     pub adhesion: [f64; 2],
     /// Ratio of its dampers to its springs in either direction (s), at any adhesion: a solid of Kelvin and Voigt.
     pub relaxation: f64,
-    /// 1 + c/(k h), what the dampers add to the stiffness of the springs: one over [`damped_share`].
+    /// 1 + c/(k h), what the dampers add to the stiffness of the springs: one over [`crate::law::damped_share`].
     pub stiffening: f64,
     /// The law under that adhesion.
     pub law: BondLaw,
