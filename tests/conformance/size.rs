@@ -11,7 +11,7 @@ const LINES: [(&str, usize); 19] = [
     ("protocol", 2_323),
     ("kit", 1_294),
     ("network", 823),
-    ("fem-kernel", 7_073),
+    ("fem-kernel", 7_071),
     ("fem-node", 6_115),
     ("dem-kernel", 9_590),
     ("dem-node", 8_026),
