@@ -96,7 +96,7 @@ impl Panel {
         self.scales[0] * length_mm
     }
 
-    /// What the map shows (mm).
+    /// Extent of the scene on the map (mm).
     pub fn extent(&self) -> Extent {
         self.extent
     }

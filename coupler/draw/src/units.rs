@@ -83,10 +83,10 @@ pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
 /// Words with a unit in brackets, prefixed for numbers of this size, and the factor from SI to it: `load (kN)`.
 pub fn axis_words(words: &str, unit: &str, size: f64) -> (f64, String) {
     let (factor, unit) = prefixed(size, unit);
-    match unit.is_empty() {
-        true => (factor, words.into()),
-        false => (factor, format!("{words} ({unit})")),
+    if unit.is_empty() {
+        return (factor, words.into());
     }
+    (factor, format!("{words} ({unit})"))
 }
 
 /// Four significant digits; a whole number up to a million with all of its own, thousands apart.

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use draw::units::with_unit;
 use runs::files::RunFiles;
-use scenario::overrides::value_at;
+use runs::scene::Setup;
+use scenario::overrides::{self, value_at};
 
 /// Points of the half ellipse.
 const POINTS: i32 = 200;
@@ -22,7 +23,9 @@ pub(super) struct LineContact {
 impl LineContact {
     /// The contact of a scene with one elastic body of known crown below a smooth wheel; `None` of any other scene.
     pub(super) fn of(run: &RunFiles) -> Option<LineContact> {
-        let (setup, keys) = (run.scenario(), run.scenario_table());
+        let keys = run.scenario_table();
+        let setup = Setup::from(&keys);
+        let number = |key: String| overrides::number(value_at(&keys, &key)?);
         let text = |key: &str| Some(value_at(&keys, key)?.as_str()?.to_string());
         let kind = |name: &&String| text(&format!("participant.{name}.kind"));
         let mut continua = setup.participants.iter();
@@ -37,14 +40,14 @@ impl LineContact {
             return None;
         }
         let wheel = setup.wheel?.radius_m;
-        let crown = number(run, &key("mesh.crown_radius_m")).unwrap_or(0.0);
+        let crown = number(key("mesh.crown_radius_m")).unwrap_or(0.0);
         let curvatures = [wheel, crown].into_iter().filter(|radius| *radius > 0.0);
         let curvature: f64 = curvatures.map(f64::recip).sum();
         let [young_pa, poisson] = ["material.young_pa", "material.poisson"].map(key);
-        let (young_pa, poisson) = (number(run, &young_pa)?, number(run, &poisson)?);
+        let (young_pa, poisson) = (number(young_pa)?, number(poisson)?);
         let in_strain = text(&key("plane")).as_deref() != Some("stress");
         let contact = LineContact {
-            load_n_per_m: run.number("results.load_n")? / number(run, "run.thickness_m")?,
+            load_n_per_m: run.number("results.load_n")? / number("run.thickness_m".into())?,
             radius_m: curvature.recip(),
             modulus_pa: young_pa
                 / if in_strain {
@@ -76,7 +79,9 @@ impl LineContact {
 
 /// The coefficient of friction of the surface, where it has one: of the contact with the wheel, or of a layer with one law throughout.
 pub(super) fn friction(run: &RunFiles) -> Option<f64> {
-    let (setup, keys) = (run.scenario(), run.scenario_table());
+    let keys = run.scenario_table();
+    let setup = Setup::from(&keys);
+    let number = |key: String| overrides::number(value_at(&keys, &key)?);
     let config = |name: &String, key: &str| format!("participant.{name}.config.{key}");
     let found = setup.participants.iter().find_map(|name| {
         let several = ["law.pairs", "sample.surface.friction"].map(|key| config(name, key));
@@ -84,17 +89,9 @@ pub(super) fn friction(run: &RunFiles) -> Option<f64> {
         let laws = ["contact.friction", "law.friction"]
             .into_iter()
             .filter(|_| one);
-        laws.filter_map(|key| number(run, &config(name, key)))
-            .next()
+        laws.filter_map(|key| number(config(name, key))).next()
     });
     found.filter(|friction| *friction > 0.0)
-}
-
-/// A number of a run's scenario.
-fn number(run: &RunFiles, key: &str) -> Option<f64> {
-    let keys = run.scenario_table();
-    let value = value_at(&keys, key)?;
-    value.as_float().or(value.as_integer().map(|x| x as f64))
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ pub fn write(folder: &Path) -> Result<PathBuf, Error> {
 }
 
 impl Cells {
-    /// The cell of a row in this column; empty where there is none.
+    /// The cell of a row in this column; empty where the table lacks the column.
     fn cell<'a>(&self, row: &'a [String], name: &str) -> &'a str {
         let column = self.0.iter().position(|head| head == name);
         column.and_then(|k| row.get(k)).map_or("", |cell| cell)
@@ -118,24 +118,25 @@ impl Cells {
                 ..RunFiles::default()
             }
             .manifest();
-            let [software, build, git] = ["software", "build", "git"].map(|key| &manifest[key]);
-            let build = build
-                .as_str()
-                .map(|_| format!("by {software}, build {build}, git {git}"));
+            let made = ["software", "build", "git"].map(|key| manifest[key].as_str());
+            let build = match made {
+                [Some(software), Some(build), Some(git)] => {
+                    format!("by {software}, build {build}, git {git}")
+                }
+                _ => "not there".into(),
+            };
             let warned =
                 ["", " with warnings"][usize::from(!self.cell(row, "warnings").is_empty())];
             let ended = format!("{}{warned}", self.cell(row, "status"));
             *counts[0].entry(ended).or_default() += 1;
-            *counts[1]
-                .entry(build.unwrap_or("not there".into()))
-                .or_default() += 1;
+            *counts[1].entry(build).or_default() += 1;
         }
         let class = ["suspect", "completed"][usize::from(counts[0].keys().eq(["completed"]))];
         let [ended, builds] = counts.map(|counts| {
             let all = counts
                 .iter()
                 .map(|(name, count)| format!("{count} {}", escape(name)));
-            Vec::from_iter(all).join(", ").replace("&quot;", "")
+            Vec::from_iter(all).join(", ")
         });
         let count = self.1.len();
         format!(

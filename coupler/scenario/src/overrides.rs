@@ -63,6 +63,11 @@ fn longer(table: &toml::Table, key: &str, parts: &[String]) -> Option<String> {
     keys.find(|known| known.ends_with(&end))
 }
 
+/// A number, whole or not.
+pub fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|n| n as f64))
+}
+
 /// The value of a key, entries of `[[participant]]` and `[[interface]]` addressed by name; `None` where the table does not give it.
 pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     let parts = segments(key);

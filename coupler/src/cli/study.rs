@@ -122,13 +122,6 @@ struct ExecTaskArguments {
 impl PlaceArguments {
     fn open(&self) -> Result<OpenStudy, Error> {
         let (plan, folder) = self.plan()?;
-        OpenStudy::of(plan, folder)
-    }
-
-    fn plan(&self) -> Result<(Plan, PathBuf), Error> {
-        let plan = Plan::read(&self.file, self.small, &self.set)?;
-        let small = if self.small { "-small" } else { "" };
-        let named = || PathBuf::from(format!("runs/study-{}{small}", plan.file.study.name));
         for measure in &plan.file.measure {
             if let Some(new) = measure.renamed() {
                 tell(&format!(
@@ -137,6 +130,13 @@ impl PlaceArguments {
                 ));
             }
         }
+        OpenStudy::of(plan, folder)
+    }
+
+    fn plan(&self) -> Result<(Plan, PathBuf), Error> {
+        let plan = Plan::read(&self.file, self.small, &self.set)?;
+        let small = if self.small { "-small" } else { "" };
+        let named = || PathBuf::from(format!("runs/study-{}{small}", plan.file.study.name));
         let folder = self.out.clone().unwrap_or_else(named);
         let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
         Ok((plan, folder))

@@ -59,7 +59,7 @@ impl StudyRow<'_> {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
-    /// The draw that it is: runs with the same one are the same, whatever seed or name of a case made them.
+    /// Its draw: runs with equal draws have the same bits, under any seed or name of a case.
     pub fn draw(&self) -> &[String] {
         let unknown = self.hashes.iter().any(String::is_empty);
         if unknown {

@@ -126,7 +126,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
     });
     vary.push(("together".into(), together.collect::<Cases>()));
     for (_, cases) in &mut vary {
-        // Half a level is none where values are whole, or are shown by the same digits.
+        // Half a level may round to a whole value that is there, or be shown by the same digits.
         cases.dedup_by(|a, b| a.0 == b.0 || a.1 == b.1);
     }
     vary.retain(|(_, cases)| !cases.is_empty());

@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer};
 use super::measure::{Measure, percent, plain};
 use scenario::error::{Error, Refusal};
 use scenario::load::from_toml;
-use scenario::overrides::leaves;
+use scenario::overrides::{leaves, number};
 use scenes::STUDY;
 
 /// A study, as its file says it.
@@ -361,11 +361,6 @@ impl LogRange {
         };
         Ok((0..count).map(number).collect())
     }
-}
-
-/// A number, whole or not.
-pub(super) fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|n| n as f64))
 }
 
 /// A positive number.

@@ -113,6 +113,7 @@ impl Forecast {
     ) -> Result<(), String> {
         let mut participants = task.loaded.scenario.participant.iter();
         let others = participants.any(|participant| participant.command.is_some());
+        let surface_m = Knobs::of(&task.loaded).surface_m();
         for measure in measures {
             let (name, end_s) = (&measure.name, self.end_s.unwrap_or(f64::INFINITY));
             if let Some(at_s) = measure
@@ -123,7 +124,6 @@ impl Forecast {
                     "measure `{name}`: at_s = {at_s:e} is no instant of the run, which ends at {end_s:.4e} s"
                 ));
             }
-            let surface_m = Knobs::of(&task.loaded).surface_m();
             if let Some((bin_m, length)) = measure.bin_m.zip(surface_m) {
                 bin_fits(bin_m, [length; 2]).map_err(|why| format!("measure `{name}`: {why}"))?;
             }

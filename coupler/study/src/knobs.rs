@@ -2,9 +2,9 @@
 
 use scenario::keys::Scenario;
 use scenario::load::Loaded;
-use scenario::overrides::value_at;
+use scenario::overrides::{number as number_of, value_at};
 
-use super::file::{number as number_of, shown};
+use super::file::shown;
 
 /// A numerical choice: what a scene takes from the world stays as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

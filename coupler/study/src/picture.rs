@@ -162,24 +162,26 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
 
 /// The axis of the values of a knob, each at its number. Words that would overlap are numbered as digest.txt lists them.
 fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
-    let letters = knob.positions.iter().map(|p| p.value.chars().count());
-    let numbered = !knob.numeric && letters.sum::<usize>() > LETTERS;
-    let (_, key) = axis_words(&knob.key, unit(&knob.key), 0.0);
-    let title = match numbered {
-        true => format!("{key}, by its place in digest.txt"),
-        false => key,
-    };
+    let values = knob.positions.iter().map(|p| p.value.as_str());
+    let (_, mut title) = axis_words(&knob.key, unit(&knob.key), 0.0);
+    let labels = labels(values.collect(), knob.numeric, &mut title);
     let numbers = (0..knob.positions.len()).map(&number);
     let mut axis = PlotAxis::logarithmic(&title, numbers.clone());
-    let labels = knob.positions.iter().enumerate().map(|(k, position)| {
-        let value = match numbered {
-            true => format!("{}", k + 1),
-            false => position.value.clone(),
-        };
-        value + if position.reference { " (ref.)" } else { "" }
-    });
+    let labels = labels.into_iter().zip(&knob.positions);
+    let labels =
+        labels.map(|(label, position)| label + if position.reference { " (ref.)" } else { "" });
     axis.ticks = numbers.zip(labels).collect();
     axis
+}
+
+/// The labels of values along an axis. Words that would overlap are numbered as digest.txt lists them, which its title then says.
+fn labels(values: Vec<&str>, numeric: bool, title: &mut String) -> Vec<String> {
+    let letters = values.iter().map(|value| value.chars().count());
+    if numeric || letters.sum::<usize>() <= LETTERS {
+        return values.into_iter().map(String::from).collect();
+    }
+    *title += ", by its place in digest.txt";
+    (1..=values.len()).map(|place| place.to_string()).collect()
 }
 
 /// means.svg: a panel for each measure and for each set of keys that settings choose together. Means over the scenes with their 95 %
@@ -246,17 +248,13 @@ fn draw_curves(
     let factor = if numeric { factor } else { 1.0 };
     let places = || numbers.iter().map(|x| factor * x);
     let wide = range(places()).is_some_and(|[low, high]| low > 0.0 && high > MANY * low);
-    let long = values.iter().map(|v| v.chars().count()).sum::<usize>() > LETTERS;
-    if !numeric && long {
-        words += ", by its place in digest.txt";
-    }
-    let mut x = match wide && numeric {
-        true => PlotAxis::logarithmic(&words, places()),
-        false => PlotAxis::around(&words, places(), 5),
+    let labels = labels(values.clone(), numeric, &mut words);
+    let mut x = if wide && numeric {
+        PlotAxis::logarithmic(&words, places())
+    } else {
+        PlotAxis::around(&words, places(), 5)
     };
     if !numeric {
-        let labels = (1..).zip(&values);
-        let labels = labels.map(|(k, v)| if long { format!("{k}") } else { v.to_string() });
         x.ticks = places().zip(labels).collect();
     }
     let reach = all.iter().flat_map(|of| of.reach());
@@ -492,7 +490,7 @@ impl Page {
         self.write(colour, self.place_of_words(), words);
     }
 
-    /// Where the next line of words begins.
+    /// Start of the next line of words.
     fn place_of_words(&self) -> [f64; 2] {
         let [left, top] = self.corner();
         [left + 20.0, top + PANEL[1] + LINE * self.lines as f64 + 9.0]

@@ -4,12 +4,11 @@ use std::cmp::Reverse;
 use std::path::PathBuf;
 
 use super::budget::SceneSettings;
-use super::file::number;
 use super::front::{Trade, front};
 use super::stored::{StoredSetting, StoredStudy};
 use runs::front::{MeasuredFront, MeasuredSetting};
 use scenario::error::Error;
-use scenario::overrides::{parse_value, value_at};
+use scenario::overrides::{number, parse_value, value_at};
 
 /// What the first of these studies that knows errors of a scene says of a run with this scenario; those that cannot be read are told and
 /// passed over.

@@ -610,7 +610,7 @@ impl FinishedRun<'_> {
             "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so")
     }
 
-    /// What lies between the points of a surface is felt at these.
+    /// Judges how many segments of a bare surface carry the load: the body below feels it at their points.
     fn surface_segments(&self) -> Option<Finding> {
         let bodies = self.bodies;
         let on_surface = |body: u32| bodies.segment_index(body as usize);

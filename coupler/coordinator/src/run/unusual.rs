@@ -4,9 +4,9 @@ use kit::judge;
 use runs::plausible::UNUSUAL_VALUE;
 use runs::warning::Warning;
 use scenario::load::Loaded;
-use scenario::overrides::leaves;
+use scenario::overrides::{leaves, number};
 
-/// A quantity of solids.
+/// A quantity that solids have.
 struct Quantity {
     /// Ends of its keys.
     keys: &'static [&'static str],
@@ -119,10 +119,7 @@ pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
         let own = key.rsplit('.').next()?;
         let quantity = QUANTITIES.iter().find(|of| of.keys.contains(&own))?;
         let is_own = names.iter().any(|name| key.starts_with(name)) || key.starts_with("run.");
-        let number = value
-            .as_float()
-            .or(value.as_integer().map(|n| n as f64))?
-            .abs();
+        let number = number(value)?.abs();
         let (outside, [least, most]) = (quantity.outside(number), quantity.range);
         let finding = judge!(scenario.run.plausible => UNUSUAL_VALUE, outside;
             "{number:e} {} is outside of {least:e} to {most:e} {}, which solids have{}",

@@ -340,11 +340,11 @@ impl SweepList {
     }
 }
 
-/// What decides to which list and group a contact goes.
+/// The part of a contact that its list and its group follow from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
     bodies: [u32; 2],
-    /// Which of them nothing moves.
+    /// True for a body that no impulse moves.
     fixed: [bool; 2],
     glued: bool,
     pair_law: u32,

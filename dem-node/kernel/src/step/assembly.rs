@@ -24,7 +24,7 @@ struct Detection<'a> {
     positions: &'a Positions<'a>,
     /// Of the law of most contacts (1/kg).
     compliance: [f64; 2],
-    /// Gap over which two disks do not touch in this step, whatever their velocities (m).
+    /// Gap beyond which two disks cannot touch in this step, at the largest velocity of any body (m).
     reach: f64,
 }
 
@@ -64,18 +64,12 @@ impl Detection<'_> {
 
     /// 1/m_a + 1/m_b along the normal of a contact between these disks (1/kg), for which its dampers are made.
     fn mobility(&self, pair: [u32; 2], contact: &Contact, records: &[BodyRecord]) -> f64 {
-        let clusters = &self.input.bodies.clusters;
-        let [a, b] = [(pair[0], contact.a), (pair[1], contact.b)].map(|(disk, pushed)| {
-            let disk = disk as usize;
-            match clusters.of(disk) {
-                None => records[pushed as usize].inverse_mass,
-                Some((index, cluster)) => {
-                    let (pose, centre) = (&self.state.clusters[index], self.state.centres[disk]);
-                    cluster.mobility(pose, contact.normal, centre)
-                }
-            }
-        });
-        a + b
+        let (state, bodies) = (self.state, self.input.bodies);
+        let own = |disk: u32, pushed: u32| {
+            let of_cluster = state.mobility(bodies, disk as usize, contact.normal);
+            of_cluster.map_or(records[pushed as usize].inverse_mass, |[own, _]| own)
+        };
+        own(pair[0], contact.a) + own(pair[1], contact.b)
     }
 }
 

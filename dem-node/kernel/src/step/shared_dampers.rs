@@ -83,14 +83,9 @@ impl Stepper {
             let disks = [slot.a, slot.b].map(|disk| disk as usize);
             let mut mobility = [0.0; 2];
             for (disk, pushed) in disks.into_iter().zip([contact.a, contact.b]) {
-                let own = match bodies.clusters.of(disk) {
-                    None => [self.problem.records[pushed as usize].inverse_mass; 2],
-                    Some((index, cluster)) => {
-                        let pose = &state.clusters[index];
-                        [state.centres[disk], pose.centre]
-                            .map(|point| cluster.mobility(pose, contact.normal, point))
-                    }
-                };
+                let alone = self.problem.records[pushed as usize].inverse_mass;
+                let own = state.mobility(bodies, disk, contact.normal);
+                let own = own.unwrap_or([alone; 2]);
                 mobility = [mobility[0] + own[0], mobility[1] + own[1]];
             }
             let damper = relaxation(springs.damping, springs.normal, mobility[0]) * springs.normal;

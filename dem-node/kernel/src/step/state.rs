@@ -80,6 +80,20 @@ impl Clone for GrainState {
 }
 
 impl GrainState {
+    /// 1/m of a disk of a cluster in a contact along this normal, and 1/M as if the contact were in line with the centre of mass (1/kg);
+    /// `None` of a disk alone and of other bodies.
+    #[inline(always)]
+    pub(crate) fn mobility(
+        &self,
+        bodies: &Bodies,
+        disk: usize,
+        normal: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let (index, cluster) = bodies.clusters.of(disk)?;
+        let pose = &self.clusters[index];
+        Some([self.centres[disk], pose.centre].map(|at| cluster.mobility(pose, normal, at)))
+    }
+
     /// The start: grains where the sample puts them, the wheel on the first disk that it meets from above, and compliant contacts under
     /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> GrainState {

@@ -85,12 +85,10 @@ pub fn step_limit(bodies: &Bodies, state: &GrainState, bonds: &[Bond]) -> Option
     let positions = state.positions(bodies);
     let squares = bonds.iter().map(|bond| {
         let pair = [bond.a, bond.b].map(|body| body as usize);
-        let [a, b] = pair.map(|body| match bodies.clusters.of(body) {
+        let normal = positions.proximity(pair[0], pair[1]).normal;
+        let [a, b] = pair.map(|body| match state.mobility(bodies, body, normal) {
             None => bodies.masses.get(body).map_or(0.0, |m| 1.0 / m),
-            Some((index, cluster)) => {
-                let normal = positions.proximity(pair[0], pair[1]).normal;
-                cluster.mobility(&state.clusters[index], normal, state.centres[body])
-            }
+            Some([own, _]) => own,
         });
         bond.area * law.normal * (a + b)
     });
