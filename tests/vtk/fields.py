@@ -24,16 +24,16 @@ READERS = {".vtu": vtkXMLUnstructuredGridReader, ".vtp": vtkXMLPolyDataReader}
 # Ends of the names of arrays that have a unit.
 UNITS = ("_m", "_m_per_s", "_rad_per_s", "_pa", "_n", "_s")
 # Arrays without one.
-DIMENSIONLESS = {"node_status", "status", "adhesion", "body", "wheel", "glued", "cluster", "coordination", "agglomerate_grains", "plastic_strain"}
+DIMENSIONLESS = {"node_status", "status", "partner", "adhesion", "body", "wheel", "glued", "cluster", "coordination", "agglomerate_grains", "plastic_strain"}
 # Arrays that a run must have, by the part.
 EXPECTED = {
     "layer": {
         "rail": {"displacement_m", "velocity_m_per_s", "hydrostatic_pressure_pa", "sigma_xx_pa", "sigma_zz_pa"},
         "third-body": {"radius_m", "displacement_since_start_m", "velocity_m_per_s", "spin_rad_per_s", "pressure_pa", "coordination"},
-        "third-body-contacts": {"force_n", "gap_m", "status"},
+        "third-body-contacts": {"force_n", "gap_m", "status", "partner"},
         "layer-base-interface": {"displacement_m", "traction_pa", "pressure_pa", "shear_pa"},
     },
-    "bonds": {"third-body-contacts": {"force_n", "gap_m", "status", "adhesion"}},
+    "bonds": {"third-body-contacts": {"force_n", "gap_m", "status", "partner", "adhesion"}},
     "wheel": {"rail": {"node_status", "contact_pressure_pa", "contact_shear_pa"}},
     "yields": {"block": {"plastic_strain"}},
     "flow": {"third-body": {"body", "detached_s"}},
