@@ -75,6 +75,20 @@ fn a_layer_of_another_shape_than_its_rail_is_suspect() {
     assert_eq!((code, &summary["warnings"]), (Some(0), &json!([])));
 }
 
+/// Grains on a bare surface whose points lie 8 mm apart (20 elements) press 713 MPa on the rail where 1 018 are right.
+#[test]
+fn points_much_wider_apart_than_the_nodes_are_warned_of() {
+    let loose = "participant.third-body.config.sample.glued=false";
+    let spacing = "participant.third-body.config.sample.surface.spacing_m";
+    let found = |spacing_m: &str| {
+        let set = format!("{spacing}={spacing_m}");
+        let (_, summary, _) = run("quick", &[SHORT, loose, &set], &[]);
+        codes(&summary).contains(&"point_spacing")
+    };
+    assert!(found("8e-3"));
+    assert!(!found("1e-3"));
+}
+
 #[test]
 fn bounds_out_of_order_are_refused_by_their_key() {
     for (set, key) in [

@@ -128,6 +128,15 @@ kit::findings! {
     /// - Valid: 0.33.
     /// - Wrong: 62 (a surface 1 m off).
     SURFACE_DISTANCE = "surface_distance": surface_distance_rel in run = [10.0, 1e3];
+    /// The points of one side lie much wider apart than the nodes of the body that carries them.
+    ///
+    /// - Why: grains, or segments of `sample.surface`, are larger than elements: the body feels
+    ///   each force at one or two points, and the approach depends on the mesh.
+    /// - Do: lower `sample.surface.spacing_m`, or take elements of the size of the spacing.
+    /// - Judged: Distance of neighbouring points over the distance of the nodes that carry them.
+    /// - Valid: 0.35.
+    /// - Wrong: 9.5 (a disk of 1.9 mm radius on elements of 0.4 mm: 4.77 um for 6.65 um).
+    POINT_SPACING = "point_spacing": point_spacing_rel in run = [3.0, 1e300];
 }
 
 /// The force through the interfaces of a participant against the load that it holds. `through_n` is what leaves the
@@ -311,12 +320,19 @@ pub fn surface_distance(bounds: &Plausible, value: f64) -> Option<Finding> {
         "the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
 }
 
+/// The distance of the points of an interface beside the nodes that carry them.
+pub fn point_spacing(bounds: &Plausible, value: f64) -> Option<Finding> {
+    judge!(bounds => POINT_SPACING, value;
+        "its points lie {value:.1} times as far apart as the nodes that carry them, so that single nodes take the forces and the approach depends on the mesh: lower sample.surface.spacing_m, or take larger elements")
+}
+
 /// Differences between the two surfaces of an interface.
 pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
     let offset = patch.offset;
     let found = [
         surface_offset(bounds, offset.shape_rel),
         surface_distance(bounds, offset.distance_rel),
+        point_spacing(bounds, offset.spacing_rel),
     ];
     let warnings = found.into_iter().flatten();
     let warnings = warnings.map(|finding| Warning::of(&patch.name, finding));
@@ -452,6 +468,7 @@ mod tests {
         judges([0.01, 1.0], |v| gap(bounds, v));
         judges([0.01, 0.3], |v| surface_offset(bounds, v));
         judges([10.0, 1e3], |v| surface_distance(bounds, v));
+        judges([3.0, 1e300], |v| point_spacing(bounds, v));
         let accepted = |windows| {
             let found = not_converged(bounds, windows, 10_000);
             found.map(|finding| finding.suspect)

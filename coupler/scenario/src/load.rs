@@ -16,7 +16,7 @@ use crate::keys::Scenario;
 use crate::overrides::{Changes, apply, changes, leaves};
 use crate::paths;
 use crate::schema::schema;
-use crate::source::ScenarioSource;
+use crate::source::{ScenarioSource, decimal_comma};
 use scenes::kept;
 
 /// A scenario that passed all checks which need no solver.
@@ -228,23 +228,6 @@ fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
     }))
 }
 
-/// The help for a number that is written with a comma, where an error stands at or behind it.
-fn decimal_comma(text: &str, at: usize) -> Option<String> {
-    let line = text.get(..at)?.lines().count().checked_sub(1)?;
-    let line = text.lines().nth(line)?;
-    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-    let mut values = line.split('=').skip(1).map(str::trim_start);
-    values.find_map(|value| {
-        let (whole, rest) = value.split_once(',')?;
-        let length = rest
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(rest.len());
-        let part = &rest[..length];
-        let is_one = is_number(whole.trim_start_matches(['-', '+'])) && is_number(part);
-        is_one.then(|| format!("numbers have a decimal point: write {whole}.{part}"))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -314,6 +297,12 @@ load_n = 8000.0
 
     #[test]
     fn a_decimal_comma_is_named() {
+        let set = ["run.thickness_m=0,3".to_string()];
+        let Err(Error::Scenario(error)) = read(SMALL, &set) else {
+            panic!("a comma")
+        };
+        let help = error.help.as_deref();
+        assert_eq!(help, Some("numbers have a decimal point: write 0.3"));
         for text in ["thickness_m = 0,3", "law = { friction = -0,3, k = 1 }"] {
             let error = read(&SMALL.replace("thickness_m = 1e-3", text), &[]).expect_err("a comma");
             let Error::Scenario(error) = error else {

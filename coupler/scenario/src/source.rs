@@ -47,7 +47,9 @@ impl ScenarioSource {
             // A name of the user's may hold what a terminal would take for a command.
             key: key.replace(char::is_control, "?"),
             problem,
-            help: error.help,
+            help: error
+                .help
+                .or_else(|| set.and_then(|(set, _)| decimal_comma(set, set.len()))),
             source_file: set.is_none().then(file),
             span: span.map(Into::into),
         }))
@@ -130,6 +132,23 @@ pub fn segments(key: &str) -> Vec<String> {
         .map(|part| part.trim_end_matches(']').to_string())
         .filter(|part| !part.is_empty())
         .collect()
+}
+
+/// The help for a number that is written with a comma, where an error stands at or behind it.
+pub(crate) fn decimal_comma(text: &str, at: usize) -> Option<String> {
+    let line = text.get(..at)?.lines().count().checked_sub(1)?;
+    let line = text.lines().nth(line)?;
+    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let mut values = line.split('=').skip(1).map(str::trim_start);
+    values.find_map(|value| {
+        let (whole, rest) = value.split_once(',')?;
+        let length = rest
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(rest.len());
+        let part = &rest[..length];
+        let is_one = is_number(whole.trim_start_matches(['-', '+'])) && is_number(part);
+        is_one.then(|| format!("numbers have a decimal point: write {whole}.{part}"))
+    })
 }
 
 #[cfg(test)]

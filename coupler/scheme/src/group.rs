@@ -40,6 +40,8 @@ pub struct Offset {
     pub shape_rel: f64,
     /// Their mean distance over the length of the joined part. Each side may have an origin of its own.
     pub distance_rel: f64,
+    /// Distance of neighbouring points over the distance of the nodes that carry them, the median along the row.
+    pub spacing_rel: f64,
 }
 
 /// One interface inside its group.

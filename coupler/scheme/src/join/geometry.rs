@@ -61,8 +61,12 @@ pub(super) fn offset(
         None => ([on_line[0], on_line[1]], [x, y], x.hypot(y)),
         Some(period) => (nodes[0], [period, 0.0], period),
     };
+    let spacing_rel = spacing(nodes, &on_line);
     if nodes.len() == 1 || points.len() < 4 || length == 0.0 {
-        return Offset::default();
+        return Offset {
+            spacing_rel,
+            ..Offset::default()
+        };
     }
     // Along the line s goes from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
     let both = points.iter().zip(on_line.chunks_exact(2));
@@ -100,7 +104,31 @@ pub(super) fn offset(
     Offset {
         shape_rel: shape / spacing,
         distance_rel: fitted[0].abs() / length,
+        spacing_rel,
     }
+}
+
+/// Distance of neighbouring points on the line through the nodes, over the distance of the nodes there: the median along the row, 0 of a
+/// single point or node.
+fn spacing(nodes: &[[f64; 2]], on_line: &[f64]) -> f64 {
+    let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let nearest = |to: &[f64; 2], of: &[[f64; 2]]| {
+        let others = of.iter().filter(|one| apart(one, to) > 0.0);
+        others
+            .min_by(|a, b| apart(a, to).total_cmp(&apart(b, to)))
+            .copied()
+    };
+    let points: Vec<[f64; 2]> = on_line
+        .chunks_exact(2)
+        .map(|point| [point[0], point[1]])
+        .collect();
+    let beside = |point: &[f64; 2]| {
+        let node = nearest(point, nodes)?;
+        Some(apart(point, &nearest(point, &points)?) / apart(&node, &nearest(&node, nodes)?))
+    };
+    let mut found: Vec<f64> = points.iter().filter_map(beside).collect();
+    found.sort_by(f64::total_cmp);
+    found.get(found.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -128,6 +156,20 @@ mod tests {
         assert!((off(0.0, 0.1, 0.0) - 0.4).abs() < 1e-12);
         assert_eq!(off(0.0, 0.0, 0.4), 0.0, "rough, but of the same shape");
         assert!((0.5..1.6).contains(&off(0.3, 0.0, 0.1)));
+    }
+
+    /// Three nodes 0.5 apart, one 2 further: points 1.5 apart lie on the fine part but for the last.
+    #[test]
+    fn points_are_held_against_the_nodes_that_carry_them() {
+        let nodes = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [3.0, 0.0]];
+        let found = |points: &[f64]| {
+            let points: Vec<[f64; 2]> = points.iter().map(|x| [*x, 0.1]).collect();
+            let linear = Mapping::new(MappingKind::Linear, &nodes, &points, None).expect("it fits");
+            offset(&linear, &nodes, &points, None).spacing_rel
+        };
+        assert!((found(&[-0.0, 0.75]) - 1.5).abs() < 1e-12);
+        assert!((found(&[0.0, 0.1, 0.2, 0.3, 3.0]) - 0.2).abs() < 1e-12);
+        assert_eq!(found(&[0.5]), 0.0);
     }
 
     /// Twelve points on y = c cos(2 pi x / 6) over nodes on y = 0, half of them a period away.
