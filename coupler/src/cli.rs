@@ -33,6 +33,7 @@ pub mod report;
 pub mod resume;
 pub mod run;
 pub mod scenes;
+mod seeds;
 mod start;
 pub mod study;
 mod study_new;

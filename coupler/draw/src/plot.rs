@@ -72,18 +72,25 @@ pub fn cloud(words: [&str; 2], points: &[(f64, f64)]) -> String {
     page(&axes, &svg)
 }
 
-/// Lines over axes with these words along x and y, and their legend above. On a logarithmic axis what is not positive is not drawn.
+/// Lines over axes with these words along x and y. The legend above has the lines with a label. A logarithmic axis leaves out values
+/// that are not positive.
 pub fn plot(words: [&str; 2], log_y: bool, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
-    let (axes, mut svg) = frame(words, log_y, points, curves.len());
-    for (k, curve) in curves.iter().enumerate() {
+    let labelled = curves.iter().filter(|curve| !curve.label.is_empty());
+    let (axes, mut svg) = frame(words, log_y, points, labelled.count());
+    let mut line = 0.0;
+    for curve in curves {
         let style = style(curve.style);
         let is_gap = |(x, y): &(f64, f64)| x.is_nan() || y.is_nan();
         for piece in curve.points.split(is_gap).filter(|piece| !piece.is_empty()) {
             let drawn = thinned(piece.iter().map(|point| axes.at(*point)));
             svg.line(&format!("stroke-linejoin=\"round\" {style}"), drawn);
         }
-        let (right, y) = (SIZE[0] - EDGE, 10.0 + LEGEND_LINE * k as f64);
+        if curve.label.is_empty() {
+            continue;
+        }
+        let (right, y) = (SIZE[0] - EDGE, 10.0 + LEGEND_LINE * line);
+        line += 1.0;
         let sample = format!("M{} {y}h30", right - 30.0);
         svg.path(&format!("fill=\"none\" {style}"), &sample);
         svg.text([right - 38.0, y + 4.5], Anchor::End, &curve.label);

@@ -87,10 +87,18 @@ pub(super) fn of_found(file: &str, caption: &str, y: YAxis, lines: Vec<(String, 
     }
 }
 
-/// The signals of a run and, where there is one, those of the run that it is compared with, with its name.
+/// The signals of a run, and those of the runs that are laid over it, each with its name in legends.
 pub(super) struct Tables {
     pub(super) own: Table,
-    pub(super) other: Option<(Table, String)>,
+    pub(super) others: Vec<(Table, String)>,
+}
+
+impl Tables {
+    /// The signals of a run by itself.
+    pub(super) fn of(own: Table) -> Tables {
+        let others = Vec::new();
+        Tables { own, others }
+    }
 }
 
 /// The signals of a run with those that the report adds.
@@ -216,7 +224,7 @@ pub(super) fn cycle_flows(run: &RunFiles) -> Vec<Picture> {
             ("Qw, worn", "wear_kg"),
         ],
     );
-    plots(&Tables { own, other: None }, &[chart])
+    plots(&Tables::of(own), &[chart])
 }
 
 /// The column of this name, or the first participant's or interface's.
@@ -243,10 +251,10 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
         return None;
     }
     let alternative = ranges_in_words(&curves, chart);
-    if let Some((other, name)) = &tables.other {
+    for (other, name) in &tables.others {
         let others = lines(other, chart, BESIDE).into_iter();
         curves.extend(others.map(|curve| PlotCurve {
-            label: format!("{}, {name}", curve.label),
+            label: beside(&curve.label, name),
             ..curve
         }));
     }
@@ -257,6 +265,14 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
         alternative,
         svg: plot([chart.x.0, chart.y.words()], is_log, &curves),
     })
+}
+
+/// The legend of a line of another run; none where others stand for it.
+fn beside(label: &str, name: &str) -> String {
+    match name {
+        "" => String::new(),
+        name => format!("{label}, {name}"),
+    }
 }
 
 /// The lines of a chart that have two points at least, in styles from this one on.
@@ -305,7 +321,7 @@ fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
 }
 
 /// Pressure and shear on the surface at the sampled moment.
-pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Option<Picture> {
+pub(super) fn traction(run: &RunFiles, others: &[(&RunFiles, String)]) -> Option<Picture> {
     let of = |run: &RunFiles, name: &str| Some(run.profile.as_ref()?.get(name)?.to_vec());
     let (x, pressure) = (of(run, "x_m")?, of(run, "pressure_pa")?);
     let [low, high] = range(x.iter().copied())?;
@@ -337,11 +353,11 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
     if let Some(shear) = of(run, "shear_pa") {
         curves.push(mean("shear, the same".into(), 1, &x, &shear));
     }
-    if let Some((other, name)) = &other
-        && let (Some(x), Some(pressure)) = (of(other, "x_m"), of(other, "pressure_pa"))
-    {
-        let label = format!("pressure, mean, {name}");
-        curves.push(mean(label, BESIDE, &x, &pressure));
+    for (other, name) in others {
+        if let (Some(x), Some(pressure)) = (of(other, "x_m"), of(other, "pressure_pa")) {
+            let label = beside("pressure, mean", name);
+            curves.push(mean(label, BESIDE, &x, &pressure));
+        }
     }
     if let Some(contact) = LineContact::of(run) {
         let (x, y) = contact.hertz();

@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(found(1.5), [vec![(8.0, 12.0)], vec![]]);
         let drawn = |until: f64| {
             let own = signals(&run(&scratch, until, "")).expect("it is readable");
-            let pictures = plots(&Tables { own, other: None }, &wheel_charts());
+            let pictures = plots(&Tables::of(own), &wheel_charts());
             let found = pictures
                 .into_iter()
                 .find(|picture| picture.file == "friction.svg");
@@ -195,7 +195,7 @@ mod tests {
         );
         let words = |run: &RunFiles| {
             let own = signals(run).expect("it is readable");
-            let pictures = plots(&Tables { own, other: None }, &wheel_charts());
+            let pictures = plots(&Tables::of(own), &wheel_charts());
             let found = pictures
                 .into_iter()
                 .find(|picture| picture.file == "friction-coefficient.svg");

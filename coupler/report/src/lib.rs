@@ -42,6 +42,7 @@ mod profiles;
 pub mod provenance;
 pub mod results;
 mod scene;
+pub mod seeds;
 pub mod study;
 pub mod terminal;
 mod times;
@@ -61,7 +62,7 @@ pub fn write(
     let other = other.map(RunFiles::read_for_page).transpose()?;
     let damage = run.damage().or(other.as_ref().and_then(RunFiles::damage));
     let damage = damage.or_else(|| run.field_damage());
-    let sections = sections(&run, other.as_ref(), front)?;
+    let sections = sections(&run, other.as_ref().as_slice(), front)?;
     let mut names = Vec::new();
     let mut known = HashSet::new();
     for picture in sections.iter().flat_map(Section::pictures) {
@@ -88,7 +89,7 @@ pub fn pictures(
     files: &[String],
 ) -> Result<Section, Error> {
     let mut chosen = Section::default();
-    for section in sections(run, other, None)? {
+    for section in sections(run, other.as_slice(), None)? {
         chosen.maps.extend(section.maps);
         chosen.plots.extend(section.plots);
     }
@@ -113,21 +114,33 @@ fn unread_fields(run: &RunFiles) -> String {
 /// The sections that the run has something for.
 fn sections(
     run: &RunFiles,
-    other: Option<&RunFiles>,
+    others: &[&RunFiles],
     front: Option<&MeasuredFront>,
 ) -> Result<Vec<Section>, Error> {
-    let others = other.map(|other| Ok::<_, Error>((curves::signals(other)?, name(other))));
+    let names = match others {
+        [other] => vec![name(other)],
+        // The first stands for all in legends.
+        _ => Vec::from_iter(others.iter().enumerate().map(|(k, _)| match k {
+            0 => seeds::OTHERS.to_string(),
+            _ => String::new(),
+        })),
+    };
+    let signals = others.iter().map(|other| curves::signals(other));
+    let signals = signals.collect::<Result<Vec<_>, Error>>()?;
     let tables = Tables {
         own: curves::signals(run)?,
-        other: others.transpose()?,
+        others: signals.into_iter().zip(names.clone()).collect(),
     };
-    let beside = other.map(|other| compare::distances(run, other));
-    let beside = beside.transpose()?;
+    let beside = match others {
+        [other] => compare::distances(run, other)?,
+        _ => String::new(),
+    };
+    let named = Vec::from_iter(others.iter().copied().zip(names));
     let charts =
         |title, charts: Vec<_>| Section::of_pictures(title, Vec::new(), plots(&tables, &charts));
     let mut all = vec![
         Section::of_text("Verdict", verdict::judged(run)),
-        Section::of_text("Beside another run", beside.unwrap_or_default()),
+        Section::of_text("Beside another run", beside),
         Section::of_text("Provenance", provenance::provenance(run)),
         Section {
             maps: scene(run)?,
@@ -136,7 +149,7 @@ fn sections(
         Section::of_pictures(
             "Load, friction and contact",
             body::status(run)?,
-            contact(run, &tables, other),
+            contact(run, &tables, &named),
         ),
         Section::of_pictures("Third body", third_body(run)?, layer(run, &tables)),
         charts("Interfaces", ledger::interfaces(run)),
@@ -173,12 +186,11 @@ fn scene(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(maps)
 }
 
-fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Vec<Picture> {
+fn contact(run: &RunFiles, tables: &Tables, others: &[(&RunFiles, String)]) -> Vec<Picture> {
     let mut all = plots(tables, &curves::wheel());
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(plots(tables, &ledger::loops(&tables.own)));
-    let other = other.map(|other| (other, name(other)));
-    all.extend(curves::traction(run, other));
+    all.extend(curves::traction(run, others));
     all.extend(plots(tables, &[curves::sliding()]));
     all.extend(curves::sliding_over_velocity(&tables.own));
     all

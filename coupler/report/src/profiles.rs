@@ -88,7 +88,7 @@ fn drawn(slices: &Table) -> Option<Vec<Picture>> {
             ],
         ),
     ];
-    Some(plots(&Tables { own, other: None }, &charts))
+    Some(plots(&Tables::of(own), &charts))
 }
 
 #[cfg(test)]

@@ -105,13 +105,7 @@ fn headed(head: &str, lines: impl Iterator<Item = String>) -> Vec<String> {
 fn first(run: &RunFiles) -> Vec<String> {
     let groups = groups(run);
     let all: Vec<_> = groups.iter().flat_map(|group| &group.results).collect();
-    let known = FIRST
-        .iter()
-        .filter_map(|name| all.iter().find(|(own, ..)| own == name));
-    let mut shown: Vec<_> = known.take(SHOWN).collect();
-    if shown.is_empty() {
-        shown = all.iter().take(SHOWN).collect();
-    }
+    let shown = chosen(&all, |(name, ..)| name);
     let lines = shown
         .iter()
         .map(|(name, value, sentence)| format!("{}  {sentence}", value_row(name, *value)));
@@ -121,6 +115,16 @@ fn first(run: &RunFiles) -> Vec<String> {
         lines.push(format!("  {rest} more: --all, summary.json, or the report"));
     }
     lines
+}
+
+/// Of these results those that people ask for first; the first ones where a scene has none of them.
+pub(super) fn chosen<'a, R>(all: &'a [R], name: impl Fn(&R) -> &str) -> Vec<&'a R> {
+    let known = FIRST.iter();
+    let known = known.filter_map(|first| all.iter().find(|result| name(result) == *first));
+    match known.take(SHOWN).collect() {
+        shown if Vec::is_empty(&shown) => all.iter().take(SHOWN).collect(),
+        shown => shown,
+    }
 }
 
 /// The balances that have a bound, or all.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::budget::BudgetArguments;
 use super::common::{ScenarioArguments, VerbResult, print};
+use super::seeds;
 use super::start::options;
 use ::report::terminal::table;
 use coordinator::participants::Registry;
@@ -17,6 +18,10 @@ pub struct RunArguments {
     /// Run directory: a new or an empty folder. By default a new one below runs/.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Run the scene under this many seeds, from its own on, side by side on the cores; print the mean of each result with its 95 %
+    /// interval, and write one report that overlays the runs. Each keeps tables and fields, but no log.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1000), conflicts_with = "budget")]
+    seeds: Option<u64>,
     #[command(flatten)]
     budget: BudgetArguments,
     #[command(flatten)]
@@ -39,6 +44,11 @@ pub struct EndingArguments {
 
 /// Runs a scenario; the exit code is the run's.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
+    if let Some(count) = arguments.seeds {
+        let EndingArguments { json, all, .. } = arguments.ending;
+        let wanted = (arguments.out.as_deref(), json, all);
+        return seeds::run(&arguments.scenario, count, wanted, registry);
+    }
     let (loaded, budget) = arguments.budget.load(&arguments.scenario, registry)?;
     let threads = arguments.scenario.threads();
     let mut options = options(arguments.out.as_deref(), threads, registry)?;

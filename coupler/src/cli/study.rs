@@ -11,7 +11,7 @@ use protocol::participate::end_with_parent;
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
 use super::study_new::{self, NewStudyArguments};
-use coordinator::participants::Registry;
+use coordinator::participants::{Registry, Watch};
 use coordinator::run::check::check;
 use coordinator::run::session::RunOptions;
 use report::results;
@@ -78,8 +78,8 @@ struct PlaceArguments {
 }
 
 /// The engine that does the tasks.
-#[derive(Debug, clap::Args)]
-struct EngineArguments {
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct EngineArguments {
     /// Processes here, or a job array.
     #[arg(long, value_enum, default_value_t = Engine::Local)]
     engine: Engine,
@@ -97,8 +97,9 @@ struct EngineArguments {
     silent_s: u64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 enum Engine {
+    #[default]
     Local,
     Slurm,
 }
@@ -226,6 +227,17 @@ fn foretell(opened: &OpenStudy, registry: &Registry) -> Result<Forecast, Error> 
 }
 
 fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> VerbResult {
+    let watch = do_runs(opened, engine, registry)?;
+    let code = collect(opened)?;
+    watch.interrupted().map_or(Ok(code), Err)
+}
+
+/// Does all runs that are not done; a signal ends them in order.
+pub(super) fn do_runs(
+    opened: &OpenStudy,
+    engine: &EngineArguments,
+    registry: &Registry,
+) -> Result<Watch, Error> {
     let exec = opened.command(own_program()?, registry.cache.as_deref())?;
     if engine.retry {
         forget_failed(opened)?;
@@ -259,8 +271,7 @@ fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> Ver
             slurm.run(&mut progress, stopped)?;
         }
     }
-    let code = collect(opened)?;
-    watch.interrupted().map_or(Ok(code), Err)
+    Ok(watch)
 }
 
 /// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.

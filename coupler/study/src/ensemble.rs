@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::collect::{Results, cell, line};
 use super::settings::{StudySetting, settings};
 use draw::units::{axis_words, unit};
-use kit::student::student;
+use kit::student::{mean_of, student};
 
 /// A result of a setting over all scenes.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,16 +35,6 @@ pub struct EnsembleMean {
     pub half_width: f64,
     /// Difference of the mean from that of the reference, and half of its interval (Welch 1947).
     pub difference: Option<[f64; 2]>,
-}
-
-/// Mean, standard deviation and half of the 95 % interval of at least two values.
-fn mean_of(values: &[f64]) -> Option<[f64; 3]> {
-    let count = values.len() as f64;
-    let freedom = values.len().checked_sub(1).filter(|freedom| *freedom > 0)?;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let deviation = (squares / freedom as f64).sqrt();
-    Some([mean, deviation, student(freedom) * deviation / count.sqrt()])
 }
 
 /// Difference of two means, and half of its 95 % interval, variances not being the same (Welch 1947).

@@ -30,7 +30,8 @@ pub struct StudyFile {
     pub reference: Reference,
     /// The keys that are varied.
     pub vary: Vec<Vary>,
-    /// What is measured: distances from the reference, and values.
+    /// What is measured: distances from the reference, and values. A study without a reference may have none.
+    #[serde(default)]
     pub measure: Vec<Measure>,
 }
 
@@ -205,7 +206,7 @@ impl StudyFile {
 
     fn check(&self) -> Result<(), String> {
         plain("study.name", &self.study.name)?;
-        if self.vary.is_empty() || self.measure.is_empty() {
+        if self.vary.is_empty() || (self.measure.is_empty() && self.reference.is_given()) {
             return Err("at least one [[vary]] and one [[measure]] are needed".into());
         }
         for (index, vary) in self.vary.iter().enumerate() {

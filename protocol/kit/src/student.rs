@@ -1,4 +1,4 @@
-//! Student's t.
+//! Student's t, and the interval of a mean.
 
 /// Quantile 0.975 for 1, 2, ... degrees of freedom.
 const QUANTILES: [f64; 30] = [
@@ -10,4 +10,14 @@ const QUANTILES: [f64; 30] = [
 /// Quantile 0.975 of Student's t for so many degrees of freedom, at least 1.
 pub fn student(freedom: usize) -> f64 {
     QUANTILES[freedom.clamp(1, QUANTILES.len()) - 1]
+}
+
+/// Mean, standard deviation and half of the 95 % interval of the mean, t s / sqrt(n), of at least two values.
+pub fn mean_of(values: &[f64]) -> Option<[f64; 3]> {
+    let count = values.len() as f64;
+    let freedom = values.len().checked_sub(1).filter(|freedom| *freedom > 0)?;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let deviation = (squares / freedom as f64).sqrt();
+    Some([mean, deviation, student(freedom) * deviation / count.sqrt()])
 }

@@ -1,0 +1,119 @@
+//! `thirdbody run --seeds`: the scene under several seeds, side by side on the cores, with means and their scatter.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use super::common::{ScenarioArguments, VerbResult, from_anywhere, print};
+use super::study::{EngineArguments, do_runs};
+use coordinator::participants::Registry;
+use report::seeds::{SeedMean, lines, means};
+use runs::files::RunFiles;
+use scenario::error::{CHECK_FAILED, Error, Refusal};
+use scenario::overrides::key_of;
+use study::collect::StudyRow;
+use study::open_study::{OpenStudy, write_in};
+use study::plan::Plan;
+
+/// The key that differs.
+const SEED: &str = "run.seed";
+
+/// Runs a scene under this many seeds from its own on, and prints the mean of each result; the exit code is 8 where a run is missing or
+/// not to be trusted, and the means leave it out.
+pub(super) fn run(
+    scenario: &ScenarioArguments,
+    count: u64,
+    (out, json, all): (Option<&Path>, bool, bool),
+    registry: &Registry,
+) -> VerbResult {
+    let opened = opened(scenario, count, out)?;
+    do_runs(&opened, &EngineArguments::default(), registry)?;
+    let results = opened.results()?;
+    write_in(&opened.folder, "results.csv", &results.csv())?;
+    let rows = || results.rows.iter();
+    let draws = rows().filter(|row| row.is_trusted());
+    let draws: BTreeSet<&[String]> = draws.map(StudyRow::draw).collect();
+    let path = |row: &StudyRow| opened.task_folder(row.task).run();
+    let trusted: Vec<PathBuf> = rows().filter(|row| row.is_trusted()).map(path).collect();
+    if trusted.len() > 1 && draws.len() == 1 {
+        let problem = "all runs have the same bits: nothing in this scene depends on run.seed, so that one run says all";
+        return Err(Refusal::argument("--seeds", problem).into());
+    }
+    let read = trusted.iter().map(|run| RunFiles::read_for_page(run));
+    let means = means(&read.collect::<Result<Vec<_>, Error>>()?);
+    let name = &opened.plan.file.study.name;
+    let page = match trusted.len() {
+        0 | 1 => None,
+        _ => Some(report::seeds::write(&opened.folder, name, &trusted)?),
+    };
+    let runs: Vec<Value> = rows()
+        .map(|row| json!({ "seed": row.task.values[0], "path": path(row), "status": row.status, "exit_code": row.exit_code, "message": row.message }))
+        .collect();
+    if json {
+        let results: Map<String, Value> = means.iter().map(of_json).collect();
+        print(&json!({ "folder": opened.folder, "runs": runs, "results": results }).to_string())?;
+    } else {
+        let [done, of] = [trusted.len(), rows().count()];
+        print(&format!(
+            "runs      {done} of {of} completed, in {}",
+            opened.folder.display()
+        ))?;
+        for run in &runs {
+            let text = |key: &str| run[key].as_str().unwrap_or_default();
+            let line = format!(
+                "seed {:<4} {} {} {}",
+                text("seed"),
+                text("status"),
+                text("path"),
+                text("message")
+            );
+            print(line.trim_end())?;
+        }
+        print("Mean, half of its 95 % interval, lowest to highest")?;
+        print(&lines(&means, all).join("\n"))?;
+        if let Some(page) = &page {
+            print(&format!("report    {}", page.display()))?;
+        }
+    }
+    let fell = trusted.len() < results.rows.len();
+    Ok(if fell { CHECK_FAILED } else { 0 })
+}
+
+/// The study of one key that these runs are, with its file in its folder.
+fn opened(
+    scenario: &ScenarioArguments,
+    count: u64,
+    out: Option<&Path>,
+) -> Result<OpenStudy, Error> {
+    let loaded = scenario.load()?;
+    let run = &loaded.scenario.run;
+    let folder = out.map_or_else(
+        || format!("runs/{}-seeds", run.name).into(),
+        Path::to_path_buf,
+    );
+    let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
+    let set = scenario.set.iter().filter(|set| key_of(set) != SEED);
+    let study = json!({ "study": {
+        "name": format!("{}-seeds", run.name),
+        "scenario": from_anywhere(&scenario.scenario, &loaded),
+        "set": Vec::from_iter(set),
+        "threads": scenario.threads.unwrap_or(1),
+    }, "vary": [{ "key": SEED, "values": Vec::from_iter(run.seed..run.seed + count) }] });
+    let text = toml::to_string(&study).expect("it has texts, numbers and lists");
+    let file = write_in(&folder, scenes::STUDY, &text)?;
+    OpenStudy::of(Plan::read(&file, false, &[])?, folder)
+}
+
+fn of_json(of: &SeedMean) -> (String, Value) {
+    let SeedMean {
+        mean,
+        half_width,
+        values,
+        ..
+    } = of;
+    (
+        of.name.clone(),
+        json!({ "mean": mean, "half_width_95": half_width, "values": values }),
+    )
+}
