@@ -5,5 +5,6 @@ mod engine_slurm;
 mod local;
 mod plan;
 mod rows;
+mod seeds;
 mod shipped;
 mod tune;

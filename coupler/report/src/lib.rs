@@ -121,7 +121,7 @@ fn sections(
         [other] => vec![name(other)],
         // The first stands for all in legends.
         _ => Vec::from_iter(others.iter().enumerate().map(|(k, _)| match k {
-            0 => seeds::OTHERS.to_string(),
+            0 => "other seeds".to_string(),
             _ => String::new(),
         })),
     };

@@ -12,9 +12,6 @@ use kit::student::mean_of;
 use runs::files::RunFiles;
 use scenario::error::Error;
 
-/// Legend of the runs that are laid over the first one.
-pub(super) const OTHERS: &str = "other seeds";
-
 /// A result over the seeds.
 #[derive(Clone, Debug)]
 pub struct SeedMean {

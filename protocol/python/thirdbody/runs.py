@@ -307,7 +307,8 @@ def _kept(run: Run, scenario: Union[str, Path], keys: Mapping[str, Any]) -> Run:
     wanted = {key: value for key, value in wanted.items() if key in changed or _at(run.scenario, key) != value}
     made_of = str(run.manifest["scenario_file"]).replace(" (built in)", "")
     file = Path(made_of)
-    same = made_of == str(scenario) or file.resolve() in (Path(scenario).resolve(), (Path(scenario) / "scenario.toml").resolve())
+    places = (Path(scenario), Path(scenario) / "scenario.toml", Path("scenarios") / scenario / "scenario.toml")
+    same = made_of == str(scenario) or file.resolve() in [place.resolve() for place in places]
     newer = file.is_file() and file.stat().st_mtime > (run.path / "manifest.json").stat().st_mtime
     if run.status in ("completed", "suspect") and same and not newer and changed == wanted:
         return _judged(run)
