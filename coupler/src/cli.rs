@@ -50,7 +50,7 @@ struct Cli {
     /// Show no progress on stderr; warnings and errors stay.
     #[arg(long, global = true, conflicts_with = "json_lines")]
     quiet: bool,
-    /// Write stderr for programs: one JSON object a line, keys as in scenarios/README.md.
+    /// Write stderr for programs: one JSON object a line. The page `progress-for-programs` of the manual has the keys.
     #[arg(long, global = true)]
     json_lines: bool,
     #[command(subcommand)]
@@ -106,6 +106,11 @@ enum Verb {
     /// End this process group when the standard input ends.
     #[command(hide = true)]
     EndGroup(node::EndGroupArguments),
+}
+
+/// The command line as clap has it, for those who document it.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the command line with the solvers that this binary ships.

@@ -1,5 +1,5 @@
-//! The typical mistakes of scenarios/README.md: each is made, and the message must be the one on the page. And the page of causes
-//! and cures, coupler/ERRORS.md, as the command prints it.
+//! The typical mistakes of the book: each is made, and the message must be the one on the page. And the pages of causes and cures as the
+//! command prints them.
 
 use std::path::Path;
 
@@ -13,6 +13,9 @@ struct Mistake<'a> {
     change: &'a str,
     message: &'a str,
 }
+
+/// The book's pages, from the root of the repository.
+const BOOK: &str = "scenarios/book/src";
 
 fn page(file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
@@ -74,8 +77,9 @@ fn message(text: &str) -> (Option<i32>, String) {
 
 #[test]
 fn the_messages_of_typical_mistakes_are_those_of_the_page() {
-    let page = page("scenarios/README.md");
-    let mistakes = mistakes(&page);
+    let pages = ["keys", "values", "names-and-files", "scene"];
+    let pages = pages.map(|name| page(&format!("{BOOK}/howto/mistakes/{name}.md")));
+    let mistakes = Vec::from_iter(pages.iter().flat_map(|page| mistakes(page)));
     assert!(mistakes.len() >= 10, "{}", mistakes.len());
     let mut wrong = String::new();
     for mistake in mistakes {
@@ -107,7 +111,11 @@ fn explain_prints_the_entry_of_a_code_and_proposes_the_nearest() {
         let told = explain(&[code]);
         let told = String::from_utf8_lossy(&told.stdout).into_owned();
         let entry = told.split_once("\n\n").expect("code and text").1;
-        assert!(page("coupler/ERRORS.md").contains(entry.trim()), "{told}");
+        let pages = ["errors", "findings"].map(|name| page(&format!("{BOOK}/reference/{name}.md")));
+        assert!(
+            pages.iter().any(|page| page.contains(entry.trim())),
+            "{told}"
+        );
     }
     let unknown = explain(&["peer-list"]);
     fails(&unknown, 2, &["error[usage]", "did you mean `peer-lost`?"]);

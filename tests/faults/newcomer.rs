@@ -57,7 +57,7 @@ fn slips_are_named_with_what_was_meant() {
         (&["explain", "friktion"], &["did you mean `friction`?"]),
         (
             &["explain", "xyzzy"],
-            &["no error, warning, key, result or signal", "RESULTS.md"],
+            &["no error, warning, key, result or signal", "check --schema"],
         ),
     ];
     for (command, words) in slips {

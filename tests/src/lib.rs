@@ -9,6 +9,7 @@
 //! - [`mapped_line`]: nodes and points with a mapping between them;
 //! - [`pages`]: the lists in the committed pages, written from the tables beside the code;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
+//! - [`reference`]: tables of keys and of verbs for the book;
 //! - [`random_log`]: exchange logs of random messages;
 //! - [`scene`]: texts of scenes of these;
 //! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
@@ -27,6 +28,7 @@ pub mod mapped_line;
 pub mod pages;
 pub mod plate;
 pub mod random_log;
+pub mod reference;
 pub mod runs;
 pub mod scene;
 pub mod source;

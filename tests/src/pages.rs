@@ -9,6 +9,8 @@ use kit::results::ResultKind;
 use scenario::error::{Explanation, explanations};
 use scenes::listing::{Listed, listing};
 
+use super::reference::{keys, verbs};
+
 /// Opens a written part in a page: `<!-- list: scenes -->`.
 const OPEN: &str = "<!-- list: ";
 
@@ -16,10 +18,16 @@ const OPEN: &str = "<!-- list: ";
 const CLOSE: &str = "<!-- end of list -->";
 
 /// The pages that have such parts, from the root of the repository.
-const PAGES: [&str; 3] = [
+const PAGES: [&str; 9] = [
     "scenarios/README.md",
-    "coupler/ERRORS.md",
-    "coupler/RESULTS.md",
+    "scenarios/book/src/reference/errors.md",
+    "scenarios/book/src/reference/findings.md",
+    "scenarios/book/src/reference/results.md",
+    "scenarios/book/src/reference/verbs.md",
+    "scenarios/book/src/reference/keys.md",
+    "scenarios/book/src/reference/keys-fem.md",
+    "scenarios/book/src/reference/keys-dem.md",
+    "scenarios/book/src/reference/keys-interface.md",
 ];
 
 /// A page as it stands and as it should.
@@ -77,6 +85,8 @@ fn list(name: &str) -> String {
         "errors" => entries(|explanation| explanation.exit_code.is_some()),
         "warnings" => entries(|explanation| explanation.exit_code.is_none()),
         "results" => results(),
+        "verbs" => verbs(&coupler::cli::command()),
+        name if name.starts_with("keys ") => keys(&name["keys ".len()..]),
         other => panic!("no list is called {other}"),
     }
 }
@@ -137,11 +147,14 @@ fn table(heading: &str, listed: impl Iterator<Item = Listed>) -> String {
     for of_folder in listed.chunk_by_mut(|a, b| folder(a) == folder(b)) {
         of_folder.sort_by_key(|one| seconds(&one.about.time));
     }
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let row = |one: &Listed| {
-        format!(
-            "| `{}` | {} | {} |\n",
-            one.name, one.about.shows, one.about.time
-        )
+        let page = format!("{}/README.md", one.name);
+        let name = match scenarios.join(&page).is_file() {
+            true => format!("[`{}`]({page})", one.name),
+            false => format!("`{}`", one.name),
+        };
+        format!("| {name} | {} | {} |\n", one.about.shows, one.about.time)
     };
     let rows: String = listed.iter().map(row).collect();
     format!("{heading}\n|---|---|---|\n{rows}")

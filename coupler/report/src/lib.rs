@@ -2,7 +2,7 @@
 //!
 //! - [`page`]: sections, tables and pictures as one file;
 //! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
-//! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
+//! - `results`: the results, explained as in the book's reference; `compare`: a run beside another one;
 //! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
 //! - `body`: the whole continuum, and which of its nodes stick;
 //! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;

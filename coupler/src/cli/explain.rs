@@ -61,7 +61,7 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     let problem = match proposal(word, "", &all) {
         _ if !containing.is_empty() => format!("did you mean {}?", containing.join(", ")),
         meant if meant.starts_with("did you mean") => meant,
-        _ => "without a word all codes are listed; coupler/RESULTS.md has all results, `check --schema` all keys".into(),
+        _ => "without a word all codes are listed; the book's pages `reference/results` and `reference/keys` have all results and keys, `check --schema` the keys, too".into(),
     };
     let problem = format!("no error, warning, key, result or signal is called so; {problem}");
     Err(Refusal::argument(format!("explain {word}"), problem).into())

@@ -1,6 +1,6 @@
 //! The kinds of findings and warnings. Each stands beside the code that judges it, in the documentation of a constant: what it says, why
-//! it comes, what to do, and its bounds. `thirdbody explain`, `coupler/ERRORS.md`, the keys of `plausible` and the manual's table of
-//! bounds are made from these.
+//! it comes, what to do, and its bounds. `thirdbody explain`, the page `reference/findings.md` of the book and the keys of `plausible` are
+//! made from these.
 
 /// A kind of finding, as [`findings!`](crate::findings) makes it.
 #[derive(Debug)]

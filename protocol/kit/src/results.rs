@@ -1,5 +1,5 @@
 //! The results and signals that a program has, each explained beside the code that computes it. The report of a run, `thirdbody explain` and
-//! `coupler/RESULTS.md` are made from these.
+//! the page `reference/results.md` of the book are made from these.
 
 use crate::finding::paragraphs;
 
