@@ -2,6 +2,7 @@
 
 mod circles;
 mod dependencies;
+mod english;
 mod golden;
 mod kinds;
 mod link;
