@@ -25,7 +25,7 @@ crate::findings! {
 const ROUNDING: f64 = 1e-3;
 
 /// Heights of a wheel each time that its displacement returns to 0, twice per period. Under a held load a steady motion has the same
-/// height there in each cycle, whatever its course in between.
+/// height there in each cycle, for any course in between.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CycleDrift {
     /// Zeros so far.

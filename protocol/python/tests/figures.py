@@ -14,7 +14,7 @@ from program import PROGRAM, ROOT, Program
 import thirdbody
 
 EXAMPLES = ROOT / "protocol" / "python" / "examples"
-#: A coarse rail, one cycle, moments every quarter of it.
+#: A coarse rail, one cycle, moments every quarter cycle.
 RAIL = {
     "participant.rail.config.mesh.size_m": 0.4e-3,
     "participant.rail.config.mesh.side_columns": 20,

@@ -191,7 +191,7 @@ class Link:
                 return None
             if alone and waited < self._polling_s:
                 os.sched_yield()
-                # A yield that returns late gave the core to another program that wants all of it.
+                # A yield that returns late gave the core to another program that wants the whole core.
                 alone = time.monotonic() - start - waited < LATE_YIELD_S
             else:
                 looks = -1

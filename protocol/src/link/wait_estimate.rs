@@ -16,7 +16,7 @@ const REMEMBERED: usize = 8;
 /// Fraction of the longest wait by which the next may be longer.
 const LATE: f64 = 0.25;
 
-/// Longest wait that is spent awake: a wake-up is 2 % of it.
+/// Longest wait that is spent awake: a wake-up takes 2 % of this time.
 const LONG: Duration = Duration::from_millis(1);
 
 /// Waits after the same frame are of one kind and have about the same length.
