@@ -54,7 +54,9 @@ pub enum LinkError {
     Closed,
     #[error("the other end took no frame for {seconds:.1} s")]
     Full { seconds: f64 },
-    #[error("a frame of {doubles} doubles exceeds the capacity of this link, {capacity} doubles")]
+    #[error(
+        "a frame of {doubles} doubles exceeds the capacity of this link, which is {capacity} doubles"
+    )]
     TooLong { doubles: usize, capacity: usize },
     #[error("no sign of life from the other end for {seconds:.1} s")]
     Lost { seconds: f64 },

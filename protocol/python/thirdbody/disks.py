@@ -25,9 +25,8 @@ class DiskLayer(GrainLayer):
     disks, and `booked` completes the new state.
 
     `twin` is the scene of the built-in grains, `step_s` the longest sub-step, `drag_per_s` the rate at which a drag reduces velocities.
-    Springs are the same at all contacts and independent of the radii: kn = contact_stiffness_pa x thickness (N/m), kt =
-    tangential_stiffness_ratio x kn, and |shear| <= friction x pressure. Disks are in order of x, loose ones first; the wheel is the disk
-    after the last.
+    Springs are the same at all contacts, for any radii: kn = contact_stiffness_pa x thickness (N/m), kt = tangential_stiffness_ratio x kn,
+    and |shear| <= friction x pressure. Disks are in order of x, loose ones first; the wheel is the disk after the last.
 
     A state has the entries of `rest`: displacement, velocity and spin of the disks, height and speed of the wheel, the result of
     `contacts`, the forces on the wheel and on the glued disks, and sums since the start. A subclass may keep more.
