@@ -1,11 +1,11 @@
-"""Views of a run's fields: of ParaView, as a state that can be gone on with, or as pictures by VTK's wheel alone.
+"""Views of a run's fields: a ParaView state to continue with, or pictures by VTK's wheel alone.
 
-    pvpython scenarios/paraview-views.py RUN [FOLDER]    # as xvfb-run pvpython ... where there is no screen
+    pvpython scenarios/paraview-views.py RUN [FOLDER]    # xvfb-run pvpython ... without a screen
     python scenarios/paraview-views.py RUN [FOLDER]            # after pip install vtk
     File > Run Script in ParaView's menu Tools > Python Shell, with the run in the environment variable THIRDBODY_RUN
 
 RUN is a run directory, by default runs/latest. The pictures go to FOLDER, by default RUN/views, and ParaView's state to views.pvsm
-there. Views whose parts the run has not are left out, by name. All are of the last time:
+there. The script leaves out views without data in the run and prints their names. All views show the last time:
 
 contact       sizes of displacements in the mesh and the status of its contact nodes (Renouf, Saulot and Berthier 2006, figures 4 and 5)
 pressure      hydrostatic pressure in the mesh and mean pressure in the grains on one scale (figure 4)
@@ -26,7 +26,7 @@ except ImportError:
     simple = None
 
 SIZE = (1600, 800)
-# Left, lower, right and upper end of the drawing in a picture; text is above and below.
+# Left, lower, right and upper end of the drawing in a picture; there is text above and below.
 VIEWPORT = (0.0, 0.15, 1.0, 0.91)
 GREY = (0.82, 0.82, 0.82)
 DARK = (0.1, 0.1, 0.1)
@@ -41,16 +41,16 @@ def parts(run):
     """The file of each part at the last time of fields.pvd, and that time (s)."""
     path = run / "fields.pvd"
     if not path.exists() and any(run.glob("fields/*.vtkhdf")):
-        sys.exit(f"{run} has its fields as VTKHDF: open fields/*.vtkhdf in ParaView; this script reads those of run.output.fields_format = \"vtk-xml\"")
+        sys.exit(f"{run} has its fields as VTKHDF: open fields/*.vtkhdf in ParaView; this script reads run.output.fields_format = \"vtk-xml\"")
     if not path.exists():
-        sys.exit(f"{path} is not there: the run wrote no fields (run.output.fields = false?), or is no run directory")
+        sys.exit(f"{path} is missing: the run wrote no fields (run.output.fields = false?), or this is not a run directory")
     sets = list(ElementTree.parse(path).getroot().iter("DataSet"))
     last = max(float(s.get("timestep")) for s in sets)
     return {s.get("name"): run / s.get("file") for s in sets if float(s.get("timestep")) == last}, last
 
 
 class Drawn:
-    """A run at its last time, read by VTK: the parts by their kind, and what the views share."""
+    """A run at its last time, read by VTK: the parts by kind, and the data that the views share."""
 
     def __init__(self, run):
         from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
@@ -77,7 +77,7 @@ class Drawn:
         return [pick(b[k] for b in bounds) for k, pick in ((0, min), (1, max), (2, min), (3, max))]
 
     def busiest(self):
-        """Place of the contact that presses most (m)."""
+        """The largest normal force of a contact (N), and its position (m)."""
         best = (0.0, None)
         for name in self.contacts:
             data = self.data[name]
@@ -100,14 +100,14 @@ def largest(drawn, names, array):
 
 
 def round_factor(largest_m, width_m):
-    """A factor 1, 2 or 5 times a power of ten that makes the largest displacement a thirtieth of the width; at least 1."""
+    """A factor of 1, 2 or 5 times a power of ten, at least 1, that makes the largest displacement a thirtieth of the width."""
     wanted = width_m / 30 / largest_m if largest_m > 0 else 1.0
     power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
     return max(f * power for f in (1, 2, 5) if f * power <= max(wanted, 1.0))
 
 
 def layers(drawn):
-    """The views that this run has: a name, a title, the window (centre x, centre y, width in m) and layers.
+    """The views of this run: a name, a title, the window (centre x, centre y, width in m) and layers.
 
     A layer is (way of drawing, part, array, label, range, factor or width)."""
     views, left_out = [], []
@@ -163,10 +163,10 @@ def pressure(drawn):
     width = 1.08 * (right - left)
     window = (0.5 * (left + right), 0.5 * (low + high) - (0.16 * width if mesh and grains else 0.0), width)
     top = max(largest(drawn, mesh, "hydrostatic_pressure_pa"), of_most_grains(drawn))
-    words = [text for text, there in [("of the mesh tr(sigma)/3", mesh), ("of the grains in their plane, 1 of 50 beyond the scale", grains)] if there]
+    words = [text for text, there in [("in the mesh tr(sigma)/3", mesh), ("in the plane of the grains, 1 of 50 beyond the scale", grains)] if there]
     layers = [("cells", n, "hydrostatic_pressure_pa", "pressure (Pa)", (0.0, top or 1.0), 1.0) for n in mesh]
     layers += [("disks", n, "pressure_pa", "pressure (Pa)", (0.0, top or 1.0), 1.0) for n in grains]
-    return "pressure", f"pressure {', '.join(words)}; places not enlarged", window, layers
+    return "pressure", f"pressure {', '.join(words)}; displacements not enlarged", window, layers
 
 
 def of_most_grains(drawn):
@@ -267,7 +267,7 @@ class VtkPictures:
         return actor
 
     def moved(self, data, factor, _):
-        """A mesh that has moved, by so many times its displacement."""
+        """A mesh moved by `factor` times its displacement."""
         from vtkmodules.vtkFiltersGeneral import vtkWarpVector
 
         warp = vtkWarpVector()
@@ -299,7 +299,7 @@ class VtkPictures:
         return self.glyphs(data, polygon, "radius_m", 1.0)
 
     def arrows(self, data, factor, _):
-        """Velocities, so many metres long for a metre a second."""
+        """Velocities as arrows, `factor` metres long per m/s."""
         from vtkmodules.vtkFiltersSources import vtkArrowSource
 
         arrow = vtkArrowSource()
@@ -354,7 +354,7 @@ class VtkPictures:
         return shape
 
     def colours(self, array, span):
-        """Dark blue to yellow; vectors count by their length."""
+        """Dark blue to yellow; vectors are coloured by their length."""
         from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
 
         table = vtkColorTransferFunction()
@@ -409,7 +409,7 @@ class VtkPictures:
         return bar
 
     def rule(self, frame, width):
-        """A line of a round length, which says how long it is."""
+        """A scale bar of a round length, with its length in text."""
         from vtkmodules.vtkFiltersSources import vtkLineSource
         from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
@@ -438,7 +438,7 @@ class VtkPictures:
 
 
 class ParaViewState:
-    """The same views in ParaView: one layout each, over the whole time of the run."""
+    """The same views in ParaView, in one layout each, over the whole time of the run."""
 
     def __init__(self, drawn, folder):
         self.drawn, self.folder = drawn, folder
@@ -450,7 +450,7 @@ class ParaViewState:
         """One part of fields.pvd, by its name."""
         if name not in self.parts:
             found = self.reader
-            # A run of a single part comes as that, without blocks.
+            # A run with a single part has no blocks.
             tree = self.reader.GetDataInformation().GetHierarchy()
             if tree:
                 nodes = tree.GetChildNodes(0, False)
@@ -499,7 +499,7 @@ class ParaViewState:
             return
         cells = array in ("hydrostatic_pressure_pa", "force_n") and way != "chains"
         name = "normal_force_n" if way == "chains" else array
-        # A table of its own: the same array has other ranges in other views.
+        # A separate table per view: the same array has other ranges in other views.
         simple.ColorBy(shown, ("CELLS" if cells else "POINTS", name), separate=True)
         table = simple.GetColorTransferFunction(name, shown, separate=True)
         table.ColorSpace = "RGB"
@@ -537,7 +537,7 @@ class ParaViewState:
         glyph = simple.Glyph(Input=source, GlyphType="2D Glyph")
         glyph.GlyphType.GlyphType, glyph.GlyphType.Filled = "Circle", 1
         glyph.OrientationArray, glyph.ScaleArray = ["POINTS", "No orientation array"], ["POINTS", "radius_m"]
-        # The circle of ParaView has a radius of one half.
+        # ParaView's circle has a radius of one half.
         glyph.ScaleFactor, glyph.GlyphMode = 2.0, "All Points"
         return glyph
 
@@ -552,7 +552,7 @@ class ParaViewState:
 
     def chains(self, source, radius, span):
         force = simple.Calculator(Input=source, AttributeType="Cell Data", ResultArrayName="normal_force_n", Function="max(force_n_0,0)")
-        # Lines that share no points: each keeps its own force.
+        # Lines without common points: each keeps its own force.
         apart = simple.ExtractSurface(Input=simple.Shrink(Input=force, ShrinkFactor=1.0))
         points = simple.CellDatatoPointData(Input=apart)
         width = f"normal_force_n*{0.5 * radius / span[1]:.6e}"

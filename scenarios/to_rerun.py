@@ -1,8 +1,8 @@
 """A run for the Rerun viewer: to_rerun.py RUN [--save FILE.rrd]. Without --save the viewer opens.
 
-Needs the package and Rerun: pip install ./protocol/python mcap rerun-sdk. On the timeline `sim_time`: signals as curves, grains as disks,
-bodies of elements as meshes coloured by hydrostatic pressure, forces at the interfaces as arrows, with views laid out. Lengths are
-millimetres, the longest arrow is a tenth of the interface.
+Needs the package and Rerun: pip install ./protocol/python mcap rerun-sdk. The timeline `sim_time` has signals as curves, grains as disks,
+bodies of elements as meshes coloured by hydrostatic pressure, and forces at the interfaces as arrows, in a layout of views. Lengths are
+in millimetres; the longest arrow is a tenth of the interface.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import thirdbody
 
 MM = 1e3
 TIME = "sim_time"
-#: Rows of signals and windows of an interface that are kept; of more every so many.
+#: Most rows of signals, and windows of an interface, that are kept; longer ones are thinned out evenly.
 ROWS = 2000
 ARROW_MOMENTS = 300
 
 
 def main() -> None:
-    """Logs the run to a file or to a viewer that is started."""
+    """Logs the run to a file or to a new viewer."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=Path, help="run directory")
     parser.add_argument("--save", type=Path, help="file.rrd, in place of the viewer")
@@ -36,7 +36,7 @@ def main() -> None:
         rr.spawn(default_blueprint=layout)
     else:
         rr.save(arguments.save, default_blueprint=layout)
-    # In a view of two dimensions y points down, as in pictures. A view applies no transform of its own origin: that is one above.
+    # In a 2D view y points down, as in pictures. A view ignores the transform of its own origin, so its origin is one level above.
     rr.log("scene", rr.Transform3D(scale=[1.0, -1.0, 1.0]), static=True)
     rr.log("about", rr.TextDocument(about(run), media_type="text/markdown"), static=True)
     log_signals(run)
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def blueprint(run: thirdbody.Run) -> rrb.Blueprint:
-    """The scene above, curves by what they tell below."""
+    """The scene at the top, curves grouped by quantity below."""
     curves = [
         rrb.TimeSeriesView(name=name, origin="signals", contents=[f"signals/{column.replace('.', '/')}" for column in columns])
         for name, columns in groups(run).items()
@@ -57,7 +57,7 @@ def blueprint(run: thirdbody.Run) -> rrb.Blueprint:
 
 
 def groups(run: thirdbody.Run) -> Dict[str, List[str]]:
-    """Signals of one view by their units."""
+    """The signals of each view, by their units."""
     ends = {"forces (N)": ("_n",), "positions (m)": ("wheel_x_m", "wheel_y_m", "_uy_m"), "energies (J)": ("_j",), "sliding nodes (%)": ("_pct",),
             "flows (kg)": ("_kg",)}
     found = {name: [column for column in run.signals if column.endswith(end)] for name, end in ends.items()}
@@ -82,7 +82,7 @@ def log_signals(run: thirdbody.Run) -> None:
 
 
 def log_fields(run: thirdbody.Run, participant: str) -> None:
-    """Grains as disks or elements as a mesh, at each moment that the run wrote."""
+    """Grains as disks or elements as a mesh, at each moment in the run."""
     try:
         fields = run.fields(participant)
     except FileNotFoundError as missing:
@@ -121,7 +121,7 @@ def log_forces(run: thirdbody.Run, name: str) -> None:
 
 
 def shades(shares: np.ndarray) -> np.ndarray:
-    """Colours (n x 3) from blue to yellow, lightness rising."""
+    """Colours (n x 3) from blue to yellow, with increasing lightness."""
     low, high = np.array([0.0, 34.0, 78.0]), np.array([254.0, 232.0, 56.0])
     return (low + np.clip(shares, 0.0, 1.0)[:, None] * (high - low)).astype(np.uint8)
 

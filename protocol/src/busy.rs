@@ -1,4 +1,4 @@
-//! Stretches of time in which a process was at work, on the clock that all processes of a host share.
+//! Spans of time in which a process was at work, on the clock that all processes of a host share.
 
 use nix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 /// Length of a slot of time (ns): several windows of a usual run.
 const SLOT_NS: u64 = 1 << 22;
 
-/// Spans that are kept at most, 2 MB: those of 30 000 to 60 000 windows. Of a longer run every second slot is kept, then every fourth, and
+/// Most spans that are kept, 2 MB: enough for 30 000 to 60 000 windows. A longer run keeps every second slot, then every fourth, and
 /// so on.
 const SPANS: usize = 1 << 17;
 
-/// Spans of time (ns of the monotonic clock) in order. Totals hide how much of the work of several processes was done at
-/// the same time, spans tell. Memory and message stay small because only those spans are kept that touch a slot of
-/// time whose number is a multiple of `every`: slots are counted on the common clock, so all processes keep the same ones.
+/// Spans of time (ns of the monotonic clock) in order. Totals hide how much work several processes did at the same time;
+/// spans show it. Memory and message stay small because a span is kept only if it touches a slot of time whose number is a
+/// multiple of `every`. Slots are counted on the common clock, so all processes keep the same ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BusyTimes {
-    /// One slot of time in so many is kept, a power of two.
+    /// One slot of time in `every` is kept; a power of two.
     pub every: u64,
     /// Start and end of each span.
     pub spans_ns: Vec<[u64; 2]>,
@@ -45,7 +45,7 @@ impl BusyTimes {
     }
 }
 
-/// The monotonic clock (ns), which all processes of a host read alike.
+/// The monotonic clock (ns), the same for all processes of a host.
 pub fn monotonic_ns() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("Linux has a monotonic clock");
     now.tv_sec() as u64 * 1_000_000_000 + now.tv_nsec() as u64
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kept_slots_are_those_whose_number_is_a_multiple() {
+    fn slots_whose_number_is_a_multiple_are_kept() {
         assert_eq!(kept_before_ns(10 * SLOT_NS + 7, 1), 10 * SLOT_NS + 7);
         // Slots 0, 4 and 8 lie before slot 10.
         assert_eq!(kept_before_ns(10 * SLOT_NS + 7, 4), 3 * SLOT_NS);

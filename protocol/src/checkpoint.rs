@@ -12,7 +12,7 @@ pub fn pack<T: Serialize>(state: &T) -> Result<Vec<u8>, NodeError> {
         .map_err(|error| NodeError::protocol(format!("the state cannot be packed: {error}")))
 }
 
-/// The state that [`pack`] made bytes of. Bytes that are left over belong to another state, and are an error.
+/// The reverse of [`pack`]. Bytes that are left over belong to another state, and are an error.
 pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, NodeError> {
     let refuse = |why: String| {
         let message = format!(

@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_has_no_room_says_where_room_is_found() {
+    fn an_error_for_lack_of_room_names_its_cure() {
         for (code, word) in [
             (Errno::ENOSPC, "df -i"),
             (Errno::EDQUOT, "share of the disk"),

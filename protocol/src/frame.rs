@@ -9,10 +9,10 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Version of the frames and of the conversation. Participants of another version are refused at the handshake.
 pub const PROTOCOL_VERSION: u32 = 2;
 
-/// Makes the enum and its words from one table, so that no kind is without.
+/// Makes the enum and its words from one table, so that every kind has a word.
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $word:literal;)*) => {
-        /// The subject of a frame. Requests travel from the coordinator to a participant, each has one answer.
+        /// The subject of a frame. Requests travel from the coordinator to a participant; each has one answer.
         #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u32)]
         pub enum Kind {
@@ -20,7 +20,7 @@ macro_rules! kinds {
         }
 
         impl Kind {
-            /// The words by which logs, topics, exports and messages name the kinds. They stay when a variant is renamed.
+            /// The names of the kinds in logs, topics, exports and messages. They stay when a variant is renamed.
             pub const WORDS: [(Kind, &'static str); 29] = [$((Kind::$name, $word),)*];
         }
     };
@@ -39,11 +39,11 @@ kinds! {
     Select = 5, "Select";
     /// Request: the condensed compliance of `substeps` own steps; no payload.
     Columns = 6, "Columns";
-    /// Answer to `Columns`: the square matrix C (m/N), column after column.
+    /// Answer to `Columns`: the square matrix C (m/N), column by column.
     Compliance = 7, "Compliance";
-    /// Request: window length (s), then the square matrix W_g (1/kg), column after column.
+    /// Request: window length (s), then the square matrix W_g (1/kg), column by column.
     CompliantBoundary = 8, "Wall";
-    /// Answer to requests that give nothing back (`Select`, `CompliantBoundary`).
+    /// Answer to requests that return nothing (`Select`, `CompliantBoundary`).
     Ready = 9, "Ready";
     /// Request: interface force (N), held constant over the window.
     Advance = 10, "Advance";
@@ -53,7 +53,7 @@ kinds! {
     Solve = 12, "Solve";
     /// Answer to `Solve`: F_g (N), v_g (m/s), iterations, true residual, converged (0 or 1).
     Force = 13, "Force";
-    /// Request: the window is accepted. Payload: total displacements (m) of the glued points, or nothing.
+    /// Request: accept the window. Payload: total displacements (m) of the glued points, or nothing.
     Commit = 14, "Commit";
     /// Answer to `Commit` and `AdvanceAlone`: signals, then ledger terms, in the order of the description.
     Report = 15, "Report";
@@ -67,9 +67,9 @@ kinds! {
     Fault = 19, "Fault";
     /// Request, text: write the fields of the committed state under this name.
     Snapshot = 20, "Snapshot";
-    /// Answer to `Snapshot`: the files are written. Like its request it is no part of the exchange.
+    /// Answer to `Snapshot`: the files are written. Like its request, it is not part of the exchange.
     Saved = 21, "Saved";
-    /// Request: the committed state as bytes. Like its answer and the next two it is no part of the exchange.
+    /// Request: the committed state as bytes. Like its answer and the next two kinds, it is not part of the exchange.
     Checkpoint = 22, "Checkpoint";
     /// Answer to `Checkpoint`, bytes that only this node reads, see [`crate::Node::checkpoint`].
     State = 23, "State";
@@ -79,9 +79,9 @@ kinds! {
     Restored = 25, "Restored";
     /// Request: the impedance of `substeps` own steps; no payload.
     ImpedanceColumns = 26, "Resist";
-    /// Answer to `ImpedanceColumns`: the square matrix D (kg/s), column after column.
+    /// Answer to `ImpedanceColumns`: the square matrix D (kg/s), column by column.
     Impedance = 27, "Impedance";
-    /// Request: velocity (m/s) at the end of the window, reached in a straight line from its start.
+    /// Request: velocity (m/s) at the end of the window, reached linearly from its start.
     PrescribeVelocity = 28, "Follow";
     /// Answer to `PrescribeVelocity`: force (N) at the end of the window, then displacement increments (m), then work (J).
     Reaction = 29, "Reaction";
@@ -94,7 +94,7 @@ impl Kind {
         known.find(|kind| *kind as u32 == number)
     }
 
-    /// The word for it in [`Kind::WORDS`].
+    /// Its word in [`Kind::WORDS`].
     pub fn word(self) -> &'static str {
         let mut known = Self::WORDS.into_iter();
         let found = known.find(|(kind, _)| *kind == self);
@@ -111,7 +111,7 @@ impl Kind {
     }
 
     /// True for frames of interface data, which are logged, replayed and part of `hashes.exchange`. Greetings, farewells and
-    /// faults hold process ids, wall-clock times and texts, so they are not.
+    /// faults are not, because they hold process ids, wall-clock times and texts.
     pub fn is_exchange(self) -> bool {
         !matches!(
             self,
@@ -136,7 +136,7 @@ impl fmt::Debug for Kind {
     }
 }
 
-/// The header of every frame, of the same layout on both sides of shared memory.
+/// The header of every frame, with the same layout on both sides of shared memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("thirdbody.header.v1")]
@@ -164,7 +164,7 @@ pub struct Header {
     pub t0_s: f64,
     /// End of the window (s).
     pub t1_s: f64,
-    /// XXH3 of the payload's bytes in little-endian order. On a link the rest of the header and the turn are in it too, see
+    /// XXH3 of the payload's bytes in little-endian order. On a link it also covers the rest of the header and the turn, see
     /// [`Frame::stamp`].
     pub checksum: u64,
 }
@@ -228,7 +228,7 @@ pub enum FrameError {
     )]
     Checksum { saved: u64, computed: u64 },
     #[error(
-        "message {turn} of this connection came where message {due} was due: one was lost, repeated or overtaken"
+        "message {turn} of this connection arrived instead of message {due}: one was lost, repeated or overtaken"
     )]
     Turn { turn: u64, due: u64 },
     #[error("the text of the frame cannot be read: {0}")]
@@ -275,12 +275,12 @@ impl Frame {
         Ok(bytes)
     }
 
-    /// The kind that the header tells.
+    /// The kind in the header.
     pub fn kind(&self) -> Result<Kind, FrameError> {
         Kind::from_number(self.header.kind).ok_or(FrameError::UnknownKind(self.header.kind))
     }
 
-    /// Checks length and checksum of what arrived.
+    /// Checks length and checksum of a frame that arrived.
     pub fn verify(&self) -> Result<(), FrameError> {
         if self.header.count as usize != self.payload.len() {
             return Err(FrameError::Length {
@@ -298,15 +298,15 @@ impl Frame {
         Ok(())
     }
 
-    /// Adds the turn of a frame that goes onto a link to its checksum, and the checksum of the rest of its header. Requests are
-    /// counted from 0, an answer has the turn of its request: header and payload of two requests may be equal, and only the
-    /// turn then tells their answers apart.
+    /// Adds the frame's turn and the checksum of the rest of its header to its checksum, before it goes onto a link. Requests
+    /// count from 0, and an answer has the turn of its request. Two requests may have equal header and payload; only the turn
+    /// then tells their answers apart.
     pub fn stamp(&mut self, turn: u64) {
         let added = self.header.own_checksum().wrapping_add(turn);
         self.header.checksum = self.header.checksum.wrapping_add(added);
     }
 
-    /// Checks length, checksum and turn of what arrived on a link, and takes off again what [`Frame::stamp`] added.
+    /// Checks length, checksum and turn of a frame that arrived on a link, and undoes [`Frame::stamp`].
     pub fn open(&mut self, due: u64) -> Result<(), FrameError> {
         let added = self.header.own_checksum().wrapping_add(due);
         self.header.checksum = self.header.checksum.wrapping_sub(added);
@@ -322,7 +322,7 @@ impl Frame {
     }
 }
 
-/// A text or bytes as a payload: their number, then the bytes, eight to a double, the last one filled with zeros.
+/// A text or bytes as a payload: the number of bytes, then the bytes, eight to a double, the last double padded with zeros.
 pub fn packed(bytes: impl AsRef<[u8]>) -> Vec<f64> {
     let bytes = bytes.as_ref();
     let words = bytes.chunks(8).map(|chunk| {
@@ -333,13 +333,13 @@ pub fn packed(bytes: impl AsRef<[u8]>) -> Vec<f64> {
     [bytes.len() as f64].into_iter().chain(words).collect()
 }
 
-/// Turns that a link can have; a difference of checksums that is larger is damage.
+/// Most turns of a link; a larger difference of checksums means damage.
 const TURNS: u64 = 1 << 40;
 
 /// XXH3 of the bits of the doubles, independent of the byte order of the machine.
 fn checksum(payload: &[f64]) -> u64 {
     let mut bytes = vec![0; payload.len() * 8];
-    // A loop over pieces of a length that is known becomes one copy.
+    // The compiler turns a loop over pieces of known length into one copy.
     for (piece, value) in bytes.chunks_exact_mut(8).zip(payload) {
         piece.copy_from_slice(&value.to_bits().to_le_bytes());
     }
@@ -351,7 +351,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_survive_packing_whatever_their_length() {
+    fn texts_of_any_length_survive_packing() {
         for text in ["", "a", "12345678", "naïve: σ = 672 MPa"] {
             let frame = Frame::new(Header::of(Kind::Fault), packed(text));
             assert_eq!(frame.text().as_deref(), Ok(text));
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_survive_packing_even_as_numbers_that_are_none() {
+    fn bytes_survive_packing_even_as_nan() {
         // 0x7ff4... is a signalling NaN, whose bits a computation would change.
         let signalling = f64::from_bits(0x7ff4_0000_0000_0001).to_bits();
         let mut bytes = signalling.to_le_bytes().to_vec();
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn one_flipped_bit_is_noticed() {
+    fn one_flipped_bit_is_detected() {
         let mut frame = Frame::new(Header::of(Kind::Motion), vec![1.0, -2.0]);
         frame.payload[1] = f64::from_bits(frame.payload[1].to_bits() ^ 1);
         assert!(matches!(frame.verify(), Err(FrameError::Checksum { .. })));

@@ -16,33 +16,33 @@ pub use self::core::{Core, Yield};
 
 /// One end of a two-way connection between the coordinator and one participant.
 ///
-/// Frames arrive in order, once, and whole. The coordinator may send one request ahead, while the answer to the one before
-/// is still to come, so that two requests may wait on a link. Every call ends within its `patience`.
+/// Frames arrive in order, once, and whole. The coordinator may send one request ahead, before the answer to the previous one
+/// arrives, so two requests may wait on a link. Every call ends within its `patience`.
 pub trait Link: Send {
-    /// Hands over one frame. After [`LinkError::Full`] the same frame can be sent again: a part of it that was handed over stays so.
+    /// Sends one frame. After [`LinkError::Full`] the same frame can be sent again: the part that was sent already is not repeated.
     fn send(&mut self, frame: &Frame, patience: Duration) -> Result<(), LinkError>;
 
     /// The next frame, or `None` if none came within `patience`.
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError>;
 
-    /// Measures the way to the other end and back, which answers whatever its solver does. `None` on one host, where both ends read the
-    /// same clock.
+    /// Measures the round trip to the other end, which answers even while its solver computes. `None` on one host, where both ends
+    /// read the same clock.
     fn round_trip(&mut self) -> Option<RoundTrip> {
         None
     }
 
-    /// Messages that were not heard since they are none of the other end's, in words: their number and what is wrong with them.
+    /// Messages dropped because the other end did not send them, in words: their number and what is wrong with them.
     fn refused(&self) -> Vec<String> {
         Vec::new()
     }
 }
 
-/// The way to the other end of a link and back.
+/// A round trip to the other end of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoundTrip {
     /// Its time.
     pub time: Duration,
-    /// How far our monotonic clock is ahead of the other end's (ns), known to half of that time.
+    /// Lead of our monotonic clock over the other end's (ns), known to half of `time`.
     pub offset_ns: i64,
 }
 
@@ -55,7 +55,7 @@ pub enum LinkError {
     #[error("the other end took no frame for {seconds:.1} s")]
     Full { seconds: f64 },
     #[error(
-        "a frame of {doubles} doubles does not fit the {capacity} that this link was sized for"
+        "a frame of {doubles} doubles exceeds the capacity of this link, which is {capacity} doubles"
     )]
     TooLong { doubles: usize, capacity: usize },
     #[error("no sign of life from the other end for {seconds:.1} s")]

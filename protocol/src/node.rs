@@ -11,15 +11,15 @@ use crate::finding::Finding;
 /// A solver, seen from the coupler. Vectors over the exchanged points hold two components a point,
 /// `(x0, y0, x1, y1, ...)`, in SI units.
 ///
-/// A node that is coupled on several sets keeps their points one after the other, in the order of the
+/// A node that is coupled on several sets keeps their points one set after the other, in the order of the
 /// [`Node::couple`] calls. Between two commits every request starts again from the last committed state,
-/// so a window can be repeated as often as the coupler wants.
+/// so the coupler can repeat a window as often as it wants.
 pub trait Node: Send {
     /// Describes the node: its kind, its step, its capabilities and its reports.
     fn describe(&self) -> Description;
 
-    /// Couples a named set and returns its points. A set of a continuum that carries several layers is coupled for each of them:
-    /// [`Node::select`] gives each points of its own.
+    /// Couples a named set and returns its points. A set of a continuum that carries several layers is coupled once for each layer:
+    /// [`Node::select`] gives each layer its own points.
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError>;
 
     /// Restricts the exchange to these points of all coupled sets; forces on all others are zero.
@@ -27,14 +27,14 @@ pub trait Node: Send {
 
     /// Condensed compliance C (m/N) of a first window like this one: column j holds the displacement
     /// increments of all exchanged components after a run from rest under a unit force in component j.
-    /// Square, column after column.
+    /// Square, column by column.
     fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let _ = window;
         Err(NodeError::unsupported("columns of its compliance"))
     }
 
     /// Announces windows of length `window_s` (s) and the compliance W_g (1/kg) of the boundary that carries the
-    /// glued points: v_g = a_g + W_g p, with p the impulses (N s) on them. Square, column after column.
+    /// glued points: v_g = a_g + W_g p, with p the impulses (N s) on them. Square, column by column.
     fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         let _ = (window_s, compliance);
         Err(NodeError::unsupported("a compliant wall"))
@@ -49,15 +49,15 @@ pub trait Node: Send {
     }
 
     /// Impedance D (kg/s) of a first window like this one: column j holds the reactions of all exchanged components
-    /// at the end of a run from rest in which the velocity of component j grows in a straight line to one and all others
-    /// are held. A component that cannot move has zeros in its row and column. Square, column after column.
+    /// at the end of a run from rest in which the velocity of component j grows linearly to one and all others
+    /// are held. A component that cannot move has zeros in its row and column. Square, column by column.
     fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let _ = window;
         Err(NodeError::unsupported("columns of its impedance"))
     }
 
-    /// Runs a window in which the velocity of each exchanged component goes in a straight line from what it is to
-    /// `velocity` (m/s), and returns what it takes.
+    /// Runs a window in which the velocity of each exchanged component changes linearly from its present value to
+    /// `velocity` (m/s). Returns the forces that this takes, the displacements and the work.
     fn prescribe_velocity(
         &mut self,
         window: &Window,
@@ -78,8 +78,8 @@ pub trait Node: Send {
     }
 
     /// Makes the last answer for this window the state. `displacement` holds the total displacement (m) of the
-    /// exchanged points where the coupler dictates it (glued points), otherwise it is empty. Returns the values of
-    /// [`Description::signals`], then those of [`Description::ledger`].
+    /// exchanged points if the coupler dictates it (glued points), otherwise it is empty. Returns the values of
+    /// [`Description::signals`], then the values of [`Description::ledger`].
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError>;
 
     /// Advances alone by [`Window::substeps`] own steps, without interface, and commits. Returns what
@@ -89,8 +89,8 @@ pub trait Node: Send {
         Err(NodeError::unsupported("running without an interface"))
     }
 
-    /// Everything of the committed state that can change a later bit or a result, as bytes that only this node reads:
-    /// what is built from the configuration and the handshake is not in it. Offered by [`Capabilities::resume`].
+    /// The part of the committed state that can change a later bit or a result, as bytes that only this node reads.
+    /// It excludes data built from the configuration and the handshake. Offered by [`Capabilities::resume`].
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
         Err(NodeError::unsupported("a checkpoint of its state"))
     }
@@ -114,7 +114,7 @@ pub trait Node: Send {
     fn finish(&mut self) -> Result<Outcome, NodeError>;
 }
 
-/// One coupling window. Time is counted in integer explicit steps: two windows never differ by rounding.
+/// One coupling window. Time is counted in whole explicit steps, so that two windows never differ by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
     /// Index from 0.
@@ -140,14 +140,14 @@ pub struct Description {
     pub software: String,
     /// Requests that it can answer.
     pub capabilities: Capabilities,
-    /// Its own step (s); absent where it takes the window as its step.
+    /// Its own step (s); absent if it takes the window as its step.
     pub step_s: Option<f64>,
-    /// The most steps that it wants to answer for at once when it runs alone, where one of them takes long.
+    /// The most steps of one request when it runs alone, if its steps take long.
     #[serde(default)]
     pub steps_at_once: Option<u32>,
     /// The longest step, or for a node without own step the longest window, that it accepts (s).
     pub step_limit_s: Option<f64>,
-    /// Name of the bound that `step_limit_s` is.
+    /// Name of the bound `step_limit_s`.
     pub step_limit_name: String,
     /// Steps, or windows of a node without own step, above which its results lose accuracy.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -156,8 +156,8 @@ pub struct Description {
     pub end_s: Option<f64>,
     /// Named parts of its load history, in order.
     pub phases: Vec<Phase>,
-    /// The time (s) at which each of these keys has come into play: the end of a ramp, a hold or a motion, the last change of a table,
-    /// the first grain of a feed. A run that ends before it is not the one that was asked for, and its user is told.
+    /// The time (s) at which each of these keys has taken effect: the end of a ramp, a hold or a motion, the last change of a table,
+    /// the first grain of a feed. A run that ends earlier leaves the key without effect, and its user gets a warning.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub moments: BTreeMap<String, f64>,
     /// Sets that an interface can name.
@@ -168,7 +168,7 @@ pub struct Description {
     pub ledger: Vec<Term>,
     /// Advice to the user before a long run.
     pub warnings: Vec<String>,
-    /// First period of a continuum as seen from a coupled set (s), for the prediction of stability and accuracy.
+    /// First period of a continuum at a coupled set (s), for the prediction of stability and accuracy.
     #[serde(default)]
     pub first_period_s: Option<f64>,
     /// Inertia behind the points of a solver on a compliant boundary, for the prediction of stability.
@@ -178,42 +178,41 @@ pub struct Description {
     #[serde(default)]
     pub tolerance: Option<Tolerance>,
     /// Masses of the points of a set (kg) of a solver on a compliant boundary, in the order of its [`Surface`], by the name
-    /// of the set. They are in none of its equations, so that points without mass there may weigh something here: a coupler
-    /// needs that to push them by a force. A set that is missing has no such masses.
+    /// of the set. The solver's equations do not use them, so points without mass there may have one here: a coupler
+    /// needs it to push them by a force. A set that is missing has no such masses.
     #[serde(default)]
     pub point_mass_kg: BTreeMap<String, Vec<f64>>,
-    /// Places on the smooth surface (m) that the points of a set stand for, in the order of its [`Surface`], by the name of the
-    /// set: the points of a rough row lie off it. Points of a set that is missing stand for themselves.
+    /// Positions on the smooth surface (m) that the points of a set represent, in the order of its [`Surface`], by the name of the
+    /// set: the points of a rough row lie off that surface. Points of a missing set represent their own positions.
     #[serde(default)]
     pub smooth_m: BTreeMap<String, Vec<[f64; 2]>>,
-    /// Mean outward normal of each set, of length 1: two sets that are joined face each other. Not checked for a set that is
-    /// missing.
+    /// Mean outward unit normal of each set: two coupled sets face each other. A missing set is not checked.
     #[serde(default)]
     pub outward: BTreeMap<String, [f64; 2]>,
-    /// Length along x (m) after which a set repeats, by the name of the set: what leaves it at one end comes back at the other, and
-    /// none of its [`Surface`] points is there twice. Two sets that are joined repeat alike; one that is missing has ends.
+    /// Period of each set along x (m), by the name of the set: a body that leaves it at one end comes back at the other, and its
+    /// [`Surface`] has no point twice. Two coupled sets have the same period; a missing set has ends.
     #[serde(default)]
     pub period_m: BTreeMap<String, f64>,
-    /// The prepared sample that it starts from, where it has one.
+    /// The prepared sample that it starts from, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepared_sample: Option<PreparedSample>,
 }
 
-/// A step up to which a part of the physics of a node is resolved.
+/// The longest step that resolves a part of a node's physics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyLimit {
-    /// Name of the bound, and what it is a bound of.
+    /// Name of the bound, and the quantity that it bounds.
     pub name: String,
     /// The step (s).
     pub limit_s: f64,
 }
 
-/// Origin of a sample that a recipe and a seed make, always the same.
+/// Origin of a sample that is made, always the same, from a recipe and a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PreparedSample {
     /// blake3 of the recipe, in hexadecimal.
     pub hash: String,
-    /// True if it was read from [`Setting::cache`](crate::Setting::cache) instead of being made.
+    /// True if it was read from [`Setting::cache`](crate::Setting::cache) and not made anew.
     pub from_cache: bool,
 }
 
@@ -222,25 +221,24 @@ pub struct PreparedSample {
 pub struct Tolerance {
     /// Its key inside `config`.
     pub key: String,
-    /// A residual over its scale.
+    /// Relative residual.
     pub value: f64,
 }
 
-/// Mass and stiffness behind the points of a coupled set, a point's share of it: they decide how strongly the set resists
-/// a motion that is imposed on it.
+/// Mass and stiffness behind the points of a coupled set, per point: they decide how strongly the set resists
+/// an imposed motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryInertia {
     /// Mass of a point itself (kg); zero for glued disks.
     pub glued_mass_kg: f64,
     /// Mass that can move behind it (kg).
     pub mass_kg: f64,
-    /// Stiffness of the contacts between the two (N/m); absent where both are one.
+    /// Stiffness of the contacts between the two masses (N/m); absent if they are rigidly joined.
     pub stiffness_n_per_m: Option<f64>,
-    /// Weight theta of the time scheme: the velocity of a window is theta times that at its end plus 1 - theta times that at
-    /// its start.
+    /// Weight theta of the time scheme: the velocity of a window is theta v(end) + (1 - theta) v(start).
     pub theta: f64,
-    /// True if a point can lose touch with the mass behind it, and then resists by its own alone; false for a program that
-    /// does not know this.
+    /// True if a point can separate from the mass behind it, and then resists with its own mass only; false for a program that
+    /// does not know this key.
     #[serde(default)]
     pub may_part: bool,
 }
@@ -257,22 +255,22 @@ pub struct Capabilities {
     pub columns: bool,
     /// [`Node::set_boundary`] and [`Node::solve`].
     pub compliant_boundary: bool,
-    /// The same on boundaries of compliance zero only; false for a program that does not know this, and without meaning beside
-    /// the one above.
+    /// [`Node::set_boundary`] and [`Node::solve`] for zero compliance only; false for a program that does not know this key, and
+    /// without effect if `compliant_boundary` is true.
     #[serde(default)]
     pub rigid_boundary: bool,
-    /// [`Node::prescribe_velocity`] and [`Node::impedance`]; false for a program that does not know them.
+    /// [`Node::prescribe_velocity`] and [`Node::impedance`]; false for a program that does not know this key.
     #[serde(default, rename = "follow")]
     pub prescribed_velocity: bool,
     /// [`Node::advance_alone`].
     pub alone: bool,
-    /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know them.
+    /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know this key.
     #[serde(default)]
     pub resume: bool,
 }
 
 impl Capabilities {
-    /// It can be told the motion of its points.
+    /// True if the coupler can prescribe the motion of its points.
     pub fn motion_driven(&self) -> bool {
         self.compliant_boundary || self.rigid_boundary
     }
@@ -287,11 +285,11 @@ pub struct Phase {
     pub t0_s: f64,
     /// End (s).
     pub t1_s: f64,
-    /// Results are sampled in it: its last half gives `interface_force_n`, its end `profile.csv`. At most one phase of a
-    /// load history has this flag.
+    /// True if results are sampled in it: its last half gives `interface_force_n`, its end `profile.csv`. At most one phase of
+    /// a load history has this flag.
     #[serde(default)]
     pub sampled: bool,
-    /// Its end is worth a picture of the report.
+    /// True if the report has a picture of its end.
     #[serde(default)]
     pub picture: bool,
 }
@@ -301,11 +299,11 @@ pub struct Phase {
 pub struct Term {
     /// Its name, for instance `kinetic`.
     pub name: String,
-    /// Its part in the balance W - dE - D.
+    /// Its role in the balance W - dE - D.
     pub role: Role,
 }
 
-/// Part of a ledger term in the balance `work - stored - dissipated = 0`.
+/// Role of a ledger term in the balance `work - stored - dissipated = 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -403,15 +401,15 @@ pub struct BoundaryAnswer {
 /// Answer of a node whose velocity was prescribed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reaction {
-    /// Force on the node at the end of the window (N), by component; zero where it cannot move.
+    /// Force on the node at the end of the window (N), by component; zero for a component that cannot move.
     pub force: Vec<f64>,
     /// Displacement increments over the window (m).
     pub increment: Vec<f64>,
-    /// Work of the forces over the window (J), by component: they are not constant in it.
+    /// Work of the forces over the window (J), by component: the forces vary within the window.
     pub work: Vec<f64>,
 }
 
-/// Results of a run, as one node has them.
+/// Results of a run from one node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Own steps done, repeats included.
@@ -425,16 +423,16 @@ pub struct Outcome {
     /// Advice to the user about the quality of the results.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// Values that are not plausible.
+    /// Implausible values.
     #[serde(default)]
     pub findings: Vec<Finding>,
-    /// The load that leaves through the coupled sets while results are sampled, where this node knows one.
+    /// The load that leaves through the coupled sets while results are sampled, if this node knows one.
     #[serde(default)]
     pub held_load: Option<HeldLoad>,
 }
 
-/// A load that presses on a node's coupled sets in the last half of its sampled phase, when all is at rest: what the
-/// interfaces must carry then.
+/// A load that presses on a node's coupled sets in the last half of its sampled phase, when all is at rest. The
+/// interfaces must carry it then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldLoad {
     /// The load that the scenario asks for (N), downwards.
@@ -444,7 +442,7 @@ pub struct HeldLoad {
 }
 
 impl Outcome {
-    /// Leaves out results that are no finite numbers, with a warning each: text cannot carry them, and one bad mean must
+    /// Omits results that are NaN or infinite, with a warning each: text cannot carry them, and one bad mean must
     /// not cost a whole run.
     pub fn with_finite_results(mut self) -> Outcome {
         let warnings = &mut self.warnings;
@@ -458,13 +456,13 @@ impl Outcome {
     }
 }
 
-/// A node cannot do what it was asked.
+/// A node cannot answer a request.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[error("{message}")]
 pub struct NodeError {
     /// Kind of the fault.
     pub code: FaultCode,
-    /// Its cause, where a closer one than the fault is known.
+    /// Its cause, if a more specific one than the fault is known.
     #[serde(
         default,
         deserialize_with = "lenient",
@@ -507,7 +505,7 @@ impl NodeError {
         }
     }
 
-    /// Its cause, the general one of its fault where no closer one is known.
+    /// Its cause, or the general one of its fault if no specific cause is known.
     pub fn cause(&self) -> Cause {
         let closer = self.cause.filter(|cause| cause.fault() == self.code);
         closer.unwrap_or(Cause::general(self.code))
@@ -529,20 +527,23 @@ mod tests {
 
     #[test]
     fn an_unknown_cause_and_one_of_another_fault_are_the_general_one() {
-        let told = |cause: &str| {
+        let cause_of = |cause: &str| {
             let text = format!(r#"{{"code": "diverged", "message": "m"{cause}}}"#);
             let error: NodeError = serde_json::from_str(&text).expect("a fault");
             error.cause()
         };
-        let closer = told(r#", "cause": "contact-too-wide""#);
-        assert_eq!(closer, Cause::ContactTooWide);
-        assert_eq!(told(""), Cause::Diverged);
-        assert_eq!(told(r#", "cause": "of-a-later-release""#), Cause::Diverged);
-        assert_eq!(told(r#", "cause": "unknown-key""#), Cause::Diverged);
+        let specific = cause_of(r#", "cause": "contact-too-wide""#);
+        assert_eq!(specific, Cause::ContactTooWide);
+        assert_eq!(cause_of(""), Cause::Diverged);
+        assert_eq!(
+            cause_of(r#", "cause": "of-a-later-release""#),
+            Cause::Diverged
+        );
+        assert_eq!(cause_of(r#", "cause": "unknown-key""#), Cause::Diverged);
     }
 
     #[test]
-    fn a_result_that_is_no_number_costs_itself_and_not_the_run() {
+    fn a_result_that_is_nan_is_omitted_without_an_error() {
         let results = [("a_m", 1.0), ("b_n", f64::NAN), ("c_pa", f64::INFINITY)];
         let outcome = Outcome {
             steps: 1,

@@ -1,4 +1,4 @@
-//! The whole life of a participant in a process of its own.
+//! The whole life of a participant in its own process.
 
 use std::io::{BufRead, Write};
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub enum ParticipateError {
     Session { path: PathBuf, why: String },
     #[error("the coordinator (process {0}) has ended")]
     Orphan(u32),
-    #[error("the session asks for an in-process channel, which a process of its own cannot have")]
+    #[error("the session asks for an in-process channel, but this participant is another process")]
     NoChannel,
     #[error(
         "the session is for another host, and this program was built without links between hosts: build it with the feature `zenoh`"
@@ -46,8 +46,8 @@ pub enum ParticipateError {
 /// Takes part in the run that the environment names: reads the session, ties this process's life to the coordinator's, connects through
 /// shared memory and serves the node that `build` makes.
 ///
-/// The process ends on SIGTERM, SIGINT and SIGHUP, whatever it is computing, and is sent SIGTERM when the coordinator ends,
-/// however that happens.
+/// The process ends on SIGTERM, SIGINT and SIGHUP, even during a computation. The system sends it SIGTERM when the coordinator
+/// ends for any reason.
 pub fn participate<F>(build: F) -> Result<(), ParticipateError>
 where
     F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
@@ -58,7 +58,7 @@ where
 /// A way to connect to a coordinator on another host.
 pub type Connect = fn(&Session) -> Result<Box<dyn Link>, LinkError>;
 
-/// The same for a program that has a way to other hosts, which a session may ask for.
+/// Like [`participate`], for a program that can also connect to other hosts.
 pub fn participate_over<F>(connect: Option<Connect>, build: F) -> Result<(), ParticipateError>
 where
     F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
@@ -78,14 +78,14 @@ where
         Transport::Channel => return Err(ParticipateError::NoChannel),
     };
     if !session.sees_run() {
-        // Folders of another host.
+        // These folders are on another host.
         (session.setting.fields, session.setting.cache) = (None, None);
     }
     Ok(serve(&session, &mut *link, build)?)
 }
 
-/// A participant that is asked to end must not finish a long computation first. If the coordinator is gone
-/// no other process may be left to remove the run's shared memory, so this one does it at its end.
+/// A participant must end on a signal without finishing a long computation first. If the coordinator is gone,
+/// no other process may be left to remove the run's shared memory, so this one removes it.
 fn end_on_signals(session: &Session) -> Result<(), ParticipateError> {
     let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(ParticipateError::Signals)?;
     let (pid, transport) = (session.coordinator_pid, session.transport.clone());
@@ -110,8 +110,8 @@ fn end_on_signals(session: &Session) -> Result<(), ParticipateError> {
     Ok(())
 }
 
-/// The session that the environment names. One that is the first line of the standard input ends this process when the input does: it has no
-/// other parent to look at behind a launcher such as ssh.
+/// The session that the environment names. If it is the first line of standard input, this process ends when the input ends: behind a
+/// launcher such as ssh the coordinator is not its parent.
 pub fn read_session() -> Result<Session, ParticipateError> {
     let path: PathBuf = std::env::var_os(SESSION_VARIABLE)
         .ok_or(ParticipateError::NoSession)?
@@ -133,7 +133,7 @@ pub fn read_session() -> Result<Session, ParticipateError> {
             let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
             let _ = writeln!(
                 std::io::stderr(),
-                "the coordinator's end of the input is closed"
+                "the coordinator closed its end of the input"
             );
             std::process::exit(1);
         });
@@ -145,9 +145,9 @@ fn session_is_input() -> bool {
     std::env::var_os(SESSION_VARIABLE).is_some_and(|path| path == STANDARD_INPUT)
 }
 
-/// Ties the life of this process to the coordinator's: the system sends it `signal` when that ends. If it ended before
-/// the request took effect nothing would ever be sent, so the coordinator is looked at afterwards. Behind a shell, whose end the
-/// system then tells, it is not the parent.
+/// Ties the life of this process to the coordinator's: the system sends `signal` when the coordinator ends. A coordinator that ended
+/// before the request took effect would go unnoticed, so the function then checks that it lives. Behind a shell the coordinator is
+/// not the parent, and the system reports the end of the shell.
 pub fn end_with_coordinator(session: &Session, signal: Signal) -> Result<(), ParticipateError> {
     let lives =
         || matches!(&session.transport, Transport::Shm { prefix, .. } if shm::is_alive(prefix));
@@ -155,9 +155,9 @@ pub fn end_with_coordinator(session: &Session, signal: Signal) -> Result<(), Par
     end_with_parent(pid, signal).or_else(|orphan| lives().then_some(()).ok_or(orphan))
 }
 
-/// The same for a process that has no run.
+/// Like [`end_with_coordinator`], for a process without a run.
 pub fn end_with_parent(pid: u32, signal: Signal) -> Result<(), ParticipateError> {
-    // Cannot fail with a valid signal, and the check below does not depend on it.
+    // Cannot fail with a valid signal, and the check below does not depend on the call.
     let _ = set_pdeathsig(signal);
     let is_there = is_child_of(pid).then_some(());
     is_there.ok_or(ParticipateError::Orphan(pid))

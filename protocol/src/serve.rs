@@ -14,7 +14,7 @@ use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
 use crate::session::{Session, Transport};
 
-/// Longest call of a link while nothing is heard.
+/// Longest call of a link while no frame arrives.
 const SLICE: Duration = Duration::from_secs(1);
 
 /// The coordinator's greeting.
@@ -45,7 +45,7 @@ pub struct Welcome {
     pub units: String,
     /// Its process.
     pub pid: u32,
-    /// Its host, of one that may run on another one than the coordinator.
+    /// Its host, if it may run on another host than the coordinator.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub host: String,
     /// It does not see the files of the coordinator's host.
@@ -66,11 +66,11 @@ pub struct Farewell {
     pub solve_wall_s: f64,
     /// Wall-clock time of the set-up (s).
     pub setup_wall_s: f64,
-    /// Wall-clock time of the rest, from the greeting on (s): waiting for requests, reading them and sending answers.
+    /// Wall-clock time of the rest, from the greeting on (s): waiting for requests, reading them, sending answers.
     pub wait_s: f64,
     /// Largest resident set of the process (bytes).
     pub peak_rss_bytes: u64,
-    /// Times in which requests were answered; empty for a program that does not tell them.
+    /// Times spent answering requests; empty for a program that does not report them.
     #[serde(default)]
     pub busy: BusyTimes,
 }
@@ -86,15 +86,15 @@ pub enum ServeError {
     #[error("{0}")]
     Node(#[from] NodeError),
     #[error(
-        "nothing heard from the coordinator (process {pid}) for {seconds:.1} s: it is gone or stopped"
+        "no frame from the coordinator (process {pid}) for {seconds:.1} s: it has ended or is stopped"
     )]
     Silent { pid: u32, seconds: f64 },
 }
 
 /// Serves a node until the run is finished, the coordinator leaves, or something fails.
 ///
-/// The node is built only after the coordinator's greeting was checked, so that a participant of another
-/// version is refused before its set-up costs anything. A failure is told to the coordinator before it is returned.
+/// It checks the coordinator's greeting before it builds the node, so that a participant of another version is
+/// refused before its set-up costs anything. It reports a failure to the coordinator before it returns the error.
 pub fn serve<F>(session: &Session, link: &mut dyn Link, build: F) -> Result<(), ServeError>
 where
     F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
@@ -124,7 +124,7 @@ where
     }
 }
 
-/// A value as the payload of a text.
+/// A value as JSON in a payload of text.
 fn json<T: Serialize>(value: &T) -> Vec<f64> {
     packed(serde_json::to_vec(value).expect("our own types always serialise"))
 }
@@ -134,13 +134,13 @@ struct Server<'a> {
     link: &'a mut dyn Link,
     /// Header of the request being answered: answers repeat its window, iteration and interface.
     current: Header,
-    /// Requests so far. An answer has the turn of its request, the last of them, counted from 0.
+    /// Requests so far. An answer has the turn of its request, the last one, counted from 0.
     requests: u64,
     /// Exchanged components, once points are selected.
     components: Option<usize>,
-    /// How far our clock is ahead of the coordinator's (ns), on which spans are told.
+    /// Lead of our clock over the coordinator's (ns); spans are reported on the coordinator's clock.
     ahead_ns: i64,
-    /// Until when the time is accounted for. Laps meet, so that no moment is lost between them, however long a busy machine keeps it.
+    /// End of the last lap. Laps are contiguous, so no time is lost between them even on a busy machine.
     lapped_ns: u64,
     setup_ns: u64,
     solve_ns: u64,
@@ -166,20 +166,20 @@ impl<'a> Server<'a> {
         }
     }
 
-    /// The time (ns) from the end of the lap before until now.
+    /// The span (ns) from the end of the last lap until now.
     fn lap(&mut self) -> [u64; 2] {
         let now_ns = monotonic_ns().wrapping_add_signed(-self.ahead_ns);
         let start_ns = std::mem::replace(&mut self.lapped_ns, now_ns);
         [start_ns, self.lapped_ns]
     }
 
-    /// The next request, checked; damage and foreign frames are told to the coordinator before they are returned.
+    /// The next request, checked; damage and foreign frames are reported to the coordinator before the error is returned.
     fn receive(&mut self) -> Result<Frame, ServeError> {
         let mut frame = self.next_frame()?;
         self.current = frame.header;
         let turn = self.requests;
         self.requests += 1;
-        // One of another version is told so by its greeting.
+        // `check_hello` refuses another version.
         if frame.header.protocol == PROTOCOL_VERSION {
             let opened = frame.open(turn).map_err(unreadable);
             let (theirs, ours) = (frame.header.run_id, self.session.run_id);
@@ -197,8 +197,8 @@ impl<'a> Server<'a> {
         Ok(frame)
     }
 
-    /// The next frame. Its patience is that of the calls that came back without one: a process that was stopped itself
-    /// has not waited for anybody.
+    /// The next frame. Only calls that returned without a frame use up the patience: a process that was stopped itself
+    /// was not waiting.
     fn next_frame(&mut self) -> Result<Frame, ServeError> {
         let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
         let mut left = patience;
@@ -215,7 +215,7 @@ impl<'a> Server<'a> {
         })
     }
 
-    /// Refuses a load that is not of all exchanged components.
+    /// Refuses a load that does not have all exchanged components.
     fn check_length(&mut self, request: &Frame) -> Result<(), NodeError> {
         let length = request.payload.len();
         match request.kind() {
@@ -223,7 +223,7 @@ impl<'a> Server<'a> {
             Ok(kind @ (Kind::Advance | Kind::Solve | Kind::PrescribeVelocity)) => {
                 if let Some(due) = self.components.filter(|due| *due != length) {
                     return Err(NodeError::protocol(format!(
-                        "the {kind:?} message holds {length} numbers, {due} are due: two for each point that was selected"
+                        "the {kind:?} message holds {length} numbers instead of {due}: two for each selected point"
                     )));
                 }
             }
@@ -255,7 +255,7 @@ impl<'a> Server<'a> {
         Err(LinkError::Full { seconds }.into())
     }
 
-    /// Tells the coordinator of an error, which ends this participant.
+    /// Reports an error to the coordinator; it ends this participant.
     fn fail(&mut self, error: NodeError) -> ServeError {
         let sent = self.send(Kind::Fault, json(&error));
         sent.err().unwrap_or(error.into())
@@ -302,7 +302,7 @@ fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
     let hello: Hello = frame.text().map_err(unreadable).and_then(|text| {
         serde_json::from_str(&text).map_err(|error| {
             NodeError::protocol(format!(
-                "the first frame must be the greeting, it cannot be read: {error}"
+                "the first frame must be the greeting, but it cannot be read: {error}"
             ))
         })
     })?;
@@ -390,7 +390,7 @@ fn unreadable(error: FrameError) -> NodeError {
     NodeError::protocol(error.to_string())
 }
 
-/// Refuses numbers that would silently poison a solver.
+/// Refuses NaN and infinite numbers, which would corrupt a solver without an error.
 fn check_finite(kind: Kind, window: &Window, payload: &[f64]) -> Result<(), NodeError> {
     match payload.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
@@ -404,7 +404,7 @@ fn check_finite(kind: Kind, window: &Window, payload: &[f64]) -> Result<(), Node
     }
 }
 
-/// The window that a header speaks of.
+/// The window of a header.
 pub fn window_of(header: &Header) -> Window {
     Window {
         index: header.window,
@@ -425,7 +425,7 @@ fn pack_boundary_answer(answer: BoundaryAnswer) -> Vec<f64> {
     payload
 }
 
-/// The [`BoundaryAnswer`] that the 2 n + 3 numbers of a `Force` frame are for n interface components.
+/// The [`BoundaryAnswer`] in the 2 n + 3 numbers of a `Force` frame, for n interface components.
 pub fn unpack_boundary_answer(payload: &[f64], components: usize) -> BoundaryAnswer {
     BoundaryAnswer {
         force: payload[..components].to_vec(),

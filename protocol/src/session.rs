@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// The name of the environment variable that holds the path of the session file of a launched participant, or [`STANDARD_INPUT`].
+/// The environment variable that holds the path of a launched participant's session file, or [`STANDARD_INPUT`].
 pub const SESSION_VARIABLE: &str = "THIRDBODY_SESSION";
 
-/// In place of a path: the session is the first line of the standard input, which ends with the coordinator.
+/// In place of a path: the session is the first line of standard input, which ends when the coordinator does.
 pub const STANDARD_INPUT: &str = "-";
 
-/// Values that are common to all participants of a run.
+/// Values for a participant that do not depend on its solver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     /// Name of the participant, as the scenario gives it.
@@ -23,12 +23,12 @@ pub struct Setting {
     pub threads: usize,
     /// Folder that the participant may write fields to; nothing is written when absent.
     pub fields: Option<PathBuf>,
-    /// Folder in which what is long to prepare is kept for later runs; nothing is kept when absent. Results never depend on it.
+    /// Folder that keeps expensive preparations for later runs; nothing is kept when absent. Results never depend on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cache: Option<PathBuf>,
 }
 
-/// Way from the participant to the coordinator.
+/// Connection from the participant to the coordinator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Transport {
@@ -43,19 +43,19 @@ pub enum Transport {
     Channel,
     /// Between hosts: zenoh.
     Zenoh {
-        /// Settings of zenoh, as its configuration files have them; they hold secrets.
+        /// Settings of zenoh, as in its configuration files; they hold secrets.
         config: serde_json::Value,
         /// Key of the signatures, 64 hexadecimal digits.
         key: String,
-        /// Time without a sign of life after which the other end is gone (s).
+        /// Time without a sign of life after which the other end counts as lost (s).
         lost_after_s: f64,
-        /// A file in the folder of the run with the number of the run in it: who sees it sees the files of the coordinator's host.
+        /// A file in the run's folder that holds the run's number: a process that can read it sees the coordinator's files.
         mark: PathBuf,
     },
 }
 
-/// Everything that a participant needs before the first frame; written by the coordinator as JSON,
-/// its path stands in the environment variable [`SESSION_VARIABLE`].
+/// Everything that a participant needs before the first frame. The coordinator writes it as JSON; the environment
+/// variable [`SESSION_VARIABLE`] holds its path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Session {
     /// [`crate::PROTOCOL_VERSION`] of the coordinator.
@@ -66,18 +66,18 @@ pub struct Session {
     pub scenario_hash: String,
     /// Process id of the coordinator.
     pub coordinator_pid: u32,
-    /// Values that are common to all participants.
+    /// Values that do not depend on the solver.
     pub setting: Setting,
-    /// Way to the coordinator.
+    /// Connection to the coordinator.
     pub transport: Transport,
-    /// A participant that hears nothing for so long ends itself (s).
+    /// Time without a frame after which a participant ends (s).
     pub idle_deadline_s: f64,
-    /// The participant's own keys, opaque to everybody else.
+    /// The participant's own keys; only the participant reads them.
     pub config: serde_json::Value,
 }
 
 impl Session {
-    /// True for a process that sees the folder of its run, and so the files that the coordinator names.
+    /// True if the process sees the folder of its run, and so the files that the coordinator names.
     pub fn sees_run(&self) -> bool {
         let Transport::Zenoh { mark, .. } = &self.transport else {
             return true;

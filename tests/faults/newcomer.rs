@@ -142,7 +142,7 @@ fn a_run_ends_in_six_figures_and_what_comes_next() {
     for words in [
         "set       participant.third-body.config.law.friction = 0.25 (was 0.3)",
         "approach_m",
-        "the mean over its motion. Sticking is in it: it is no coefficient of friction.",
+        "over its motion. It includes sticking, so it is not a coefficient of friction.",
         "more: --all",
         "next: thirdbody report one",
     ] {

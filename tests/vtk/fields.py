@@ -1,10 +1,10 @@
-"""Fields of runs as VTK reads them, against what `summary.json` tells.
+"""Fields of runs as VTK reads them, compared with `summary.json`.
 
 check README RUN ...    steps, times, files, arrays and ranges of each run
 same RUN RUN            the files of two runs, byte by byte
-vtkhdf RUN RUN          the steps and arrays of the files of VTKHDF of the second run, bit by bit those of the series of the first
-none RUN                a run that was told to write none
-views FOLDER ...        pictures that show something
+vtkhdf RUN RUN          the steps and arrays of the second run's VTKHDF files, bit by bit equal to the series of the first
+none RUN                a run with run.output.fields = false
+views FOLDER ...        pictures that are not blank
 """
 
 import json
@@ -21,11 +21,11 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
 READERS = {".vtu": vtkXMLUnstructuredGridReader, ".vtp": vtkXMLPolyDataReader}
-# Ends of the names of arrays that have a unit.
+# Endings of the names of arrays with a unit.
 UNITS = ("_m", "_m_per_s", "_rad_per_s", "_pa", "_n", "_s")
-# Arrays without one.
+# Arrays without a unit.
 DIMENSIONLESS = {"node_status", "status", "partner", "adhesion", "body", "wheel", "glued", "cluster", "coordination", "agglomerate_grains", "plastic_strain"}
-# Arrays that a run must have, by the part.
+# Arrays that a run must have, by part.
 EXPECTED = {
     "layer": {
         "rail": {"displacement_m", "velocity_m_per_s", "hydrostatic_pressure_pa", "sigma_xx_pa", "sigma_zz_pa"},
@@ -42,7 +42,7 @@ EXPECTED = {
 
 
 class Wrong(Exception):
-    """A departure, with its place."""
+    """A difference, with its place."""
 
 
 def require(holds, text):
@@ -51,19 +51,19 @@ def require(holds, text):
 
 
 def sets(path):
-    """Time, name of the part and file of each set of a collection; no part twice at a time."""
+    """Time, part name and file of each set in a collection; no part twice at one time."""
     found = [
         (float(s.get("timestep")), s.get("name"), path.parent / s.get("file"))
         for s in ElementTree.parse(path).getroot().iter("DataSet")
     ]
     keys = [(time, name) for time, name, _ in found]
-    require(len(set(keys)) == len(keys), f"{path}: a part stands twice at a time")
-    require(keys == sorted(keys, key=lambda key: key[0]), f"{path}: times do not rise")
+    require(len(set(keys)) == len(keys), f"{path}: a part appears twice at one time")
+    require(keys == sorted(keys, key=lambda key: key[0]), f"{path}: times are not ascending")
     return found
 
 
 def read(path):
-    """The dataset of a file; whatever VTK complains about is an error."""
+    """The dataset of a file; any complaint of VTK is an error."""
     messages = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(messages)
     reader = READERS[path.suffix]()
@@ -73,11 +73,11 @@ def read(path):
     require(not said and reader.GetErrorCode() == 0, f"{path}: VTK says {said or reader.GetErrorCode()}")
     data = reader.GetOutput()
     require(data.GetNumberOfPoints() > 0, f"{path}: no points")
-    require(all(map(math.isfinite, data.GetBounds())), f"{path}: points are no numbers")
+    require(all(map(math.isfinite, data.GetBounds())), f"{path}: points are not finite")
     for cell in range(data.GetNumberOfCells()):
         ids = data.GetCell(cell).GetPointIds()
         for k in range(ids.GetNumberOfIds()):
-            require(0 <= ids.GetId(k) < data.GetNumberOfPoints(), f"{path}: cell {cell} names a point that is none")
+            require(0 <= ids.GetId(k) < data.GetNumberOfPoints(), f"{path}: cell {cell} names a point that does not exist")
     return data
 
 
@@ -88,22 +88,22 @@ def arrays(data):
 
 
 def appended(path):
-    """The bytes of each array behind the markup, which must follow each other without a gap: VTK does not look at lengths, and
-    shifted numbers may well have the same range."""
+    """The bytes of each array after the markup. They must follow each other without a gap: VTK does not check lengths, and
+    shifted numbers may have the same range."""
     markup, raw = path.read_bytes().split(b'<AppendedData encoding="raw">\n_', 1)
     blocks, end = [], 0
     for tag in re.findall(r"<DataArray ([^>]*)>", markup.decode()):
         tag = dict(re.findall(r'(\w+)="([^"]*)"', tag))
-        require(int(tag["offset"]) == end, f"{path}: {tag['Name']} has the offset {tag['offset']}, the array before ends at {end}")
+        require(int(tag["offset"]) == end, f"{path}: {tag['Name']} has the offset {tag['offset']}, the previous array ends at {end}")
         length = int.from_bytes(raw[end : end + 8], "little")
         blocks.append((tag["Name"], raw[end + 8 : end + 8 + length]))
         end += 8 + length
-    require(raw[end:].strip().startswith(b"</AppendedData>"), f"{path}: {len(raw)} bytes behind the markup, its arrays have {end}")
+    require(raw[end:].strip().startswith(b"</AppendedData>"), f"{path}: {len(raw)} bytes after the markup, its arrays have {end}")
     return blocks
 
 
-def ranges_told(path):
-    """Ranges of the data arrays in the markup of a file; none of an empty one."""
+def stated_ranges(path):
+    """Ranges of the data arrays in the markup of a file; `None` for an empty array."""
     markup = path.read_bytes().split(b"<AppendedData")[0].decode()
     data = "".join(re.findall(r"<(?:Point|Cell)Data>(.*?)</(?:Point|Cell)Data>", markup, re.DOTALL))
     tags = [dict(re.findall(r'(\w+)="([^"]*)"', tag)) for tag in re.findall(r"<DataArray ([^>]*)>", data)]
@@ -115,37 +115,37 @@ def close(a, b):
 
 
 def check_file(path):
-    """Finite arrays with the ranges that the file tells; their names and VTK's ranges."""
-    told = ranges_told(path)
+    """Checks that arrays are finite and have the ranges in the file; returns their names and VTK's ranges."""
+    stated = stated_ranges(path)
     seen = {}
     data = read(path)
     found, bytes_of = arrays(data), dict(appended(path))
     for name, array in [("points", data.GetPoints().GetData()), *found.items()]:
-        require(vtk_to_numpy(array).tobytes() == bytes_of[name], f"{path}: VTK reads other bytes as {name} than the file holds")
-    require(found.keys() == told.keys(), f"{path}: VTK finds {sorted(found)} of the arrays {sorted(told)}")
+        require(vtk_to_numpy(array).tobytes() == bytes_of[name], f"{path}: VTK's bytes of {name} differ from the file")
+    require(found.keys() == stated.keys(), f"{path}: VTK finds {sorted(found)} of the arrays {sorted(stated)}")
     for name, array in found.items():
         values = vtk_to_numpy(array)
-        require(all(map(math.isfinite, values.ravel())), f"{path}: {name} has values that are no numbers")
+        require(all(map(math.isfinite, values.ravel())), f"{path}: {name} has values that are not finite")
         known = name.endswith(UNITS) or name in DIMENSIONLESS
         require(known, f"{path}: {name} has no unit at its end")
         if array.GetNumberOfTuples() == 0:
             continue
         seen[name] = list(array.GetRange(-1 if array.GetNumberOfComponents() > 1 else 0))
-        require(told[name], f"{path}: {name} comes without a range")
-        require(close(seen[name], told[name]), f"{path}: {name} ranges over {seen[name]}, its author says {told[name]}")
+        require(stated[name], f"{path}: {name} has no range")
+        require(close(seen[name], stated[name]), f"{path}: {name} ranges over {seen[name]}, the file says {stated[name]}")
     return seen
 
 
 def check(run, documented):
-    """One run."""
+    """Checks one run."""
     fields = json.loads((run / "summary.json").read_text())["fields"]
     whole = sets(run / "fields.pvd")
     times = list(dict.fromkeys(time for time, _, _ in whole))
     require(times == fields["times_s"], f"{run}: fields.pvd has the times {times}, summary.json {fields['times_s']}")
     files = [path for _, _, path in whole]
-    require(len(files) == fields["files"], f"{run}: {len(files)} files, summary.json tells {fields['files']}")
+    require(len(files) == fields["files"], f"{run}: {len(files)} files, summary.json says {fields['files']}")
     size = sum(path.stat().st_size for path in files)
-    require(size == fields["bytes"], f"{run}: {size} bytes, summary.json tells {fields['bytes']}")
+    require(size == fields["bytes"], f"{run}: {size} bytes, summary.json says {fields['bytes']}")
     last, seen = {}, {}
     for time, part, path in whole:
         last[part] = check_file(path)
@@ -155,11 +155,11 @@ def check(run, documented):
         require(listed == own, f"{run}: {part}.pvd lists other files than fields.pvd")
     require(last.keys() == fields["last"].keys(), f"{run}: parts {sorted(last)}, summary.json has {sorted(fields['last'])}")
     for part, ranges in last.items():
-        told = fields["last"][part]
-        require(ranges.keys() == told.keys(), f"{run}: {part} has {sorted(ranges)}, summary.json {sorted(told)}")
+        stated = fields["last"][part]
+        require(ranges.keys() == stated.keys(), f"{run}: {part} has {sorted(ranges)}, summary.json {sorted(stated)}")
         for name, span in ranges.items():
-            require(close(span, told[name]), f"{run}: {part} {name} {span}, summary.json tells {told[name]}")
-            require(name in documented, f"{run}: {name} does not stand in the table of arrays")
+            require(close(span, stated[name]), f"{run}: {part} {name} {span}, summary.json says {stated[name]}")
+            require(name in documented, f"{run}: {name} is missing in the table of arrays")
     for part, names in EXPECTED.get(run.name, {}).items():
         missing = names - last.get(part, {}).keys()
         require(not missing, f"{run}: {part} lacks {sorted(missing)}")
@@ -167,16 +167,16 @@ def check(run, documented):
 
 
 def same(one, other):
-    """The same files with the same bytes, but for what names the run."""
+    """Checks that two runs have the same files with the same bytes."""
     names = [sorted(p.name for p in (run / "fields").iterdir()) for run in (one, other)]
-    require(names[0] == names[1], f"{one} and {other}: {set(names[0]) ^ set(names[1])} is in one of them only")
+    require(names[0] == names[1], f"{one} and {other}: only one of them has {set(names[0]) ^ set(names[1])}")
     for name in ["fields.pvd", *(f"fields/{name}" for name in names[0])]:
         require((one / name).read_bytes() == (other / name).read_bytes(), f"{name} differs in {one} and {other}")
     print(f"{one.name}, {other.name}: {len(names[0]) + 1} files, the same bytes")
 
 
 def mesh(data):
-    """Points and cells as arrays: of polygons all kinds of cells."""
+    """Points and cells as arrays; polygon data have several kinds of cells."""
     found = {"points": data.GetPoints().GetData()}
     kinds = ("Verts", "Lines", "Polys", "Strips") if data.IsA("vtkPolyData") else ("Cells",)
     for kind in kinds:
@@ -186,20 +186,20 @@ def mesh(data):
 
 
 def whole(data):
-    """All arrays of a dataset, mesh included, as NumPy has them."""
+    """All arrays of a dataset, mesh included, as NumPy arrays."""
     found = {name: vtk_to_numpy(array) for name, array in [*mesh(data).items(), *arrays(data).items()]}
     return {**found, "types": np.array([data.GetCellType(cell) for cell in range(data.GetNumberOfCells())])}
 
 
 def vtkhdf(series, gathered):
-    """The same steps with the same points, cells and data, types of their numbers included."""
+    """Checks that both have the same steps with the same points, cells, data and number types."""
     folder = gathered / "fields"
     left = [path.name for path in folder.iterdir() if path.suffix in READERS or path.suffix in (".pvd", ".part")]
     require(not left and not (gathered / "fields.pvd").exists(), f"{gathered}: {left or 'fields.pvd'} beside the files of VTKHDF")
-    told = json.loads((gathered / "summary.json").read_text())["fields"]
+    stated = json.loads((gathered / "summary.json").read_text())["fields"]
     paths = sorted(folder.glob("*.vtkhdf"), key=lambda path: path.stem)
     size = sum(path.stat().st_size for path in paths)
-    require([len(paths), size] == [told["files"], told["bytes"]], f"{gathered}: {len(paths)} files of {size} bytes, summary.json tells {told['files']} of {told['bytes']}")
+    require([len(paths), size] == [stated["files"], stated["bytes"]], f"{gathered}: {len(paths)} files of {size} bytes, summary.json says {stated['files']} of {stated['bytes']}")
     expected = {}
     for time, part, path in sets(series / "fields.pvd"):
         expected.setdefault(part, []).append((time, path))
@@ -212,10 +212,10 @@ def vtkhdf(series, gathered):
         reader.SetFileName(str(path))
         reader.UpdateInformation()
         own = expected[path.stem]
-        # One step is none to VTK.
+        # To VTK a single step is not temporal data.
         temporal = bool(reader.GetHasTemporalData()) == (len(own) > 1)
         require(temporal and reader.GetNumberOfSteps() == len(own), f"{path}: {reader.GetNumberOfSteps()} steps, the series has {len(own)}")
-        # From the end to the start as well: a step does not depend on the one that was read before.
+        # Also from the end to the start: a step must not depend on the step read before.
         for step in [*range(len(own)), *reversed(range(len(own)))]:
             time, xml = own[step]
             reader.SetStep(step)
@@ -226,7 +226,7 @@ def vtkhdf(series, gathered):
             for name, values in ours.items():
                 other = theirs[name]
                 alike = (values.dtype, values.shape) == (other.dtype, other.shape)
-                # Cells of one kind may be counted in fewer bits; their numbers are whole.
+                # Cells of one kind may be counted in fewer bits; their numbers are integers.
                 alike = alike or " " in name and values.shape == other.shape
                 require(alike, f"{path}, step {step}: {name} is {other.dtype} {other.shape}, in {xml.name} {values.dtype} {values.shape}")
                 bits = values.tobytes() == other.astype(values.dtype).tobytes()
@@ -239,15 +239,15 @@ def vtkhdf(series, gathered):
 
 
 def none(run):
-    """No file, and no word of any."""
+    """Checks that a run has no field files and does not mention any."""
     left = list((run / "fields").iterdir()) + list(run.glob("*.pvd"))
     require(not left, f"{run}: {left} with run.output.fields = false")
-    require("fields" not in json.loads((run / "summary.json").read_text()), f"{run}: summary.json tells of fields")
+    require("fields" not in json.loads((run / "summary.json").read_text()), f"{run}: summary.json mentions fields")
     print(f"{run.name}: no fields")
 
 
 def views(folder):
-    """Pictures with more than a background."""
+    """Checks that pictures have more than a background."""
     from vtkmodules.vtkIOImage import vtkPNGReader
 
     pictures = sorted(folder.glob("*.png"))

@@ -1,4 +1,4 @@
-//! The bounds of a check of plausibility.
+//! The bounds of a plausibility check.
 
 use protocol::{Cause, Finding};
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use serde_json::Map;
 use crate::finding::{FindingKind, finding_kinds};
 use crate::keys::ConfigError;
 
-/// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first is worth a warning, one above
+/// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first gives a warning, a value above
 /// the second makes the run suspect. A huge number switches a bound off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
@@ -37,7 +37,7 @@ impl From<Bounds> for [f64; 2] {
 }
 
 impl Bounds {
-    /// Judges a value, larger being worse; `text` says what it is and what to do. A value that is no number passes both bounds.
+    /// Judges a value; larger is worse. `text` says what the value is and what to do. NaN passes both bounds.
     pub fn judge(
         &self,
         kind: &FindingKind,
@@ -58,7 +58,7 @@ impl Bounds {
         })
     }
 
-    /// Refuses bounds that are not in order, by their key.
+    /// Refuses bounds that are not in order; the error names their key.
     ///
     /// # Errors
     /// Names the key and the bounds.
@@ -67,15 +67,15 @@ impl Bounds {
         if *warn >= 0.0 && warn <= suspect {
             return Ok(());
         }
-        let problem = format!("[{warn}, {suspect}] are not two bounds in rising order");
+        let problem = format!("[{warn}, {suspect}] are not two bounds in ascending order");
         Err(ConfigError::new(key, problem)
             .because(Cause::OutOfRange)
             .help("write [warn, suspect], for instance [0.1, 1.0]; 1e300 switches a bound off"))
     }
 }
 
-/// [`Bounds::judge`] with a text as `format!` takes it. The bounds are given, `judge!(bounds, KIND, value; "the value is {value}")`, or those
-/// that a scenario's table has for the kind, `judge!(plausible => KIND, value; ...)`, or the kind's own, `judge!(KIND, value; ...)`.
+/// [`Bounds::judge`] with a text in the form of `format!`. The bounds are given, `judge!(bounds, KIND, value; "the value is {value}")`, or come
+/// from a scenario's table for the kind, `judge!(plausible => KIND, value; ...)`, or are the kind's own, `judge!(KIND, value; ...)`.
 #[macro_export]
 macro_rules! judge {
     ($plausible:expr => $kind:expr, $value:expr; $($text:tt)+) => {
@@ -89,13 +89,13 @@ macro_rules! judge {
     };
 }
 
-/// A table of bounds that a scenario has: `run`, or the kind of a participant.
+/// A table of bounds in a scenario: `run`, or the kind of a participant.
 pub trait Table: Clone + Debug + PartialEq {
     /// Its name in [`findings!`](crate::findings).
     const NAME: &'static str;
 }
 
-/// The table `plausible`: bounds `[warn, suspect]` of checks, larger values being worse, each where a scenario gives others.
+/// The table `plausible`: bounds `[warn, suspect]` of checks that replace the default ones; larger values are worse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plausible<T> {
     given: BTreeMap<String, Bounds>,
@@ -118,7 +118,7 @@ impl<T: Table> Plausible<T> {
         given.unwrap_or_else(|| kind.bounds.into())
     }
 
-    /// Refuses the first of these bounds, by their keys below `table`, that are not in order.
+    /// Refuses the first bounds that are not in order; the error names their key below `table`.
     ///
     /// # Errors
     /// Names the key and the two bounds.
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_passes_every_bound_and_can_be_written() {
+    fn nan_passes_every_bound_and_can_be_written() {
         assert_eq!(judged(f64::NAN), Some((true, f64::MAX, 1.0)));
         assert_eq!(judged(f64::INFINITY), Some((true, f64::MAX, 1.0)));
         let off = Bounds::from([f64::INFINITY; 2]);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_has_the_keys_of_its_kinds_alone() {
+    fn a_table_has_only_the_keys_of_its_kinds() {
         let read = |text: &str| serde_json::from_str::<Plausible<Dem>>(text);
         let given = read("{ \"large_rel\": [0.2, 0.3] }").expect("a key");
         assert_eq!(given.of(&LARGE).warn, 0.2);

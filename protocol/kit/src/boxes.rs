@@ -1,16 +1,16 @@
-//! Means of a traction over boxes: single nodes and grains carry single contacts, whose pressures say little.
+//! Means of a traction over boxes: the pressure on a single node or grain depends on single contacts and says little.
 
 use std::collections::BTreeMap;
 
 use protocol::larger;
 
-/// Part of a box by which the end of a line may miss it.
+/// Fraction of a box by which the end of a line may miss the box.
 const ROUNDING: f64 = 1e-6;
 
-/// The largest mean (N/m) over boxes of `width_m`, centred at multiples of it, of forces (N) that are each spread evenly over a piece of a
-/// line: its ends (m). A box between two pieces has its share of both, and one across the seam of a line that repeats every
-/// `period_m` has that of the images beyond. `None` where no box lies on the line as a whole: on a shorter one a mean would be over
-/// what is not there.
+/// The largest mean (N/m) of forces over boxes of width `width_m`, centred at multiples of `width_m`. Each force (N) is spread evenly
+/// over a piece of a line, given by its ends (m). A box between two pieces has its share of both; a box across the seam of a line with
+/// the period `period_m` has the share of the images beyond. `None` if no box lies entirely on the line: the mean over a shorter line
+/// would include a part without a line.
 pub fn peak_of_means(
     pieces: impl Iterator<Item = ([f64; 2], f64)>,
     width_m: f64,

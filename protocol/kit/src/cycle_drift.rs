@@ -1,4 +1,4 @@
-//! Drift of a wheel from one cycle of its sideways motion to the next, and means.
+//! Drift of a wheel from one cycle of its sideways motion to the next; means.
 
 use protocol::{Finding, larger};
 use serde::{Deserialize, Serialize};
@@ -9,23 +9,23 @@ use crate::{Bounds, judge};
 crate::findings! {
     /// From one cycle to the next the wheel moves up or down under its held load.
     ///
-    /// - Why: what carries it gives way or rings, as thick or loose layers do. Friction and loops
-    ///   are not those of a steady motion.
+    /// - Why: the layer or body below it yields or oscillates, as thick or loose layers do. Friction
+    ///   and loops do not describe a steady motion.
     /// - Do: take more `wheel.cycles`, make `wheel.hold_s` longer, or the layer thinner or bonded.
-    /// - Judged: Change of the wheel's height over the last period, where its displacement is 0,
-    ///   over the amplitude of its motion: 0.5 um of 50 um are a work of the load of 4.5 % of the
-    ///   friction loop of `wheel-rail-fe-small`.
+    /// - Judged: Change of the wheel's height over the last period, at displacement 0, over the
+    ///   amplitude of its motion: at 0.5 um of 50 um the load does a work of 4.5 % of the friction
+    ///   loop of `wheel-rail-fe-small`.
     /// - Valid: 2e-4 (`wheel-rail-coupled`).
-    /// - Wrong: 0.025, 0.06 (its layer 1.0, 1.5 mm thick: friction at D = 0 7 %, or more, beyond
-    ///   that of the rail).
+    /// - Wrong: 0.025, 0.06 (its layer 1.0, 1.5 mm thick: friction at D = 0 exceeds the rail's by
+    ///   7 % or more).
     CYCLE_DRIFT = "cycle_drift": cycle_drift_rel in dem fem = [0.01, 0.1];
 }
 
-/// Share of half a period by which a step may miss its end: times are sums of steps.
+/// Fraction of half a period by which a step may miss the end of the half: times are sums of steps.
 const ROUNDING: f64 = 1e-3;
 
-/// Heights of a wheel each time that its displacement comes back to 0, twice in a period. Under a held load a steady motion has the same
-/// height there in each cycle, whatever it does in between.
+/// Heights of a wheel each time that its displacement returns to 0, twice per period. Under a held load a steady motion has the same
+/// height there in each cycle, for any course in between.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CycleDrift {
     /// Zeros so far.
@@ -46,15 +46,15 @@ impl CycleDrift {
         }
     }
 
-    /// Judges the larger change of height over the last period, from zero to zero, over the amplitude. Not before there are three zeros, nor
-    /// where the height has a reason to change: without a load, under a table, without an amplitude.
+    /// Judges the larger change of height over the last period, from zero to zero, over the amplitude. It needs three zeros, and does not
+    /// judge if the height has a reason to change: without a load, under a table, without an amplitude.
     pub fn judge(&self, program: &WheelProgram, bounds: Bounds) -> Option<Finding> {
         let held = program.load_n > 0.0 && program.load_table.is_none();
         let [a, b, c, d] = self.heights;
         let before = if self.count > 3 { (c - a).abs() } else { 0.0 };
         let drift = larger(before, (d - b).abs());
         let found = judge!(bounds, CYCLE_DRIFT, drift / program.amplitude_m;
-            "from one cycle to the next the wheel moved up or down by {drift:.2e} m where its displacement is 0: what carries it gives way or rings, and friction loops are not those of a steady motion; take more wheel.cycles, make wheel.hold_s longer, or what carries it thinner, bonded or damped");
+            "from one cycle to the next the wheel moved up or down by {drift:.2e} m at displacement 0: the layer or body below it yields or oscillates, and friction loops do not describe a steady motion; take more wheel.cycles, make wheel.hold_s longer, or the layer thinner, bonded or damped");
         found.filter(|_| held && program.amplitude_m > 0.0 && self.count >= 3)
     }
 }
@@ -85,7 +85,7 @@ impl Mean {
 mod tests {
     use super::*;
 
-    /// The drift of a wheel that sinks by 1 um a cycle, and rises and sinks by 20 um within each, after so many cycles of 50 um.
+    /// The drift of a wheel that sinks by 1 um per cycle, and rises and sinks by 20 um within each, after `cycles` cycles of 50 um.
     fn drift(cycles: f64, change: impl Fn(&mut WheelProgram)) -> Option<f64> {
         let mut program = WheelProgram {
             load_n: 8000.0,
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_lost_from_cycle_to_cycle_is_seen_and_the_motion_within_is_not() {
+    fn drift_between_cycles_is_measured_and_motion_within_a_cycle_is_not() {
         for cycles in [1.5, 2.0, 3.25] {
             let found = drift(cycles, |_| {}).expect("three zeros");
             assert!((found / 0.02 - 1.0).abs() < 0.05, "{cycles}: {found}");

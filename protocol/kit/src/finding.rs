@@ -1,17 +1,17 @@
-//! The kinds of findings and warnings. Each stands beside the code that judges it, in the documentation of a constant: what it says, why
-//! it comes, what to do, and its bounds. `thirdbody explain`, the page `reference/findings.md` of the book and the keys of `plausible` are
-//! made from these.
+//! The kinds of findings and warnings. Each stands beside the code that judges it, in the documentation of a constant: its meaning, its
+//! reason, what to do, and its bounds. `thirdbody explain`, the page `reference/findings.md` of the book and the keys of `plausible` are
+//! made from them.
 
 /// A kind of finding, as [`findings!`](crate::findings) makes it.
 #[derive(Debug)]
 pub struct FindingKind {
     /// Its word in summary.json.
     pub code: &'static str,
-    /// Its documentation: a sentence, then the points `Why`, `Do` and, where a value is judged, `Judged`, `Valid` and `Wrong`.
+    /// Its documentation: a sentence, then the points `Why`, `Do` and, if a value is judged, `Judged`, `Valid` and `Wrong`.
     pub doc: &'static str,
-    /// The bounds `[warn, suspect]` where no scenario gives others.
+    /// The default bounds `[warn, suspect]`.
     pub bounds: [f64; 2],
-    /// The key of a scenario's `plausible` that gives others; empty where there is none.
+    /// The key of a scenario's `plausible` that replaces the bounds; empty if there is no key.
     pub key: &'static str,
     /// The tables that have this key: `run`, or kinds of participants.
     pub tables: &'static [&'static str],
@@ -19,7 +19,7 @@ pub struct FindingKind {
 
 inventory::collect!(&'static FindingKind);
 
-/// Declares kinds of findings; their documentation is what a user reads of them.
+/// Declares kinds of findings; users read their documentation.
 ///
 /// ```
 /// kit::findings! {
@@ -32,7 +32,7 @@ inventory::collect!(&'static FindingKind);
 ///     ///
 ///     /// - Why: they rub fast.
 ///     /// - Do: lower the speed.
-///     /// - Judged: largest temperature over that of melting.
+///     /// - Judged: largest temperature over the melting temperature.
 ///     MOLTEN = "molten": melt_rel in dem = [0.5, 1.0];
 /// }
 /// assert_eq!(MOLTEN.code, "molten");
@@ -62,7 +62,7 @@ macro_rules! first {
     };
 }
 
-/// All kinds that this program has, in the order of their codes.
+/// All kinds in this program, in the order of their codes.
 pub fn finding_kinds() -> Vec<&'static FindingKind> {
     let mut all: Vec<_> = inventory::iter::<&'static FindingKind>().copied().collect();
     all.sort_by_key(|kind| kind.code);
@@ -70,14 +70,14 @@ pub fn finding_kinds() -> Vec<&'static FindingKind> {
 }
 
 impl FindingKind {
-    /// The text of a point of its documentation, on one line; empty where it has no such point.
+    /// The text of a point of its documentation, on one line; empty if there is no such point.
     pub fn point(&self, name: &str) -> String {
         let head = format!("- {name}: ");
         let of = |line: &String| line.strip_prefix(&head).map(str::to_string);
         paragraphs(self.doc).iter().find_map(of).unwrap_or_default()
     }
 
-    /// Its bounds as a person writes them.
+    /// Its bounds in readable form.
     pub fn bounds_in_words(&self) -> [String; 2] {
         self.bounds.map(|bound| match bound {
             huge if huge >= 1e6 => format!("{huge:e}"),
@@ -104,20 +104,20 @@ pub fn paragraphs(doc: &str) -> Vec<String> {
 }
 
 findings! {
-    /// Windows or steps were accepted without having converged.
+    /// Windows or steps were accepted without convergence.
     ///
     /// - Why: `on_not_converged = "accept"`.
     /// - Do: raise `repeats_max` or `solver.max_iterations`, or shorten the window.
-    /// - Judged: Windows that were accepted without having converged, over all.
+    /// - Judged: Windows that were accepted without convergence, over all windows.
     /// - Valid: 0.
     /// - Wrong: 0.99 (two sweeps).
     NOT_CONVERGED = "not_converged": not_converged_rel in run dem = [0.0, 0.01];
     /// The force on the wheel is not its load during the hold.
     ///
-    /// - Why: the load came too fast, and the wheel still bounces.
+    /// - Why: the load grew too fast, and the wheel still bounces.
     /// - Do: make `wheel.ramp_s` or `wheel.hold_s` longer, or the wheel lighter.
-    /// - Judged: Largest distance of the wheel's force from its load in the second half of the
-    ///   hold, over the load.
+    /// - Judged: Largest difference between the wheel's force and its load in the second half of
+    ///   the hold, over the load.
     /// - Valid: 0.006.
     /// - Wrong: 0.11 (hold of 0.02 ms).
     WHEEL_AT_REST = "wheel_at_rest": wheel_force_rel in dem fem = [0.05, 0.2];
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_is_read_from_its_documentation() {
+    fn the_points_of_a_kind_are_read_from_its_documentation() {
         assert_eq!(paragraphs(LARGE.doc)[0], "A value is large.");
         assert_eq!(LARGE.point("Why"), "it grew.");
         assert_eq!(LARGE.point("Judged"), "the value over one.");

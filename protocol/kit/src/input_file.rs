@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-/// The bytes of a file that has an end; an error for folders, pipes and devices, and for more than `longest` bytes.
+/// The bytes of a regular file; an error for folders, pipes and devices, and for more than `longest` bytes.
 pub fn content(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
     let file = std::fs::metadata(path)?;
     if !file.is_file() {

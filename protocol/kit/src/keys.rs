@@ -1,4 +1,4 @@
-//! The checked reading of a participant's own keys.
+//! Checked reading of a participant's own keys.
 
 use protocol::{Cause, NodeError};
 use serde::Deserializer;
@@ -30,13 +30,13 @@ impl ConfigError {
         }
     }
 
-    /// The same with a cause.
+    /// This error with a cause.
     pub fn because(mut self, cause: Cause) -> ConfigError {
         self.cause = cause;
         self
     }
 
-    /// The same with a proposal.
+    /// This error with a proposal.
     pub fn help(mut self, help: impl Into<String>) -> ConfigError {
         self.help = Some(help.into());
         self
@@ -49,7 +49,7 @@ impl From<ConfigError> for NodeError {
     }
 }
 
-/// The candidate that `word` was perhaps meant to be, else all of them under the name that they have together.
+/// The candidate nearest to `word`, or all candidates under their common name `together`.
 pub fn proposal(word: &str, together: &str, candidates: &[&str]) -> String {
     match nearest(word, candidates) {
         Some(near) => format!("did you mean `{near}`?"),
@@ -58,7 +58,7 @@ pub fn proposal(word: &str, together: &str, candidates: &[&str]) -> String {
 }
 
 /// Reads a table of keys into its type. Unknown and missing keys and wrong types are errors that name the key; for an unknown key the
-/// nearest valid one is proposed.
+/// error proposes the nearest valid one.
 pub fn read_table<'a, T: DeserializeOwned>(table: impl Deserializer<'a>) -> Result<T, ConfigError> {
     serde_path_to_error::deserialize(table).map_err(|error| {
         let path = error.path().to_string();
@@ -67,7 +67,7 @@ pub fn read_table<'a, T: DeserializeOwned>(table: impl Deserializer<'a>) -> Resu
     })
 }
 
-/// Reads a table whose form another of its keys decides, when that key has been read from it. Its errors reach
+/// Reads a table after the key that decides its form. Its errors reach
 /// [`read_table`] as text, and keep the path of the key inside the table: "at `disks[3].radius_m`: invalid type".
 pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
     table: serde_json::Value,
@@ -76,8 +76,8 @@ pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
         .map_err(|error| E::custom(format!("at `{}`: {}", error.path(), error.inner())))
 }
 
-/// Refuses a key for a reason, with a help, if something holds: keys that do not go together, unless the caller names another
-/// cause.
+/// Refuses a key with a reason and advice if a condition holds. The cause is that two keys do not go together, unless the caller names
+/// another cause.
 ///
 /// # Errors
 /// Names the `key`, why it is refused, and what to write instead.
@@ -95,7 +95,7 @@ pub fn refuse_if(
     Ok(())
 }
 
-/// An error about a key below the one that serde is at, as the text in which [`config_error`] finds key and cause again:
+/// An error about a key below serde's present key, as a text from which [`config_error`] reads key and cause:
 /// "at `path` (file-unreadable): it is a folder".
 pub fn error_inside<E: serde::de::Error>(key: &str, error: &ConfigError) -> E {
     let help = error.help.as_ref().map(|help| format!("; {help}"));
@@ -146,7 +146,7 @@ pub fn config_error(path: &str, message: &str) -> ConfigError {
     }
 }
 
-/// Key, cause and message of an error that another one holds as its text.
+/// Key, cause and message of an error inside the text of another error.
 fn inside(message: &str) -> Option<(&str, Option<Cause>, &str)> {
     let (key, rest) = message.strip_prefix("at `")?.split_once('`')?;
     if let Some(message) = rest.strip_prefix(": ") {
@@ -175,7 +175,7 @@ fn unknown_key(parent: &str, key: &str, known: &[&str]) -> ConfigError {
     }
 }
 
-/// Units, as keys end with them; the first of each is that of the program.
+/// Units at the end of keys; the first of each list is the program's unit.
 const UNITS: [&[&str]; 6] = [
     &["m", "mm", "um", "cm", "km"],
     &["s", "ms", "us", "ns"],
@@ -185,7 +185,7 @@ const UNITS: [&[&str]; 6] = [
     &["hz", "khz"],
 ];
 
-/// Tells if a key is this known one with another unit of the same kind, or without any.
+/// True if a key is this known one with another unit of the same kind, or without a unit.
 fn differ_in_unit(key: &str, known: &str) -> bool {
     let Some((stem, unit)) = known.rsplit_once('_') else {
         return false;
@@ -202,7 +202,7 @@ fn differ_in_unit(key: &str, known: &str) -> bool {
     })
 }
 
-/// The cause of what serde says of a value.
+/// The cause of serde's message about a value.
 fn cause_of(message: &str) -> Cause {
     let begins = |words: &str| message.starts_with(words);
     if begins("invalid value: integer") {
@@ -219,7 +219,7 @@ fn cause_of(message: &str) -> Cause {
     }
 }
 
-/// serde's message with Rust's names of types in words.
+/// serde's message with words in place of Rust's type names.
 fn in_words(message: &str) -> String {
     let Some((got, expected)) = message.split_once(", expected ") else {
         return message.to_string();
@@ -238,7 +238,7 @@ fn in_words(message: &str) -> String {
     format!("{got}, expected {in_words}")
 }
 
-/// The candidate that a mistyped word most likely meant.
+/// The candidate that a mistyped word most likely stands for.
 pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     candidates
         .iter()
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistyped_key_is_named_with_its_nearest_neighbour() {
+    fn the_error_names_a_mistyped_key_and_the_nearest_valid_one() {
         let error =
             read_table::<Outer>(&json!({"mesh": {"siez_m": 1.0}})).expect_err("it is mistyped");
         assert_eq!(error.key, "mesh.siez_m");
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_in_another_unit_is_told_its_own() {
+    fn the_error_names_the_right_unit_of_a_key() {
         for wrong in ["size_mm", "size", "size_um"] {
             let config = json!({"mesh": {wrong: 1.0}});
             let error = read_table::<Outer>(&config).expect_err("it is in another unit");
@@ -302,13 +302,13 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_key_is_named_with_its_table() {
+    fn the_error_names_a_missing_key_with_its_table() {
         let error = read_table::<Outer>(&json!({"mesh": {}})).expect_err("size_m is missing");
         assert_eq!(error.key, "mesh.size_m");
     }
 
     #[test]
-    fn a_wrong_type_is_named() {
+    fn the_error_names_a_wrong_type() {
         let error = read_table::<Outer>(&json!({"mesh": {"size_m": "big"}})).expect_err("a string");
         assert_eq!(error.key, "mesh.size_m");
         assert!(error.problem.contains("invalid type"), "{}", error.problem);

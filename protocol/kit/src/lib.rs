@@ -1,23 +1,23 @@
-//! What every shipped solver needs beside the wire, written once.
+//! Code that every shipped solver needs in addition to the protocol, written once.
 //!
 //! In reading order:
 //! - [`keys`]: a participant's own keys, read with errors that name the key and what to write instead;
 //! - [`limits`]: limits that depend on other keys;
-//! - [`number`]: a number or a word in its place;
+//! - [`number`]: a number, or a word in its place;
 //! - [`input_file`]: files that a scenario names;
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
-//! - [`ranges`]: the configuration of a participant, read and held to the ranges of its schema;
+//! - [`ranges`]: the configuration of a participant, read and checked against the ranges of its schema;
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
-//! - [`cycle_drift`]: its drift from cycle to cycle;
-//! - [`traction`]: its traction over its motion, and friction where the contact slides as a whole;
+//! - [`cycle_drift`]: the wheel's drift from cycle to cycle;
+//! - [`traction`]: the wheel's traction over its motion, and friction during gross sliding;
 //! - [`student`]: Student's t;
 //! - [`boxes`]: means of a traction over boxes;
-//! - [`bounds`]: the two bounds of a check of plausibility;
-//! - [`finding`]: the kinds of findings, with what a user reads of them, and the table of their bounds;
-//! - [`mod@results`]: the results and signals that a program has;
+//! - [`bounds`]: the two bounds of a plausibility check;
+//! - [`finding`]: the kinds of findings, their documentation for users, and the table of their bounds;
+//! - [`mod@results`]: the results and signals of a program;
 //! - [`vtk`]: files of fields;
-//! - [`scratch`]: folders that go with whoever made them.
+//! - [`scratch`]: folders that are removed with their owner.
 
 pub mod bounds;
 pub mod boxes;
@@ -37,8 +37,8 @@ pub mod traction;
 pub mod vtk;
 pub mod wheel;
 
-/// The fields of a value with their names, `named!(key; a, b)` being `[("a", key.a), ("b", key.b)]`: below a table with
-/// `named!("table.", key; a, b)`, and what a method says of them with `named!(key, is_some; a, b)`.
+/// The fields of a value with their names: `named!(key; a, b)` is `[("a", key.a), ("b", key.b)]`. `named!("table.", key; a, b)` puts
+/// the names below a table; `named!(key, is_some; a, b)` gives the value of a method of each field.
 #[macro_export]
 macro_rules! named {
     ($table:literal, $of:expr; $($field:ident),+) => {
@@ -52,7 +52,7 @@ macro_rules! named {
     };
 }
 
-/// Adds fields of a value to those of another: `add_fields!(sum, other; a, b)`.
+/// Adds fields of one value to the same fields of another: `add_fields!(sum, other; a, b)`.
 #[macro_export]
 macro_rules! add_fields {
     ($sum:expr, $other:expr; $($field:ident),+) => {

@@ -1,13 +1,13 @@
-//! Limits that the schema does not hold, because they depend on other keys: each refusal names the key, the value and a way out.
+//! Limits that are not in the schema because they depend on other keys. Each refusal names the key, the value and a remedy.
 
 use protocol::Cause;
 
 use crate::keys::{ConfigError, refuse_if};
 
-/// Part of a length by which one that was computed may miss the one that was meant: 3.5 x 0.1 is 0.35000000000000003.
+/// Relative error of a computed length: 3.5 x 0.1 is 0.35000000000000003.
 pub const ROUNDING: f64 = 1e-9;
 
-/// Refuses the first of these keys that is given.
+/// Refuses the first given key of these.
 pub fn refuse_given<'a>(
     keys: impl IntoIterator<Item = (&'a str, bool)>,
     why: &str,
@@ -17,20 +17,20 @@ pub fn refuse_given<'a>(
     keys.try_for_each(|(key, given)| refuse_if(given, key, why, help))
 }
 
-/// The value of a key that another one needs.
+/// The value of a key that another key needs.
 pub fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
     let missing = || ConfigError::new(key, format!("{by} need it and it is missing"));
     value.ok_or_else(|| missing().because(Cause::MissingKey))
 }
 
-/// Refuses what is no positive finite number.
+/// Refuses a value that is not positive and finite.
 pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
     let must = || format!("be above 0, got {value:e} ({unit})");
     check(key, value > 0.0 && value.is_finite(), must)
         .map_err(|error| error.help(format!("write a number above 0, in {unit}")))
 }
 
-/// Refuses what is below a minimum that depends on other keys, or not finite.
+/// Refuses a value that is not finite or lies below a minimum that depends on other keys.
 pub fn at_least(
     key: &str,
     value: impl Into<Option<f64>>,
@@ -43,7 +43,7 @@ pub fn at_least(
     check(key, holds, must)
 }
 
-/// Refuses what is not finite.
+/// Refuses a value that is not finite.
 pub fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
     let must = || format!("be a finite number, got {value}");
     check(key, value.is_finite(), must)
@@ -67,7 +67,7 @@ fn check(key: &str, holds: bool, must: impl FnOnce() -> String) -> Result<(), Co
     Err(ConfigError::new(key, format!("must {}", must())).because(Cause::OutOfRange))
 }
 
-/// A number that is not written with a row of zeros.
+/// A number in text, with an exponent instead of a row of zeros.
 pub(crate) fn plain(value: f64) -> String {
     if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
         format!("{value:e}")

@@ -1,4 +1,4 @@
-//! A number or a word in its place.
+//! A number, or a word in its place.
 
 use std::borrow::Cow;
 
@@ -6,13 +6,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Unexpected};
 use serde_json::Value;
 
-/// The schema of what [`number_or_word`] reads.
+/// The schema of the values that [`number_or_word`] reads.
 pub fn number_or_word_schema(word: &str) -> Schema {
     json_schema!({ "anyOf": [{ "type": "number" }, { "const": word }] })
 }
 
-/// Reads a number, or this word for none. By hand, because serde's message for an untagged enum does not say what would
-/// be right; `expected` does.
+/// Reads a number, or `None` for this word. By hand, because serde's message for an untagged enum does not say what to
+/// write; `expected` does.
 pub fn number_or_word<'de, D: Deserializer<'de>>(
     deserializer: D,
     word: &str,
@@ -36,7 +36,7 @@ pub fn number_or_word<'de, D: Deserializer<'de>>(
 /// A component of a prescribed motion, force or traction: a number, or `"free"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrescribedComponent(
-    /// The prescribed number; none where it is left to the equations of motion.
+    /// The prescribed number; `None` if the equations of motion decide.
     pub Option<f64>,
 );
 

@@ -1,4 +1,4 @@
-//! The ranges of numbers and the lengths of lists that the schema of a type gives its keys.
+//! The ranges of numbers and the lengths of lists in the schema of a type.
 
 use std::any::TypeId;
 use std::borrow::Borrow;
@@ -14,14 +14,14 @@ use crate::keys::{ConfigError, read_table};
 use crate::limits::{ROUNDING, plain};
 use crate::schema::schema_of;
 
-/// Reads the configuration of a participant into its type, and refuses what its schema excludes.
+/// Reads the configuration of a participant into its type, and refuses values that its schema excludes.
 ///
 /// # Errors
 /// As [`read_table`] and [`check`].
 pub fn read_config<T: DeserializeOwned + JsonSchema + 'static>(
     config: impl Borrow<Value>,
 ) -> Result<T, ConfigError> {
-    /// One schema a type: to generate it takes milliseconds.
+    /// One schema per type: generating it takes milliseconds.
     static SCHEMAS: Mutex<BTreeMap<TypeId, Arc<Value>>> = Mutex::new(BTreeMap::new());
     let config = config.borrow();
     let read = read_table(config)?;
@@ -33,13 +33,13 @@ pub fn read_config<T: DeserializeOwned + JsonSchema + 'static>(
     Ok(read)
 }
 
-/// Refuses the first number outside the range that a schema gives its key, and the first list that is too short. The table has been
-/// read into its type, which refuses wrong types and unknown keys. The schema has no references, as [`schema_of`] makes it.
+/// Refuses the first number outside the schema's range for its key, and the first list that is too short. The table has already been
+/// read into its type, which refuses wrong types and unknown keys. The schema has no references: [`schema_of`] makes it so.
 ///
 /// # Errors
 /// Names the key, its value, its range, and what the key means.
 pub fn check(schema: &Value, value: &Value) -> Result<(), ConfigError> {
-    // Keys of any kind, such as those of a foreign participant, have no ranges.
+    // Keys of any type, such as a foreign participant's, have no ranges.
     if !schema.is_object() {
         return Ok(());
     }
@@ -60,7 +60,7 @@ pub fn check(schema: &Value, value: &Value) -> Result<(), ConfigError> {
     }
 }
 
-/// True for the form of a table that knows all keys of this one, and for any form of another value unless it is one other word.
+/// True if a form knows all keys of this table. A value that is no table fits any form but another word.
 fn fits(form: &Value, value: &Value) -> bool {
     let is = |form: &Value, value| form.get("const").is_none_or(|word| word == value);
     let knows = |key: &String, value| {
@@ -87,7 +87,7 @@ fn check_entries(schema: &Value, entries: &[Value]) -> Result<(), ConfigError> {
 
 fn check_number(schema: &Value, value: f64) -> Result<(), ConfigError> {
     let bound = |word: &str| schema[word].as_f64();
-    // A lower bound alone may be reached by arithmetic, 3 x 0.1 / 0.3; the two ends of a range are written as they are.
+    // Arithmetic may round a value at a lower bound, 3 x 0.1 / 0.3; the ends of a range are exact.
     let exact = bound("maximum").is_some();
     let rounding = if exact { 0.0 } else { ROUNDING };
     let holds = |word: &str, bound: f64| match word {
@@ -119,7 +119,7 @@ fn refused(problem: String) -> ConfigError {
     ConfigError::new("", problem).because(Cause::OutOfRange)
 }
 
-/// The error with the key of the table or list, `parent`, in which it was found.
+/// The error with the key of its table or list, `parent`, in front of its own.
 fn below(parent: &str, error: ConfigError) -> ConfigError {
     let is_key = !error.key.is_empty() && !error.key.starts_with('[');
     let dot = if is_key { "." } else { "" };
@@ -127,7 +127,7 @@ fn below(parent: &str, error: ConfigError) -> ConfigError {
     ConfigError { key, ..error }
 }
 
-/// The error with the first sentence of what the key means as its help, which holds the unit.
+/// The error with the first sentence of the key's description, which states the unit, as its help.
 fn meaning(schema: &Value, error: ConfigError) -> ConfigError {
     let text = schema["description"]
         .as_str()

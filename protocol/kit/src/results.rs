@@ -1,12 +1,12 @@
-//! The results and signals that a program has, each explained beside the code that computes it. The report of a run, `thirdbody explain` and
-//! the page `reference/results.md` of the book are made from these.
+//! The results and signals of a program, each explained beside the code that computes it. The report of a run, `thirdbody explain` and
+//! the page `reference/results.md` of the book are made from them.
 
 use crate::finding::paragraphs;
 
 /// A list of results, as [`macro@crate::results`] makes it.
 #[derive(Debug)]
 pub struct ResultList {
-    /// The file that has it.
+    /// Its source file.
     pub file: &'static str,
     /// Its text: headings of groups, and a point for each result.
     pub doc: &'static str,
@@ -40,11 +40,11 @@ pub struct ResultKind {
     pub group: String,
     /// Its name, which may begin with `<set>`.
     pub name: String,
-    /// What it is, with its unit at the end of the name.
+    /// Its explanation; the name ends with its unit.
     pub sentence: String,
 }
 
-/// All results and signals that this program has, file by file.
+/// All results and signals of this program, file by file.
 pub fn results() -> Vec<ResultKind> {
     let mut lists: Vec<&ResultList> = inventory::iter::<ResultList>().collect();
     lists.sort_by_key(|list| (list.file, list.doc));

@@ -4,7 +4,7 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value};
 
-/// The schema of a type, whole and without references, so that it can stand inside another one. Descriptions are doc
+/// The schema of a type, complete and without references, so that it can stand inside another schema. Descriptions are doc
 /// comments.
 pub fn schema_of<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|settings| {
@@ -19,8 +19,8 @@ pub fn schema_of<T: JsonSchema>() -> Value {
     schema
 }
 
-/// The schema of a table in which one key decides which other keys there are: one of these schemas of tables, each with the word
-/// that the key then has.
+/// The schema of a table in which one key decides the other keys: one of these schemas of tables, each with its word of
+/// that key.
 pub fn one_of_kinds<const N: usize>(key: &str, kinds: [(&str, Schema); N]) -> Schema {
     let tables = kinds.map(|(word, mut schema)| {
         let table = schema.ensure_object();
@@ -39,8 +39,8 @@ pub fn one_of_kinds<const N: usize>(key: &str, kinds: [(&str, Schema); N]) -> Sc
     schemars::json_schema!({ "oneOf": tables.to_vec() })
 }
 
-/// Takes out what the scenario cannot hold (TOML has no null), what only Rust knows (formats of numbers, titles of types), and
-/// the brackets of links between doc comments.
+/// Removes null, which TOML does not have, Rust's own parts (formats of numbers, titles of types), and the brackets of links
+/// between doc comments.
 fn tidy(schema: &mut Value) {
     match schema {
         Value::Array(schemas) => schemas.iter_mut().for_each(tidy),
@@ -85,7 +85,7 @@ fn tidy_object(schema: &mut Map<String, Value>) {
     }
 }
 
-/// Puts the only choice that is left without null in the place of the list of choices.
+/// Replaces a list of choices by its only choice other than null.
 fn only_choice(schema: &mut Map<String, Value>) {
     let Some(Value::Array(choices)) = schema.get_mut("anyOf") else {
         return;

@@ -1,20 +1,20 @@
-//! Folders that go with whoever made them.
+//! Folders that are removed with their owner.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A place for a run directory that nobody keeps; removed when dropped.
+/// A path for a temporary run directory, which is removed on drop.
 pub struct Scratch {
     path: PathBuf,
 }
 
 impl Scratch {
-    /// A name of its own below the system's temporary folder; nothing is made yet.
+    /// A unique path below the system's temporary folder; nothing is created yet.
     pub fn new(purpose: &str, unique: u64) -> Scratch {
         Scratch::below(&std::env::temp_dir(), purpose, unique)
     }
 
-    /// The same in memory, where nothing waits for a disk.
+    /// A unique path in memory, where no disk is involved.
     pub fn in_memory(purpose: &str, unique: u64) -> Scratch {
         Scratch::below(Path::new("/dev/shm"), purpose, unique)
     }
@@ -26,7 +26,7 @@ impl Scratch {
         }
     }
 
-    /// Its place.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }

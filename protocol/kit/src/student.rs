@@ -7,12 +7,12 @@ const QUANTILES: [f64; 30] = [
     2.052, 2.048, 2.045, 2.042,
 ];
 
-/// Quantile 0.975 of Student's t for so many degrees of freedom, at least 1.
+/// Quantile 0.975 of Student's t for this many degrees of freedom, at least 1.
 pub fn student(freedom: usize) -> f64 {
     QUANTILES[freedom.clamp(1, QUANTILES.len()) - 1]
 }
 
-/// Mean, standard deviation and half of the 95 % interval of the mean, t s / sqrt(n), of at least two values.
+/// Mean, standard deviation and half of the mean's 95 % interval, t s / sqrt(n); `None` for fewer than two values.
 pub fn mean_of(values: &[f64]) -> Option<[f64; 3]> {
     let count = values.len() as f64;
     let freedom = values.len().checked_sub(1).filter(|freedom| *freedom > 0)?;

@@ -7,8 +7,8 @@ pub type LoadTable = Vec<[f64; 2]>;
 
 /// Force at a time (N): linear between the entries, constant before the first and after the last; 0 without entries.
 ///
-/// N = N0 + (N1 - N0) (t - t0)/(t1 - t0). The fraction comes first: from [0, 0] to [T, N] the force has the bits of N times
-/// the share t/T of a linear ramp.
+/// N = N0 + (N1 - N0) (t - t0)/(t1 - t0). The fraction is computed first: from [0, 0] to [T, N] the force has the same bits as
+/// a linear ramp, N times t/T.
 pub fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
     let next = table.partition_point(|[t, _]| *t <= time);
     match (next.checked_sub(1).map(|last| table[last]), table.get(next)) {
@@ -18,7 +18,7 @@ pub fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
     }
 }
 
-/// Slope from a time on (N/s): 0 before the first entry and from the last one on.
+/// Slope just after a time (N/s): 0 before the first entry and from the last one on.
 pub fn slope_at(table: &[[f64; 2]], time: f64) -> f64 {
     let next = table.partition_point(|[t, _]| *t <= time);
     let stretch = next.checked_sub(1).and_then(|last| table.get(last..=next));
@@ -27,7 +27,7 @@ pub fn slope_at(table: &[[f64; 2]], time: f64) -> f64 {
     })
 }
 
-/// Time from which on the force stays (s); none without a table, and where it never changes.
+/// Time from which the force stays constant (s); `None` without a table, and for a constant force.
 pub fn last_change(table: Option<&LoadTable>) -> Option<f64> {
     let mut changes = table?.windows(2).filter(|pair| pair[0][1] != pair[1][1]);
     changes.next_back().map(|pair| pair[1][0])
@@ -50,7 +50,7 @@ pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
         return Ok(());
     };
     let problem = format!(
-        "entry {} is at {:e} s, not after {:e} s of the one before",
+        "entry {} is at {:e} s, not after the previous one at {:e} s",
         i + 1,
         table[i + 1][0],
         table[i][0]
@@ -58,8 +58,8 @@ pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
     refused(problem, "list the entries by ascending time")
 }
 
-/// Refuses a load table of a wheel, `wheel.load_table`, with a load upwards, or with another load at `held_at` (s), the end of
-/// the hold, than the one of the results, `wheel.load_n` (N).
+/// Refuses a wheel's load table, `wheel.load_table`, with an upward load, or whose load at `held_at` (s), the end of the hold,
+/// differs from the load of the results, `wheel.load_n` (N).
 ///
 /// # Errors
 /// As [`check_table`].
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_wrong_table_is_refused_by_its_key_and_entry() {
-        for (table, told) in [
+        for (table, named) in [
             (vec![], "no entries"),
             (vec![[0.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "entry 2"),
             (vec![[0.0, 1.0], [2.0, f64::NAN]], "entry 1"),
@@ -131,7 +131,7 @@ mod tests {
             let error = check_table("wheel.load_table", &table).expect_err("the table is wrong");
             let text = error.to_string();
             assert!(
-                text.contains("wheel.load_table") && text.contains(told),
+                text.contains("wheel.load_table") && text.contains(named),
                 "{text}"
             );
             assert!(error.help.is_some(), "{text}");
@@ -139,15 +139,15 @@ mod tests {
     }
 
     #[test]
-    fn a_table_of_a_wheel_has_no_load_upwards_and_holds_the_load_of_the_results() {
-        let told = |table: &[[f64; 2]]| {
+    fn a_table_of_a_wheel_has_no_upward_load_and_holds_the_load_of_the_results() {
+        let message = |table: &[[f64; 2]]| {
             let error = check_wheel_table(table, 1.0, 8.0).expect_err("the table is wrong");
             error.to_string()
         };
         assert!(check_wheel_table(&[[0.0, 0.0], [1.0, 8.0]], 1.0, 8.0).is_ok());
-        let upwards = told(&[[0.0, 8.0], [2.0, 8.0], [3.0, -1.0]]);
+        let upwards = message(&[[0.0, 8.0], [2.0, 8.0], [3.0, -1.0]]);
         assert!(upwards.contains("at least 0 N, got -1.0"), "{upwards}");
-        let other = told(&[[0.0, 0.0], [2.0, 8.0]]);
+        let other = message(&[[0.0, 0.0], [2.0, 8.0]]);
         assert!(other.contains("4e0 N at the end of the hold"), "{other}");
     }
 }

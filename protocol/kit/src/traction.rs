@@ -1,4 +1,4 @@
-//! Traction of a wheel over its sideways motion: |F_T|/F_N, with sticking in it, and the friction of a contact that slides as a whole.
+//! Traction of a wheel over its sideways motion: |F_T|/F_N, sticking included, and the friction during gross sliding.
 
 use protocol::larger;
 use serde::{Deserialize, Serialize};
@@ -7,17 +7,17 @@ use crate::cycle_drift::Mean;
 
 crate::results! {
     /// # Friction and sliding
-    /// - `traction_ratio_mean`: |F_T|/F_N of the wheel, the mean over its motion. Sticking is in it: it
-    ///   is no coefficient of friction.
+    /// - `traction_ratio_mean`: Mean |F_T|/F_N of the wheel over its motion. It includes sticking, so it
+    ///   is not a coefficient of friction.
     /// - `traction_ratio_peak`: The largest |F_T|/F_N of the wheel during its motion, while it bears at
     ///   least half of its load.
-    /// - `gross_sliding_share`: Share of the wheel's way over which the contact slides as a whole.
-    /// - `gross_sliding_friction`: Mean |F_T| over mean F_N of the wheel on the way over which the
-    ///   contact slides as a whole; absent where it never does.
+    /// - `gross_sliding_share`: Share of the wheel's path over which the contact slides as a whole.
+    /// - `gross_sliding_friction`: Mean |F_T| over mean F_N of the wheel on the path over which the
+    ///   contact slides as a whole; absent if it never does.
     /// - `friction_coefficient`: Old name of `traction_ratio_mean`, which the next release drops.
 }
 
-/// Share of its load that a wheel bears at least where its peak is looked for: one that bounces has any ratio.
+/// Smallest share of its load that a wheel bears where its peak counts: a bouncing wheel can have any ratio.
 const BORNE: f64 = 0.5;
 
 /// |F_T|/F_N of a wheel, step by step.
@@ -51,32 +51,32 @@ impl TractionRatio {
     }
 }
 
-/// Sums over the way of a wheel, and over the part of it on which the contact slides as a whole.
+/// Sums over the path of a wheel, and over the part on which the contact slides as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GrossSliding {
-    /// Way of the wheel (m).
+    /// Path of the wheel (m).
     pub way: f64,
-    /// Way on which the contact slides as a whole (m).
+    /// Path on which the contact slides as a whole (m).
     pub slid: f64,
-    /// Work of |F_T| over that way, and integral of F_N over it (J).
+    /// Work of |F_T| and integral of F_N over the sliding path (J).
     pub work: [f64; 2],
 }
 
 impl GrossSliding {
-    /// Records a part of the way (m) on which the contact slides, under this force on the wheel (N).
+    /// Records a part of the path (m) on which the contact slides, under this force on the wheel (N).
     pub fn slide(&mut self, way: f64, [tangential, normal]: [f64; 2]) {
         self.slid += way;
         self.work[0] += tangential.abs() * way;
         self.work[1] += normal * way;
     }
 
-    /// Adds the sums over another part of the way.
+    /// Adds the sums over another part of the path.
     pub fn join(&mut self, other: &GrossSliding) {
         crate::add_fields!(self, other; way, slid);
         self.work = [0, 1].map(|k| self.work[k] + other.work[k]);
     }
 
-    /// Its results under their names; none of a wheel that has not moved.
+    /// Its results under their names; `None` for a wheel that has not moved.
     pub fn results(&self) -> [(&'static str, Option<f64>); 2] {
         let [work, pressed] = self.work;
         [
@@ -111,7 +111,7 @@ mod tests {
 
     /// 3 m of 4 m under 20 N, and half of them under 30 N, each pressed by 100 N.
     #[test]
-    fn friction_is_that_of_the_way_that_slides() {
+    fn friction_is_the_mean_over_the_sliding_path() {
         let mut sliding = GrossSliding {
             way: 4.0,
             ..GrossSliding::default()

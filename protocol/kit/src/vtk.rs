@@ -1,4 +1,4 @@
-//! Files of VTK XML whose arrays are appended as raw bytes, little-endian, each behind its length as 64 bits.
+//! VTK XML files with arrays appended as raw bytes, little-endian, each after its length as 64 bits.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -16,13 +16,13 @@ pub enum DatasetKind {
     Int64,
     /// A whole number of 32 bits.
     Int32,
-    /// A whole number from -128 on.
+    /// A whole number from -128 to 127.
     Int8,
     /// A whole number from 0 to 255.
     UInt8,
 }
 
-/// A file of one piece on its way: its markup, and the arrays that follow it.
+/// A file of one piece that is being made: its markup, and the arrays that follow it.
 pub struct VtkFile {
     dataset: &'static str,
     markup: String,
@@ -44,14 +44,14 @@ impl VtkFile {
         }
     }
 
-    /// The arrays that `fill` adds, as a section (`PointData`, ...) of the piece.
+    /// Adds a section (`PointData`, ...) with the arrays that `fill` adds.
     pub fn section(&mut self, name: &str, fill: impl FnOnce(&mut VtkFile)) {
         self.markup += &format!("<{name}>\n");
         fill(self);
         self.markup += &format!("</{name}>\n");
     }
 
-    /// An array of tuples, with its range.
+    /// Adds an array of tuples, with its range.
     pub fn array<const N: usize>(
         &mut self,
         kind: DatasetKind,
@@ -76,10 +76,10 @@ impl VtkFile {
         );
     }
 
-    /// Writes it.
+    /// Writes the file.
     ///
     /// # Errors
-    /// Those of the file.
+    /// If the file cannot be written.
     pub fn write(mut self, path: &Path) -> io::Result<()> {
         let _ = write!(
             self.markup,
@@ -105,7 +105,7 @@ impl DatasetKind {
     }
 }
 
-/// Range of an array as VTK has it: of its numbers, or of the lengths of its vectors; not a number where one of them is none.
+/// Range of an array as VTK defines it: of its numbers, or of the lengths of its vectors; NaN if one of them is NaN.
 #[derive(Default)]
 struct Range {
     least_and_largest: Option<[f64; 2]>,

@@ -12,18 +12,18 @@ use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 crate::results! {
     /// # Load and approach
     /// - `load_n`: Load on the wheel that the scenario asks for.
-    /// - `wheel_force_n`: Force on the wheel, mean over the last half of the hold: the load, where
-    ///   it came to rest.
-    /// - `approach_m`: Way of the wheel towards the rail from its first place until the end of the
-    ///   hold.
+    /// - `wheel_force_n`: Force on the wheel, mean over the last half of the hold: the load, if the
+    ///   wheel came to rest.
+    /// - `approach_m`: Way of the wheel towards the rail from its first position until the end of
+    ///   the hold.
     /// # Friction and sliding
     /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
     ///   friction loop.
     /// # Signals
-    /// - `wheel_x_m`: Sideways way D of the wheel, towards +x.
+    /// - `wheel_x_m`: Sideways displacement D of the wheel, towards +x.
     /// - `wheel_y_m`: Height of the lowest point of the wheel's face.
     /// - `wheel_vx_m_per_s`: Sideways velocity of the wheel.
-    /// - `wheel_fn_n`: Force on the wheel along y, upwards: the load where it is at rest.
+    /// - `wheel_fn_n`: Force on the wheel along y, upwards: the load while it is at rest.
     /// - `wheel_ft_n`: Force on the wheel along x: against its motion, so negative while it moves
     ///   towards +x.
     /// # Signals of the ledger
@@ -37,11 +37,11 @@ crate::results! {
     /// - `impact_j`: Energy dissipated in impacts of rigid contacts since the start.
 }
 
-/// Name of the part of a history whose end fixes the state that results are taken from.
+/// Name of the phase at whose end results are taken.
 pub const HOLD: &str = "hold";
 
-/// The load ramps up, or follows its table, is held, and from t_s = ramp + hold on the wheel is moved sideways by
-/// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
+/// The load ramps up or follows its table, and is then held. From t_s = ramp + hold on the wheel moves sideways by
+/// D(t) = A sin(2 pi f (t - t_s)), at full speed from the start.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WheelProgram {
     /// Load after the ramp (N), downwards.
@@ -60,7 +60,7 @@ pub struct WheelProgram {
     pub cycles: f64,
 }
 
-/// A table `wheel`: a type with the keys that every solver has, and its own ones.
+/// The type of a table `wheel`: the keys that every solver has, and its own keys.
 #[macro_export]
 macro_rules! wheel_keys {
     ($(#[$about:meta])* $name:ident { $($own:tt)* }) => {
@@ -72,7 +72,7 @@ macro_rules! wheel_keys {
             #[schemars(range(min = 0.0))]
             pub load_n: f64,
             /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
-            /// of the hold it must be `load_n`, which results and checks of the hold refer to.
+            /// of the hold it must equal `load_n`, which results and checks of the hold refer to.
             pub load_table: Option<$crate::table::LoadTable>,
             /// Mass (kg), never scaled, which resists vertical motion; the sideways motion is prescribed.
             #[schemars(extend("exclusiveMinimum" = 0))]
@@ -147,7 +147,7 @@ impl WheelProgram {
         self.amplitude_m * self.angle_at(t).sin()
     }
 
-    /// Sideways velocity at a time (m/s), that of the motion from t_s on.
+    /// Sideways velocity at a time (m/s): 0 before t_s.
     pub fn speed_at(&self, t: f64) -> f64 {
         if t < self.motion_start() {
             return 0.0;
@@ -178,7 +178,7 @@ impl WheelProgram {
         self.ramp_s + self.hold_s
     }
 
-    /// End of the hold (s), where there is one.
+    /// End of the hold (s), if there is a hold.
     pub fn hold_end(&self) -> Option<f64> {
         (self.hold_s > 0.0).then(|| self.motion_start())
     }
@@ -192,7 +192,7 @@ impl WheelProgram {
         }
     }
 
-    /// Periods since t_s; none before.
+    /// Periods since t_s; `None` before.
     pub fn periods_at(&self, t: f64) -> Option<f64> {
         (self.cycles > 0.0 && t >= self.motion_start())
             .then(|| self.frequency_hz * (t - self.motion_start()))
@@ -210,7 +210,7 @@ impl WheelProgram {
         (full >= 1.0).then(|| [at(full - 1.0), at(full)])
     }
 
-    /// Times (s) at which its keys, those of a table `wheel`, have come into play.
+    /// Times (s) at which the keys of its table `wheel` have taken effect.
     pub fn moments(&self) -> BTreeMap<String, f64> {
         moments([
             ("wheel.ramp_s", Some(self.ramp_s)),
@@ -228,21 +228,21 @@ impl WheelProgram {
     }
 }
 
-/// True for the step, by its start and end (s), that ends nearest to a moment (s); of two that share it evenly, for both.
+/// True for the step, by its start and end (s), that ends nearest to a moment (s); for both steps if two are equally near.
 pub fn ends_at(moment: f64, [start, end]: [f64; 2]) -> bool {
     let middle = 0.5 * (start + end);
     let next = 2.0 * end - middle;
     (middle..=next).contains(&moment)
 }
 
-/// The keys that have a moment (s).
+/// The keys that take effect at a moment (s).
 pub fn moments<const N: usize>(keys: [(&str, Option<f64>); N]) -> BTreeMap<String, f64> {
     let keys = keys.into_iter();
     keys.filter_map(|(key, time_s)| Some((key.into(), time_s?)))
         .collect()
 }
 
-/// Named parts of a history with their limits in time (s); those without duration are left out.
+/// Named parts of a history with their start and end (s), without parts of no duration.
 pub fn phases<const N: usize>(parts: [(&str, f64, f64); N]) -> Vec<Phase> {
     let lasting = parts.into_iter().filter(|(_, t0_s, t1_s)| t1_s > t0_s);
     let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
@@ -314,14 +314,14 @@ mod tests {
         assert!((end - (9e-4 + 2.0 / 300.0)).abs() < 1e-12);
     }
 
-    /// The last change of a table is that of its forces, not its last entry.
+    /// A table's last change is the last change of its force, not its last entry.
     #[test]
-    fn each_key_comes_into_play_at_its_moment() {
-        let told = |program: WheelProgram| Vec::from_iter(program.moments());
+    fn each_key_takes_effect_at_its_moment() {
+        let moments = |program: WheelProgram| Vec::from_iter(program.moments());
         let key = |name: &str, time_s| (format!("wheel.{name}"), time_s);
         let end = 9e-4 + 2.25 / 300.0;
         let whole = [key("cycles", end), key("hold_s", 9e-4), key("ramp_s", 5e-4)];
-        assert_eq!(told(program()), whole);
+        assert_eq!(moments(program()), whole);
         let by_table = WheelProgram {
             load_table: Some(vec![[0.0, 0.0], [4e-4, 8000.0], [1.0, 8000.0]]),
             hold_s: 0.0,
@@ -329,7 +329,7 @@ mod tests {
             ..program()
         };
         assert_eq!(
-            told(by_table),
+            moments(by_table),
             [key("load_table", 4e-4), key("ramp_s", 5e-4)]
         );
     }

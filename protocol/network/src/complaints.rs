@@ -1,13 +1,13 @@
-//! Complaints of zenoh about connections: whom it did not let in, and whom it cannot reach.
+//! Zenoh's warnings about connections: programs that it refused, and hosts that it cannot reach.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Complaints that are kept: a stranger may cause any number.
+/// Most warnings that are kept: an unknown program may cause any number.
 const KEPT: usize = 20;
 
 static COMPLAINTS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// From now on zenoh complains to `hear`, if nobody else in this process listens to it.
+/// From now on zenoh's warnings go to `hear`, unless this process already listens to zenoh elsewhere.
 pub(crate) fn listen(hear: fn(String)) {
     let of_connections = ["zenoh_link", "zenoh_transport"];
     zenoh_util::init_log_with_callback(
@@ -21,12 +21,12 @@ pub(crate) fn listen(hear: fn(String)) {
     );
 }
 
-/// Words of zenoh without the place in its sources, which they end with and which helps nobody.
+/// Zenoh's message without the position in its sources at the end, which helps no user.
 pub(crate) fn without_place(said: &str) -> String {
     said.split(" at /").next().unwrap_or_default().into()
 }
 
-/// Keeps a complaint until it is taken.
+/// Keeps a warning until it is taken.
 pub(crate) fn keep(said: String) {
     let mut kept = COMPLAINTS.lock().unwrap_or_else(PoisonError::into_inner);
     if kept.len() < KEPT && !kept.contains(&said) {
@@ -34,7 +34,7 @@ pub(crate) fn keep(said: String) {
     }
 }
 
-/// Those that were kept.
+/// The kept warnings.
 pub(crate) fn take() -> Vec<String> {
     std::mem::take(&mut *COMPLAINTS.lock().unwrap_or_else(PoisonError::into_inner))
 }

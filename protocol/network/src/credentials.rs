@@ -1,4 +1,4 @@
-//! Certificates of both ends, made for one run by an authority that signs nothing else and is forgotten.
+//! Certificates of both ends, made for one run by an authority that signs nothing else and is then discarded.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -8,7 +8,7 @@ use rcgen::{
 };
 use serde_json::{Value, json};
 
-/// The settings of zenoh with which the end that listens under this name or address, and those that connect, show certificates and ask for them.
+/// Zenoh settings for the end that listens under this name or address, and for the ends that connect: each shows a certificate and asks for one.
 pub fn certificates(host: &str) -> Result<[Value; 2], rcgen::Error> {
     let named = |name: &str, names: Vec<String>| {
         let mut parameters = CertificateParams::new(names)?;

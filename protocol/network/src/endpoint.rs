@@ -1,4 +1,4 @@
-//! The address that the coordinator listens at.
+//! The address where the coordinator listens.
 
 use std::net::{IpAddr, TcpListener, UdpSocket};
 
@@ -9,19 +9,19 @@ pub struct Endpoint {
     pub protocol: String,
     /// Name or address of the host.
     pub host: String,
-    /// Port; 0 for any that is free.
+    /// Port; 0 for any free port.
     pub port: u16,
 }
 
 impl Endpoint {
-    /// Reads an endpoint; says what is wrong with another text.
+    /// Reads an endpoint; the error says what is wrong with the text.
     pub fn read(text: &str) -> Result<Endpoint, String> {
         let form = || {
             format!(
                 "`{text}` must be written protocol/host:port with the protocol quic or, on loopback, tcp, for instance quic/192.168.7.1:7447"
             )
         };
-        // zenoh reads and writes such a connection in two threads at a time, which rustls does not allow: its issue 2557.
+        // zenoh reads and writes such a connection in two threads at a time, which rustls does not allow: zenoh issue 2557.
         if text.starts_with("tls/") {
             return Err(format!(
                 "`{text}`: TLS over TCP makes processes crash in zenoh 1.10 when both ends send; quic/ encrypts and asks for certificates as well"
@@ -52,7 +52,7 @@ impl Endpoint {
         self.host == "localhost" || address.is_ok_and(|address| address.is_loopback())
     }
 
-    /// True for an address that stands for all of this host, which nobody can connect to by it.
+    /// True for an address that stands for all addresses of this host; no other host can connect to it.
     pub fn is_unspecified(&self) -> bool {
         let address = self.host.parse::<IpAddr>();
         address.is_ok_and(|address| address.is_unspecified())
@@ -63,7 +63,7 @@ impl Endpoint {
         self.protocol != "tcp"
     }
 
-    /// The same with a port that is free now, where it has none.
+    /// This endpoint with a port that is free now, if its port is 0.
     pub fn with_port(mut self) -> Result<Endpoint, String> {
         if self.port == 0 {
             let address = (self.host.as_str(), 0);
@@ -103,7 +103,7 @@ mod tests {
                 Ok(text.into())
             );
         }
-        // What zenoh would take for settings of the connection is refused.
+        // Text that zenoh would read as settings of the connection is refused.
         for text in [
             "",
             "tcp",
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn loopback_is_what_only_this_host_reaches() {
+    fn only_this_host_reaches_a_loopback_address() {
         let endpoint = |host: &str| Endpoint::read(&format!("tcp/{host}:1")).expect("it is one");
         for host in ["localhost", "127.0.0.1", "127.1.2.3", "[::1]"] {
             assert!(endpoint(host).is_loopback(), "{host}");

@@ -1,4 +1,4 @@
-//! The side of the coordinator, and how a participant connects.
+//! The coordinator's side, and the connection of a participant.
 
 use std::fs::File;
 use std::io::Read;
@@ -15,22 +15,22 @@ use crate::endpoint::Endpoint;
 use crate::link::{NetworkLink, failed};
 use crate::message::{Key, Sender, derived_key};
 
-/// Connections that strangers may have at a time besides the participants.
+/// Connections that unknown programs may hold at a time in addition to the participants'.
 const STRANGERS: usize = 4;
 
 /// Endpoints by which participants on other hosts reach a coordinator.
 #[derive(Clone, Debug)]
 pub struct Access {
-    /// The endpoint to listen at.
+    /// The endpoint where the coordinator listens.
     pub listen: Endpoint,
-    /// The endpoint by which participants reach it, where it has another address for them.
+    /// The endpoint by which participants reach it, if they need another address.
     pub connect: Option<Endpoint>,
-    /// Time without any sign of life after which the other end is gone.
+    /// Time without a sign of life after which the other end counts as lost.
     pub lost_after: Duration,
 }
 
 impl Access {
-    /// Says what is wrong with it.
+    /// What is wrong with the endpoints, if anything.
     pub fn fault(&self) -> Option<String> {
         let listen = self.listen.text();
         if !self.listen.is_encrypted() && !self.listen.is_loopback() {
@@ -41,13 +41,13 @@ impl Access {
         let unreachable = self.listen.is_unspecified() && self.connect.is_none();
         unreachable.then(|| {
             format!(
-                "{listen} is no address to connect to: give `connect`, or listen at one address"
+                "{listen} is not an address to connect to: give `connect`, or listen at one address"
             )
         })
     }
 }
 
-/// The endpoint of a run, and what its participants need to connect to it.
+/// The endpoint of a run, and the data that its participants need to connect.
 pub struct Host {
     session: zenoh::Session,
     run_id: u64,
@@ -59,7 +59,7 @@ pub struct Host {
 }
 
 impl Host {
-    /// Listens for so many participants of a run.
+    /// Listens for this many participants of a run.
     pub fn listen(access: &Access, run_id: u64, participants: usize) -> Result<Host, String> {
         let listen = access.listen.clone().with_port()?;
         let mut connect = access.connect.clone().unwrap_or_else(|| listen.clone());
@@ -99,12 +99,12 @@ impl Host {
         NetworkLink::new(&self.session, &place, from, key, self.lost_after)
     }
 
-    /// Complaints of zenoh since this was asked last: connections of strangers, mostly.
+    /// Zenoh's warnings since the last call: mostly connections of unknown programs.
     pub fn complaints(&self) -> Vec<String> {
         complaints::take()
     }
 
-    /// The way to it, for the session of a participant; `mark` is a file in the folder of the run that holds its number.
+    /// The transport to this host for a participant's session; `mark` is a file in the run's folder that holds the run's number.
     pub fn transport(&self, participant: &str, mark: &Path) -> Transport {
         let key = derived_key(&self.key, participant);
         Transport::Zenoh {
@@ -116,7 +116,7 @@ impl Host {
     }
 }
 
-/// Connects a participant to its coordinator, in the background: the first frame or ping finds it.
+/// Connects a participant to its coordinator, in the background: the first frame or ping waits for the connection.
 pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
     let Transport::Zenoh {
         config,
@@ -132,7 +132,7 @@ pub fn connect(session: &Session) -> Result<NetworkLink, LinkError> {
         read_key(key).ok_or_else(|| failed("the key of the session has 64 hexadecimal digits"))?;
     let lost_after = Duration::from_secs_f64(*lost_after_s);
     let from = Sender::Participant;
-    // Its coordinator keeps what it prints.
+    // The coordinator keeps the participant's output.
     complaints::listen(|said| eprintln!("zenoh: {said}"));
     NetworkLink::new(&open(config)?, &place, from, key, lost_after)
 }
@@ -157,8 +157,8 @@ fn read_key(text: &str) -> Option<Key> {
     fits.then_some(key)
 }
 
-/// Settings of zenoh that both ends share: no discovery, no listening. A connection that is silent is given up early enough to be made again
-/// before the other end counts as gone.
+/// Zenoh settings of both ends: no discovery, no listening. Zenoh drops a silent connection early enough to connect again before the
+/// other end counts as lost.
 fn settings(lost_after: Duration) -> Value {
     let third_ms = (lost_after.as_millis() as u64 / 3).clamp(1_000, 10_000);
     json!({

@@ -1,9 +1,9 @@
 //! One end of a connection between hosts.
 //!
-//! zenoh carries messages and connects again by itself, but gives nothing again that was lost meanwhile, and anybody that it lets in may
-//! publish. So pieces of frames are numbered, kept until the other end has them, and sent again where it says that it has not;
-//! and every message is signed. An end that waits sends a ping now and then, which the other end answers at once, also while its
-//! solver computes: pings that nobody answers are how a host is found to be gone, whatever became of its process or its cable.
+//! zenoh carries messages and reconnects by itself, but does not repeat messages lost meanwhile, and any program that it lets in may
+//! publish. So an end numbers the pieces of frames, keeps them until the other end confirms them, and repeats the missing ones;
+//! it signs every message. A waiting end sends a ping now and then, and the other end answers at once, even while its solver
+//! computes. Unanswered pings mean that the host is lost, for any reason from a dead process to a broken cable.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -20,16 +20,16 @@ use zenoh::qos::{CongestionControl, Priority};
 use crate::complaints::without_place;
 use crate::message::{Key, Message, Purpose, Refused, Sender};
 
-/// Doubles of a piece: it fits into a batch of zenoh, so that each has the patience of its own there.
+/// Doubles of a piece: it fits into one zenoh batch, so zenoh's timeout applies to each piece.
 const PIECE: usize = 4096;
 
-/// Largest payload (doubles), that of shared memory.
+/// Largest payload (doubles), the same as in shared memory.
 const MAX_DOUBLES: usize = 1 << 27;
 
-/// Frames that the other end has not taken yet: a request, and the one that was sent ahead.
+/// Frames that the other end has not taken yet: a request, and one sent ahead.
 const WAITING_FRAMES: u64 = 2;
 
-/// Time between two pings before the other end was heard, and of an end that leaves.
+/// Time between two pings before the first message of the other end, and between the pings of a leaving end.
 const SOON: Duration = Duration::from_millis(20);
 
 /// Time between two pings of a wait.
@@ -38,42 +38,42 @@ const PING: Duration = Duration::from_millis(250);
 /// Longest round trip that is measured.
 const LONGEST_TRIP: Duration = Duration::from_secs(2);
 
-/// Longest wait for the other end to hear that this one leaves.
+/// Longest wait until the other end knows that this one leaves.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Round trips that are measured; the shortest tells.
+/// Number of measured round trips; the shortest counts.
 const ROUND_TRIPS: usize = 9;
 
 /// One end of a connection between hosts.
 pub struct NetworkLink {
     end: Arc<End>,
-    /// Frames, kept by zenoh until there is room for them.
+    /// Frames; zenoh keeps them until there is room.
     frames: Publisher<'static>,
     _subscriber: Subscriber<()>,
-    /// Closed by zenoh when the last link over it is dropped.
+    /// zenoh closes it when the last link over it is dropped.
     session: zenoh::Session,
     sent_frames: u64,
-    /// Time without any sign of life after which the other end is gone.
+    /// Time without a sign of life after which the other end counts as lost.
     lost_after: Duration,
-    /// The last ping of a wait, or its beginning: it goes on in the next call when its patience ends.
+    /// The last ping of a wait, or the wait's start; the next call continues the wait when the patience of this one ends.
     pinged: Option<Instant>,
 }
 
-/// State and keys that the two threads of an end share: the one that calls the link, and zenoh's, which brings messages.
+/// State and keys that the two threads of an end share: the thread that calls the link, and zenoh's, which delivers messages.
 struct End {
     key: Key,
     sender: Sender,
-    /// Signs of life and pieces that are sent again, dropped by zenoh where there is no room for them.
+    /// Signs of life and repeated pieces; zenoh drops them if there is no room.
     signs: Publisher<'static>,
     state: Mutex<State>,
     changed: Condvar,
 }
 
-/// A piece that the other end is not known to have.
+/// A piece that the other end has not confirmed.
 struct Unconfirmed {
     number: u64,
     bytes: ZBytes,
-    /// Clock at which zenoh had it: whatever is sent later arrives later, or not at all.
+    /// Clock at which zenoh took it: a message sent later arrives later, or not at all.
     put_ns: u64,
 }
 
@@ -82,32 +82,32 @@ struct State {
     unconfirmed: VecDeque<Unconfirmed>,
     /// Pieces sent.
     sent: u64,
-    /// Whole frames.
+    /// Complete frames.
     arrived: VecDeque<Frame>,
-    /// The beginning of one.
+    /// The beginning of the next frame.
     arriving: Option<Frame>,
     /// Pieces received, and frames taken.
     received: u64,
     taken: u64,
     /// Frames that the other end has taken.
     taken_there: u64,
-    /// Clock of the last message from it, and of the last ping; 0 before it was heard.
+    /// Its clock at its last message, and at its last ping; 0 before its first message.
     heard_ns: u64,
     heard_ping_ns: u64,
-    /// Our clock at the last message that it has heard.
+    /// Our clock at our last message that it received.
     heard_there_ns: u64,
     left: bool,
-    /// True of an end that goes: its pings say so.
+    /// True for a leaving end: its pings say so.
     leaving: bool,
-    /// Time that was waited with pings since it was heard.
+    /// Time spent waiting with pings since its last message.
     silent: Duration,
-    /// The answer to the last ping, or to one before it that took longer than the pause between them.
+    /// The answer to the last ping, or to an earlier one that took longer than the pause between them.
     answer: Option<RoundTrip>,
     refused: BTreeMap<Refused, u64>,
 }
 
 impl State {
-    /// Takes a piece that is due; false for one that came before, or after one that is missing.
+    /// Takes the next piece; false for a piece that came before, or that follows a missing one.
     fn take(&mut self, number: u64, piece: Frame) -> bool {
         if number != self.received + 1 {
             return false;
@@ -117,7 +117,7 @@ impl State {
         match &mut self.arriving {
             None => self.arriving = Some(piece),
             Some(frame) if frame.payload.len() < MAX_DOUBLES => frame.payload.extend(piece.payload),
-            // Its length will not be what its header says.
+            // Its length will not match its header.
             Some(_) => {}
         }
         if whole {
@@ -141,7 +141,7 @@ impl State {
         }
     }
 
-    /// Pieces that were on their way before something that the other end has heard, and that it has not.
+    /// Pieces that were sent before a message that the other end received, and that it did not receive.
     fn lost(&mut self, heard_there_ns: u64) -> Vec<(u64, ZBytes)> {
         let pieces = self.unconfirmed.iter_mut();
         let lost = pieces.filter(|piece| piece.put_ns <= heard_there_ns);
@@ -152,7 +152,7 @@ impl State {
         again.collect()
     }
 
-    /// zenoh has a piece now.
+    /// Records that zenoh has taken a piece.
     fn put(&mut self, number: u64) {
         let mut pieces = self.unconfirmed.iter_mut();
         if let Some(piece) = pieces.find(|piece| piece.number == number) {
@@ -167,7 +167,7 @@ impl End {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sends a sign of life; one that is lost is followed by another.
+    /// Sends a sign of life; another follows if it is lost.
     fn sign(&self, message: &Message) {
         let _ = self
             .signs
@@ -175,7 +175,7 @@ impl End {
             .wait();
     }
 
-    /// Takes a message, in a thread of zenoh.
+    /// Takes a message, in zenoh's thread.
     fn hear(&self, bytes: &[u8]) {
         let mut state = self.state();
         let (answer, lost) = match Message::read(bytes, &self.key, self.sender.other()) {
@@ -200,7 +200,7 @@ impl End {
     }
 }
 
-/// Takes a message, and returns what has to be answered at once.
+/// Takes a message, and returns the answer that must be sent at once.
 fn understand(state: &mut State, message: Message) -> Option<Message> {
     let answered = match message.purpose {
         Purpose::Piece(header, payload) => {
@@ -225,7 +225,7 @@ fn understand(state: &mut State, message: Message) -> Option<Message> {
                 time: Duration::from_nanos(time_ns),
                 offset_ns: middle_ns as i64 - message.clock_ns as i64,
             });
-            // Pieces that were sent before it would be here.
+            // Pieces that were sent before it would have arrived.
             message.number > state.received
         }
         Purpose::Left => {
@@ -305,7 +305,7 @@ impl NetworkLink {
         self.end.sign(&ping);
     }
 
-    /// Waits until `ready` has something, with pings. `None` if the patience ends before.
+    /// Waits until `ready` returns a value, with pings. `None` if the patience ends before.
     fn wait<T>(
         &mut self,
         patience: Duration,
@@ -344,14 +344,14 @@ impl NetworkLink {
         }
     }
 
-    /// Messages that were refused, by the reason: their number.
+    /// Number of refused messages by reason.
     pub fn refusals(&self) -> BTreeMap<Refused, u64> {
         self.end.state().refused.clone()
     }
 }
 
 impl Link for NetworkLink {
-    /// A network that takes nothing holds the call up for zenoh's patience, some seconds, beyond its own.
+    /// On a stalled network the call lasts longer than its own patience, by zenoh's timeout of some seconds.
     fn send(&mut self, frame: &Frame, patience: Duration) -> Result<(), LinkError> {
         let doubles = frame.payload.len();
         if doubles > MAX_DOUBLES {
@@ -415,7 +415,7 @@ impl Link for NetworkLink {
 
     fn refused(&self) -> Vec<String> {
         let mut refused = self.refusals();
-        // Pieces come again after a connection was lost.
+        // Pieces arrive again after a lost connection.
         refused.remove(&Refused::Repeated);
         let line = |(reason, count): (Refused, u64)| format!("{count} messages {reason}");
         refused.into_iter().map(line).collect()
@@ -423,7 +423,7 @@ impl Link for NetworkLink {
 }
 
 impl Drop for NetworkLink {
-    /// The last answer of a participant is waited for to arrive: nobody else could send it again.
+    /// A participant waits until its last answer has arrived: no other program could send it again.
     fn drop(&mut self) {
         if self.end.sender == Sender::Participant {
             let _ = self.wait(self.lost_after, SOON, |state| {
@@ -433,7 +433,7 @@ impl Drop for NetworkLink {
         let left_ns = monotonic_ns();
         self.end.state().leaving = true;
         self.ping(SOON);
-        // A session that closes drops what zenoh has not sent yet.
+        // A closing session drops messages that zenoh has not sent yet.
         let _ = self.wait(FAREWELL, SOON, |state| {
             let heard = state.heard_there_ns >= left_ns || state.heard_ns == 0;
             (state.left || heard).then_some(Ok(()))

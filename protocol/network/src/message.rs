@@ -1,4 +1,4 @@
-//! The messages of a connection: a piece of a frame, or a sign of life, under a signature that only the two ends can make.
+//! The messages of a connection: a piece of a frame, or a sign of life, with a signature that only the two ends can make.
 
 use blake2::Blake2bMac;
 use blake2::digest::consts::U32;
@@ -12,13 +12,13 @@ pub type Key = [u8; 32];
 /// Bytes of the signature, BLAKE2b keyed.
 const SIGNATURE: usize = 32;
 
-/// Bytes of the numbers behind it.
+/// Bytes of the numbers after the signature.
 const NUMBERS: usize = 6 * 8;
 
 /// Bytes of a frame's header.
 const HEADER: usize = 72;
 
-/// The end that sends: a message of the other one would have another signature.
+/// The end that sends: the two ends sign differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sender {
     /// It asks.
@@ -42,9 +42,9 @@ impl Sender {
 pub enum Purpose {
     /// The next doubles of a frame.
     Piece(Header, Vec<f64>),
-    /// To be answered at once by a pong.
+    /// The receiver answers it at once with a pong.
     Ping,
-    /// Answer to a ping, to a piece that is not due, or to a pong before which a piece is missing.
+    /// Answer to a ping, to a piece out of order, or to a pong before which a piece is missing.
     Pong,
     /// The sender has left.
     Left,
@@ -55,7 +55,7 @@ pub enum Purpose {
 pub struct Message {
     /// Its purpose.
     pub purpose: Purpose,
-    /// Number of the piece, counted from 1; in other messages that of the last piece.
+    /// Number of the piece, counted from 1; in other messages the number of the last piece.
     pub number: u64,
     /// Pieces that the sender has received without a gap.
     pub received: u64,
@@ -63,7 +63,7 @@ pub struct Message {
     pub taken: u64,
     /// The sender's monotonic clock (ns).
     pub clock_ns: u64,
-    /// Clock of the last message that the sender has heard (ns), in a pong of the one that it answers.
+    /// Clock (ns) of the last message that the sender has received, in a pong of the message that it answers.
     pub echo_ns: u64,
 }
 
@@ -71,11 +71,11 @@ pub struct Message {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs)]
 pub enum Refused {
-    #[error("bear no signature of this run")]
+    #[error("have no signature of this run")]
     Signature,
     #[error("came again")]
     Repeated,
-    #[error("are no messages of this protocol")]
+    #[error("are not messages of this protocol")]
     Form,
 }
 
@@ -110,7 +110,7 @@ impl Message {
         bytes
     }
 
-    /// Reads what came from this sender.
+    /// Reads a message from this sender.
     pub fn read(bytes: &[u8], key: &Key, sender: Sender) -> Result<Message, Refused> {
         let (signed, content) = bytes.split_at_checked(SIGNATURE).ok_or(Refused::Form)?;
         if signature(content, key, sender) != signed {
@@ -148,7 +148,7 @@ fn signature(content: &[u8], key: &Key, sender: Sender) -> [u8; SIGNATURE] {
     hasher.finalize_fixed().into()
 }
 
-/// The key of one participant, from which no other one's can be told.
+/// The key of one participant; another participant's key cannot be derived from it.
 pub fn derived_key(key: &Key, participant: &str) -> Key {
     let mut hasher = keyed(key);
     hasher.update(participant.as_bytes());

@@ -1,6 +1,6 @@
-"""The figures of the paper (Renouf, Saulot, Berthier 2006) out of runs: paper_figures.py RUN [RUN ...] --out DIR.
+"""The figures of the paper (Renouf, Saulot, Berthier 2006) from runs: paper_figures.py RUN [RUN ...] --out DIR.
 
-Needs matplotlib: pip install './protocol/python[figures]'. A figure that a run has no data for is left out, and named with the reason.
+Needs matplotlib: pip install './protocol/python[figures]'. A figure without data in a run is left out; the script prints why.
 Maps over a cycle need moments within it: run with --set run.output.fields_every_s=8.333333333e-4, a quarter of a cycle of 300 Hz.
 """
 
@@ -21,7 +21,7 @@ from matplotlib.collections import EllipseCollection, PolyCollection
 
 MM = 1e3
 MPA = 1e-6
-# Lightness rises along it, so that it reads in grey too.
+# Its lightness increases steadily, so the colours also work in grey.
 COLOURS = "cividis"
 
 
@@ -29,7 +29,7 @@ View = Tuple[Tuple[float, float], Tuple[float, float]]
 
 
 class Missing(Exception):
-    """The reason for which a figure is left out."""
+    """The reason why a figure is left out."""
 
 
 class Shot(NamedTuple):
@@ -41,7 +41,7 @@ class Shot(NamedTuple):
 
 
 class Scene:
-    """A run, looked at for what figures need."""
+    """The data of a run that figures need."""
 
     def __init__(self, run: thirdbody.Run) -> None:
         self.run = run
@@ -103,7 +103,7 @@ class Scene:
 
 
 def circuit(scene: Scene) -> pyplot.Figure:
-    """Figure 1: the tribological circuit with what flowed (ug)."""
+    """Figure 1: the tribological circuit with its flows (ug)."""
     results = scene.run.results
     names = {"q_source_kg", "q_ejected_kg", "q_left_by_zone_kg", "q_recirculated_kg", "q_wear_kg", "q_internal_abs_kg", "q_external_kg"}
     if not names <= set(results):
@@ -136,7 +136,7 @@ def _amount(ug: float) -> str:
 
 
 def pressure(scene: Scene) -> pyplot.Figure:
-    """Figure 4: hydrostatic pressure under the load; of elements and of grains on one scale of colours each."""
+    """Figure 4: hydrostatic pressure under the load, with one colour scale for elements and one for grains."""
     kinds = [kind for kind in ("body", "grains") if kind in scene.fields]
     fields = {kind: scene.hold(kind) for kind in kinds}
     if not fields:
@@ -202,7 +202,7 @@ def sliding_velocity(scene: Scene) -> pyplot.Figure:
 
 
 def height(scene: Scene) -> pyplot.Figure:
-    """Figure 8: the height of the wheel over its way."""
+    """Figure 8: the height of the wheel over its displacement."""
     wheel_x, wheel_y, t_s = scene.signal("wheel_x_m"), scene.signal("wheel_y_m"), scene.run.signals["t_s"]
     shown = t_s >= scene.start_s()
     rise = 1e6 * (wheel_y[shown] - wheel_y[shown][0])
@@ -217,16 +217,16 @@ def height(scene: Scene) -> pyplot.Figure:
 
 
 def grain_displacement(scene: Scene) -> pyplot.Figure:
-    """Figure 9: displacement of the grains since the hold, where the wheel is furthest and in the middle."""
+    """Figure 9: displacement of the grains since the hold, with the wheel furthest out and in the middle."""
     hold = scene.hold("grains")
     shots = [scene.shot("grains", share, words) for share, words in ((1.0, "at +A"), (0.0, "at A_w = 0"), (-1.0, "at -A"))]
     moved = []
     for shot in shots:
         if len(shot.field["points_m"]) != len(hold["points_m"]):
-            raise Missing("grains were fed in, so that they have no displacement since the hold")
+            raise Missing("grains were fed in since the hold and have no displacement")
         moved.append(1e6 * (shot.field["points_m"][:, 0] - hold["points_m"][:, 0]))
     view = _view("grains", hold, hold["pressure_pa"])
-    # A few grains that came off move much further than all others.
+    # A few detached grains move much further than all others.
     shares = [np.percentile(np.abs(one[_inside(shot.field, view)]), 98) for shot, one in zip(shots, moved)]
     largest = float(max(shares))
     figure, rows = _panels([view] * 3)
@@ -237,7 +237,7 @@ def grain_displacement(scene: Scene) -> pyplot.Figure:
 
 
 def grain_velocity(scene: Scene) -> pyplot.Figure:
-    """Figure 10: velocities of the grains where the wheel is fastest."""
+    """Figure 10: velocities of the grains when the wheel is fastest."""
     shot = scene.shot("grains", 0.0, "at A_w = 0")
     field = shot.field
     speed = MM * np.linalg.norm(field["velocity_m_per_s"], axis=1)
@@ -249,7 +249,7 @@ def grain_velocity(scene: Scene) -> pyplot.Figure:
     _map(axes, "grains", field, speed, "|v| (mm/s)", view, (0.0, largest))
     x, y = (MM * field["points_m"]).T
     chosen = np.flatnonzero(inside)[:: max(1, int(inside.sum()) // 300)]
-    # All arrows of one length: directions where the field vanishes are what the figure is about.
+    # All arrows have one length: the figure is about directions where the field vanishes.
     direction = field["velocity_m_per_s"][chosen] / np.maximum(np.linalg.norm(field["velocity_m_per_s"][chosen], axis=1), 1e-300)[:, None]
     axes.quiver(x[chosen], y[chosen], *direction.T, color="white", edgecolor="black", linewidth=0.4, width=0.003, scale=60, headwidth=4)
     axes.set_title(f"Velocity of the grains, $A_w$ = {MM * shot.wheel_x_m:+.4f} mm, t = {MM * field.time_s:.3f} ms (arrows: direction)")
@@ -257,10 +257,10 @@ def grain_velocity(scene: Scene) -> pyplot.Figure:
 
 
 def _view(kind: str, field: thirdbody.Field, values: np.ndarray) -> View:
-    """Limits (mm) of x and y around what bears the load, no higher than 0.6 of their width."""
+    """Limits (mm) of x and y around the loaded part, no higher than 0.6 of their width."""
     points = MM * field["points_m"]
     centres = points[field["quads"]].mean(axis=1) if kind == "body" else points
-    # Single grains may carry many times what their neighbours do.
+    # A single grain may carry many times the load of its neighbours.
     loaded = centres[values > 0.15 * np.percentile(values, 99.5)]
     low, high = loaded.min(axis=0), loaded.max(axis=0)
     pad = 0.1 * (high[0] - low[0])
@@ -270,7 +270,7 @@ def _view(kind: str, field: thirdbody.Field, values: np.ndarray) -> View:
 
 
 def _inside(field: thirdbody.Field, view: View) -> np.ndarray:
-    """The grains of a view that are neither the wheel's nor still to be fed in."""
+    """The grains of a view, without the wheel's and without grains that are not fed in yet."""
     points = MM * field["points_m"]
     shown = field["radius_m"] > 0
     for k in range(2):
@@ -297,7 +297,7 @@ def _map(axes: Any, kind: str, field: thirdbody.Field, values: np.ndarray, label
 
 
 def _panels(views: List[View]) -> Tuple[Any, List[Any]]:
-    """Maps below each other, as high as their views ask for."""
+    """Maps below each other, with the heights of their views."""
     width = 7.5
     heights = [max(0.88 * width * (y[1] - y[0]) / (x[1] - x[0]), 0.6) + 1.9 for x, y in views]
     figure, rows = pyplot.subplots(len(views), 1, figsize=(width, sum(heights)), height_ratios=heights, squeeze=False, layout="constrained")
@@ -312,7 +312,7 @@ FIGURES: List[Tuple[int, str, Callable[[Scene], Any]]] = [
 
 
 def draw(run: thirdbody.Run, out: Path) -> int:
-    """Draws what the run has the data for; returns the number of figures."""
+    """Draws the figures that the run has data for; returns their number."""
     name = run.path.name
     print(f"{name}: {run.status}")
     scene, count = Scene(run), 0

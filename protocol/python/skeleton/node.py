@@ -11,9 +11,9 @@ class Rail(thirdbody.Continuum):
     outward = {"top": (0.0, 1.0)}
 
     def __init__(self, config, setting):
-        """Reads the keys of `participant.<name>.config`; one that nothing reads is an error."""
+        """Reads the keys of `participant.<name>.config`; a key that nothing reads is an error."""
         super().__init__(config, setting)
-        # Without a step of its own a solver leaves this out, and `interface.<name>.window_s` says how long a window is.
+        # Omit this in a solver without its own step; `interface.<name>.window_s` then gives the window length.
         self.step_s = config.number("step_s", above=0)
         self.relaxation_s = config.number("relaxation_s", above=0)
         spacing, width = config.number("spacing_m", above=0), config.number("width_m", above=0)
@@ -25,15 +25,15 @@ class Rail(thirdbody.Continuum):
         self.mass = config.number("mass_kg_per_m2", above=0) * spacing * setting.thickness_m
 
     def points(self, set_name):
-        """Places (m) of the points of a set, with their masses (kg) for predictions of stability."""
+        """Positions (m) of the points of a set, with their masses (kg) for predictions of stability."""
         return thirdbody.Points(self.x, self.y, mass_kg=self.mass)
 
     def rest(self):
-        """The state at the start: numbers, texts, arrays, and lists and dictionaries of them."""
+        """The initial state: numbers, texts, arrays, and lists and dictionaries of them."""
         return {"u": np.zeros((self.x.size, 2)), "dissipated_j": 0.0}
 
     def step(self, state, force, n):
-        """The state `n` steps later under a constant force (N), rows of (x, y). The state that came in is not changed."""
+        """The state `n` steps later under a constant force (N), rows of (x, y). Does not change the state it gets."""
         left = np.exp(-n * self.step_s / self.relaxation_s)
         away = state["u"] - force / self.stiffness
         dissipated = 0.5 * self.stiffness * float((away**2).sum()) * (1.0 - left**2)
@@ -44,7 +44,7 @@ class Rail(thirdbody.Continuum):
         return state["u"]
 
     def energy(self, state):
-        """Energies since the start (J); the work of the interface is added. Without this method there is no ledger."""
+        """Energies since the start (J); the base class adds the interface work. Without this method there is no ledger."""
         stored = 0.5 * self.stiffness * float((state["u"] ** 2).sum())
         return {"stored": {"springs": stored}, "dissipated": {"dashpots": state["dissipated_j"]}}
 

@@ -1,6 +1,6 @@
 """The examples on real runs: `python protocol/python/tests/figures.py`, with matplotlib, and for the class `Rerun` rerun-sdk.
 
-No part of the main test command, which needs neither.
+Not part of the main test command, which needs neither.
 """
 
 import json
@@ -14,7 +14,7 @@ from program import PROGRAM, ROOT, Program
 import thirdbody
 
 EXAMPLES = ROOT / "protocol" / "python" / "examples"
-#: A coarse rail, one cycle, moments every quarter of it.
+#: A coarse rail, one cycle, moments every quarter cycle.
 RAIL = {
     "participant.rail.config.mesh.size_m": 0.4e-3,
     "participant.rail.config.mesh.side_columns": 20,
@@ -34,7 +34,7 @@ def script(path, *words):
 
 
 class Figures(Program):
-    def test_what_a_run_has_is_drawn_and_the_rest_is_named(self):
+    def test_figures_with_data_are_drawn_and_the_others_are_named(self):
         from matplotlib import image
 
         thirdbody.run(ROOT / "scenarios" / "wheel-rail-fe-small", RAIL, out=self.work / "fe", program=PROGRAM)
@@ -68,9 +68,9 @@ class Rerun(Program):
         rerun = [sys.executable, "-m", "rerun", "rrd"]
         verified = subprocess.run([*rerun, "verify", str(file)], capture_output=True, text=True)
         self.assertEqual(verified.returncode, 0, verified.stderr)
-        told = subprocess.run([*rerun, "stats", str(file)], capture_output=True, text=True).stdout
+        stats = subprocess.run([*rerun, "stats", str(file)], capture_output=True, text=True).stdout
         for entity in ("/scene/rail", "/scene/third-body", "/scene/forces/layer-base", "/signals/interface_fy_n"):
-            self.assertIn(entity, told)
+            self.assertIn(entity, stats)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The built program, as tests start it."""
+"""The built program, for tests."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ PROGRAM = os.environ.get("THIRDBODY") or str(ROOT / "target" / "release" / "thir
 
 
 class Program(unittest.TestCase):
-    """Tests in a folder of their own, with the Python that runs them as `python3`."""
+    """Tests in their own folder; `python3` is the Python that runs them."""
 
     @classmethod
     def setUpClass(cls):
@@ -29,11 +29,11 @@ class Program(unittest.TestCase):
         cls.folder.cleanup()
 
     def start(self, *words):
-        """A verb that may fail."""
+        """Runs a subcommand that may fail."""
         return subprocess.run([PROGRAM, *map(str, words)], cwd=self.work, capture_output=True, text=True)
 
     def verb(self, *words):
-        """A verb that must not."""
+        """Runs a subcommand that must succeed."""
         done = self.start(*words)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done

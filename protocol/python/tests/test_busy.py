@@ -1,4 +1,4 @@
-"""Busy times: of a long run the same slots are kept as in Rust."""
+"""Busy times: a long run keeps the same slots as in Rust."""
 
 import unittest
 
@@ -6,7 +6,7 @@ from thirdbody.busy import SLOT_NS, SPANS, BusyTimes, kept_before_ns
 
 
 class Busy(unittest.TestCase):
-    def test_kept_slots_are_those_whose_number_is_a_multiple(self):
+    def test_slots_whose_number_is_a_multiple_are_kept(self):
         self.assertEqual(kept_before_ns(10 * SLOT_NS + 7, 1), 10 * SLOT_NS + 7)
         self.assertEqual(kept_before_ns(10 * SLOT_NS + 7, 4), 3 * SLOT_NS)
         self.assertEqual(kept_before_ns(8 * SLOT_NS + 7, 4), 2 * SLOT_NS + 7)

@@ -1,4 +1,4 @@
-"""`thirdbody conform` on what ships, on what `new-node` writes, and on solvers that are wrong in one way each."""
+"""`thirdbody conform` on the shipped adapters, on the output of `new-node`, and on solvers with one fault each."""
 
 import json
 import subprocess
@@ -14,11 +14,11 @@ FOREIGN = ROOT / "scenarios" / "foreign"
 #: A whole number of windows.
 END_S = 300 * 6.12e-7
 
-#: Ahead of which methods of a harm are put into the skeleton.
+#: Line of the skeleton before which the methods of a fault are inserted.
 METHOD = "    def results(self, state):"
 ADVANCE = "    def advance(self, window, force):\n        increment = super().advance(window, force)\n        return "
 
-#: Harms: what the skeleton says, what is said instead, the rule that is broken.
+#: Faults: the skeleton's text, its replacement, the broken rule.
 HARMS = [
     ("away * left,", "away * left * 1.001**self.steps,", "substeps"),
     ('return {"stored"', 'return {"work"', "balance"),
@@ -39,13 +39,13 @@ class Conform(Program):
         self.assertEqual(done.returncode, 8 if broken else 0, done.stderr)
         return broken, {row["rule"]: row["verdict"] for row in rows}
 
-    def test_what_ships_breaks_no_rule(self):
+    def test_the_shipped_adapters_break_no_rule(self):
         for scenario in ("winkler", "scikit-fem"):
             broken, verdicts = self.conform(FOREIGN / scenario, "rail")
             self.assertEqual(broken, {}, scenario)
             self.assertGreaterEqual(list(verdicts.values()).count("holds"), 20, scenario)
 
-    def test_a_load_that_is_changed_in_place_is_named_with_its_line(self):
+    def test_the_error_names_the_line_that_changes_a_load_in_place(self):
         self.verb("new", "foreign/winkler", "bed")
         path = self.work / "bed" / "rail.py"
         step = "        return force / self.stiffness"
@@ -86,10 +86,10 @@ class Conform(Program):
         self.assertEqual((run.status, run.warnings), ("completed", []))
         self.verb("new-node", "python", "same")
         same = thirdbody.run(self.work / "same", {}, program=PROGRAM, out=self.work / "same-run")
-        # Two languages, one bed.
+        # The same bed in two languages.
         self.assertAlmostEqual(run.results["deepest_m"] / same.results["deepest_m"], 1.0, delta=1e-9)
 
-    def test_a_solver_that_is_wrong_in_one_way_is_rejected_by_its_rule(self):
+    def test_each_fault_of_a_solver_breaks_its_rule(self):
         self.verb("new-node", "python", "harmed")
         source = self.work / "harmed" / "node.py"
         sound = source.read_text()
@@ -102,7 +102,7 @@ class Conform(Program):
 
 
 class Offers(Program):
-    """Solvers that cannot do everything, in the runs that are open to them."""
+    """Solvers with fewer capabilities, in the runs that they allow."""
 
     def rail(self, name, change, interface):
         self.verb("new-node", "python", name)
@@ -131,7 +131,7 @@ class Offers(Program):
         self.assertEqual(run.summary["windows"], plain.summary["windows"])
         self.assertAlmostEqual(run.results["deepest_m"] / plain.results["deepest_m"], 1.0, delta=1e-6)
 
-    def test_a_solver_that_cannot_go_back_is_asked_once(self):
+    def test_a_solver_that_cannot_go_back_runs_staggered(self):
         change = [('outward = {"top"', 'rollback = False\n    outward = {"top"')]
         staggered = [('"dual-schur"', '"staggered-serial"\nunsafe_window = true'), ('"stop"', '"accept"')]
         with self.assertRaisesRegex(thirdbody.RunError, "staggered-serial"):

@@ -1,4 +1,4 @@
-"""A layer of disks that is read from the scene of the built-in grains: contacts, stiffness, ledger, refusals."""
+"""A layer of disks read from the scene of the built-in grains: contacts, stiffness, ledger, refusals."""
 
 import math
 import tempfile
@@ -11,7 +11,7 @@ import thirdbody
 from thirdbody import Config, ConfigurationError, Setting
 
 H = math.sqrt(3.0) * 1e-3
-#: Places of disks of 1 mm, and whether they are glued: a loose one on two glued ones, one on its top, one that touches nothing.
+#: Positions of disks of 1 mm, and whether they are glued: a loose one on two glued ones, one on its top, one without contact.
 DISKS = [(0.0, 0.0, True), (2e-3, 0.0, True), (1e-3, H, False), (1e-3, 2e-3 + H, False), (4e-3, 2e-3, False)]
 TWIN = """
 [[participant]]
@@ -47,7 +47,7 @@ class Column(thirdbody.DiskLayer):
         return self.booked(new, state, window_s, work, 0.0), mean
 
     def forces(self, u, height):
-        """Forces on all disks, and that on the wheel."""
+        """The forces on all disks, and the force on the wheel."""
         found, force = self.contacts(u, height, {}), np.zeros((self.count + 1, 2))
         for (first, second), on_first in zip(found["pairs"], found["pressure"][:, None] * found["normal"]):
             force[first] += on_first
@@ -67,7 +67,7 @@ class Disks(unittest.TestCase):
         config = Config({"twin": str(self.path), "step_s": 1e-6, "drag_per_s": drag_per_s})
         return Column(config, Setting(participant, 1, 1e-3, 1, None))
 
-    def test_contacts_are_those_of_places_and_radii(self):
+    def test_contacts_follow_from_positions_and_radii(self):
         layer = self.layer()
         self.assertEqual((layer.count, layer.free, layer.kn, layer.kt), (5, 3, KN, KT))
         np.testing.assert_allclose(layer.mass, 8e4 * 1e-3 * math.pi * R**2 * np.array([1.0, 1.0, 1.0, 0.0, 0.0]))
@@ -82,7 +82,7 @@ class Disks(unittest.TestCase):
         slope = math.sqrt(0.75)
         np.testing.assert_allclose(found["normal"], [[0.0, -1.0], [0.5, slope], [-0.5, slope], [0.0, -1.0]], atol=1e-3)
         np.testing.assert_allclose(found["pressure"], KN * np.array([2e-6, slope * 1e-6, slope * 1e-6, 2e-6]), rtol=1e-3)
-        # To the left of the way down is right.
+        # Downwards, turned left, is to the right.
         np.testing.assert_allclose(found["shear"], [3.0, 0.0, 0.0, 2.0], atol=1e-12)
 
     def test_no_contact_is_missed_and_none_found_twice(self):
@@ -95,7 +95,7 @@ class Disks(unittest.TestCase):
         self.assertEqual(found, sorted(wanted))
         self.assertGreater(len(found), 100)
 
-    def test_the_tangent_is_that_of_all_contacts_of_the_glued_disks(self):
+    def test_the_tangent_includes_all_contacts_of_the_glued_disks(self):
         layer = self.layer()
         states = [layer.rest(), layer.rest()]
         for state, side in zip(states, (1e-6, -1e-6)):
@@ -130,11 +130,11 @@ class Disks(unittest.TestCase):
         self.assertEqual(load, 4.0)
         results = layer.results(state)
         self.assertEqual(results["wheel_force_n"], carried)
-        # The wheel on one disk, that on another, this on two at 30 degrees: measured, 0.09 % and 0.1 % apart.
+        # The wheel on one disk, this on a second, this on two at 30 degrees. Measured: 0.09 % and 0.1 % apart.
         self.assertAlmostEqual(results["boundary_force_n"] / 4.0, 1.0, delta=0.005)
         self.assertAlmostEqual(results["approach_m"] / (4.0 / KN * (2.0 + 1.0 / 1.5)), 1.0, delta=0.005)
 
-    def test_a_scene_that_it_cannot_be_like_is_refused(self):
+    def test_a_scene_that_it_cannot_reproduce_is_refused(self):
         for changed, words in (
             (("radius_m = 0.0", "radius_m = 0.3"), "twin: its wheel is round"),
             (('"coulomb"', '"cohesive"'), "twin: its law is not `coulomb`"),

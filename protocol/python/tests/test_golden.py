@@ -1,4 +1,4 @@
-"""The golden transcript: a bed of three springs that creeps answers byte by byte as the Rust one does."""
+"""The golden transcript: a creeping bed of three springs answers byte by byte as in Rust."""
 
 import json
 import unittest
@@ -49,7 +49,7 @@ class Bed(thirdbody.Continuum):
 
 
 class Script:
-    """A link that asks what was written down, and keeps what is answered."""
+    """A link that sends the recorded requests, and keeps the answers."""
 
     def __init__(self, requests):
         self.requests = deque(requests)
@@ -66,7 +66,7 @@ class Script:
 
 
 def transcript():
-    """Requests and answers of the file."""
+    """Requests and answers in the file."""
     said = {">": [], "<": []}
     for line in TRANSCRIPT.read_text(encoding="utf-8").splitlines():
         if line.startswith("#"):
@@ -92,14 +92,14 @@ def session():
 
 
 def filled_up(document, pattern):
-    """A document with the keys that a program may leave out."""
+    """A document with the optional keys filled in."""
     if isinstance(document, dict) and isinstance(pattern, dict):
         return {**pattern, **{key: filled_up(value, pattern.get(key)) for key, value in document.items()}}
     return document
 
 
 class Golden(unittest.TestCase):
-    def test_every_answer_is_the_written_one(self):
+    def test_every_answer_is_the_recorded_one(self):
         requests, written = transcript()
         script = Script(requests)
         Server(session(), script).serve(Bed)
@@ -115,16 +115,16 @@ class Golden(unittest.TestCase):
             for key in ("pid", "cpu_s", "solve_wall_s", "setup_wall_s", "wait_s", "peak_rss_bytes"):
                 self.assertEqual(key in ours, key in theirs)
                 ours.pop(key, None), theirs.pop(key, None)
-            # Left out by a program that knows of one host only.
+            # A program for a single host leaves these out.
             self.assertEqual((ours.pop("host", ""), ours.pop("apart", False)), ("", False))
             if "outcome" in ours:
-                # The transcript is of a program that leaves it out.
+                # The transcript comes from a program that leaves it out.
                 self.assertEqual(ours.pop("busy")["every"], 1)
                 self.assertEqual(len(ours["outcome"].pop("state_hash")), 64)
                 theirs["outcome"].pop("state_hash")
             self.assertEqual(filled_up(json.loads(json.dumps(ours)), theirs), theirs)
 
-    def test_a_frame_that_is_damaged_or_out_of_turn_is_named(self):
+    def test_a_damaged_frame_and_one_out_of_turn_are_refused(self):
         requests, _ = transcript()
         header, payload = requests[5]
         self.assertIsNone(opened(header, payload, 5))

@@ -1,4 +1,4 @@
-"""A frame that is cut off goes on where it was, whatever its length."""
+"""A frame of any length that is cut off continues where it was."""
 
 import unittest
 
@@ -10,7 +10,7 @@ LENGTHS = (0, 1, 16_383, 16_384, 16_385, 32_767, 32_768, 32_769, 65_535, 65_536,
 
 
 class Slow(Link):
-    """A link whose other end takes a sample at every third attempt only."""
+    """A link whose other end takes a sample only at every third attempt."""
 
     def __init__(self):
         self._connected, self._begun, self._attempts = True, None, 0
@@ -43,12 +43,12 @@ class CutOff(unittest.TestCase):
         with self.assertRaises(LinkFull):
             Server({"run_id": 1, "idle_deadline_s": 2.5}, link)._send("Motion", b"")
 
-    def test_nothing_but_its_rest_can_follow(self):
+    def test_only_the_rest_of_a_frame_can_follow_its_beginning(self):
         link = Slow()
         link._attempts = 2
         with self.assertRaises(LinkFull):
             link.send(Header(window=1), payload(20_000), 1.0)
-        with self.assertRaisesRegex(LinkError, "cut off"):
+        with self.assertRaisesRegex(LinkError, "only its rest"):
             link.send(Header(window=2), b"", 1.0)
 
 

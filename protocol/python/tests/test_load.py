@@ -37,14 +37,14 @@ class Load(Program):
         shutil.copytree(self.run_dir, folder)
         return folder
 
-    def test_scenario_and_manifest_are_those_of_the_run(self):
+    def test_scenario_and_manifest_belong_to_the_run(self):
         self.assertEqual(self.loaded.scenario["run"]["end_s"], SHORT["run.end_s"])
         self.assertEqual(self.loaded.participants, ["rail", "third-body"])
         self.assertEqual(self.loaded.interfaces, ["layer-base"])
         self.assertEqual(self.loaded.manifest["seed"], self.loaded.scenario["run"]["seed"])
         self.assertEqual(self.loaded.summary["hashes"]["scenario"], self.loaded.manifest["scenario_hash"])
 
-    def test_a_name_that_is_not_there_is_an_error_with_the_one_that_was_meant(self):
+    def test_the_error_for_an_unknown_name_proposes_the_nearest_one(self):
         for look, meant in (
             (lambda: self.loaded.results["approach_m"], "results: backbone_bodies"),
             (lambda: self.loaded.results["diskz"], "did you mean `disks`?"),
@@ -56,7 +56,7 @@ class Load(Program):
             self.assertIn(meant, str(caught.exception))
 
     def test_forces_of_the_log_sum_up_to_the_signal(self):
-        # The signal has as many digits as give back every bit; the sum over points is done in another order.
+        # The signal has enough digits for every bit; the sum over points is done in another order.
         interface, signals = self.loaded.interface(), self.loaded.signals
         np.testing.assert_array_equal(interface.t_s, signals["t_s"])
         for name in self.loaded.participants:
@@ -64,7 +64,7 @@ class Load(Program):
             np.testing.assert_allclose(total[:, 0], signals["interface_fx_n"], rtol=0, atol=1e-10 * np.abs(total).max())
             np.testing.assert_allclose(total[:, 1], signals["interface_fy_n"], rtol=0, atol=1e-10 * np.abs(total).max())
 
-    def test_displacements_of_the_log_are_those_of_the_fields(self):
+    def test_displacements_of_the_log_equal_the_fields(self):
         field, side = self.loaded.fields("rail")["end"], self.loaded.interface()["rail"]
         places = [int(np.argmin(np.linalg.norm(field["points_m"] - point, axis=1))) for point in side.points_m]
         np.testing.assert_allclose(field["points_m"][places], side.points_m, rtol=0, atol=1e-15)
@@ -92,7 +92,7 @@ class Load(Program):
             for array in ("points_m", "displacement_m", "velocity_m_per_s", "force_n"):
                 np.testing.assert_array_equal(getattr(side, array), getattr(exported[name], array), err_msg=f"{name}.{array}")
 
-    def test_two_interfaces_of_one_layer_are_told_apart(self):
+    def test_two_interfaces_of_one_layer_have_their_own_points(self):
         run = thirdbody.run(ROOT / "scenarios" / "two-rails", {"run.end_s": 2e-5}, out=self.work / "two", program=PROGRAM)
         for name, continuum in (("below", "lower"), ("above", "upper")):
             interface = run.interface(name)
@@ -114,7 +114,7 @@ class Load(Program):
         self.assertEqual(len(field["force_n"]), len(field["contacts"]))
         self.assertGreater(field["force_n"][:, 0].min(), 0.0)
 
-    def test_an_interrupted_run_gives_what_there_is(self):
+    def test_an_interrupted_run_gives_the_data_it_has(self):
         folder = self.copy("interrupted")
         (folder / "summary.json").unlink()
         signals = (folder / "signals.csv").read_text()
@@ -126,7 +126,7 @@ class Load(Program):
         rows = len(run.signals["t_s"])
         self.assertTrue(0 < rows < len(self.loaded.signals["t_s"]))
         np.testing.assert_array_equal(run.signals["t_s"], self.loaded.signals["t_s"][:rows])
-        with self.assertRaisesRegex(ValueError, "no results.*killed or is under way"):
+        with self.assertRaisesRegex(ValueError, "no results.*killed or still runs"):
             run.results
         interface, whole = run.interface(), self.loaded.interface()
         self.assertRegex(interface.damage, "ends early")
@@ -134,7 +134,7 @@ class Load(Program):
         self.assertTrue(0 < count < len(whole.t_s))
         np.testing.assert_array_equal(interface["rail"].force_n, whole["rail"].force_n[:count])
 
-    def test_what_is_missing_is_said(self):
+    def test_the_error_names_what_is_missing(self):
         folder = self.copy("without")
         (folder / "exchange.mcap").unlink()
         (folder / "fields" / "third-body.pvd").rename(folder / "fields" / "third-body.vtkhdf")
@@ -149,15 +149,15 @@ class Load(Program):
             (KeyError, "no column `speed`; columns: t_s", lambda: run.signals.column("speed")),
             (FileNotFoundError, "profile-top.csv is missing; status of the run", lambda: run.profile_of("top")),
             (FileNotFoundError, "neither summary.json nor manifest.json", lambda: thirdbody.load(self.work)),
-            (FileNotFoundError, "is no folder", lambda: thirdbody.load(self.work / "nowhere")),
+            (FileNotFoundError, "is not a folder", lambda: thirdbody.load(self.work / "nowhere")),
         ]:
             with self.subTest(words), self.assertRaisesRegex(problem, words):
                 ask()
 
-    def test_a_run_without_a_log_says_that_it_was_told_not_to_write_one(self):
+    def test_the_error_for_a_run_without_a_log_names_the_key_that_switched_it_off(self):
         keys = {"run.end_s": 1e-5, "run.output.exchange": False}
         run = thirdbody.run(ROOT / "scenarios" / "quick", keys, out=self.work / "unlogged", program=PROGRAM)
-        with self.assertRaisesRegex(FileNotFoundError, "told not to write it"):
+        with self.assertRaisesRegex(FileNotFoundError, "run.output.exchange = false switched it off"):
             run.interface()
 
     def test_numpy_alone_reads_a_run(self):
@@ -239,18 +239,18 @@ class Encodings(unittest.TestCase):
         body = read_vtk(self.written((kind, counts, arrays), True))
         np.testing.assert_array_equal(body["hydrostatic_pressure_pa"], [tricky, 1.0])
 
-    def test_files_that_were_cut_off_or_changed_are_named(self):
+    def test_the_error_names_a_truncated_or_changed_file(self):
         raw, text = (self.written(self.BODY, appended).read_bytes() for appended in (True, False))
         cut = self.folder / "cut.vtu"
         for data, words in [
-            (raw[:-35], r"cut\.vtu, array `hydrostatic_pressure_pa` at offset \d+: 16 bytes are due.*cut off"),
+            (raw[:-35], r"cut\.vtu, array `hydrostatic_pressure_pa` at offset \d+: \d+ bytes instead of 16.*cut off"),
             (raw[: raw.index(b"<Appended") + 40].replace(b"_", b""), "appended data are missing"),
             (raw.replace(b'"raw"', b'"base64"'), "not raw"),
             (text[: len(text) // 2], r"cut\.vtu cannot be read.*killed"),
             (text.replace(b"650000000.0", b"6,5"), "`hydrostatic_pressure_pa` is not ASCII numbers"),
             (text.replace(b"<VTKFile ", b'<VTKFile compressor="vtkZLibDataCompressor" '), "compressed"),
             (text.replace(b'"Int64"', b'"Int128"'), "type `Int128` are unknown"),
-            (text.replace(b"0.1 -0.25", b"0.1", 1), "no rows of 3"),
+            (text.replace(b"0.1 -0.25", b"0.1", 1), "not make rows of 3"),
         ]:
             cut.write_bytes(data)
             with self.subTest(words), self.assertRaisesRegex(ValueError, words):

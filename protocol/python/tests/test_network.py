@@ -1,4 +1,4 @@
-"""A participant speaks to a coordinator on another host as protocol/WIRE.md says; the coordinator is written here, from that page."""
+"""A participant with a coordinator on another host follows protocol/WIRE.md; the coordinator here is written from that page."""
 
 import contextlib
 import hashlib
@@ -27,19 +27,19 @@ from thirdbody.wire import Frame, Header, opened, stamped
 DEADLINE_S = 20.0
 PIECE, PING, PONG, LEFT = range(4)
 KEY = bytes(range(32))
-#: The clock of the other host goes before ours, by ten days.
+#: The other host's clock is ten days ahead of ours.
 AHEAD_NS = 10 * 86_400 * 10**9
 
 
 def endpoint():
-    """A free one of this host."""
+    """A free endpoint of this host."""
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{found.getsockname()[1]}"
 
 
 def settings(listen=(), connect=()):
-    """Of zenoh, as a coordinator makes them."""
+    """Zenoh settings, as a coordinator makes them."""
     return {
         "mode": "peer",
         "listen": {"endpoints": list(listen)},
@@ -53,7 +53,7 @@ def settings(listen=(), connect=()):
 
 
 class Coordinator:
-    """Signs and reads messages. Pieces are taken and pings answered, unless a test wants it otherwise."""
+    """Signs and reads messages. It takes pieces and answers pings, unless a test changes that."""
 
     def __init__(self, participant="bed"):
         self.endpoint = endpoint()
@@ -84,7 +84,7 @@ class Coordinator:
         body = struct.pack("<6Q", *numbers) + content
         return hashlib.blake2b(sender + body, key=key, digest_size=32).digest() + body
 
-    def tell(self, purpose, **numbers):
+    def publish(self, purpose, **numbers):
         self.publisher.put(self.signed(purpose, **numbers))
 
     def pieces(self, header, payload):
@@ -119,7 +119,7 @@ class Coordinator:
         elif purpose in (PIECE, PING, LEFT) and not self.mute:
             # The test may be over.
             with contextlib.suppress(zenoh.ZError):
-                self.tell(PONG, echo_ns=clock_ns)
+                self.publish(PONG, echo_ns=clock_ns)
         self.messages.put(numbers)
 
     def receive(self):
@@ -129,7 +129,7 @@ class Coordinator:
         return frame
 
     def until(self, wanted):
-        """The first message that is wanted, and those before it."""
+        """The first wanted message, and the messages before it."""
         before = []
         while not wanted(*(message := self.messages.get(timeout=DEADLINE_S))):
             before.append(message)
@@ -142,12 +142,12 @@ class Coordinator:
     def ping(self):
         """The answer to a ping, and the messages before it."""
         clock_ns = time.monotonic_ns() + AHEAD_NS
-        self.tell(PING, clock_ns=clock_ns)
+        self.publish(PING, clock_ns=clock_ns)
         return self.until(lambda purpose, *numbers: purpose == PONG and numbers[-1] == clock_ns)
 
 
 def waiting(link, patience_s=DEADLINE_S):
-    """A thread in which a participant waits for a frame, and a list for it or for the error."""
+    """A thread in which a participant waits for a frame, and a list for the frame or the error."""
     found = []
 
     def wait():
@@ -167,7 +167,7 @@ class Network(unittest.TestCase):
         self.addCleanup(self.coordinator.zenoh.close)
 
     def connected(self, **transport):
-        """A participant's end that both have heard of."""
+        """A participant's end after both ends have received a message."""
         link = self.coordinator.link(**transport)
         self.addCleanup(link.close)
         thread, found = waiting(link)
@@ -178,14 +178,14 @@ class Network(unittest.TestCase):
         return link
 
     def heard(self, link):
-        """What a participant that waits answers to a ping, and what it said before."""
+        """A waiting participant's answer to a ping, its messages before it, and the frame it found."""
         thread, found = waiting(link)
         answer, before = self.coordinator.ping()
         self.coordinator.send(Header(window=9))
         thread.join(DEADLINE_S)
         return answer, before, found[0]
 
-    def test_a_whole_conversation_is_the_written_one(self):
+    def test_a_whole_conversation_is_the_recorded_one(self):
         requests, written = transcript()
         link = self.coordinator.link()
         server = Server(self.coordinator.session, link)
@@ -216,7 +216,7 @@ class Network(unittest.TestCase):
         self.assertFalse(thread.is_alive())
         self.coordinator.until(lambda purpose, *_: purpose == LEFT)
 
-    def test_the_quickest_round_trip_tells_the_clock(self):
+    def test_the_quickest_round_trip_gives_the_clock(self):
         link = self.connected()
         self.assertLess(abs(link.clock_ahead_ns() + AHEAD_NS), 10**9)
 
@@ -233,7 +233,7 @@ class Network(unittest.TestCase):
         link.send(Header(window=4), b"", DEADLINE_S)
         self.assertEqual(self.coordinator.receive(), Frame(Header(window=4), b""))
         self.assertTrue(self.coordinator.frames.empty())
-        # The first piece was known to have arrived.
+        # The first piece had been confirmed.
         numbers = [message[1] for message in self.coordinator.messages.queue if message[0] == PIECE]
         self.assertEqual(numbers[:4], [1, 3, 2, 3])
 
@@ -249,7 +249,7 @@ class Network(unittest.TestCase):
         self.assertEqual(self.coordinator.receive(), Frame(Header(window=2), b""))
         self.coordinator.until(lambda purpose, *_: purpose == LEFT)
 
-    def test_it_says_that_it_leaves_until_it_is_heard(self):
+    def test_it_repeats_its_farewell_until_it_is_heard(self):
         link = self.connected()
         self.coordinator.deaf_to_farewells = 3
         link.close()
@@ -257,7 +257,7 @@ class Network(unittest.TestCase):
         said = [purpose for purpose, *_ in self.coordinator.messages.queue]
         self.assertEqual(said.count(LEFT), 4)
 
-    def test_a_coordinator_that_does_not_hear_its_farewell_is_left_all_the_same(self):
+    def test_it_leaves_a_coordinator_that_does_not_hear_its_farewell(self):
         link = self.connected()
         self.coordinator.mute = True
         start = time.monotonic()
@@ -286,7 +286,7 @@ class Network(unittest.TestCase):
         again_ns = struct.unpack_from("<Q", piece, 64)[0]
         self.assertEqual(sum(message[0] == PONG and message[-1] == again_ns for message in before), 2)
 
-    def test_a_piece_after_one_that_is_missing_waits_for_it(self):
+    def test_a_piece_after_a_missing_one_waits_for_it(self):
         link = self.connected()
         pieces = self.coordinator.pieces(Header(window=2), bytes(8 * 4096))
         for message in pieces[1:] + pieces:
@@ -342,7 +342,7 @@ class Network(unittest.TestCase):
             if request.word == "Advance":
                 break
             self.coordinator.receive()
-        # The request was received, and is not answered.
+        # The request was received but not answered.
         while self.coordinator.ping()[0][2] < self.coordinator.sent:
             pass
         self.coordinator.ping()
@@ -352,34 +352,34 @@ class Network(unittest.TestCase):
 
     def test_silence_ends_it(self):
         link = self.connected(lost_after_s=1.0)
-        self.assertIsNone(link.receive(1.1), "who answers pings is there")
+        self.assertIsNone(link.receive(1.1), "an end that answers pings is alive")
         self.coordinator.mute = True
         start = time.monotonic()
         with self.assertRaisesRegex(LinkError, "no sign of life from the coordinator for 1.0 s"):
             link.receive(DEADLINE_S)
         self.assertGreaterEqual(time.monotonic() - start, 0.5)
 
-    def test_time_in_which_it_was_stopped_is_no_silence(self):
+    def test_time_in_which_it_was_stopped_does_not_count_as_silence(self):
         link = self.connected(lost_after_s=5.0)
         self.coordinator.mute = True
         stopped = mock.Mock(wraps=time, monotonic=itertools.count(0.0, 100.0).__next__)
         with mock.patch("thirdbody.network.time", stopped):
             self.assertIsNone(link.receive(0.6))
 
-    def test_a_coordinator_that_was_never_heard_is_waited_for(self):
+    def test_it_waits_for_a_coordinator_that_was_never_heard(self):
         link = self.coordinator.link(lost_after_s=0.1)
         self.addCleanup(link.close)
         self.coordinator.mute = True
         self.assertIsNone(link.receive(0.3))
 
-    def test_a_coordinator_that_leaves_is_not_waited_for(self):
+    def test_it_does_not_wait_for_a_coordinator_that_leaves(self):
         link = self.connected()
         self.coordinator.send(Header(window=2))
-        self.coordinator.tell(LEFT)
-        self.assertEqual(link.receive(DEADLINE_S).header.window, 2, "what it said before is heard")
+        self.coordinator.publish(LEFT)
+        self.assertEqual(link.receive(DEADLINE_S).header.window, 2, "a frame from before it left is received")
         with self.assertRaisesRegex(LinkError, "closed the connection"):
             link.receive(DEADLINE_S)
-        # A coordinator that leaves says so until it is heard.
+        # A leaving coordinator repeats its farewell until it is heard.
         self.coordinator.until(lambda purpose, *_: purpose == PONG)
 
     def test_a_third_frame_waits_until_the_first_is_taken(self):
@@ -392,7 +392,7 @@ class Network(unittest.TestCase):
         link.send(Header(window=4), b"", DEADLINE_S)
         self.assertEqual([self.coordinator.receive().header.window for _ in range(2)], [3, 4])
 
-    def test_without_zenoh_it_says_what_to_install(self):
+    def test_without_zenoh_the_error_says_what_to_install(self):
         hidden = {"zenoh": None, "thirdbody.network": None}
         with mock.patch.dict(sys.modules, hidden), self.assertRaisesRegex(LinkError, r"pip install 'thirdbody\[network\]'"):
             _connect(self.coordinator.session)
@@ -412,20 +412,20 @@ class Launched(unittest.TestCase):
         search = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
         self.process = subprocess.Popen(
             [sys.executable, "-c", program], stdin=subprocess.PIPE, stderr=subprocess.PIPE,
-            # Threads of NumPy would be ended by a signal, and the process with them, before ours can take it.
+            # A signal would end a thread of NumPy, and with it the process, before our thread can take the signal.
             env={**os.environ, "THIRDBODY_SESSION": "-", "PYTHONPATH": search, "OPENBLAS_NUM_THREADS": "1"},
         )
         self.addCleanup(self.process.communicate)
         self.addCleanup(self.process.kill)
 
     def start(self):
-        """Hands over the session and waits for the first ping."""
+        """Sends the session and waits for the first ping."""
         self.process.stdin.write(json.dumps(self.coordinator.session).encode() + b"\n")
         self.process.stdin.flush()
         self.coordinator.meet()
 
     def ended(self):
-        """Its exit code and what it wrote, once standard input was closed and it has ended."""
+        """Its exit code and its output, after standard input is closed and it has ended."""
         _, text = self.process.communicate(timeout=DEADLINE_S)
         return self.process.returncode, text.decode()
 
@@ -462,7 +462,7 @@ class Launched(unittest.TestCase):
         self.coordinator.until(lambda purpose, *_: purpose == LEFT)
         self.assertEqual(self.ended(), (4, "the first frame must be the greeting\n"))
 
-    def test_no_session_is_said(self):
+    def test_the_error_names_a_missing_session(self):
         self.assertEqual(self.ended(), (1, "standard input ended before the session came\n"))
 
 

@@ -122,7 +122,7 @@ class Runs(Program):
         self.assertIn("force_balance", [warning["code"] for warning in run.warnings])
 
     def test_a_layer_in_python_on_a_bed_in_python(self):
-        # Eleven springs k_b below the nodes, ten of k that are pressed by d: (K_b + N^T k N) u = N^T k d.
+        # Eleven springs k_b below the nodes, ten springs k pressed by d: (K_b + N^T k N) u = N^T k d.
         k, pressed, below = 5e7, 1e-8, 1e14 * 0.4e-3 * 1e-3
         nodes, points = np.linspace(-2e-3, 2e-3, 11), np.linspace(-1.8e-3, 1.8e-3, 10)
         shape = np.clip(1.0 - np.abs(points[:, None] - nodes) / 0.4e-3, 0.0, None)
@@ -157,7 +157,7 @@ mass_kg_per_m2 = 1.5
         for result, bound in (("approach_m", 2e-3), ("interface_force_n", 1e-3)):
             ours, theirs = (run.results[result] for run in runs)
             self.assertAlmostEqual(theirs / ours, 1.0, delta=bound, msg=result)
-        # The mesh of the package is that of the built-in rail.
+        # The mesh of the package is the mesh of the built-in rail.
         participants = {participant["name"]: participant["config"] for participant in runs[0].scenario["participant"]}
         x, y, quads = thirdbody.crowned_grid(thirdbody.Config(participants["rail"]["mesh"]))
         own = np.stack([x.reshape(-1), y.reshape(-1)], axis=1)
@@ -190,7 +190,7 @@ mass_kg_per_m2 = 1.5
         run = thirdbody.run("layer-alone", keys, out=self.work / "layer", program=PROGRAM)
         field = run.fields()[-1]
         on_wheel = field["face_partner"] == "wheel"
-        # The wheel is flat: what presses on it is along y. The grains of its contacts are those that touch it.
+        # The wheel is flat, so the force on it is along y. The grains of its contacts touch it.
         force = field["face_force_n"][on_wheel, 0].sum()
         self.assertAlmostEqual(force / run.signals.column("wheel_fn_n")[-1], 1.0, delta=1e-9)
         touched = field["points_m"][field["face_grain"][on_wheel], 1] + field["radius_m"][field["face_grain"][on_wheel]]
@@ -235,7 +235,7 @@ mass_kg_per_m2 = 1.5
             thirdbody.sweep("quick", [{"run.seed": -1}, keys[0]], out=self.work / "wrong", program=PROGRAM)
         self.assertEqual(thirdbody.load(self.work / "wrong" / "1").status, "completed")
 
-    def test_a_mistake_in_the_solver_is_named(self):
+    def test_the_error_names_a_mistake_in_the_solver(self):
         folder = self.springs("mistake", "undefined_name")
         with self.assertRaises(thirdbody.RunError) as caught:
             thirdbody.run(folder, out=self.work / "mistake-run", program=PROGRAM)
@@ -244,7 +244,7 @@ mass_kg_per_m2 = 1.5
         log = (self.work / "mistake-run" / "logs" / "springs.log").read_text()
         self.assertIn("Traceback", log)
 
-    def test_a_key_that_does_not_exist_is_refused_by_name(self):
+    def test_the_error_names_an_unknown_key(self):
         with self.assertRaises(thirdbody.RunError) as caught:
             thirdbody.run(WINKLER, {"participant.rail.config.spacing": 1.0}, out=self.work / "key", program=PROGRAM)
         self.assertEqual(caught.exception.code, 2)

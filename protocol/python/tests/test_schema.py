@@ -1,4 +1,4 @@
-"""`thirdbody check --schema`, by a validator that is not ours."""
+"""`thirdbody check --schema`, checked by an independent validator."""
 
 import json
 import subprocess
@@ -30,7 +30,7 @@ class Schema(Program):
         return found
 
     def lint(self, path, text):
-        """The linter that editors run, told of the schema as they are, by the first line of the scenario."""
+        """Runs the linter that editors use; as in an editor, the scenario's first line names the schema."""
         path.write_text(text)
         words = [Path(sys.executable).parent / "taplo", "lint", path.name]
         return subprocess.run([str(word) for word in words], cwd=path.parent, capture_output=True, text=True)
@@ -58,7 +58,7 @@ class Schema(Program):
             scenario = tomllib.loads(text.replace(right, wrong))
             self.assertFalse(self.validator.is_valid(scenario), wrong)
 
-    def test_the_linter_of_editors_takes_it(self):
+    def test_the_linter_of_editors_accepts_it(self):
         (self.work / "scenario.schema.json").write_text(json.dumps(self.schema))
         text = "#:schema ./scenario.schema.json\n" + (SCENES / "quick" / "scenario.toml").read_text()
         done = self.lint(self.work / "right.toml", text)

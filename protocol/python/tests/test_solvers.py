@@ -1,4 +1,4 @@
-"""What the base classes bring: repeats, columns, checkpoints, compliant boundaries, and refusals."""
+"""The base classes: repeats, columns, checkpoints, compliant boundaries, and refusals."""
 
 import unittest
 
@@ -76,7 +76,7 @@ class Continua(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "read-only"):
             node.advance(window(), np.zeros(2))
 
-    def test_columns_leave_out_what_moves_without_a_force(self):
+    def test_columns_exclude_motion_without_a_force(self):
         node = ready(Mass)
         columns = node.columns(window())
         self.assertEqual(columns.tolist(), [[0.25 * 10 / 2.0, 0.0], [0.0, 0.25 * 10 / 2.0]])
@@ -93,7 +93,7 @@ class Continua(unittest.TestCase):
         self.assertEqual(node.commit(window(1), np.empty(0)), other.commit(window(1), np.empty(0)))
         self.assertEqual(node.finish().state_hash, other.finish().state_hash)
 
-    def test_a_result_of_the_wrong_shape_or_without_value_is_named(self):
+    def test_the_error_names_a_result_of_the_wrong_shape_or_without_value(self):
         node = ready(Mass)
         node.displacement = lambda state: np.zeros(2)
         with self.assertRaisesRegex(ConfigurationError, r"displacement\(\) has the shape"):
@@ -159,8 +159,8 @@ class Layers(unittest.TestCase):
 class Edges(unittest.TestCase):
     X = np.array([0.0, 1.0, 2.0, 3.5, 5.0])
 
-    def test_an_even_traction_is_taken_as_quadratic_edges_want_it(self):
-        # On straight lines between its nodes each takes half of its neighbours' lengths, on a quadratic edge 1/6 : 2/3 : 1/6 of it.
+    def test_a_uniform_traction_gives_the_consistent_forces_of_quadratic_edges(self):
+        # On straight lines each node takes half of the neighbouring lengths, on a quadratic edge the shares are 1/6 : 2/3 : 1/6.
         straight = np.array([0.5, 1.0, 1.25, 1.5, 0.75])
         force = thirdbody.traction_matrix(self.X, 2).T @ straight
         np.testing.assert_allclose(force, np.array([2.0, 8.0, 5.0, 12.0, 3.0]) / 6.0, rtol=1e-13)
@@ -187,7 +187,7 @@ class Edges(unittest.TestCase):
             np.testing.assert_array_equal(x.reshape(-1)[theirs], corner_x.reshape(-1)[quads])
             np.testing.assert_array_equal(y.reshape(-1)[theirs], corner_y.reshape(-1)[quads])
             np.testing.assert_allclose(np.hypot(x[-1], y[-1] + 0.3), 0.3, rtol=1e-14)
-            # Those of the fourth order: (1 -+ sqrt(3/7)) / 2 of a cell, and its middle.
+            # Inner nodes of fourth order: (1 -+ sqrt(3/7)) / 2 of a cell, and its middle.
             within = np.array([0.5 - 0.5 * np.sqrt(3.0 / 7.0), 0.5, 0.5 + 0.5 * np.sqrt(3.0 / 7.0)])[{2: [1], 4: [0, 1, 2]}[order]]
             for along in (x[0], y[:, x.shape[1] // 2]):
                 corners = along[::order]
@@ -201,7 +201,7 @@ class Configurations(unittest.TestCase):
         config.table("mesh").number("size_m")
         with self.assertRaisesRegex(ConfigurationError, r"config.mesh.sizes: no such key; did you mean `size_m`"):
             config.require_all_read()
-        with self.assertRaisesRegex(ConfigurationError, "damping_ratio is missing; is `dampin_ratio` meant to be it"):
+        with self.assertRaisesRegex(ConfigurationError, "damping_ratio is missing; does `dampin_ratio` stand for it"):
             Config({"dampin_ratio": 0.1}).number("damping_ratio")
 
     def test_values_are_checked_where_they_are_read(self):
@@ -238,7 +238,7 @@ class States(unittest.TestCase):
         other["u"][2, 1] = np.nextafter(5.0, 6.0)
         self.assertNotEqual(digest(other), digest(self.STATE))
 
-    def test_damage_and_what_is_no_data_are_refused(self):
+    def test_damage_and_values_that_are_not_data_are_refused(self):
         data = to_bytes(self.STATE)
         for cut in range(len(data)):
             with self.assertRaises(ConfigurationError):

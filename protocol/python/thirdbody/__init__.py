@@ -1,6 +1,6 @@
 """Solvers in Python for coupled runs of thirdbody.
 
-A continuum (forces in, displacements out) or a layer of grains (velocities in, forces out) is a class of a handful of methods::
+A continuum (forces in, displacements out) or a layer of grains (velocities in, forces out) is a class with a few methods::
 
     import thirdbody
 
@@ -9,7 +9,7 @@ A continuum (forces in, displacements out) or a layer of grains (velocities in, 
 
     thirdbody.participate(Rail)
 
-`participant.<name>.command` of a scenario starts the program. `protocol/WIRE.md` describes what goes over the wire.
+`participant.<name>.command` of a scenario starts the program. `protocol/WIRE.md` describes the messages on the wire.
 """
 
 from typing import Any
@@ -36,7 +36,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    # Whoever only reads runs needs NumPy alone, not what solvers speak with.
+    # Reading runs needs only NumPy, not the packages that solvers communicate with.
     if name == "participate":
         from .serve import participate
 

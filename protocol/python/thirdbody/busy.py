@@ -1,4 +1,4 @@
-"""Stretches of time in which a process was at work, on the clock of the coordinator: all processes of a host share one."""
+"""Spans of time in which a process was at work, on the coordinator's clock: all processes of a host share one."""
 
 import time
 from typing import Any, Dict, List, Tuple
@@ -8,17 +8,17 @@ SPANS = 1 << 17
 
 
 class BusyTimes:
-    """Spans of time (ns of the monotonic clock) in order. Of a long run only those are kept that touch a slot of time whose
+    """Spans of time (ns of the monotonic clock) in order. A long run keeps only spans that touch a slot of time whose
     number is a multiple of `every`; slots are counted on the common clock, so that all participants keep the same ones."""
 
     def __init__(self) -> None:
-        #: How far the clock of this host is ahead of the common one.
+        #: Lead of this host's clock over the common one.
         self.ahead_ns = 0
         self.every = 1
         self.spans_ns: List[Tuple[int, int]] = []
 
     def until_now(self, start_ns: int) -> None:
-        """Adds the span from `start_ns` of the own clock until now."""
+        """Adds the span from `start_ns`, on this host's clock, until now."""
         self.add((start_ns - self.ahead_ns, time.monotonic_ns() - self.ahead_ns))
 
     def add(self, span: Tuple[int, int]) -> None:
@@ -31,7 +31,7 @@ class BusyTimes:
             self.spans_ns = [span for span in self.spans_ns if _touches(span, self.every)]
 
     def document(self) -> Dict[str, Any]:
-        """As `Finished` tells it."""
+        """The spans in the form of `Finished`."""
         return {"every": self.every, "spans_ns": self.spans_ns}
 
 

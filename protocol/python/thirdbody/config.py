@@ -1,4 +1,4 @@
-"""What a participant is launched with: values that all share, and its own keys."""
+"""The data that a participant is launched with: common values, and its own keys."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MISSING = object()
 
 @dataclass(frozen=True)
 class Setting:
-    """Values that are common to all participants of a run."""
+    """Values for a participant that do not depend on its solver."""
 
     participant: str
     seed: int
@@ -42,7 +42,7 @@ class Config:
         if value is _MISSING:
             unread = [known for known in self._values if known not in self._read]
             meant = difflib.get_close_matches(key, unread, 1)
-            hint = f"; is `{meant[0]}` meant to be it?" if meant else ""
+            hint = f"; does `{meant[0]}` stand for it?" if meant else ""
             raise ConfigurationError(f"participant.config{self._place}.{key} is missing{hint}")
         return value
 
@@ -53,7 +53,7 @@ class Config:
         return self._tables[key]
 
     def number(self, key: str, default: Any = _MISSING, *, above: Optional[float] = None) -> float:
-        """A finite number, larger than `above` if that is given."""
+        """A finite number, larger than `above` if given."""
         value = self.get(key, default)
         place = f"participant.config{self._place}.{key}"
         if isinstance(value, bool) or not isinstance(value, (int, float)) or value - value != 0:
@@ -63,7 +63,7 @@ class Config:
         return float(value)
 
     def integer(self, key: str, default: Any = _MISSING, *, above: Optional[int] = None) -> int:
-        """A whole number, larger than `above` if that is given."""
+        """A whole number, larger than `above` if given."""
         value = self.number(key, default, above=above)
         if value != int(value):
             raise ConfigurationError(f"participant.config{self._place}.{key}: {value!r} is not a whole number")

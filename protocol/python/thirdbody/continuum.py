@@ -11,16 +11,16 @@ from .solver import Solver
 
 
 class Continuum(Solver):
-    """The side of an interface that is driven by forces.
+    """The side of an interface that receives forces.
 
-    A subclass gives `points`, `rest`, `step` and `displacement`; this class brings repeats, columns by probing, the work of the
-    interface, checkpoints and checks. Arrays of a state that was returned are read-only: `step` makes new ones.
+    A subclass defines `points`, `rest`, `step` and `displacement`; this class provides repeats, columns by probing, the interface
+    work, checkpoints and checks. Arrays of a returned state are read-only: `step` makes new ones.
     """
 
     kind = "continuum"
     sets: Sequence[str] = ("top",)
 
-    #: Length of the window (s) that `step` is in, for solvers without own step.
+    #: Length of the window (s) in which `step` is called, for solvers without their own step.
     window_s = 0.0
 
     #: The committed state with the displacement of its exchanged components.
@@ -29,8 +29,8 @@ class Continuum(Solver):
     def step(self, state: Any, force: np.ndarray, n: int) -> Any:
         """The state `n` own steps later under a constant force on each point (N), rows of (x, y).
 
-        An explicit integrator whose accelerations are part of the state computes them anew under this force: it jumps from
-        one window to the next.
+        An explicit integrator with accelerations in its state computes them anew under this force, which jumps from one window
+        to the next.
         """
         raise NotImplementedError
 
@@ -42,7 +42,7 @@ class Continuum(Solver):
         return {"advance": True, "columns": self.rollback, "alone": True}
 
     def columns(self, window: Window) -> np.ndarray:
-        """C (m/N) by a run from the start for each component, less one without force. Override it where it can be had for less."""
+        """C (m/N) from one run per component from the start, minus a run without force. Override it if there is a cheaper way."""
         self.window_s = window.length_s
         rest = self._frozen(self.rest())
 

@@ -1,4 +1,4 @@
-"""A layer of disks under a flat wheel with the grains, law and load of a scene that runs the built-in ones: all but how it is solved."""
+"""A layer of disks under a flat wheel, with the grains, law and load of a scene of the built-in grains, but another solver."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def turned(vectors: np.ndarray) -> np.ndarray:
 
 
 class DiskLayer(GrainLayer):
-    """A subclass gives `step`, on explicit sub-steps: `pace` tells them, `load` what presses the wheel down, `contacts` which disks touch,
-    and `booked` completes the new state.
+    """A subclass defines `step` with explicit sub-steps. `pace` gives the sub-steps, `load` the load on the wheel, `contacts` the touching
+    disks, and `booked` completes the new state.
 
-    `twin` is the scene of the built-in grains, `step_s` the longest sub-step, `drag_per_s` the rate at which a drag takes velocities.
-    Springs are the same at all contacts, whatever the radii: kn = contact_stiffness_pa x thickness (N/m), kt = tangential_stiffness_ratio
-    x kn, and |shear| <= friction x pressure. Disks are in order of x, loose ones first; the wheel is the disk after the last.
+    `twin` is the scene of the built-in grains, `step_s` the longest sub-step, `drag_per_s` the rate at which a drag reduces velocities.
+    Springs are the same at all contacts, for any radii: kn = contact_stiffness_pa x thickness (N/m), kt = tangential_stiffness_ratio x kn,
+    and |shear| <= friction x pressure. Disks are in order of x, loose ones first; the wheel is the disk after the last.
 
-    A state holds what `rest` does: displacement, velocity and spin of the disks, height and speed of the wheel, what `contacts` gives,
-    the force on the wheel and those on the glued disks, and sums since the start. A subclass may keep more.
+    A state has the entries of `rest`: displacement, velocity and spin of the disks, height and speed of the wheel, the result of
+    `contacts`, the forces on the wheel and on the glued disks, and sums since the start. A subclass may keep more.
     """
 
     outward = {"base": (0.0, -1.0)}
@@ -40,9 +40,9 @@ class DiskLayer(GrainLayer):
         grains = _twin(Path(config.get("twin")), setting.participant)
         law, wheel, sample = grains.table("law"), grains.table("wheel"), grains.table("sample")
         if law.get("kind") != "coulomb" or sample.get("kind") != "disks":
-            raise ConfigurationError("participant.config.twin: its law is not `coulomb` or its sample is no list of disks")
+            raise ConfigurationError("participant.config.twin: its law is not `coulomb` or its sample is not a list of disks")
         if wheel.number("radius_m") or wheel.number("cycles", 0.0):
-            raise ConfigurationError("participant.config.twin: its wheel is round or moves sideways, this one cannot")
+            raise ConfigurationError("participant.config.twin: its wheel is round or moves sideways, which this layer cannot do")
         self.friction, self.kn = law.number("friction"), law.number("contact_stiffness_pa", above=0) * setting.thickness_m
         self.kt = law.number("tangential_stiffness_ratio", above=0) * self.kn
         self.load_n, self.wheel_mass = wheel.number("load_n", above=0), wheel.number("mass_kg", above=0)
@@ -75,22 +75,22 @@ class DiskLayer(GrainLayer):
         }
 
     def pace(self, window_s: float) -> Tuple[int, float, float]:
-        """The number of sub-steps of a window, their length (s), and the share of all velocities that the drag leaves. It takes its
-        share at once, at the start of the window, so that the answer of the window to the motion below has no jumps."""
+        """The number of sub-steps of a window, their length (s), and the share of all velocities that the drag leaves. The drag
+        acts once, at the start of the window, so that the window's answer to the motion below has no jumps."""
         steps = math.ceil(window_s / self.step_most_s - 1e-9)
         return steps, window_s / steps, math.exp(-self.drag_per_s * window_s)
 
     def load(self, time_s: float) -> float:
-        """What presses the wheel down (N)."""
+        """Load that presses the wheel down (N)."""
         return self.load_n * min(1.0, time_s / self.ramp_s)
 
     def contacts(self, u: np.ndarray, height: float, force: Mapping[Tuple[int, int], Any]) -> Dict[str, np.ndarray]:
-        """All pairs that touch, in order, but for two glued disks: the normal from the second to the first, the pressure, and the shear
-        force on the first along the normal turned left, of the `force` on the first (N) by pair; a pair that it lacks has none."""
+        """All touching pairs, in order, except pairs of glued disks: the normal from the second to the first, the pressure, and the shear
+        force on the first along the normal turned left. `force` gives the force on the first (N) by pair; a missing pair has no shear."""
         place = self.centre + u
         rows = np.argsort(place[:, 0], kind="stable")
         x = place[rows, 0]
-        # Only disks whose x are near enough can touch: those from a disk to the last such one to its right.
+        # Only disks that are near enough in x can touch: from a disk to the last such disk to its right.
         near = np.searchsorted(x, x + 2.0 * self.radius.max()) - np.arange(self.count) - 1
         left = np.repeat(np.arange(self.count), near)
         right = left + 1 + np.arange(left.size) - np.repeat(np.cumsum(near) - near, near)
@@ -108,7 +108,7 @@ class DiskLayer(GrainLayer):
         return {"pairs": pairs, "normal": normal, "pressure": self.kn * overlap, "shear": (on_first * turned(normal)).sum(axis=1)}
 
     def booked(self, new: Dict[str, Any], state: Mapping[str, Any], window_s: float, work: float, friction: float) -> Dict[str, Any]:
-        """A new state with its time and sums; in this window the load did `work` and friction took `friction` (J)."""
+        """A new state with its time and sums; in this window the load did `work` and friction dissipated `friction` (J)."""
         new["time_s"] = state["time_s"] + window_s
         new["wheel_load"], new["friction"] = state["wheel_load"] + work, state["friction"] + friction
         new["drag"] = state["drag"] + (1.0 - self.pace(window_s)[2] ** 2) * self.kinetic(state)
@@ -118,8 +118,8 @@ class DiskLayer(GrainLayer):
         return new
 
     def tangent(self, states: Sequence[Any], window_s: float) -> np.ndarray:
-        """Stiffness of the contacts of the glued disks, pressed half as far in the mean over a window as at its end: of all that there
-        were in a repeat, as if none slid, for too much of it makes slow steps and too little a cycle."""
+        """Stiffness of the contacts of the glued disks; in the mean over a window they are pressed half as far as at its end. It counts
+        all contacts of all repeats as sticking: too high a stiffness makes slow steps, too low a stiffness makes a cycle."""
         touching = {}
         for state in reversed(states):
             for disk, other in ((1, 0), (0, 1)):
@@ -166,7 +166,7 @@ class DiskLayer(GrainLayer):
 
 
 def _twin(path: Path, participant: str) -> Config:
-    """The configuration of the built-in grains that bear the name of the participant."""
+    """The configuration of the built-in grains with the participant's name."""
     try:
         grains = [other["config"] for other in read_toml(path)["participant"] if other["name"] == participant]
     except OSError as error:
@@ -175,7 +175,7 @@ def _twin(path: Path, participant: str) -> Config:
         raise ConfigurationError(f"participant.config.twin: {path} has no participant `{participant}`")
     twin = Config(grains[0], ".twin")
     for key in ("solver", "time", "plausible"):
-        # How the built-in grains are solved and checked.
+        # The solution and the checks of the built-in grains.
         twin.get(key, None)
     return twin
 

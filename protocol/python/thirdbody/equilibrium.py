@@ -11,17 +11,17 @@ from .node import Points, Window
 
 
 class LinearEquilibrium(Continuum):
-    """A body whose points move by a compliance times the forces on them, whatever came before. A subclass sets these three."""
+    """A body whose points move by a compliance times the present forces on them. A subclass sets `x`, `y` and `compliance`."""
 
-    #: Places of the points (m).
+    #: Positions of the points (m).
     x: np.ndarray
     y: np.ndarray
-    #: Displacement of each component, x and y of one point after the other, by a force on each (m/N), 2n x 2n.
+    #: Displacement of each component, x and y point by point, under a unit force on each (m/N), 2n x 2n.
     compliance: np.ndarray
 
     @staticmethod
     def compliance_of(solve: Callable[[np.ndarray], np.ndarray], unknowns: int, coupled: np.ndarray) -> np.ndarray:
-        """The columns and rows `coupled` of the inverse of a stiffness with so many `unknowns`, whose `solve` takes right sides."""
+        """The columns and rows `coupled` of the inverse of a stiffness matrix with `unknowns` rows; `solve` takes right-hand sides."""
         loads = np.zeros((unknowns, coupled.size))
         loads[coupled, np.arange(coupled.size)] = 1.0
         return solve(loads)[coupled]

@@ -1,4 +1,4 @@
-"""Faults that a participant tells the coordinator, each with the exit code of the run."""
+"""Faults that a participant reports to the coordinator, each with the exit code of the run."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ class ConfigurationError(Fault):
 
 
 class Diverged(Fault):
-    """The solution left the finite numbers, or a solver did not converge (exit code 3)."""
+    """The solution became infinite or NaN, or a solver did not converge (exit code 3)."""
 
     code = "diverged"
 
 
 class ProtocolError(Fault):
-    """A frame that does not belong here (exit code 4)."""
+    """A frame arrived out of place (exit code 4)."""
 
     code = "protocol"
 

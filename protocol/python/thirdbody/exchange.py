@@ -1,6 +1,6 @@
-"""The exchange at an interface, window by window, out of exchange.mcap.
+"""The exchange at an interface, window by window, from exchange.mcap.
 
-The file is read with the `mcap` wheel where it is installed (`pip install mcap`: nothing else is needed, and nothing is written),
+The file is read with the `mcap` wheel if it is installed (`pip install mcap`; this needs nothing else and writes nothing),
 otherwise through `thirdbody export`, which needs the program.
 """
 
@@ -41,18 +41,18 @@ class Side:
 
     #: Its name.
     participant: str
-    #: Of its points, undeformed (m).
+    #: Undeformed positions of its points (m).
     points_m: np.ndarray
     #: Displacement since the start, at the end of the window (m).
     displacement_m: np.ndarray
-    #: Of a layer its velocity at the end of the window, of a continuum its mean over the window (m/s).
+    #: A layer's velocity at the end of the window, or a continuum's mean velocity over the window (m/s).
     velocity_m_per_s: np.ndarray
-    #: Of a continuum the force on it, of a layer the force that it exerts (N).
+    #: The force on a continuum, or the force that a layer exerts (N).
     force_n: np.ndarray
 
 
 class Interface:
-    """The exchange at an interface. `sides[participant]` has the arrays; times are those of the windows."""
+    """The exchange at an interface. `sides[participant]` has the arrays, one row per window."""
 
     def __init__(self, name: str, windows: Sequence[Message], sides: Dict[str, Side], damage: Optional[str]) -> None:
         #: Its name in the scenario.
@@ -65,7 +65,7 @@ class Interface:
         self.t_s = np.array([one.t1_s for one in windows])
         #: The participants.
         self.sides = sides
-        #: Reason for which the log ends early, if it does.
+        #: Why the log ends early, if it does.
         self.damage = damage
 
     def __getitem__(self, participant: str) -> Side:
@@ -97,7 +97,7 @@ def read_interface(log: Path, name: str, between: Sequence[str], program: Option
 
 
 class _Stream:
-    """What one participant of an interface was told and answered."""
+    """The requests to one participant of an interface, and its answers."""
 
     def __init__(self, participant: str, interface: str, stream: List[Message]) -> None:
         self.participant = participant
@@ -118,7 +118,7 @@ class _Stream:
                 self.answers.setdefault(message.window, {})[message.kind] = message.numbers
         points = np.concatenate(surfaces) if surfaces else np.zeros((0, 2))
         chosen = np.arange(len(points)) if selected is None else selected
-        #: Points that are exchanged, of all interfaces of the participant, and those of them that are of this one.
+        #: Exchanged points of all interfaces of the participant, and which of them belong to this interface.
         self.exchanged = len(chosen)
         self.own = np.ones(len(chosen), dtype=bool)
         names = next((one.interfaces for one in stream), [interface])
@@ -129,7 +129,7 @@ class _Stream:
         self.points = points[chosen][self.own]
 
     def side(self, windows: Sequence[int]) -> Side:
-        """Arrays of these windows."""
+        """The arrays for these windows."""
         count = len(self.points)
         force, velocity, displacement = (np.full((len(windows), count, 2), np.nan) for _ in range(3))
         total = np.zeros((count, 2))
@@ -152,7 +152,7 @@ class _Stream:
         return Side(self.participant, self.points, displacement, velocity, force)
 
     def _rows(self, numbers: np.ndarray) -> np.ndarray:
-        """Vectors (k x points x 2) at the points of this interface; scalars that follow them are left out."""
+        """Vectors (k x points x 2) at the points of this interface, without the scalars that follow."""
         length = 2 * self.exchanged
         count = numbers.size // length if length else 0
         return numbers[: count * length].reshape(count, self.exchanged, 2)[:, self.own]
@@ -182,11 +182,11 @@ def _read(log: Path) -> Iterator[Union[Message, str]]:
                 elif kind == "Message" and channels[record.channel_id][0] in _WANTED:
                     yield _decoded(*channels[record.channel_id], record.data)
         except (McapError, struct.error, RuntimeError, EOFError) as error:
-            yield f"{log} ends early ({error}): it was cut off or is damaged; `thirdbody inspect` tells where"
+            yield f"{log} ends early ({error}): it was cut off or is damaged; `thirdbody inspect` shows where"
 
 
 def _decoded(kind: str, interfaces: List[str], data: bytes) -> Message:
-    """A message thirdbody.Exchange in protobuf; its description travels with the log."""
+    """A message thirdbody.Exchange in protobuf; the log contains its description."""
     fields: Dict[int, Any] = {}
     at = 0
     while at < len(data):
@@ -225,7 +225,7 @@ def _exported(log: Path, program: Optional[str]) -> Iterator[Union[Message, str]
         if done.returncode:
             raise ValueError(f"{log} cannot be exported: {done.stderr.strip()}")
         found = [one for path in sorted(Path(folder).glob("*.csv")) for one in _rows(path)]
-        # One file a stream: a request comes before its answer, and both before what accepts the window.
+        # One file per stream: a request comes before its answer, and both before the `Commit` of the window.
         order = {kind: place for place, kind in enumerate(("Surface", "Select", "Advance", "Solve", "Follow", "Motion", "Force", "Reaction", "Commit"))}
         found.sort(key=lambda one: (one.window, one.kind == "Commit", one.iteration, order[one.kind]))
         yield from found

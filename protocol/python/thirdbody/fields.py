@@ -1,7 +1,7 @@
-"""Fields of a participant: what fields/*.vtu (bodies) and *.vtp (grains) hold, read with NumPy alone.
+"""Fields of a participant from fields/*.vtu (bodies) and *.vtp (grains), read with only NumPy.
 
-Read are the two ways in which data arrays of VTK's XML files are written here: as text between their tags (`format="ascii"`) and
-as bytes behind the `_` of `<AppendedData encoding="raw">`, each array after its length.
+Data arrays in these VTK XML files have two forms: text between their tags (`format="ascii"`), or bytes after the `_` of
+`<AppendedData encoding="raw">`, each array after its length.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _APPENDED = re.compile(rb"<AppendedData[^>]*>")
 
 
 class Field(Dict[str, np.ndarray]):
-    """The arrays of one moment by name, unit in the name, one row a point or a cell.
+    """The arrays of one moment by name, unit in the name, one row per point or cell.
 
-    Of a body: `points_m` (n x 2, undeformed), `quads` (m x 4, indices of points), arrays of points such as `displacement_m` (n x 2)
-    and of elements such as `hydrostatic_pressure_pa` (m). Of grains: `points_m` (centres), `radius_m`, `velocity_m_per_s` and others
-    of grains, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential), `gap_m`, `status` (1 stick, 2 slip, 3
-    bonded) and of bonds `adhesion`. Contacts of grains with other bodies have the same arrays with `face_` in front: `face_grain` (f),
-    `face_partner` (f: `wheel`, `wall` or `surface`), `face_point_m` (f x 2, where they touch), `face_force_n`, `face_gap_m` and so on.
+    A body has `points_m` (n x 2, undeformed), `quads` (m x 4, indices of points), arrays of points such as `displacement_m` (n x 2)
+    and of elements such as `hydrostatic_pressure_pa` (m). Grains have `points_m` (centres), `radius_m`, `velocity_m_per_s` and others
+    per grain, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential), `gap_m`, `status` (1 stick, 2 slip, 3
+    bonded) and, for bonds, `adhesion`. Contacts of grains with other bodies have the same arrays with the prefix `face_`: `face_grain`
+    (f), `face_partner` (f: `wheel`, `wall` or `surface`), `face_point_m` (f x 2, the contact points), `face_force_n`, `face_gap_m` etc.
     """
 
     def __init__(self, path: Path, time_s: float) -> None:
@@ -55,7 +55,7 @@ class Moment(NamedTuple):
 
 
 class Fields:
-    """The moments at which a participant wrote its fields, in order of time. Each is read when it is asked for."""
+    """The moments at which a participant wrote its fields, in order of time. Each is read on first use."""
 
     def __init__(self, run: Path, participant: str) -> None:
         folder = run / "fields"
@@ -64,9 +64,9 @@ class Fields:
         if not listed.is_file():
             known = sorted(path.stem for path in folder.glob("*.pvd"))
             if (folder / f"{participant}.vtkhdf").is_file():
-                hint = f"{participant}.vtkhdf beside it has these fields: h5py or VTK reads it, this package what run.output.fields_format = \"vtk-xml\" leaves"
+                hint = f"{participant}.vtkhdf beside it has these fields: h5py or VTK reads it; this package reads run.output.fields_format = \"vtk-xml\""
                 raise FileNotFoundError(f"{listed} is missing; {hint}")
-            hint = f"participants with fields: {', '.join(known)}" if known else "no participant wrote any: the run ended before its first moment"
+            hint = f"participants with fields: {', '.join(known)}" if known else "no participant wrote fields: the run ended before its first moment"
             raise FileNotFoundError(f"{listed} is missing; {hint}")
         tree = _parse(listed, listed.read_bytes())
         #: Name, time and file of each moment.
@@ -92,7 +92,7 @@ class Fields:
         return (self[place] for place in range(len(self)))
 
     def __getitem__(self, which: Union[int, str]) -> Field:
-        """The arrays of a moment by its place or its name."""
+        """The arrays of a moment by its index or its name."""
         if isinstance(which, str):
             if which not in self.names:
                 raise KeyError(f"no moment `{which}` of `{self.participant}`; moments: {', '.join(self.names)}")
@@ -101,7 +101,7 @@ class Fields:
         return Field(moment.path, moment.time_s)
 
     def nearest(self, t_s: float) -> Field:
-        """The arrays of the moment nearest to a time (s): look at its `time_s`."""
+        """The arrays of the moment nearest to a time (s); its `time_s` is the exact one."""
         return self[int(np.argmin(np.abs(self.t_s - t_s)))]
 
     def __repr__(self) -> str:
@@ -113,7 +113,7 @@ _PARTNERS = np.array(["grain", "wheel", "wall", "surface"])
 
 
 def _contacts(arrays: Dict[str, np.ndarray], grains: int) -> Dict[str, np.ndarray]:
-    """The contacts of a file, those between grains and those with other bodies, and their data."""
+    """The contacts in a file and their data: between grains, and with other bodies."""
     contacts = arrays.pop("contacts", np.zeros((0, 2), dtype=np.int64))
     points, partner = arrays.pop("points_m"), arrays.pop("partner", np.zeros(len(contacts), dtype=np.uint8))
     both = (contacts < grains).all(axis=1)
@@ -124,7 +124,7 @@ def _contacts(arrays: Dict[str, np.ndarray], grains: int) -> Dict[str, np.ndarra
 
 
 def read_vtk(path: Path) -> Dict[str, np.ndarray]:
-    """The arrays of a .vtu or .vtp file, by the names that `Field` tells."""
+    """The arrays of a .vtu or .vtp file, by the names in `Field`."""
     data = path.read_bytes()
     text, appended = data, None
     found = _APPENDED.search(data)
@@ -154,7 +154,7 @@ def _arrays(piece: ElementTree.Element, reader: _Reader) -> Dict[str, np.ndarray
         arrays["quads"] = parts["Cells"]["connectivity"].reshape(-1, 4)
     if "Lines" in parts:
         arrays["contacts"] = parts["Lines"]["connectivity"].reshape(-1, 2)
-        # Cells of vertices come before those of lines.
+        # Cells of vertices come before cells of lines.
         vertices = len(parts.get("Verts", {}).get("offsets", ()))
     for name, values in parts.get("PointData", {}).items():
         arrays[name] = values[:, :2] if values.ndim == 2 and values.shape[1] == 3 else values
@@ -164,7 +164,7 @@ def _arrays(piece: ElementTree.Element, reader: _Reader) -> Dict[str, np.ndarray
 
 
 class _Reader:
-    """Data arrays of a file, written in either way."""
+    """Data arrays of a file, in either form."""
 
     def __init__(self, path: Path, appended: Optional[memoryview], header: np.dtype) -> None:
         self.path = path
@@ -185,7 +185,7 @@ class _Reader:
             raise ValueError(f"{self.path}, array `{name}`: its format is `{form}`; this reads `ascii` and `appended`")
         components = int(element.get("NumberOfComponents", "1"))
         if len(values) % components:
-            raise ValueError(f"{self.path}, array `{name}`: {len(values)} numbers are no rows of {components}: the file is damaged")
+            raise ValueError(f"{self.path}, array `{name}`: {len(values)} numbers do not make rows of {components}: the file is damaged")
         return values.reshape(-1, components) if components > 1 else values
 
     def _text(self, element: ElementTree.Element, kind: np.dtype) -> np.ndarray:
@@ -203,13 +203,13 @@ class _Reader:
         if len(left) < start + due or due % kind.itemsize:
             held = max(len(left) - start, 0)
             raise ValueError(
-                f"{self.path}, array `{name}` at offset {offset}: {due} bytes are due, {held} are there: the file was cut off; run the scenario again"
+                f"{self.path}, array `{name}` at offset {offset}: {held} bytes instead of {due}: the file was cut off; run the scenario again"
             )
         return np.frombuffer(left[start : start + due], dtype=kind)
 
 
 def _parse(path: Path, text: bytes) -> ElementTree.Element:
-    # Tags that the appended data follow are open: what closes them was cut off with the data.
+    # The tags before the appended data are still open: their closing tags were cut off with the data.
     try:
         return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:

@@ -12,11 +12,11 @@ from .solver import Solver
 
 
 class GrainLayer(Solver):
-    """The side of an interface that is driven by the motion of its glued points.
+    """The side of an interface that receives the motion of its glued points.
 
-    A subclass gives `points`, `rest` and `step`. On a compliant boundary the velocity depends on the answer, v = a + W p with the
-    impulse p: this class finds it by repeating the window (IQN-ILS, Degroote, Bathe and Vierendeels 2009), from the force of the
-    window before and with the stiffness that `tangent` tells, if it does. A solver whose windows are too dear to be repeated says
+    A subclass defines `points`, `rest` and `step`. On a compliant boundary the velocity depends on the answer, v = a + W p with the
+    impulse p. This class finds it by repeating the window (IQN-ILS, Degroote, Bathe and Vierendeels 2009), from the force of the
+    last window and with the stiffness from `tangent`, if any. A solver whose windows are too expensive to repeat sets
     `compliant = False` and is coupled by a scheme with a rigid boundary.
     """
 
@@ -24,26 +24,26 @@ class GrainLayer(Solver):
     sets: Sequence[str] = ("base",)
     #: False: windows on a rigid boundary only.
     compliant = True
-    #: Residual of the boundary's equation to which a window on a compliant one is repeated, over its largest velocity.
+    #: Residual of a compliant boundary's equation, over its largest velocity, at which repeats of a window stop.
     tolerance = 1e-9
     #: Repeats of a window before it counts as not converged.
     repeats_max = 60
-    #: Repeats of the window that the next guess is made of.
+    #: Repeats of the window that enter the next guess.
     secants = 40
 
     def step(self, state: Any, velocity: np.ndarray, window_s: float) -> Tuple[Any, np.ndarray]:
-        """The state a window later while the glued points go at these constant velocities (m/s), rows of (x, y), and the mean
-        force of the layer on each of them (N)."""
+        """The state one window later, with the glued points at these constant velocities (m/s), rows of (x, y), and the mean
+        force of the layer on each point (N)."""
         raise NotImplementedError
 
     def tangent(self, states: Sequence[Any], window_s: float) -> Optional[np.ndarray]:
-        """-dF/dv (N s/m) over all components of all coupled points, for the windows on compliant boundaries of stiff layers. `states`
-        are the committed one and those that repeats of this window led to. None: it is found by the repeats alone."""
+        """-dF/dv (N s/m) over all components of all coupled points, for windows of stiff layers on compliant boundaries. `states`
+        are the committed state and the results of this window's repeats. With `None` only the repeats determine it."""
         return None
 
     def glue(self, state: Any, displacement: np.ndarray) -> Any:
-        """The state with its glued points where the coupler has them (m, since the start), rows of (x, y). By default they stay
-        where `step` moved them, which is the same but for the gap that the scheme leaves."""
+        """The state with its glued points at the coupler's displacements (m, since the start), rows of (x, y). By default they stay
+        where `step` moved them, which differs only by the gap that the scheme leaves."""
         return state
 
     def begin(self) -> None:
@@ -108,7 +108,7 @@ class GrainLayer(Solver):
                 tried = []
             tried = [*tried[-self.secants :], (velocity, residual)]
             if len(tried) > 1:
-                # What least squares over the differences between repeats explain of the residual.
+                # The part of the residual that least squares over the differences between repeats explain.
                 velocities, residuals = (np.diff(np.array(rows), axis=0).T for rows in zip(*tried))
                 weights = np.linalg.lstsq(residuals, residual, rcond=1e-10)[0]
                 velocity, residual = velocity - velocities @ weights, residual - residuals @ weights
@@ -117,7 +117,7 @@ class GrainLayer(Solver):
     def _inverse(
         self, known: Any, inverse: np.ndarray, states: Sequence[Any], mobility: np.ndarray, length: float
     ) -> Tuple[Any, np.ndarray]:
-        """The tangent and (1 + W H K)^-1, made anew where the tangent is another one."""
+        """The tangent and (1 + W H K)^-1, computed anew if the tangent has changed."""
         tangent = self.tangent(states, length)
         if tangent is None or (known is not None and np.array_equal(tangent, known)):
             return tangent, inverse

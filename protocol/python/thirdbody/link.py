@@ -25,7 +25,7 @@ class LinkError(Exception):
 
 
 class LinkFull(LinkError):
-    """No sample was taken in time. The same frame can be sent again, and goes on where it was cut off."""
+    """The other end took no sample in time. The same frame can be sent again, and continues where it was cut off."""
 
 
 class _Header(ctypes.Structure):
@@ -65,7 +65,7 @@ class Link:
         self._requests = self._data("request", deadline)
         self._answers = self._data("answer", deadline)
         wakes_us, wakes_other = self._event("request"), self._event("answer")
-        # It listens before it can be spoken to.
+        # This end listens before the other end can send.
         self._listener = wakes_us.listener_builder().create()
         self._notifier = wakes_other.notifier_builder().create()
         self._publisher = (
@@ -105,9 +105,9 @@ class Link:
             try:
                 return builder.open()
             except iox2.PublishSubscribeOpenError as error:
-                # A service that is being created looks like one that is missing.
+                # A service that is being created looks like a missing one.
                 if time.monotonic() >= deadline:
-                    raise LinkError(f"no connection of the coordinator to `{self._participant}`: {error}") from error
+                    raise LinkError(f"`{self._participant}` found no connection to the coordinator: {error}") from error
             time.sleep(1e-3)
 
     def _event(self, way: str) -> iox2.PortFactoryEvent:
@@ -127,14 +127,14 @@ class Link:
                 time.sleep(1e-4)
 
     def send(self, header: Header, payload: bytes, patience_s: float) -> None:
-        """Hands over one frame; a long one travels as full samples and one that is not full."""
+        """Sends one frame; a long one travels as full samples and a last one that is not full."""
         deadline = time.monotonic() + patience_s
         self._connect(deadline)
         packed = header.pack()
         full = 8 * SAMPLE_DOUBLES
         begun, at = self._begun or (packed, 0)
         if begun != packed:
-            raise LinkError("an earlier frame was cut off half-way, nothing but its rest can follow it")
+            raise LinkError("an earlier frame was sent only in part, and only its rest can follow")
         while True:
             part = payload[at : at + full] if at or len(payload) >= full else payload
             self._send_sample(packed, part, deadline)
@@ -159,7 +159,7 @@ class Link:
 
     def _take(self) -> Optional[Frame]:
         while (sample := self._subscriber.receive()) is not None:
-            # The length of the payload itself is told in bytes by this binding; the header is right.
+            # This binding gives the payload's own length in bytes; the header is right.
             size = 8 * sample.header.number_of_elements
             part = ctypes.string_at(sample.payload_ptr, size)
             if size == 8 * SAMPLE_DOUBLES:
@@ -171,7 +171,7 @@ class Link:
         return None
 
     def receive(self, patience_s: float) -> Optional[Frame]:
-        """The next frame, or none if it did not come in time."""
+        """The next frame, or `None` if it did not come in time."""
         start = time.monotonic()
         looks = 0
         alone = True
@@ -182,7 +182,7 @@ class Link:
             looks += 1
             # Looking for the coordinator costs as much as looking for a frame.
             if looks % LOOKS == 0 and self._has_left():
-                # What it said before it left may have come since.
+                # A frame from before it left may have arrived since.
                 if (frame := self._take()) is not None:
                     return frame
                 raise LinkError("the coordinator closed the connection")
@@ -191,15 +191,15 @@ class Link:
                 return None
             if alone and waited < self._polling_s:
                 os.sched_yield()
-                # A yield that comes back late gave the core to somebody who wants all of it.
+                # A yield that returns late gave the core to another program that wants the whole core.
                 alone = time.monotonic() - start - waited < LATE_YIELD_S
             else:
                 looks = -1
                 self._listener.timed_wait(self._slice)
 
     def clock_ahead_ns(self) -> int:
-        """How far this host's clock is ahead of the coordinator's: it is the same."""
+        """Lead of this host's clock over the coordinator's: both use the same clock."""
         return 0
 
     def close(self) -> None:
-        """Nothing is left to do: what was sent stays for the coordinator."""
+        """Does nothing: sent frames stay for the coordinator."""

@@ -9,18 +9,18 @@ import numpy as np
 from .config import Config
 from .errors import ConfigurationError
 
-#: Bisections after which the growth of a grading is as exact as a double.
+#: Bisections after which the growth of a grading has the precision of a double.
 _BISECTIONS = 60
 
 
 def crowned_grid(config: Config, order: int = 1) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes and quadrilaterals of a rail: x and y (m), rows from below, each from the left, the top of the crown being the origin; and
+    """Nodes and quadrilaterals of a rail: x and y (m), rows from below, each from the left, with the origin at the top of the crown; and
     the four corners of each element, counterclockwise, by their index in all rows.
 
-    It is uniform with `size_m` within `fine_width_m` and `fine_depth_m`, and graded from there on by `side_columns` on either side
-    and `depth_rows`, up to `width_m` and `height_m`; `crown_radius_m` takes its drop off every column, from nothing at the base.
-    Elements of a higher `order` have nodes between their corners, at the points of Gauss and Lobatto (the middle, where the order is 2);
-    these get the drop of their own place, so that all of the crown lie on the circle.
+    The mesh is uniform with `size_m` within `fine_width_m` and `fine_depth_m`, and graded beyond by `side_columns` on either side
+    and `depth_rows`, up to `width_m` and `height_m`. `crown_radius_m` lowers every column by its drop, which grows from zero at the base.
+    Elements of a higher `order` have nodes between their corners, at the Gauss-Lobatto points (the middle for order 2). These nodes get
+    the drop at their own position, so that all nodes of the crown lie on the circle.
     """
     size, crown = config.number("size_m", above=0), config.number("crown_radius_m", above=0)
     width, height = config.number("width_m", above=0), config.number("height_m", above=0)
@@ -38,10 +38,10 @@ def crowned_grid(config: Config, order: int = 1) -> Tuple[np.ndarray, np.ndarray
 
 
 def traction_matrix(x: np.ndarray, order: int) -> np.ndarray:
-    """B of f = B^T f_c and u_c = B u, between a surface of straight lines, as the coupler sees it, and edges of the given order.
+    """B of f = B^T f_c and u_c = B u, between the coupler's surface of straight lines and edges of the given order.
 
-    f_c are forces on the lines between the nodes at `x` (m), f those of the same nodes as nodes of edges, `order` + 1 on each. Both
-    are of the same traction, straight between its values t at the nodes: f_c = M t with M = int h h^T and the hats h, and f = G t with
+    f_c are forces on the lines between the nodes at `x` (m), f the forces on the same nodes as nodes of edges, `order` + 1 on each. Both
+    come from the same traction, linear between its values t at the nodes: f_c = M t with M = int h h^T and the hats h, and f = G t with
     G = int q h^T and the shape functions q of the edges. So B^T = G M^-1; it keeps the force and the moment, and the work f_c u_c = f u.
     """
     mass, mixed = np.zeros((x.size, x.size)), np.zeros((x.size, x.size))
@@ -59,7 +59,7 @@ def traction_matrix(x: np.ndarray, order: int) -> np.ndarray:
 
 
 def _graded(length: float, fine: float, size: float, cells: int) -> np.ndarray:
-    """Places from 0 to `length`: `size` apart up to `fine`, then cells of the sizes size r^k, k = 0, 1, ..., that fill the rest."""
+    """Positions from 0 to `length`: `size` apart up to `fine`, then cells of the sizes size r^k, k = 0, 1, ..., that fill the rest."""
     inner = np.linspace(0.0, fine, int(round(fine / size)) + 1)
     sizes = inner[-1:]
     low, high = 0.0, (length - fine) / size + 1.0
@@ -71,7 +71,7 @@ def _graded(length: float, fine: float, size: float, cells: int) -> np.ndarray:
 
 
 def _with_inner_nodes(corners: np.ndarray, order: int) -> np.ndarray:
-    """Places of the corners of cells and of the nodes between them: the zeros of the derivative of Legendre's polynomial, in each cell."""
+    """Positions of the corners of cells and of the nodes between them: in each cell the zeros of the Legendre polynomial's derivative."""
     zeros = np.polynomial.legendre.Legendre.basis(order).deriv().roots()
     within = np.append(0.0, 0.5 * (1.0 + zeros))
     return np.append((corners[:-1, None] + within * np.diff(corners)[:, None]).reshape(-1), corners[-1])

@@ -1,7 +1,7 @@
 """The participant's end of a connection to a coordinator on another host (protocol/WIRE.md, "Between hosts").
 
-zenoh connects again by itself, but gives nothing again that was lost meanwhile, and whoever it lets in may publish: so pieces of frames are
-numbered, kept until the coordinator has them and sent again where it lacks them, and every message is signed.
+zenoh reconnects by itself, but does not repeat messages lost meanwhile, and any program that it lets in may publish. So this end numbers
+pieces of frames, keeps them until the coordinator confirms them and repeats the missing ones; it signs every message.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .wire import LAYOUT, Frame, Header
 PIECE, PING, PONG, LEFT = range(4)
 PIECE_SIZE = 8 * 4096
 WAITING_FRAMES = 2
-#: Between two pings of a wait, and before the coordinator was heard.
+#: Pause between two pings of a wait, and before the coordinator's first message.
 PAUSE_S, SOON_S = 0.25, 20e-3
 ROUND_TRIPS, LONGEST_TRIP_S = 9, 2.0
-FAREWELLS = 50  # A second, with the pauses between them.
+FAREWELLS = 50  # One second, with the pauses between them.
 SIGNATURE_SIZE = 32
 #: purpose, number, received, taken, clock_ns, echo_ns.
 NUMBERS = struct.Struct("<6Q")
@@ -40,16 +40,16 @@ class NetworkLink:
     """Requests in, answers out; frames arrive in order, once and whole."""
 
     def __init__(self, transport: Dict[str, Any], run_id: int, participant: str) -> None:
-        """Connects in the background: the first frame, or the first ping that is answered, finds the coordinator."""
+        """Connects in the background: the first frame, or the first answered ping, waits for the connection."""
         key = bytes.fromhex(transport["key"])
         self._ours, self._theirs = (hashlib.blake2b(sender, key=key, digest_size=SIGNATURE_SIZE) for sender in (b"a", b"q"))
         self._lost_after_s = transport["lost_after_s"]
-        # Number, piece, and the time at which zenoh had it.
+        # Number, piece, and the time at which zenoh took it.
         self._unconfirmed: Deque[List[Any]] = deque()
         self._sent_pieces = self._sent_frames = 0
-        # Time that was waited since the coordinator was heard, none before the first time, and since the last ping.
+        # Time spent waiting since the coordinator's last message (-inf before its first), and since the last ping.
         self._silent_s, self._unpinged_s = -math.inf, 0.0
-        # What zenoh's thread has heard, behind the lock of this condition.
+        # The data from zenoh's thread, behind the lock of this condition.
         self._changed = threading.Condition(threading.Lock())
         self._arrived: Deque[Frame] = deque()
         self._arriving: List[memoryview] = []
@@ -69,7 +69,7 @@ class NetworkLink:
             raise LinkError(f"zenoh: {error}") from error
 
     def send(self, header: Header, payload: bytes, patience_s: float) -> None:
-        """Hands over one frame, in pieces that are kept until the coordinator has them."""
+        """Sends one frame, in pieces that are kept until the coordinator confirms them."""
         if not self._wait(patience_s, lambda: self._sent_frames < self._taken_frames + WAITING_FRAMES):
             raise LinkFull("the coordinator took no frame in time")
         self._sent_frames += 1
@@ -83,11 +83,11 @@ class NetworkLink:
             self._put(self._unconfirmed[-1])
 
     def receive(self, patience_s: float) -> Optional[Frame]:
-        """The next frame, or none if it did not come in time."""
+        """The next frame, or `None` if it did not come in time."""
         return self._wait(patience_s, self._next_frame)
 
     def clock_ahead_ns(self) -> int:
-        """How far this host's clock is ahead of the coordinator's; of some round trips the shortest tells it best."""
+        """Lead of this host's clock over the coordinator's; of several round trips the shortest gives the best value."""
         trips = []
         for _ in range(ROUND_TRIPS):
             self._ping()
@@ -95,12 +95,12 @@ class NetworkLink:
         return min(trips)[1]
 
     def close(self) -> None:
-        """Leaves once the coordinator has the last answer, which nobody else could send again."""
+        """Leaves once the coordinator has the last answer, which no other program could send again."""
         self._ping()
         with contextlib.suppress(LinkError):
             self._wait(self._lost_after_s, lambda: self._confirmed_pieces == self._sent_pieces)
             left_ns = time.monotonic_ns()
-            # A session that closes drops what zenoh has not sent yet.
+            # A closing session drops messages that zenoh has not sent yet.
             for _ in range(FAREWELLS):
                 self._sign(LEFT, time.monotonic_ns(), self._heard_ns)
                 if self._wait(SOON_S, lambda: self._heard_there_ns >= left_ns):
@@ -109,11 +109,11 @@ class NetworkLink:
 
     def _put(self, unconfirmed: List[Any]) -> None:
         self._frames.put(unconfirmed[1])
-        # Whatever is sent later arrives later, or not at all.
+        # A message sent later arrives later, or not at all.
         unconfirmed[2] = time.monotonic_ns()
 
     def _lost(self) -> List[List[Any]]:
-        """Pieces that were sent before something that the coordinator has heard, and that it has not."""
+        """Pieces that were sent before a message that the coordinator received, and that it did not receive."""
         return [piece for piece in self._unconfirmed if piece[0] > self._confirmed_pieces and piece[2] <= self._heard_there_ns]
 
     def _next_frame(self) -> Optional[Frame]:
@@ -123,7 +123,7 @@ class NetworkLink:
         return self._arrived.popleft()
 
     def _wait(self, patience_s: float, ready: Callable[[], Any]) -> Any:
-        """What `ready` finds, at the latest when the patience ends, with pings meanwhile."""
+        """The result of `ready`, or `None` when the patience ends; sends pings meanwhile."""
         while True:
             with self._changed:
                 found = ready()
@@ -135,7 +135,7 @@ class NetworkLink:
                 if not found and not lost and slice_s > 0.0:
                     start = time.monotonic()
                     self._changed.wait(slice_s)
-                    # If it took longer, this process was stopped, and nobody waited.
+                    # If it took longer, this process was stopped and was not waiting.
                     waited_s = min(time.monotonic() - start, slice_s)
                     patience_s -= waited_s
                     self._unpinged_s += waited_s
@@ -172,7 +172,7 @@ class NetworkLink:
         return b"".join((signature.digest(), *parts))
 
     def _hear(self, sample: zenoh.Sample) -> None:
-        """Takes a message in a thread of zenoh, and answers at once what has to be answered so."""
+        """Takes a message in zenoh's thread, and answers at once if it must."""
         now_ns = time.monotonic_ns()
         message = memoryview(sample.payload.to_bytes())
         signature = self._theirs.copy()
@@ -191,7 +191,7 @@ class NetworkLink:
             elif purpose == PONG:
                 self._round_trip = now_ns - echo_ns, (echo_ns + now_ns) // 2 - clock_ns
             self._left |= purpose == LEFT
-            # Pieces that were sent before a pong would be here.
+            # Pieces that were sent before a pong would have arrived.
             answered = purpose in (PING, LEFT) or (purpose == PIECE and not due) or (purpose == PONG and number > self._received)
             self._heard = True
             self._heard_ns = max(self._heard_ns, clock_ns)

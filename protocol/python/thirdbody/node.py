@@ -1,6 +1,6 @@
 """A solver, request by request (protocol/WIRE.md, "Requests").
 
-Most programs want `Continuum` or `GrainLayer`, which need a handful of methods; `Node` is the whole conversation.
+Most programs use `Continuum` or `GrainLayer`, which need only a few methods; `Node` is the whole conversation.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Window(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Points of a coupled set, one entry of each vector a point (m, kg)."""
+    """Points of a coupled set, one entry of each vector per point (m, kg)."""
 
     x_m: Any
     y_m: Any
@@ -55,12 +55,12 @@ class Points(NamedTuple):
         columns = [x, y] + [np.broadcast_to(np.asarray(v, dtype=float), x.shape) for v in (self.mass_kg, self.radius_m, length)]
         rows = np.stack(columns, axis=1)
         if not np.isfinite(rows).all():
-            raise ConfigurationError(f"set `{set_name}`: its points hold a value that is no finite number")
+            raise ConfigurationError(f"set `{set_name}`: its points hold a value that is not finite")
         return rows
 
 
 class Term(NamedTuple):
-    """A term of the energy ledger: its name and its part in the balance work - stored - dissipated = 0."""
+    """A term of the energy ledger: its name and its role in the balance work - stored - dissipated = 0."""
 
     name: str
     #: `interface_work`, `work`, `stored` or `dissipated`.
@@ -89,10 +89,10 @@ class Description:
     period_m: Dict[str, float] = field(default_factory=dict)
 
     def document(self) -> Dict[str, Any]:
-        """What JSON writes."""
-        told = {**asdict(self), "ledger": [{"name": term.name, "role": term.role} for term in self.ledger]}
-        # Without any they are left out, as by the other programs.
-        return told if self.moments else {key: value for key, value in told.items() if key != "moments"}
+        """The description as a JSON object."""
+        document = {**asdict(self), "ledger": [{"name": term.name, "role": term.role} for term in self.ledger]}
+        # Empty moments are left out, as in other programs.
+        return document if self.moments else {key: value for key, value in document.items() if key != "moments"}
 
 
 #: The words of capabilities on the wire.
@@ -100,7 +100,7 @@ CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "rigid
 
 
 def capabilities(**offered: bool) -> Dict[str, bool]:
-    """Capabilities by their words on the wire, those that are not named being false."""
+    """Capabilities by their words on the wire; the others are false."""
     unknown = set(offered) - set(CAPABILITIES)
     if unknown:
         raise ValueError(f"no such capabilities: {sorted(unknown)}")
@@ -116,7 +116,7 @@ class Outcome:
     work: Dict[str, float] = field(default_factory=dict)
     results: Dict[str, float] = field(default_factory=dict)
     warnings: List[str] = field(default_factory=list)
-    #: The load that was held, and the mean of the force that it exerted (N, downwards).
+    #: The held load, and the mean of the force that it exerted (N, downwards).
     held_load: Optional[Tuple[float, float]] = None
 
 
@@ -124,19 +124,19 @@ class Node:
     """A solver, seen from the coupler.
 
     Vectors over the exchanged points hold two components a point, `(x0, y0, x1, y1, ...)`, in SI units. Points of several coupled
-    sets come one after the other, in the order of the `couple` calls. Between two commits every request starts again from the last
-    committed state, so that a window can be repeated as often as the coupler wants.
+    sets come one set after the other, in the order of the `couple` calls. Between two commits every request starts again from the
+    last committed state, so the coupler can repeat a window as often as it wants.
     """
 
     def begin(self) -> None:
-        """Called once, when the configuration was read and before the greeting is answered."""
+        """Called once, after the configuration is read and before the greeting is answered."""
 
     def describe(self) -> Description:
         """Kind, step, capabilities and reports."""
         raise NotImplementedError
 
     def couple(self, set_name: str) -> Points:
-        """Couples a set and returns its points; for each layer once more where a set of a continuum carries several."""
+        """Couples a set and returns its points; called once per layer if a set of a continuum carries several."""
         raise NotImplementedError
 
     def select(self, points: np.ndarray) -> None:
@@ -148,11 +148,11 @@ class Node:
         raise _unsupported("columns of its compliance")
 
     def impedance(self, window: Window) -> np.ndarray:
-        """Impedance (kg/s): column j holds the reactions at the end of a window in which velocity j grows in a straight line to 1 m/s."""
+        """Impedance (kg/s): column j holds the reactions at the end of a window in which velocity j grows linearly to 1 m/s."""
         raise _unsupported("columns of its impedance")
 
     def set_boundary(self, window_s: float, compliance: np.ndarray) -> None:
-        """Announces windows of `window_s` and W (1/kg) of the boundary: v = a + W p, p being the impulses (N s) on its points."""
+        """Announces windows of `window_s` and W (1/kg) of the boundary: v = a + W p, with the impulses p (N s) on its points."""
         raise _unsupported("a boundary that carries its points")
 
     def advance(self, window: Window, force: np.ndarray) -> np.ndarray:
@@ -160,11 +160,11 @@ class Node:
         raise _unsupported("a window under a given interface force")
 
     def follow(self, window: Window, velocity: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Force at the end (N), increments (m) and work (J) of a window whose velocities go in a straight line to these (m/s)."""
+        """Force at the end (N), increments (m) and work (J) of a window whose velocities change linearly to these (m/s)."""
         raise _unsupported("a window along a given velocity")
 
     def solve(self, window: Window, free_velocity: np.ndarray) -> Tuple[np.ndarray, np.ndarray, int, float, bool]:
-        """Force on the boundary (N), its velocity (m/s), iterations, residual and whether they converged, for a = `free_velocity`."""
+        """Force on the boundary (N), its velocity (m/s), iterations, residual and whether the solver converged, for a = `free_velocity`."""
         raise _unsupported("a window on a boundary")
 
     def commit(self, window: Window, displacement: np.ndarray) -> Sequence[float]:

@@ -1,4 +1,4 @@
-"""Runs from Python: starting them, and reading what they left."""
+"""Runs from Python: starting them, and reading their results."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .exchange import Interface, read_interface
 from .fields import Fields
 from .table import Results, Table, read_table
 
-#: Called with an object of the program's progress.
+#: Called with each progress object of the program.
 Progress = Callable[[Dict[str, Any]], None]
 
 
 class SuspectRun(UserWarning):
-    """A run that completed with a result that is not plausible."""
+    """A run that completed with an implausible result."""
 
 
 class RunError(Exception):
-    """A run that did not complete; `code` is its exit code (README, "Exit codes"), `run` what it left, if it left anything."""
+    """A run that did not complete; `code` is its exit code (README, "Exit codes"), `run` its directory, if there is one."""
 
     def __init__(self, message: str, code: int, run: Optional[Run] = None) -> None:
         super().__init__(message)
@@ -36,15 +36,15 @@ class RunError(Exception):
 
 
 class Run:
-    """A run directory. Of a run that was killed or is under way there is what it has written so far: `status` is then `unfinished`."""
+    """A run directory. A run that was killed or still runs has the files that it has written so far; its `status` is `unfinished`."""
 
     def __init__(self, path: Union[str, Path]) -> None:
-        #: Its folder; what `runs/latest` points at when it is opened.
+        #: Its folder; the target of `runs/latest` at the time of opening.
         self.path = Path(path).resolve()
         if not self.path.is_dir():
-            raise FileNotFoundError(f"{path} is no folder: give a run directory, such as runs/latest")
+            raise FileNotFoundError(f"{path} is not a folder: give a run directory, such as runs/latest")
         if not (self.path / "manifest.json").is_file() and not (self.path / "summary.json").is_file():
-            raise FileNotFoundError(f"{path} holds neither summary.json nor manifest.json: it is no run directory")
+            raise FileNotFoundError(f"{path} holds neither summary.json nor manifest.json: it is not a run directory")
 
     @cached_property
     def summary(self) -> Dict[str, Any]:
@@ -54,12 +54,12 @@ class Run:
 
     @property
     def status(self) -> str:
-        """`completed`, `suspect`, or how else it ended; `unfinished` if it was killed or is under way."""
+        """`completed`, `suspect`, or how else it ended; `unfinished` if it was killed or still runs."""
         return str(self.summary.get("status", "unfinished"))
 
     @property
     def trusted(self) -> bool:
-        """True of a run that completed and is not suspect."""
+        """True for a run that completed and is not suspect."""
         return self.status == "completed"
 
     @property
@@ -69,7 +69,7 @@ class Run:
 
     @property
     def warnings(self) -> List[Dict[str, Any]]:
-        """What is not plausible: `code`, `where`, `text`, and `value` and `bound` where a check has them."""
+        """Implausible results: `code`, `where`, `text`, and `value` and `bound` if the check has them."""
         return list(self._ended("warnings"))
 
     @cached_property
@@ -89,7 +89,7 @@ class Run:
 
     @property
     def interfaces(self) -> List[str]:
-        """Names of the interfaces; none of a solver that ran alone."""
+        """Names of the interfaces; empty for a solver that ran alone."""
         return [str(one["name"]) for one in self.scenario.get("interface", [])]
 
     @cached_property
@@ -99,7 +99,7 @@ class Run:
 
     @property
     def profile(self) -> Table:
-        """Columns of profile.csv: traction along the contact at the end of the hold, or of the run."""
+        """Columns of profile.csv: traction along the contact at the end of the hold or of the run."""
         profiles = sorted(path.stem[len("profile-") :] for path in self.path.glob("profile-*.csv"))
         if profiles and not (self.path / "profile.csv").is_file():
             raise FileNotFoundError(f"{self.path} has a profile of each interface: profile_of(name), names: {', '.join(profiles)}")
@@ -110,7 +110,7 @@ class Run:
         return self.table(f"profile-{interface}.csv")
 
     def interface(self, name: Optional[str] = None) -> Interface:
-        """The exchange at an interface, window by window, out of exchange.mcap; the only one needs no name."""
+        """The exchange at an interface, window by window, from exchange.mcap; a single interface needs no name."""
         known = self.interfaces
         if name is None and len(known) == 1:
             name = known[0]
@@ -119,15 +119,15 @@ class Run:
             raise KeyError(f"{self.path} has no interface `{name}`; {named}")
         log = self.path / "exchange.mcap"
         if not log.is_file():
-            why = "the run was told not to write it (run.output.exchange)" if not self._logged() else "it was removed"
+            why = "run.output.exchange = false switched it off" if not self._logged() else "it was removed"
             raise FileNotFoundError(f"{log} is missing: {why}; run the scenario again with run.output.exchange = true")
         joined = next(one for one in self.scenario["interface"] if one["name"] == name)
-        # A name of a set has no dot, one of a participant may.
+        # A set's name has no dot; a participant's name may have one.
         between = [str(end).rpartition(".")[0] for end in joined["between"]]
         return read_interface(log, name, between, os.environ.get("THIRDBODY"))
 
     def fields(self, participant: Optional[str] = None) -> Fields:
-        """The moments at which a participant wrote its fields; the only participant needs no name."""
+        """The moments at which a participant wrote its fields; a single participant needs no name."""
         known = self.participants
         if participant is None and len(known) == 1:
             participant = known[0]
@@ -136,7 +136,7 @@ class Run:
         return Fields(self.path, participant)
 
     def report(self, *, movie: bool = False, compare: Optional[Union[str, Path, Run]] = None, program: Optional[str] = None) -> Path:
-        """Draws the run, over another one if one is given, or writes its movie, and returns the page."""
+        """Draws the run, over the run `compare` if given, or writes its movie, and returns the page."""
         command = [_program(program), "report", str(self.path), "--quiet"] + (["--movie"] if movie else [])
         if compare is not None:
             command += ["--compare", str(compare.path if isinstance(compare, Run) else compare)]
@@ -145,11 +145,11 @@ class Run:
 
     def resume(self, *, out: Optional[Union[str, Path]] = None, threads: Optional[int] = None, program: Optional[str] = None,
                progress: Optional[Progress] = None) -> Run:
-        """Goes on with a run that was interrupted or killed, in a folder of its own."""
+        """Resumes a run that was interrupted or killed, in a new folder."""
         return _run(["resume", str(self.path)], out, threads, program, progress)
 
     def table(self, name: str) -> Table:
-        """Columns of a table of the run; numbers where all of a column are numbers, texts otherwise."""
+        """Columns of a table of the run: numbers if all values of a column are numbers, texts otherwise."""
         return read_table(self._file(name))
 
     def frame(self, name: str = "signals.csv") -> Any:
@@ -163,12 +163,12 @@ class Run:
         path = self.path / name
         if not path.is_file():
             there = ", ".join(sorted(one.name for one in self.path.iterdir()))
-            raise FileNotFoundError(f"{path} is missing; status of the run: {self.status}; there are: {there}")
+            raise FileNotFoundError(f"{path} is missing; status of the run: {self.status}; its files: {there}")
         return path
 
     def _ended(self, key: str) -> Any:
         if not self.summary:
-            raise ValueError(f"{self.path} has no {key}: it was killed or is under way, `thirdbody resume` goes on with it; signals and fields can be read")
+            raise ValueError(f"{self.path} has no {key}: it was killed or still runs, `thirdbody resume` continues it; signals and fields can be read")
         return self.summary[key]
 
     def __repr__(self) -> str:
@@ -179,11 +179,11 @@ def _json(path: Path) -> Dict[str, Any]:
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except ValueError as error:
-        raise ValueError(f"{path} is no JSON: {error}; it is damaged") from error
+        raise ValueError(f"{path} is not JSON: {error}; it is damaged") from error
 
 
 def read_toml_text(text: str) -> Dict[str, Any]:
-    """The keys of a text in TOML."""
+    """The keys in a TOML text."""
     try:
         import tomllib
     except ImportError:
@@ -195,20 +195,20 @@ def read_toml_text(text: str) -> Dict[str, Any]:
 
 
 def read_toml(path: Path) -> Dict[str, Any]:
-    """The keys of a file in TOML."""
+    """The keys in a TOML file."""
     try:
         return read_toml_text(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ValueError(f"{path} is no TOML: {error}; it is damaged") from error
+        raise ValueError(f"{path} is not TOML: {error}; it is damaged") from error
 
 
 def load(run_dir: Union[str, Path]) -> Run:
-    """Opens a run directory: `load("runs/latest")`. Its parts are read when they are asked for."""
+    """Opens a run directory: `load("runs/latest")`. Its parts are read on first use."""
     return Run(run_dir)
 
 
 class Study:
-    """The folder of a study: what each of its runs measured, and the runs."""
+    """The folder of a study: its runs and their measures."""
 
     def __init__(self, path: Union[str, Path]) -> None:
         self.path = Path(path).resolve()
@@ -219,7 +219,7 @@ class Study:
         self.table = read_table(results)
 
     def values(self, measure: str) -> np.ndarray:
-        """What a measure is in each run, in the order of the table; NaN where it is missing."""
+        """The values of a measure in all runs, in the order of the table; NaN where it is missing."""
         return self.table.column(f"value_{measure}")
 
     def run(self, row: int) -> Run:
@@ -237,7 +237,7 @@ def load_study(folder: Union[str, Path]) -> Study:
 
 def study(file: Union[str, Path], set: Optional[Mapping[str, Any]] = None, *, small: bool = False, out: Union[str, Path],
           jobs: Optional[int] = None, program: Optional[str] = None, progress: Optional[Progress] = None) -> Study:
-    """Does all runs of a study that are not done, and opens its folder."""
+    """Does all runs of a study that are not done yet, and opens its folder."""
     command = [_program(program), "study", "run", str(file), "--out", str(out)] + _keys(set) + (["--small"] if small else [])
     if jobs is not None:
         command += ["--jobs", str(jobs)]
@@ -255,13 +255,13 @@ def run(
     program: Optional[str] = None,
     progress: Optional[Progress] = None,
 ) -> Run:
-    """Runs a scenario and reads what it left. `set` overrides keys; `program` is `thirdbody`, by default that of the environment
-    variable THIRDBODY or on PATH. A run that is suspect is returned with a `SuspectRun` warning (`run.trusted` is False); one that
-    ended in an error raises `RunError`.
+    """Runs a scenario and returns its run directory. `set` overrides keys; `program` is `thirdbody`, by default from the environment
+    variable THIRDBODY or on PATH. A suspect run is returned with a `SuspectRun` warning (`run.trusted` is False); a run that ended in
+    an error raises `RunError`.
 
-    Where `out` holds a run already, `exist` says what happens: `new` refuses, `replace` removes it first, and `keep` returns it, if it
-    ended well and was made of the same scenario with the same keys. `progress` is called with each object that the program writes for
-    programs (the manual, "Progress for programs")."""
+    If `out` already holds a run, `exist` decides: `new` refuses, `replace` removes it first, and `keep` returns it if it completed and
+    has the same scenario and keys. `progress` is called with each progress object of the program (the manual, "Progress for
+    programs")."""
     if exist not in ("new", "replace", "keep"):
         raise ValueError(f"exist={exist!r}: it is \"new\", \"replace\" or \"keep\"")
     if exist != "new":
@@ -284,8 +284,8 @@ def sweep(
     jobs: Optional[int] = None,
     program: Optional[str] = None,
 ) -> List[Run]:
-    """Runs a scenario with each of these overrides, `jobs` at a time on one thread each (by default as many as there are cores), in
-    `out`/0, `out`/1 and so on. Raises the first `RunError` once all have ended; what the others left is in their folders."""
+    """Runs a scenario with each of these overrides, `jobs` at a time on one thread each (by default one job per core), in
+    `out`/0, `out`/1 and so on. Raises the first `RunError` once all have ended; the other runs are in their folders."""
     def one(number: int) -> Union[Run, RunError]:
         try:
             return run(scenario, sets[number], out=Path(out) / str(number), exist=exist, threads=1, program=program)
@@ -301,7 +301,7 @@ def sweep(
 
 
 def _kept(run: Run, scenario: Union[str, Path], keys: Mapping[str, Any]) -> Run:
-    """The run, if it ended well and is of this scenario with these keys."""
+    """The run, if it completed and has this scenario with these keys."""
     changed = {key: read_toml_text(f"value = {new}")["value"] for key, (_, new) in run.manifest["changed"].items()}
     wanted = {key: read_toml_text(f"value = {toml_value(value)}")["value"] for key, value in keys.items()}
     wanted = {key: value for key, value in wanted.items() if key in changed or _at(run.scenario, key) != value}
@@ -343,7 +343,7 @@ def _keys(keys: Optional[Mapping[str, Any]]) -> List[str]:
 
 
 def _done(command: List[str], progress: Optional[Progress] = None, fine: Sequence[int] = (0,)) -> Tuple[int, str]:
-    """Runs a command; its exit code and what it said on stderr, or `RunError`."""
+    """Runs a command; returns its exit code and its message on stderr, or raises `RunError`."""
     if progress is None:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace")
         code, said = done.returncode, done.stderr.strip()
@@ -375,7 +375,7 @@ def _run(words: List[str], out: Optional[Union[str, Path]], threads: Optional[in
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML writes it."""
+    """A value in TOML."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):

@@ -25,17 +25,17 @@ from .node import Node, Window
 from .state import all_finite
 from .wire import NUMBERS, PROTOCOL_VERSION, Frame, Header, WireError, opened, pack_bytes, stamped
 
-#: Longest wait of the link while nothing is heard (s).
+#: Longest wait of the link while no frame arrives (s).
 SLICE_S = 1.0
-#: Requests that carry texts or bytes, or nothing that crosses the interface.
+#: Requests with texts or bytes, or without interface data.
 _NOT_NUMBERS = {"Hello", "Couple", "Finish", "Snapshot", "Checkpoint", "Restore"}
 _PR_SET_PDEATHSIG = 1
 
 
 def participate(make: Callable[[Config, Setting], Node]) -> None:
-    """Takes part in the run that the environment names, with the node that `make(config, setting)` returns; a class will do.
+    """Takes part in the run that the environment names, with the node that `make(config, setting)` returns; `make` may be a class.
 
-    Ends the process: with 0 after a farewell, with 4 after a fault, and on SIGTERM, SIGINT and SIGHUP whatever it is computing.
+    Ends the process: with 0 after a farewell, with 4 after a fault, and on SIGTERM, SIGINT and SIGHUP even during a computation.
     """
     path = os.environ.get("THIRDBODY_SESSION")
     if path is None:
@@ -46,7 +46,7 @@ def participate(make: Callable[[Config, Setting], Node]) -> None:
     session = json.loads(text)
     transport = session["transport"]
     if transport["kind"] not in ("shm", "zenoh"):
-        sys.exit("the session asks for an in-process channel, which a process of its own cannot have")
+        sys.exit("the session asks for an in-process channel, but this participant is another process")
     _end_on_signals(session["coordinator_pid"], transport)
     served = threading.Event()
     if path == "-":
@@ -77,15 +77,15 @@ def _connect(session: Dict[str, Any]) -> Any:
 
 
 def _is_apart(session: Dict[str, Any]) -> bool:
-    """True for a process that does not see the folder of its run, which is on another host."""
+    """True if the process does not see the folder of its run because it is on another host."""
     try:
         return "mark" in session["transport"] and f"{session['run_id']:016x}" not in Path(session["transport"]["mark"]).read_text()
     except OSError:
         return True
 
 
-def _told(error: Exception) -> str:
-    """What went wrong, and the line of the participant's own files in which it did."""
+def _message_of(error: Exception) -> str:
+    """The error, and the line of the participant's own files where it occurred."""
     library = str(Path(__file__).parent)
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if "site-packages" not in f.filename and not f.filename.startswith(library)]
@@ -95,15 +95,15 @@ def _told(error: Exception) -> str:
 
 
 def _end_with_coordinator(coordinator: int) -> None:
-    """Has the system send SIGTERM when the coordinator ends, however that happens."""
+    """Makes the system send SIGTERM when the coordinator ends for any reason."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != coordinator:
         sys.exit(f"the coordinator (process {coordinator}) has ended")
 
 
 def _end_with_input(served: threading.Event) -> None:
-    """Ends the process when standard input ends: then the coordinator has, or the connection through which it started this. One that
-    has `served` ends by itself."""
+    """Ends the process when standard input ends: then the coordinator has ended, or the connection through which it started this
+    process. A process that has `served` ends by itself."""
 
     def wait() -> None:
         with contextlib.suppress(OSError):
@@ -131,7 +131,7 @@ def _end_on_signals(coordinator: int, transport: Dict[str, Any]) -> None:
 
 
 def _remove_run(transport: Dict[str, str]) -> None:
-    """Removes what a run without its coordinator left in shared memory: nobody else may be there to do it."""
+    """Removes the files of a run without its coordinator from shared memory: no other process may be left to do it."""
     for place in ("/dev/shm", transport["root"]):
         for folder, _, names in os.walk(place):
             for name in names:
@@ -157,7 +157,7 @@ class Server:
         self._busy = BusyTimes()
 
     def serve(self, make: Callable[[Config, Setting], Node]) -> None:
-        """Serves until the farewell; a failure is told to the coordinator before it is raised."""
+        """Serves until the farewell; reports a failure to the coordinator before raising it."""
         try:
             hello = self._receive()
             self._check_hello(hello)
@@ -185,7 +185,7 @@ class Server:
                 message = str(error)
             else:
                 traceback.print_exc()
-                message = _told(error)
+                message = _message_of(error)
             self._send_json("Fault", {"code": code, "message": message})
             if isinstance(error, Fault):
                 raise
@@ -208,7 +208,7 @@ class Server:
         return node
 
     def _hear(self) -> Frame:
-        # Patience is that of the calls that came back without a frame: a process that was stopped itself has not waited.
+        # Only calls that returned without a frame use up the patience: a process that was stopped itself was not waiting.
         left = self._patience_s
         while left > 0.0:
             slice_s = min(left, SLICE_S)
@@ -217,7 +217,7 @@ class Server:
                 return frame
             left -= slice_s
         raise LinkError(
-            f"nothing heard from the coordinator (process {self._session['coordinator_pid']}) for {self._patience_s:.1f} s"
+            f"no frame from the coordinator (process {self._session['coordinator_pid']}) for {self._patience_s:.1f} s"
         )
 
     def _receive(self) -> Frame:
@@ -352,17 +352,17 @@ def _numbers(values: Any) -> bytes:
 
 
 def _columns(matrix: np.ndarray) -> bytes:
-    """A square matrix, column after column."""
+    """A square matrix, column by column."""
     return np.asarray(matrix, dtype="<f8").tobytes(order="F")
 
 
 def _finite(request: Frame) -> np.ndarray:
-    """The numbers of a request; others would silently poison a solver."""
+    """The numbers of a request; NaN and infinite ones would corrupt a solver without an error."""
     numbers = request.doubles
     if not all_finite(numbers):
         header = request.header
         raise Diverged(
-            f"the {request.word} message of window {header.window}, iteration {header.iteration} holds a value that is no number: "
+            f"the {request.word} message of window {header.window}, iteration {header.iteration} holds a value that is not finite: "
             "the other side diverged; lower its step or the window"
         )
     return numbers

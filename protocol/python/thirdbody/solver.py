@@ -1,4 +1,4 @@
-"""What `Continuum` and `GrainLayer` share: sets, states, reports, checkpoints."""
+"""The common base of `Continuum` and `GrainLayer`: sets, states, reports, checkpoints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROLES = ("work", "stored", "dissipated")
 
 
 class Solver(Node):
-    """A solver whose state goes in and comes out. Subclass `Continuum` or `GrainLayer`, not this."""
+    """A solver whose methods take and return its state. Subclass `Continuum` or `GrainLayer`, not this."""
 
     #: Name of the solver in descriptions.
     kind = "foreign"
@@ -23,16 +23,16 @@ class Solver(Node):
     software = "thirdbody (Python)"
     #: Sets that an interface can name.
     sets: Sequence[str] = ()
-    #: Mean outward normal of each set, of length 1: sets that are joined must face each other.
+    #: Mean outward unit normal of each set: coupled sets must face each other.
     outward: Dict[str, Any] = {}
-    #: Length (m) along x after which a set repeats, none of its points being there twice; a set that is missing has ends.
+    #: Period (m) of a set along x, with no point of the set twice; a set that is missing has ends.
     period_m: Dict[str, float] = {}
     #: Own step (s); None for a solver that takes the window as its step.
     step_s: Optional[float] = None
-    #: The longest own step, or window of a solver without own step, that is stable (s), and the name of that bound.
+    #: The longest stable step (s), or window of a solver without its own step, and the name of that bound.
     step_limit_s: Optional[float] = None
     step_limit_name = ""
-    #: End of the load history (s), for one that has its own.
+    #: End of the load history (s), if the solver has one.
     end_s: Optional[float] = None
     #: Parts of the load history: `{"name", "t0_s", "t1_s", "sampled", "picture"}`.
     phases: Sequence[Dict[str, Any]] = ()
@@ -40,7 +40,7 @@ class Solver(Node):
     backing: Optional[Dict[str, Any]] = None
     #: Advice to the user before a long run.
     warnings: Sequence[str] = ()
-    #: False for a solver that can neither copy its state nor go back to it: it takes part in staggered schemes only.
+    #: False for a solver that can neither copy its state nor return to it: it works only with staggered schemes.
     rollback = True
 
     def __init__(self, config: Config, setting: Setting) -> None:
@@ -48,7 +48,7 @@ class Solver(Node):
         self.config = config
         self.setting = setting
 
-    # What a solver says.
+    # The solver's part.
 
     def points(self, set_name: str) -> Points:
         """The points of a set."""
@@ -59,9 +59,9 @@ class Solver(Node):
         raise NotImplementedError
 
     def energy(self, state: Any) -> Optional[Dict[str, Dict[str, float]]]:
-        """Energies since the start (J) by their part in the balance: `{"work": {...}, "stored": {...}, "dissipated": {...}}`.
+        """Energies since the start (J) by their role in the balance: `{"work": {...}, "stored": {...}, "dissipated": {...}}`.
 
-        The work of the interface is added by this class. None: this solver keeps no ledger.
+        This class adds the interface work. `None` means that the solver keeps no ledger.
         """
         return None
 
@@ -74,17 +74,17 @@ class Solver(Node):
         return {}
 
     def held_load(self, state: Any) -> Optional[Tuple[float, float]]:
-        """The load that was held in the sampled phase, and the mean of the force that it exerted (N, downwards): the force through the
-        interface is compared with both."""
+        """The load held in the sampled phase, and the mean of the force that it exerted (N, downwards). The coupler compares the force
+        through the interface with both."""
         return None
 
     def snapshot(self, name: str) -> None:
         """Writes the fields of `self.state` below `self.setting.fields`."""
 
-    # What the base does with it.
+    # The base's part.
 
     def begin(self) -> None:
-        """Takes up the state of rest; called once, before the greeting is answered."""
+        """Sets the initial state; called once, before the greeting is answered."""
         self.state: Any = self._frozen(self.rest())
         self.steps = 0
         self.interface_work_j = 0.0
@@ -142,25 +142,25 @@ class Solver(Node):
     def select(self, points: np.ndarray) -> None:
         if points.size and (points.min() < 0 or points.max() >= len(self._rows)):
             raise ProtocolError(f"point {points.max()} of {len(self._rows)} was selected")
-        # Neighbours are taken as one piece, which costs a tenth of picking them one by one.
+        # Neighbours are taken as one slice, at a tenth of the cost of picking them one by one.
         run = points.size > 0 and np.array_equal(points, np.arange(points[0], points[0] + points.size))
         self._selected = slice(int(points[0]), int(points[-1]) + 1) if run else points
         self._size = 2 * points.size
 
     @property
     def components(self) -> np.ndarray:
-        """Indices of the exchanged components among those of all coupled points."""
+        """Indices of the exchanged components among the components of all coupled points."""
         return np.arange(2 * len(self._rows)).reshape(-1, 2)[self._selected].reshape(-1)
 
     def _still(self) -> np.ndarray:
-        """Zeros for all coupled points; for those of all sets where none is coupled."""
+        """Zeros for all coupled points, or for the points of all sets if no set is coupled."""
         count = len(self._rows) or sum(len(self.points(name).rows(name)) for name in self.sets)
         return np.zeros((count, 2))
 
     def _spread(self, numbers: np.ndarray) -> np.ndarray:
         """Values of the exchanged components as rows of all coupled points; the others are zero."""
         if numbers.size != self._size:
-            raise ProtocolError(f"{numbers.size} numbers came for {self._size // 2} points")
+            raise ProtocolError(f"{numbers.size} numbers arrived for {self._size // 2} points")
         if self._size == 2 * len(self._rows) and isinstance(self._selected, slice):
             return numbers.reshape(-1, 2)
         rows = np.zeros((len(self._rows), 2))
@@ -171,16 +171,16 @@ class Solver(Node):
         """The exchanged components of rows of all coupled points."""
         rows = np.asarray(rows, dtype=float)
         if rows.shape != (len(self._rows), 2):
-            raise ConfigurationError(f"{what} has the shape {rows.shape}, {(len(self._rows), 2)} is due: a row for each point")
+            raise ConfigurationError(f"{what} has the shape {rows.shape} instead of {(len(self._rows), 2)}: a row for each point")
         numbers = rows[self._selected].reshape(-1)
         if not all_finite(numbers):
             raise Diverged(f"{what} holds {numbers[~np.isfinite(numbers)][0]}: this solver diverged; lower its step or the window")
         return numbers
 
     def _accept(self, window: Window) -> Any:
-        """The candidate of the window that is committed."""
+        """The candidate for the committed window."""
         if self._candidate is None or self._candidate[0] != window[:1] + window[2:]:
-            raise ProtocolError(f"window {window.index} is committed, but it is not the one that was asked for last")
+            raise ProtocolError(f"window {window.index} is committed, but the last request was for another window")
         return self._candidate
 
     def _keep(self, state: Any, work_j: float, steps: int) -> List[float]:

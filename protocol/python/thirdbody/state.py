@@ -1,7 +1,7 @@
 """States as plain data: frozen, as bytes, and as a hash.
 
-A state may hold numbers, texts, bytes, numpy arrays, and lists, tuples and dictionaries of them. Its bytes are data only: reading
-a checkpoint runs nobody's code.
+A state may hold numbers, texts, bytes, numpy arrays, and lists, tuples and dictionaries of them. Its bytes are only data: reading
+a checkpoint runs no code from it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .errors import ConfigurationError
 
 
 def freeze(state: Any) -> Any:
-    """Makes every array of a state read-only, so that a step which forgets to copy is caught where it happens."""
+    """Makes every array of a state read-only, so that a step that forgets to copy fails at that line."""
     if isinstance(state, np.ndarray):
         state.flags.writeable = False
     elif isinstance(state, dict):
@@ -30,7 +30,7 @@ def freeze(state: Any) -> Any:
 
 
 def all_finite(numbers: np.ndarray) -> bool:
-    """True if all numbers are finite; their sum tells at once unless it overflows."""
+    """True if all numbers are finite; a finite sum shows it at once."""
     return math.isfinite(np.add.reduce(numbers)) or bool(np.isfinite(numbers).all())
 
 

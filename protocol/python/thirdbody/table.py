@@ -1,4 +1,4 @@
-"""Tables of numbers by the names of their columns."""
+"""Tables of numbers with named columns."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """That there is nothing of this name, and what was perhaps meant."""
+    """The message for an unknown name, with the nearest known one."""
     known = list(known)
     lasts = {key.rsplit(".", 1)[-1]: key for key in known}
     near = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(name.rsplit(".", 1)[-1], lasts, 1)
@@ -20,7 +20,7 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
 
 
 class Results(Dict[str, float]):
-    """Results by name, unit in the name; a name that is not there is an error with the one that was perhaps meant."""
+    """Results by name, unit in the name; the error for an unknown name proposes the nearest one."""
 
     def __missing__(self, name: str) -> float:
         raise KeyError(unknown("result", name, self))
@@ -30,7 +30,7 @@ class Table(Dict[str, np.ndarray]):
     """Columns by name, unit in the name: `signals["wheel_y_m"]`. `to_pandas()` gives a DataFrame."""
 
     def to_pandas(self) -> Any:
-        """A pandas DataFrame; pandas has to be installed."""
+        """A pandas DataFrame; needs pandas."""
         try:
             import pandas
         except ImportError as error:
@@ -38,7 +38,7 @@ class Table(Dict[str, np.ndarray]):
         return pandas.DataFrame(dict(self))
 
     def column(self, name: str) -> np.ndarray:
-        """The column of this name, or of this name after that of a participant: `wheel_y_m` finds `third-body.wheel_y_m`."""
+        """The column of this name, with or without a participant's name in front: `wheel_y_m` finds `third-body.wheel_y_m`."""
         found = [key for key in self if key == name or key.endswith("." + name)]
         if not found:
             raise KeyError(unknown("column", name, self))
@@ -63,8 +63,8 @@ class Table(Dict[str, np.ndarray]):
 
 
 def read_table(path: Path) -> Table:
-    """Reads a CSV file of a run: numbers where all of a column are numbers, texts otherwise. A last line that a killed run left
-    unfinished is left out."""
+    """Reads a CSV file of a run: numbers if all values of a column are numbers, texts otherwise. Ignores an unfinished last line of
+    a killed run."""
     with open(path, newline="", encoding="utf-8") as file:
         lines = list(csv.reader(file))
     if not lines:

@@ -72,12 +72,12 @@ class Frame(NamedTuple):
 
     @property
     def doubles(self) -> np.ndarray:
-        """The payload as numbers that cannot be written to."""
+        """The payload as read-only numbers."""
         return np.frombuffer(self.payload, dtype="<f8")
 
     @property
     def data(self) -> bytes:
-        """The bytes that `pack_bytes` packed."""
+        """The bytes from `pack_bytes`."""
         if not self.payload:
             raise WireError(f"the text of a {self.word} frame is empty")
         length = struct.unpack_from("<d", self.payload)[0]
@@ -88,12 +88,12 @@ class Frame(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The text that `pack_bytes` packed."""
+        """The text from `pack_bytes`."""
         return self.data.decode("utf-8")
 
 
 def pack_bytes(data: bytes) -> bytes:
-    """The payload that carries bytes: their number as a double, then the bytes, filled up with zeros."""
+    """The payload for bytes: their number as a double, then the bytes, padded with zeros."""
     return struct.pack("<d", len(data)) + data + bytes(-len(data) % 8)
 
 
@@ -106,7 +106,7 @@ def stamped(header: Header, payload: bytes, turn: int) -> Header:
 
 
 def opened(header: Header, payload: bytes, turn: int) -> Optional[str]:
-    """The fault of a frame that came from a link in this turn, if it has one."""
+    """The fault of a frame that arrived on a link in this turn, if it has one."""
     if 8 * header.count != len(payload):
         return f"the header says {header.count} doubles, the payload holds {len(payload) // 8}"
     due = (xxhash.xxh3_64_intdigest(payload) + header.own_checksum() + turn) & _MASK
@@ -115,7 +115,7 @@ def opened(header: Header, payload: bytes, turn: int) -> Optional[str]:
     other = (header.checksum - due + turn) & _MASK
     if other < 1 << 40:
         return (
-            f"message {other} of this connection came where message {turn} was due: one was lost, "
+            f"message {other} of this connection arrived instead of message {turn}: one was lost, "
             "repeated or overtaken"
         )
     return "the checksum does not fit: the message was damaged"

@@ -8,12 +8,12 @@ use crate::frame::Frame;
 use crate::link::waiting::Waiting;
 use crate::link::{Link, LinkError};
 
-/// Frames that may wait: a request, and the one that was sent ahead.
+/// Frames that may wait: a request, and one sent ahead.
 const WAITING_FRAMES: usize = 2;
 
 /// One end of an in-process connection.
 ///
-/// It waits as an end over shared memory does. A channel of a library gives way a few times before it sleeps, and so loses as
+/// It waits as an end over shared memory does. A library's channel yields a few times before it sleeps, and loses as
 /// many time slices to a busy neighbour at each frame.
 pub struct ChannelLink {
     outbound: Arc<Way>,
@@ -33,7 +33,7 @@ struct Way {
 struct Frames {
     waiting: VecDeque<Frame>,
     closed: bool,
-    /// One of the ends sleeps until something changes.
+    /// One end sleeps until something changes.
     asleep: bool,
 }
 
@@ -43,7 +43,7 @@ impl Way {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets the lock go after a change.
+    /// Releases the lock after a change and wakes a sleeping end.
     fn wake(&self, mut frames: MutexGuard<'_, Frames>) {
         let asleep = std::mem::take(&mut frames.asleep);
         drop(frames);
@@ -132,7 +132,7 @@ impl Link for ChannelLink {
 }
 
 impl Drop for ChannelLink {
-    /// Frames that were sent are still received.
+    /// The other end still receives frames that were sent.
     fn drop(&mut self) {
         self.outbound.close();
         self.inbound.close();

@@ -1,8 +1,8 @@
 //! The core that a thread waits on, as its yields show it.
 //!
-//! A thread that waits by giving way to others is back at once while nobody else wants its core. A program that computes there,
-//! and knows nothing of this one, keeps it for a whole time slice of some milliseconds at each yield; a sleeping thread that is
-//! woken is let in before it. So a yield that comes back as late as that says: sleep.
+//! A thread that waits by yielding runs again at once while no other thread wants its core. An unrelated program that computes
+//! there keeps the core for a whole time slice of some milliseconds at each yield; a sleeping thread runs before it when woken.
+//! So after a yield that takes that long, the thread should sleep.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 use nix::sched::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
 use nix::unistd::Pid;
 
-/// Longest yield on a core that nobody else wants.
+/// Longest yield on a core that no other thread wants.
 const PROMPT: Duration = Duration::from_micros(50);
 
-/// Longest yield that a participant of the same run explains: it had work of its own to do. A wake-up costs little beside more.
+/// Longest yield that the work of a participant of the same run explains. A wake-up costs little compared with a longer one.
 const OWN: Duration = Duration::from_millis(1);
 
-/// Time without yields after one that was stolen. It doubles as long as the next yield is stolen, too.
+/// Time without yields after a stolen one. It doubles each time the next yield is stolen too.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(50);
 
 /// Longest of these times: a stolen yield of 4 ms in each costs 0.4 %.
@@ -27,17 +27,17 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 pub enum Yield {
     /// At once.
     Prompt,
-    /// Later than on a core that nobody else wants.
+    /// Later than on a core that no other thread wants.
     Late,
 }
 
 /// The core that a thread waits on.
 #[derive(Debug)]
 pub struct Core {
-    /// End of the time in which nothing is tried.
+    /// End of the time without yields.
     wanted_until: Instant,
     pause: Duration,
-    /// The core that the thread is kept off, and those on which it may run otherwise.
+    /// The core that the thread is kept off, and the cores that it may use otherwise.
     kept_off: Option<(usize, CpuSet)>,
 }
 
@@ -57,8 +57,8 @@ impl Core {
         sched_getcpu().ok()
     }
 
-    /// Keeps the calling thread off this core from now on, or off none. To the system a thread that waits awake is as busy as one that
-    /// computes: while each core has as many of either it moves none, and two that work side by side stay on one.
+    /// Keeps the calling thread off this core from now on; `None` lifts that. To the system a thread that waits awake is as busy as a
+    /// thread that computes. While each core has as many of them it moves none, and two computing threads may share a core.
     pub fn keep_off(&mut self, core: Option<usize>) {
         if self.kept_off.map(|(core, _)| core) == core {
             return;
@@ -70,17 +70,17 @@ impl Core {
         };
         let mut allowed = all;
         let removed = core.map_or(Ok(()), |core| allowed.unset(core));
-        // The system refuses where no other core is left.
+        // The system refuses if no other core is left.
         let set = removed.and_then(|()| sched_setaffinity(this, &allowed));
         self.kept_off = core.filter(|_| set.is_ok()).map(|core| (core, all));
     }
 
-    /// True while a stranger wants the core: a thread that waits had better sleep.
+    /// True while an unrelated program wants the core: a waiting thread should sleep.
     pub fn is_wanted(&self, now: Instant) -> bool {
         now < self.wanted_until
     }
 
-    /// Gives way to other threads once.
+    /// Yields to other threads once.
     pub fn give_way(&mut self) -> Yield {
         let start = Instant::now();
         thread::yield_now();
@@ -92,7 +92,7 @@ impl Core {
             return Yield::Prompt;
         }
         if took > OWN {
-            // Long after the last one, it is another stranger.
+            // Long after the last stolen yield, another program took this one.
             let again = start < self.wanted_until + self.pause;
             self.pause = if again {
                 LONGEST_PAUSE.min(2 * self.pause)
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_thread_is_kept_off_a_core_until_it_is_let_back() {
-        let allowed = || sched_getaffinity(Pid::from_raw(0)).expect("Linux tells them");
+        let allowed = || sched_getaffinity(Pid::from_raw(0)).expect("Linux knows the cores");
         let all = allowed();
         let is_in = |core: usize| all.is_set(core) == Ok(true);
         let cores: Vec<usize> = (0..CpuSet::count()).filter(|core| is_in(*core)).collect();
@@ -135,7 +135,7 @@ mod tests {
         let stolen = Duration::from_millis(4);
         assert_eq!(core.judge(start, Duration::from_micros(40)), Yield::Prompt);
         assert_eq!(core.judge(start, Duration::from_micros(60)), Yield::Late);
-        assert!(!core.is_wanted(start), "one of this run had work to do");
+        assert!(!core.is_wanted(start), "a participant had work to do");
         core.judge(start, stolen);
         assert!(core.is_wanted(after(103)));
         assert!(!core.is_wanted(after(105)));

@@ -1,18 +1,18 @@
 //! Frames between processes, through shared memory (iceoryx2).
 //!
-//! Each participant has two publish-subscribe services, one a direction, with one publisher and one
-//! subscriber each; the frame's header travels as the user header, its payload as a slice of doubles.
+//! Each participant has two publish-subscribe services, one per direction, with one publisher and one
+//! subscriber each. The frame's header travels as the user header, its payload as a slice of doubles.
 //! A frame that is longer than one sample travels as several, the last of them not full. So samples have
-//! one fixed size, a 4 000 x 4 000 matrix needs no more shared memory than a greeting does, and a container
+//! a fixed size, a 4 000 x 4 000 matrix needs no more shared memory than a greeting, and a container
 //! with 64 MiB of `/dev/shm` is enough. Letting iceoryx2 grow its data segment instead was rejected: it
 //! loses the sample when the sender leaves before the receiver has mapped the new segment.
 //!
-//! A waiting end polls for a while and then sleeps on an iceoryx2 event; where its waits are regular, and nobody else wants its
-//! core, it is awake when the answer comes. The event is a hint: sleep is cut into slices after each of which the end looks again, so a lost
-//! wake-up costs a slice and nothing hangs.
+//! A waiting end polls for a while and then sleeps on an iceoryx2 event. If its waits are regular and no other program wants its
+//! core, it is awake when the answer comes. The event is only a hint: the end sleeps in slices and looks again after each, so a
+//! lost wake-up costs one slice and nothing hangs.
 //!
-//! The signal handlers of the process stay as they are: those of iceoryx2 come only with waits that are not
-//! used here.
+//! The signal handlers of the process stay as they are: iceoryx2 installs its own only in waits that this
+//! module does not use.
 //!
 //! - `services`: the iceoryx2 services and ports of a connection;
 //! - `deadline`: the time that a call may take;
@@ -41,18 +41,18 @@ use services::{Ports, SAMPLE_DOUBLES, Services, failed};
 /// The most doubles that one frame can hold: 1 GiB, a square matrix of 11 585 rows.
 pub const MAX_DOUBLES: usize = 1 << 27;
 
-/// Longest sleep before looking again, whatever the event says.
+/// Longest sleep before looking again, with or without an event.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// Shortest sleep: the system counts in microseconds, and takes a time of none for one without an end.
+/// Shortest sleep: the system counts in microseconds, and zero means to sleep without end.
 const SHORTEST: Duration = Duration::from_micros(1);
 
 /// The way in which an end waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WaitMode {
-    /// Polls for a while, giving way to other threads, and then sleeps.
+    /// Polls for a while, yielding to other threads, and then sleeps.
     Poll,
-    /// Sleeps almost at once, or gives way for as long as the wait is foreseen to last: right when processes share cores.
+    /// Sleeps almost at once, or yields for the expected length of the wait: right when processes share cores.
     Event,
     /// `Poll` if every process of the run can have a core to itself, `Event` otherwise.
     Auto {
@@ -73,14 +73,14 @@ impl WaitMode {
     }
 }
 
-/// One end of a connection through shared memory. Whatever it created goes when both ends are dropped.
+/// One end of a connection through shared memory. Its files disappear when both ends are dropped.
 pub struct ShmLink {
     ports: Ports,
     waiting: Waiting,
-    /// Both ports of the other end were seen: from now on their absence means that it left.
+    /// Both ports of the other end have been seen: from now on their absence means that it left.
     connected: bool,
-    /// The frame whose sender's patience ended half-way, and its doubles that were sent. Only its rest can follow: the other end
-    /// would take anything else for it.
+    /// The frame whose sending ran out of patience half-way, and the number of its doubles that were sent. Only its rest can
+    /// follow: the other end would take anything else for the rest.
     begun: Option<(Header, usize)>,
     /// Samples of a long frame that have arrived.
     arriving: Vec<f64>,
@@ -96,7 +96,7 @@ impl ShmLink {
     ) -> Result<ShmLink, LinkError> {
         let services = Services::new(root, prefix, participant)?;
         let polls = wait.polls();
-        // The services of the data come last: the participant waits for them and then finds the others.
+        // The data services come last: the participant waits for them and then finds the others.
         let events = services.each_way(|way| services.create_event(way))?;
         let [request, answer] = services.each_way(|way| services.create_data(way, polls))?;
         Ok(ShmLink::new(
@@ -105,8 +105,8 @@ impl ShmLink {
         ))
     }
 
-    /// Opens the connection that the coordinator has created, or creates within `patience`.
-    /// The participant waits as the coordinator does.
+    /// Opens the connection that the coordinator has created or creates within `patience`.
+    /// The participant uses the coordinator's wait mode.
     pub fn participant(
         root: &Path,
         prefix: &str,
@@ -135,8 +135,8 @@ impl ShmLink {
         }
     }
 
-    /// Waits for both ports of the other end and connects to them, so that nothing it says is lost even if
-    /// it says it and leaves before we listen.
+    /// Waits for both ports of the other end and connects to them, so that no frame is lost even if the other
+    /// end sends it and leaves before we listen.
     fn connect(&mut self, deadline: &Deadline) -> Result<(), LinkError> {
         while !self.connected {
             if self.ports.other_is_there() {
@@ -149,7 +149,7 @@ impl ShmLink {
         Ok(())
     }
 
-    /// True if the other end was dropped. A killed one is not noticed here: its process is what to look at.
+    /// True if the other end was dropped. A killed end goes unnoticed here: look at its process.
     fn has_left(&self) -> bool {
         self.connected && !self.ports.other_can_send()
     }
@@ -169,7 +169,7 @@ impl ShmLink {
             *sample.user_header_mut() = header;
             let receivers = sample.write_from_slice(doubles).send().map_err(failed)?;
             if receivers > 0 {
-                // A failed wake-up delays the other end by a slice at most.
+                // A failed wake-up delays the other end by at most a slice.
                 let _ = self.ports.notifier.notify();
                 return Ok(());
             }
@@ -180,7 +180,7 @@ impl ShmLink {
         }
     }
 
-    /// The next frame, if all of it is there.
+    /// The next frame, if it has arrived completely.
     fn take(&mut self) -> Result<Option<Frame>, LinkError> {
         while let Some(sample) = self.ports.subscriber.receive().map_err(failed)? {
             let doubles = sample.payload();
@@ -222,7 +222,7 @@ impl Link for ShmLink {
             Some((header, sent)) if header == frame.header => sent,
             Some(_) => {
                 return Err(failed(
-                    "an earlier frame was cut off half-way, nothing but its rest can follow it",
+                    "an earlier frame was sent only in part, and only its rest can follow",
                 ));
             }
         };
@@ -253,7 +253,7 @@ impl Link for ShmLink {
                 return Ok(Some(frame));
             }
             if self.has_left() {
-                // What it said before it left may have come since we looked.
+                // A frame from before it left may have arrived since we looked.
                 return self.take()?.map(Some).ok_or(LinkError::Closed);
             }
             let left = deadline.left();

@@ -1,53 +1,53 @@
-//! An estimate of the next wait's length from the last ones.
+//! An estimate of the next wait's length from the last waits.
 //!
-//! To wake a sleeping thread costs its waker and itself some 20 us each where cores are virtual, several times a window. The
-//! answers of a solver take about the same time in each window, so an end that sleeps stays awake, giving way to all who
-//! compute, for a little longer than the longest of the last waits of this kind, and only then sleeps until it is woken.
-//! A wake-up costs little beside a long wait: that is slept through from its beginning.
+//! On virtual cores, waking a sleeping thread costs the waker and the woken thread some 20 us each, several times a window. A
+//! solver's answers take about the same time in each window. So an end that shares its core stays awake, yielding to other
+//! threads, for a little longer than the longest of the last waits of this kind, and only then sleeps until it is woken.
+//! A wake-up costs little compared with a long wait, so an end sleeps through a long wait from its start.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use crate::frame::Header;
 
-/// Waits of one kind that are remembered.
+/// Number of remembered waits of one kind.
 const REMEMBERED: usize = 8;
 
-/// Part of the longest wait by which the next may be longer.
+/// Fraction of the longest wait by which the next may be longer.
 const LATE: f64 = 0.25;
 
-/// Longest wait that is spent awake: a wake-up is 2 % of it.
+/// Longest wait that is spent awake: a wake-up takes 2 % of this time.
 const LONG: Duration = Duration::from_millis(1);
 
-/// Waits after the same frame are of one kind, and about as long as each other.
+/// Waits after the same frame are of one kind and have about the same length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct WaitKind {
     /// Kind of the frame that arrived last.
     after: u32,
-    /// Its repeat of the window; all after the second count as the second.
+    /// Its repeat of the window; later repeats count as repeat 2.
     iteration: u32,
 }
 
-/// The last waits of one end by their kind, the oldest first.
+/// The last waits of one end by kind, the oldest first.
 #[derive(Debug, Default)]
 pub(super) struct WaitEstimate {
     known: BTreeMap<WaitKind, VecDeque<Duration>>,
     next: WaitKind,
-    /// Start of the wait that goes on.
+    /// Start of the current wait.
     since: Option<Instant>,
 }
 
 impl WaitEstimate {
-    /// Begins a wait, or goes on with one that a call ended without a frame. Returns the end of the time that is spent
-    /// awake, which lasts `at_least` so long.
+    /// Begins a wait, or continues one that a call ended without a frame. Returns the end of the time spent awake,
+    /// which lasts at least `at_least`.
     pub(super) fn awake_until(&mut self, now: Instant, at_least: Duration) -> Instant {
         let since = *self.since.get_or_insert(now);
         since + self.awake(self.next).max(at_least)
     }
 
-    /// Ends a wait by the frame that came; its length may tell the next one's.
-    pub(super) fn arrived(&mut self, header: &Header, tells: bool) {
-        if let Some(since) = self.since.take().filter(|_| tells) {
+    /// Ends a wait with the frame that came. A `typical` wait enters the estimate.
+    pub(super) fn arrived(&mut self, header: &Header, typical: bool) {
+        if let Some(since) = self.since.take().filter(|_| typical) {
             self.add(self.next, since.elapsed());
         }
         self.next = WaitKind {
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn few_waits_and_other_kinds_are_not_foreseen() {
+    fn few_waits_and_other_kinds_give_no_estimate() {
         let motion = WaitKind {
             after: 11,
             iteration: 0,
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn long_waits_are_slept_through() {
+    fn an_end_sleeps_through_long_waits() {
         assert_eq!(of(&[900; 8]).awake(FORCE), Duration::ZERO);
         assert_eq!(of(&[5_000_000; 8]).awake(FORCE), Duration::ZERO);
     }

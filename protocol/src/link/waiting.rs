@@ -1,6 +1,6 @@
-//! The way in which an end of a link waits: awake, giving way to all who compute, for as long as the wait is foreseen to last
-//! on a core that no stranger wants; asleep otherwise. Another participant may have the core meanwhile: an end that sleeps then has
-//! to be woken when its frame is there, one that is awake goes on as soon as the core is free.
+//! The way in which an end of a link waits. On a core that no unrelated program wants, it stays awake and yields for the expected
+//! length of the wait; otherwise it sleeps. Another participant may use the core meanwhile: a sleeping end must then be woken
+//! when its frame arrives, while an awake end continues as soon as the core is free.
 
 use std::time::{Duration, Instant};
 
@@ -8,22 +8,22 @@ use super::core::{Core, Yield};
 use super::wait_estimate::WaitEstimate;
 use crate::frame::Header;
 
-/// Time that an end polls before it sleeps: most answers of a solver come earlier. Beside a wait of 20 ms it is less than 5 %.
+/// Time that an end polls before it sleeps: most answers of a solver come earlier. It is less than 5 % of a wait of 20 ms.
 const POLLING: Duration = Duration::from_micros(900);
 
-/// The same for an end that shares its core. The sleep then costs as much again, so at most that is wasted.
+/// The same for an end that shares its core. The sleep then costs as much again, so polling at most doubles the cost.
 const POLLING_ON_SHARED_CORE: Duration = Duration::from_micros(20);
 
 /// One end's way of waiting.
 #[derive(Debug)]
 pub(super) struct Waiting {
     polling: Duration,
-    /// Only of an end that shares its core.
+    /// Only for an end that shares its core.
     estimate: Option<WaitEstimate>,
     core: Core,
-    /// End of the time that the wait at hand is spent awake.
+    /// End of the awake part of the current wait.
     awake_until: Instant,
-    /// A yield of the wait at hand came back late.
+    /// A yield of the current wait returned late.
     late: bool,
 }
 
@@ -43,7 +43,7 @@ impl Waiting {
         }
     }
 
-    /// Begins a wait, or goes on with one that a call ended without a frame.
+    /// Begins a wait, or continues one that a call ended without a frame.
     pub(super) fn begin(&mut self) {
         let now = Instant::now();
         let awake_until = match &mut self.estimate {
@@ -55,7 +55,7 @@ impl Waiting {
         self.late = wanted;
     }
 
-    /// Gives way once; false if the end had better sleep.
+    /// Yields once; false if the end should sleep.
     pub(super) fn give_way(&mut self) -> bool {
         let now = Instant::now();
         let awake = now < self.awake_until && !self.core.is_wanted(now);
@@ -65,7 +65,7 @@ impl Waiting {
         awake
     }
 
-    /// Ends a wait by the frame that came. Nothing is learnt from time that others took.
+    /// Ends a wait with the frame that came. A late wait does not enter the estimate.
     pub(super) fn arrived(&mut self, header: &Header) {
         if let Some(estimate) = &mut self.estimate {
             estimate.arrived(header, !self.late);

@@ -1,7 +1,7 @@
 """A rail by akantu: explicit dynamics with lumped masses, bilinear quadrilaterals, plane strain, clamped below, a crown above.
 
-akantu steps by central differences, which damp nothing. `damping` = b gives its step the numerical damping of the built-in rail, Newmark's
-scheme with beta = 0 and gamma = b: v' = v + h [(1-b) a + b a'] is akantu's velocity and h (b-1/2) (a'-a); 0.5 leaves akantu alone.
+akantu steps by central differences, which have no damping. `damping` = b adds the built-in rail's numerical damping, Newmark's scheme
+with beta = 0 and gamma = b: v' = v + h [(1-b) a + b a'] is akantu's velocity plus h (b-1/2) (a'-a); 0.5 leaves akantu's step unchanged.
 The energy that a window of such steps loses, with the internal force F and the masses M, is
 
     (b-1/2) h sum (F'-F) (v+v')/2 - (b h^2/4) (a_end M a_end - a_start M a_start).
@@ -20,7 +20,7 @@ MATERIAL = "material elastic [\n name = rail\n rho = {!r}\n E = {!r}\n nu = {!r}
 
 
 def akantu_mesh(nodes, quads):
-    """A mesh of akantu from nodes (m) and quadrilaterals."""
+    """An akantu mesh from nodes (m) and quadrilaterals."""
     mesh = akantu.Mesh(2)
     mesh.addConnectivityType(QUADS)
     access = akantu.MeshAccessor(mesh)
@@ -46,9 +46,9 @@ class Rail(thirdbody.Continuum):
             raise thirdbody.ConfigurationError(f"participant.config.damping: {self.damping} is not between 0.5 and 1")
         x, y, quads = thirdbody.crowned_grid(config)
         self.mesh = akantu_mesh(np.stack([x.reshape(-1), y.reshape(-1)], axis=1), quads)
-        # The lowest row is clamped, the highest coupled.
+        # The lowest row is clamped, the highest row coupled.
         self.free, self.top = slice(x.shape[1], None), slice(-x.shape[1], None)
-        # akantu reads materials from a file alone.
+        # akantu reads materials only from a file.
         with tempfile.NamedTemporaryFile("w", suffix=".dat") as file:
             moduli = config.number("young_pa", above=0), config.number("poisson")
             file.write(MATERIAL.format(config.number("density_kg_per_m3", above=0), *moduli))
@@ -59,13 +59,13 @@ class Rail(thirdbody.Continuum):
         self.model.setTimeStep(self.step_s)
         self.model.assembleMassLumped()
         self.model.getBlockedDOFs()[: x.shape[1]] = True
-        # These arrays are those of akantu. Forces and masses are per metre of thickness; the internal force is -F, as it acts on the nodes.
+        # These are akantu's own arrays. Forces and masses are per metre of thickness; the internal force acts on the nodes and is -F.
         self.u, self.v, self.a = self.model.getDisplacement(), self.model.getVelocity(), self.model.getAcceleration()
         self.internal, self.external, self.mass = self.model.getInternalForce(), self.model.getExternalForce(), self.model.getMass()
         self.step_limit_s = np.sqrt(2.0 / self.damping) / self.omega_max()
 
     def omega_max(self):
-        """The largest angular frequency (1/s). akantu's own estimate of the stable step is for central differences alone."""
+        """The largest angular frequency (1/s). akantu's own estimate of the stable step holds only for central differences."""
         self.model.assembleStiffnessMatrix()
         stiffness = akantu.AkantuSparseMatrix(self.model.getDOFManager().getMatrix("K")).tocsr()
         scale = self.mass[self.free].reshape(-1) ** -0.5
@@ -82,7 +82,7 @@ class Rail(thirdbody.Continuum):
 
     def step(self, state, force, n):
         h, b = self.step_s, self.damping
-        # An elastic body has no other history. Its internal force is kept to save a look at the elements.
+        # An elastic body has no other history. Its internal force is kept to avoid computing it again.
         self.u[:], self.v[:], self.internal[:] = state["u"], state["v"], state["internal"]
         self.external[self.top] = force / self.thickness
         self.a[self.free] = ((self.external + self.internal) / self.mass)[self.free]

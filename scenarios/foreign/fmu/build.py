@@ -1,6 +1,6 @@
-"""Builds the vehicle: vehicle.fmu (FMI 2.0), vehicle-3.fmu (FMI 3.0), vehicle-stateless.fmu (FMI 2.0, cannot give or take its state).
+"""Builds the vehicle: vehicle.fmu (FMI 2.0), vehicle-3.fmu (FMI 3.0), vehicle-stateless.fmu (FMI 2.0, cannot get or set its state).
 
-`python3 build.py [FOLDER]` needs a C compiler (cc, or what CC names), and writes beside itself or into FOLDER.
+`python3 build.py [FOLDER]` needs a C compiler (cc, or the program in CC), and writes into its own folder or FOLDER.
 """
 
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 
-#: Variables in the order of their value references: name, unit, start value or None, what it is. vehicle.h has the same.
+#: Variables in the order of their value references: name, unit, start value or None, description. vehicle.h has the same.
 VARIABLES = [
     ("wheel_force", "N", 0.0, "force on the wheel, upwards"),
     ("wheel_mass", "kg", 1.0, ""),
@@ -27,16 +27,16 @@ VARIABLES = [
     ("body_z", "m", None, "displacement upwards"),
     ("body_v", "m/s", None, ""),
     ("load_work", "J", None, "work of the load"),
-    ("damper_loss", "J", None, "what the dashpot took"),
+    ("damper_loss", "J", None, "energy dissipated by the dashpot"),
     ("kinetic_energy", "J", None, ""),
     ("spring_energy", "J", None, ""),
 ]
-#: One name for all: nothing but the two names of the state's functions differs between the versions.
+#: One id for all units: the versions differ only in the two names of the state's functions.
 GUID = "{f0b1ad0e-6a5b-4b0c-9c1a-7d3e8b1c2a48}"
 
 
 def variables(version):
-    """The XML of the variables. What may be set is an input (the first) or a parameter, the rest are outputs."""
+    """The XML of the variables. Settable ones are an input (the first) or parameters; the rest are outputs."""
     rows = []
     for reference, (name, unit, start, description) in enumerate(VARIABLES):
         kind = "output" if start is None else "parameter" if reference else "input"

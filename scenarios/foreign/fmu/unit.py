@@ -1,8 +1,8 @@
 """A body with a few points from a co-simulation unit of FMI 2.0 or 3.0 (FMU): forces go in, displacements come out.
 
-The scenario names the unit, its communication step, and the variables of each point. A unit that can give, take and serialize its
-state is repeated and resumed; another one is asked once for each window, in a staggered scheme. What the unit calls by other signs
-is named with a minus ahead ("-contact_force").
+The scenario names the unit, its communication step, and the variables of each point. A unit that can get, set and serialize its
+state supports repeats and resume; another one computes each window once, in a staggered scheme. A minus before a name
+("-contact_force") changes the sign of the unit's variable.
 """
 
 import tempfile
@@ -13,7 +13,7 @@ import fmpy.simulation
 import numpy as np
 import thirdbody
 
-#: Keys of a point that are numbers, and those that name a variable in a direction: what is not named is held, or takes no force.
+#: Keys of a point with numbers, and keys that name a variable in a direction: an unnamed displacement is held, an unnamed force is zero.
 NUMBERS, NAMES = ("x_m", "y_m", "length_m", "mass_kg"), ("force_x", "force_y", "displacement_x", "displacement_y")
 BEFORE_INITIALIZATION = ("input", "parameter", "structuralParameter")
 
@@ -30,7 +30,7 @@ class Unit(thirdbody.Continuum):
         self.place = self.read_points(config.get("points"))
         path = config.get("unit")
         if not Path(path).is_file():
-            raise thirdbody.ConfigurationError(f"participant.config.unit: {path} is missing; build.py makes those of its folder")
+            raise thirdbody.ConfigurationError(f"participant.config.unit: {path} is missing; build.py makes the units of its folder")
         self.model = fmpy.read_model_description(path)
         if self.model.coSimulation is None:
             raise thirdbody.ConfigurationError(f"participant.config.unit: {path} is for model exchange, not for co-simulation")
@@ -40,11 +40,11 @@ class Unit(thirdbody.Continuum):
         self.variables = {variable.name: variable for variable in self.model.modelVariables}
         self.inputs = [self.named(point.get(key, "")) for point in self.place for key in NAMES[:2]]
         self.motions = [self.named(point.get(key, "")) for point in self.place for key in NAMES[2:]]
-        self.told = {name: self.named(variable) for name, variable in config.get("signals", {}).items()}
+        self.reported = {name: self.named(variable) for name, variable in config.get("signals", {}).items()}
         terms = config.get("energy", {})
         self.terms = {role: {name: self.named(v) for name, v in named.items()} for role, named in terms.items()}
-        outputs = [*self.motions, *self.told.values(), *(v for named in self.terms.values() for v in named.values())]
-        #: What is read after each window, once each.
+        outputs = [*self.motions, *self.reported.values(), *(v for named in self.terms.values() for v in named.values())]
+        #: Variables that are read after each window, without repetition.
         self.outputs = sorted({reference for _, reference in outputs if reference is not None})
         self.forces = sorted({reference for _, reference in self.inputs if reference is not None})
         self.folder = tempfile.TemporaryDirectory(prefix="thirdbody-fmu-")
@@ -57,21 +57,21 @@ class Unit(thirdbody.Continuum):
         self.unit.enterInitializationMode()
         self.unit.exitInitializationMode()
         self.begun = self.take(0)
-        # A signal would leave the unit's files behind: they go at once, but for resources that it may still read.
+        # A signal would leave the unit's files behind, so they are removed now, except resources that it may still read.
         if not Path(self.folder.name, "resources").is_dir():
             self.folder.cleanup()
 
     def read_points(self, points):
-        """The points of the scenario, each a table with places and names."""
+        """The points of the scenario, each a table with positions and names."""
         for row, point in enumerate(points):
             unknown = set(point) - set(NUMBERS) - set(NAMES)
             if unknown or not {"x_m", "y_m"} <= set(point):
-                what = f"no such key {sorted(unknown)}" if unknown else "x_m and y_m are due"
+                what = f"no such key {sorted(unknown)}" if unknown else "x_m and y_m are required"
                 raise thirdbody.ConfigurationError(f"participant.config.points[{row}]: {what}; known keys: {', '.join(NUMBERS + NAMES)}")
         return points
 
     def named(self, name):
-        """The sign and the value reference of a variable; nothing for a name that is empty."""
+        """The sign and the value reference of a variable; no reference for an empty name."""
         if not name:
             return 1.0, None
         variable = self.variables.get(name.removeprefix("-"))
@@ -80,7 +80,7 @@ class Unit(thirdbody.Continuum):
         return (-1.0 if name.startswith("-") else 1.0), variable.valueReference
 
     def start(self, values):
-        """Gives parameters and inputs their values before the initialization."""
+        """Sets parameters and inputs before the initialization."""
         for name, value in values.items():
             _, reference = self.named(name)
             if self.variables[name].causality not in BEFORE_INITIALIZATION:
@@ -88,7 +88,7 @@ class Unit(thirdbody.Continuum):
             self.set([reference], [float(value)])
 
     def take(self, steps):
-        """The state of the unit: its bytes where it has them, the steps since the start, and what is read of it."""
+        """The state of the unit: its bytes if it can serialize them, the steps since the start, and its outputs."""
         kept = b""
         if self.rollback:
             handle = self.unit.getFMUState()
@@ -97,7 +97,7 @@ class Unit(thirdbody.Continuum):
         return {"unit": kept, "steps": steps, "read": np.array(self.get(self.outputs))}
 
     def put(self, state):
-        """Makes a state that of the unit."""
+        """Sets the state of the unit."""
         handle = self.unit.deserializeFMUState(state["unit"])
         self.unit.setFMUState(handle)
         self.unit.freeFMUState(handle)
@@ -120,10 +120,10 @@ class Unit(thirdbody.Continuum):
                 sums[reference] += sign * component
         self.set(list(sums), list(sums.values()))
         for k in range(state["steps"], state["steps"] + n):
-            told = self.unit.doStep(k * self.step_s, self.step_s, not self.rollback)
-            # FMI 3.0 tells of events, of its end, and of an early return.
-            if told and (told[1] or told[2]):
-                raise thirdbody.Diverged(f"{self.model.modelName} ended its step from {k * self.step_s} s at {told[3]} s")
+            answer = self.unit.doStep(k * self.step_s, self.step_s, not self.rollback)
+            # FMI 3.0 reports events, termination and an early return.
+            if answer and (answer[1] or answer[2]):
+                raise thirdbody.Diverged(f"{self.model.modelName} ended its step from {k * self.step_s} s at {answer[3]} s")
         return self.take(state["steps"] + n)
 
     def value(self, state, named):
@@ -143,7 +143,7 @@ class Unit(thirdbody.Continuum):
         }
 
     def signals(self, state):
-        return {name: self.value(state, named) for name, named in self.told.items()}
+        return {name: self.value(state, named) for name, named in self.reported.items()}
 
 
 thirdbody.participate(Unit)

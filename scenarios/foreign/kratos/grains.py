@@ -1,16 +1,16 @@
 """A layer of disks under a flat wheel by the DEM of Kratos: explicit, on sub-steps of the window, with a drag on all velocities.
 
-Kratos has no call that sets what a contact remembers, its shear force. `put` makes the particles anew, so that nothing of an earlier try
-is left, and tells Kratos that the step before has moved them by what stretches new springs to those forces. The wheel is a rigid edge of
-Kratos that is moved here. A disk is a particle of Kratos that moves in the plane and turns about z, with the mass and the inertia of a
-disk: the cylinders of Kratos do the same, but do not tell the work of friction.
+Kratos has no call that sets a contact's history, its shear force. `put` therefore makes the particles anew, without traces of an earlier
+try, and sets as their last displacement one that stretches the new springs to those forces. The wheel is a rigid edge of Kratos that this
+adapter moves. A disk is a Kratos particle that moves in the plane and turns about z, with the mass and the inertia of a disk. The
+cylinders of Kratos move in the same way, but do not report the work of friction.
 """
 
 import importlib.metadata
 import os
 import types
 
-# The bits of a sum must not depend on how many threads it is shared by.
+# The bits of a sum must not depend on the number of threads.
 os.environ["OMP_NUM_THREADS"] = "1"
 import KratosMultiphysics as Kratos  # noqa: E402
 import KratosMultiphysics.DEMApplication as Dem  # noqa: E402
@@ -21,7 +21,7 @@ from thirdbody.disks import turned  # noqa: E402
 
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
 SEARCHES = '{"do_search_dem_neighbours": true, "do_search_fem_neighbours": true, "RemoveBallsInitiallyTouchingWalls": false}'
-#: Farther than disks and wheel come towards each other in a window (m): neighbours are looked for once in it.
+#: More than the approach of disks and wheel in a window (m): neighbours are searched once per window.
 MARGIN_M = 3e-7
 
 
@@ -32,7 +32,7 @@ class Grains(thirdbody.DiskLayer):
 
     def __init__(self, config, setting):
         super().__init__(config, setting)
-        # The strategy keeps addresses only: the model lives as long as this.
+        # The strategy keeps only addresses, so the model must live as long as this object.
         self.model, self.all = Kratos.Model(), Kratos.VariableUtils()
         parts = [self.model.CreateModelPart(name) for name in ("disks", "wheel", "contacts", "inlet", "clusters")]
         parameters = dem_default_input_parameters.GetDefaultInputParameters()
@@ -58,7 +58,7 @@ class Grains(thirdbody.DiskLayer):
         """Nodes and laws of the disks."""
         self.kinds, scheme = [self.part.CreateNewProperties(number) for number in (1, 2)], Dem.SymplecticEulerScheme()
         for kind in self.kinds:
-            # Mass and inertia are set by `put`. The modulus says only that two disks share their overlap by halves.
+            # `put` sets mass and inertia. The modulus only makes two disks share their overlap equally.
             kind[Dem.PARTICLE_DENSITY], kind[Kratos.YOUNG_MODULUS] = 1.0, self.kn
             scheme.SetTranslationalIntegrationSchemeInProperties(kind, False)
             scheme.SetRotationalIntegrationSchemeInProperties(kind, False)
@@ -103,22 +103,22 @@ class Grains(thirdbody.DiskLayer):
         self.set(Dem.DELTA_DISPLACEMENT, self.stretch(state), 0, 1)
 
     def stretch(self, state):
-        """The least displacements d of the disks that stretch new springs to the shear forces of a state: -kt (d_first - d_second) . t."""
+        """The smallest displacements d of the disks that stretch new springs to a state's shear forces: -kt (d_first - d_second) . t."""
         across = np.zeros((len(state["pairs"]), self.count + 1, 2))
         for side, disks in zip((1.0, -1.0), state["pairs"].T):
             across[np.arange(disks.size), disks] = side * turned(state["normal"])
         across, wanted = across[:, : self.count].reshape(-1, 2 * self.count), -state["shear"] / self.kt
         motion = across.T @ np.linalg.solve(across @ across.T, wanted)
         if np.abs(across @ motion - wanted).max(initial=0.0) > 1e-9 * np.abs(wanted).max(initial=0.0):
-            raise thirdbody.Diverged("no motion of the disks stretches the springs to their shear forces: too many contacts to a disk")
+            raise thirdbody.Diverged("no motion of the disks stretches the springs to their shear forces: too many contacts per disk")
         return motion.reshape(-1, 2)
 
     def step(self, state, velocity, window_s):
         steps, dt, kept = self.pace(window_s)
         self.put(state, velocity, kept)
         height, speed, force, work = state["height"], kept * state["speed"], 0.0, 0.0
-        # Kratos computes forces, then moves; the last time over no time, with a list of contacts. The mean force is that of the
-        # trapezoidal rule: its work is that of the springs, but for the square of the sub-step.
+        # Kratos computes forces, then moves; the last step has zero length and gives a list of contacts. The trapezoidal rule gives
+        # the mean force: its work is the work of the springs up to the square of the sub-step.
         for k in range(steps + 1):
             self.info[Kratos.DELTA_TIME], self.info[Dem.IS_TIME_TO_PRINT] = dt if k < steps else 0.0, k == steps
             self.kratos.SolveSolutionStep()
@@ -138,7 +138,7 @@ class Grains(thirdbody.DiskLayer):
         return self.booked(new, state, window_s, work, friction), force / steps
 
     def forces(self, from_wheel):
-        """The force on the first of each pair of neighbours, and that of the wheel on each disk."""
+        """The force on the first of each pair of neighbours, and the wheel's force on each disk."""
         self.kratos.PrepareContactElementsForPrinting()
         pairs = Kratos.TensorAdaptors.ConnectivityIdsTensorAdaptor(self.pairs.Elements)
         on_first = Kratos.TensorAdaptors.VariableTensorAdaptor(self.pairs.Elements, Dem.GLOBAL_CONTACT_FORCE)

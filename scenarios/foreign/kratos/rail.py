@@ -1,14 +1,14 @@
 """A rail by Kratos Multiphysics: bilinear quadrilaterals of small strain, plane strain, clamped below, a crown above.
 
-Kratos has the mesh, the elements and the material, and assembles stiffness and lumped mass. Time goes on by the scheme of Newmark, a step
-a window. The force of a window is constant from its start, so the acceleration at its start is that of the new force: only displacement
-and velocity pass from one window to the next, and a state is put in by handing them over.
+Kratos has the mesh, the elements and the material, and assembles stiffness and lumped mass. Newmark's scheme advances time, one step per
+window. The force of a window is constant from its start, so the initial acceleration follows from the new force: a state consists only of
+displacement and velocity.
 """
 
 import importlib.metadata
 import os
 
-# The bits of a sum must not depend on how many threads it is shared by.
+# The bits of a sum must not depend on the number of threads.
 os.environ["OMP_NUM_THREADS"] = "1"
 import KratosMultiphysics as Kratos  # noqa: E402
 import KratosMultiphysics.StructuralMechanicsApplication as Structural  # noqa: E402
@@ -40,7 +40,7 @@ class Rail(thirdbody.Continuum):
 
     def read_mesh(self, config):
         x, y, quads = thirdbody.crowned_grid(config)
-        # Rows from below: the lowest is clamped, the highest coupled.
+        # Rows from below: the lowest row is clamped, the highest row coupled.
         self.number = np.arange(1, x.size + 1).reshape(x.shape)
         self.x, self.y = x[-1], y[-1]
         self.part.AddNodalSolutionStepVariable(Kratos.DISPLACEMENT)
@@ -89,11 +89,11 @@ class Rail(thirdbody.Continuum):
         return {"u": np.zeros_like(self.mass), "v": np.zeros_like(self.mass), "dissipated_j": 0.0}
 
     def nominal(self, window_s):
-        """The window without the last digits of its ends, so that the factors serve all windows of one length."""
+        """The window length without its last digits, so that the factors serve all windows of this length."""
         return float(f"{window_s:.9e}")
 
     def solve(self, h, right_side):
-        """(M + beta h^2 K)^-1 by the factors for this window."""
+        """(M + beta h^2 K)^-1 times `right_side`, by the factors for this window."""
         if h not in self.factors:
             matrix = (diags(self.mass) + self.beta * h**2 * self.stiffness).tocsc()
             self.factors[h] = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -107,7 +107,7 @@ class Rail(thirdbody.Continuum):
         ahead = u + h * v + h**2 * (0.5 - self.beta) * a
         new_a = self.solve(h, load - self.stiffness @ ahead)
         new_v = v + h * ((1.0 - self.gamma) * a + self.gamma * new_a)
-        # What the scheme takes out: work less the increments of strain and kinetic energy, by algebra instead of their difference.
+        # The energy that the scheme dissipates: work minus the increments of strain and kinetic energy, by algebra, not by difference.
         mean_v, mean_a, change = 0.5 * (v + new_v), 0.5 * (a + new_a), self.mass * (new_a - a)
         lost = h**2 * (self.beta - 0.5 * self.gamma) * (mean_a @ change) - h * (self.gamma - 0.5) * (mean_v @ change)
         return {"u": ahead + self.beta * h**2 * new_a, "v": new_v, "dissipated_j": state["dissipated_j"] + float(lost)}

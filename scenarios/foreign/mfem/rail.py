@@ -1,10 +1,10 @@
 """A rail in equilibrium by MFEM: quadrilaterals of any order under a curved crown, plane strain, clamped below.
 
-Shape and displacement are of the same order: all nodes of the crown lie on the circle.
+Shape and displacement have the same order: all nodes of the crown lie on the circle.
 
-The coupler takes the surface for straight lines between the exchanged nodes, those within the edges included. So a force on a node
-stands for a traction that falls to zero at both neighbours, and the rail must take it as such: as forces on nodes an even pressure
-would be 1/2 : 1/2 at corners and middles, where biquadratic elements want 1/3 : 2/3 (a surface that is wavy by 3 %).
+To the coupler the surface consists of straight lines between the exchanged nodes, inner nodes of edges included. So a force on a node
+stands for a traction that falls to zero at both neighbours, and the rail must apply this traction. As nodal forces, a uniform pressure
+would be 1/2 : 1/2 at corners and middles, where biquadratic elements need 1/3 : 2/3 (the surface would be wavy by 3 %).
 """
 
 import mfem
@@ -25,7 +25,7 @@ class Rail(thirdbody.LinearEquilibrium):
         order = config.integer("order", above=0)
         young, poisson = config.number("young_pa", above=0), config.number("poisson")
         x, y, _ = thirdbody.crowned_grid(config, order)
-        # Cells of unit length first: their nodes are told apart by columns and rows.
+        # Cells have unit length first, so that columns and rows identify their nodes.
         cells = [(nodes - 1) // order for nodes in x.shape[::-1]]
         mesh = mf.Mesh.MakeCartesian2D(*cells, mf.Element.QUADRILATERAL, True, *map(float, cells))
         mesh.SetCurvature(order)
@@ -45,7 +45,7 @@ class Rail(thirdbody.LinearEquilibrium):
         top = np.flatnonzero(row == row.max())
         top = top[np.argsort(column[top])]
         self.x, self.y = place[top].T.copy()
-        # The compliance of the upper edge alone: nothing else is loaded or asked for.
+        # Only the compliance of the upper edge: nothing else is loaded or needed.
         dofs = np.searchsorted(free, (2 * top[:, None] + [0, 1]).reshape(-1))
         nodal = self.compliance_of(splu(stiffness[free][:, free].tocsc()).solve, free.size, dofs) / setting.thickness_m
         share = np.kron(thirdbody.traction_matrix(self.x, order), np.eye(2))

@@ -22,7 +22,7 @@ class Rail(thirdbody.LinearEquilibrium):
         free = basis.complement_dofs(basis.get_dofs(nodes=np.arange(x.shape[1])))
         top = np.arange(x.size)[-x.shape[1] :]
         self.x, self.y = x[-1], y[-1]
-        # The compliance of the upper edge alone: nothing else is loaded or asked for.
+        # Only the compliance of the upper edge: nothing else is loaded or needed.
         dofs = np.searchsorted(free, basis.nodal_dofs[:, top].T.reshape(-1))
         self.compliance = self.compliance_of(splu(stiffness[free][:, free].tocsc()).solve, free.size, dofs) / setting.thickness_m
 

@@ -1,11 +1,11 @@
 """A rail in equilibrium by SfePy: biquadratic quadrilaterals under a curved crown, plane strain, clamped below.
 
-SfePy puts its elements on straight cells. Here they are put on curved ones (isoparametric): the nine nodes of an element carry its
-shape as well, and those on the crown lie on the circle. Whatever is integrated over elements is SfePy's.
+SfePy uses straight cells. This adapter uses curved ones (isoparametric): the nine nodes of an element also define its shape, and the
+nodes on the crown lie on the circle. SfePy computes all integrals over elements.
 
-The coupler takes the surface for straight lines between the exchanged nodes, the middle ones of the edges included. So a force on a
-node stands for a traction that falls to zero at both neighbours, and the rail must take it as such: as forces on nodes an even
-pressure would be 1/2 : 1/2 at corners and middles, where biquadratic elements want 1/3 : 2/3 (a surface that is wavy by 3 %).
+To the coupler the surface consists of straight lines between the exchanged nodes, middle nodes of edges included. So a force on a
+node stands for a traction that falls to zero at both neighbours, and the rail must apply this traction. As nodal forces, a uniform
+pressure would be 1/2 : 1/2 at corners and middles, where biquadratic elements need 1/3 : 2/3 (the surface would be wavy by 3 %).
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ output.set_output(quiet=True)
 
 
 class Curved(H1NodalVolumeField):
-    """SfePy's nodal field on cells that are as curved as it is."""
+    """SfePy's nodal field on cells with the field's own curvature."""
 
     family_name = "curved_H1_lagrange"
 
@@ -44,7 +44,7 @@ class Rail(thirdbody.LinearEquilibrium):
     def __init__(self, config, setting):
         super().__init__(config, setting)
         x, y, _ = thirdbody.crowned_grid(config, order=2)
-        # Cells of unit length first: their nodes are told apart by columns and rows.
+        # Cells have unit length first, so that columns and rows identify their nodes.
         nodes = np.array(x.shape[::-1]) // 2 + 1
         domain = FEDomain("rail", gen_block_mesh(nodes - 1, nodes, 0.5 * (nodes - 1), verbose=False))
         body = domain.create_region("body", "all")
@@ -64,7 +64,7 @@ class Rail(thirdbody.LinearEquilibrium):
         top = np.flatnonzero(row == row.max())
         top = top[np.argsort(column[top])]
         self.x, self.y = field.coors[top].T
-        # The compliance of the upper edge alone: nothing else is loaded or asked for.
+        # Only the compliance of the upper edge: nothing else is loaded or needed.
         rows = u.eq_map.eq.reshape(-1, 2)[top].reshape(-1)
         nodal = self.compliance_of(splu(stiffness.tocsc()).solve, stiffness.shape[0], rows) / setting.thickness_m
         share = np.kron(thirdbody.traction_matrix(self.x, 2), np.eye(2))

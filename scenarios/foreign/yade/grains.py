@@ -1,7 +1,7 @@
 """A layer of disks under a flat wheel by YADE: explicit, on sub-steps of the window, with a drag on all velocities.
 
-Grains, contact law and load are read from the twin scene, which runs the built-in grains. A disk is a sphere that moves in the plane and
-turns about z, with the mass and the inertia of a disk. YADE is given kn and kt, instead of making them from moduli and radii.
+Grains, contact law and load come from the twin scene, which runs the built-in grains. A disk is a sphere that moves in the plane and
+turns about z, with the mass and the inertia of a disk. YADE gets kn and kt directly, and does not compute them from moduli and radii.
 """
 
 import functools
@@ -20,7 +20,7 @@ sys.path += glob.glob("/usr/lib/*/yade-double/py")
 import yade  # noqa: E402
 from yade import O, utils  # noqa: E402
 
-# YADE makes a folder for itself, which stays where the process is ended by a signal.
+# YADE makes a folder for itself, which would stay if a signal ended the process.
 os.rmdir(os.path.dirname(O.tmpFilename()))
 
 
@@ -52,8 +52,8 @@ class Grains(thirdbody.DiskLayer):
         self.states = [body.state for body in O.bodies]
         same = functools.partial(yade.MatchMaker, algo="val")
         self.contact = yade.Law2_ScGeom_FrictPhys_CundallStrack(neverErase=True, traceEnergy=True)
-        # Bodies are moved first and then meet, so that places and forces of a state are of one time. Boxes without margin are
-        # sorted in each step, and contacts are summed in the order of their bodies: a step depends on the state alone.
+        # Bodies move first and then interact, so that positions and forces of a state belong to one time. Boxes without margin are
+        # sorted in each step, and contacts are summed in the order of their bodies: a step depends only on the state.
         O.engines = [
             yade.NewtonIntegrator(damping=0.0, warnNoForceReset=False),
             yade.ForceResetter(),
@@ -67,12 +67,12 @@ class Grains(thirdbody.DiskLayer):
         ]
 
     def rest(self):
-        # What YADE moves the bodies by in the next step, the wheel being the last.
+        # Forces and torques on the bodies in YADE's next step, the wheel last.
         return {**super().rest(), "force": np.zeros((self.count + 1, 2)), "torque": np.zeros(self.count + 1)}
 
     def put(self, state, velocity, kept):
-        """Makes a state that of YADE. A contact remembers its shear force, and the normal that this lies across."""
-        # reset() leaves what was not summed over threads yet.
+        """Sets YADE's state. A contact remembers its shear force, and the normal that the shear force is perpendicular to."""
+        # reset() leaves forces that were not summed over threads yet.
         O.forces.f(0, sync=True)
         O.forces.reset()
         place = np.append(self.centre + state["u"], [[0.0, state["height"]]], axis=0)
@@ -91,11 +91,11 @@ class Grains(thirdbody.DiskLayer):
             if not (O.interactions.has(a, b) and O.interactions[a, b].isReal):
                 utils.createInteraction(a, b)
             contact = O.interactions[a, b]
-            # Both point towards, and act on, the second body of YADE.
+            # Both point towards YADE's second body and act on it.
             contact.geom.normal, contact.phys.shearForce = (vector if contact.id2 == a else -vector).tolist()
 
     def take(self):
-        """The state of YADE."""
+        """YADE's state."""
         shear = {}
         for contact in O.interactions:
             if contact.isReal:
@@ -112,11 +112,11 @@ class Grains(thirdbody.DiskLayer):
         }
 
     def step(self, state, velocity, window_s):
-        # YADE's own damping jumps where a grain turns around, and the answer of a window to the motion below would, too.
+        # YADE's own damping jumps when a grain reverses, and so would the window's answer to the motion below.
         steps, O.dt, kept = self.pace(window_s)
         self.put(state, velocity, kept)
         self.contact.initPlasticDissipation(0.0)
-        # The mean force by the trapezoidal rule: its work is that of the springs, but for the square of the sub-step.
+        # The mean force by the trapezoidal rule: its work is the work of the springs up to the square of the sub-step.
         force, work = 0.5 * state["on_base"], 0.0
         for k in range(steps):
             load = self.load(state["time_s"] + (k + 0.5) * O.dt)

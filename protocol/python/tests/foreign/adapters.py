@@ -1,4 +1,4 @@
-"""What the tests of all adapters share."""
+"""Code that the tests of all adapters share."""
 
 import importlib.util
 import os
@@ -19,7 +19,7 @@ FOREIGN = SCENARIOS / "foreign"
 
 
 def adapter(path):
-    """The module of an adapter, which does not take part in a run here."""
+    """The module of an adapter, without taking part in a run."""
     spec = importlib.util.spec_from_file_location(f"{path.parent.name}_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     with mock.patch.object(thirdbody, "participate", create=True):
@@ -28,7 +28,7 @@ def adapter(path):
 
 
 def children(pid):
-    """Commands of the processes that a process has started, by their numbers."""
+    """Commands of a process's children, by process id."""
     listed = [path.read_text().split() for path in Path(f"/proc/{pid}/task").glob("*/children")]
     return {int(number): Path(f"/proc/{number}/cmdline").read_text().split("\0") for numbers in listed for number in numbers}
 
@@ -41,7 +41,7 @@ class Adapter(Program):
         return run
 
     def assert_repeats(self, run):
-        """A run has the same bits when it is played again, and when it goes on from a checkpoint."""
+        """A run has the same bits when it is replayed, and when it resumes from a checkpoint."""
         said = self.verb("replay", run.path, "--allow-commands").stdout
         self.assertEqual(said.count("bitwise identical"), len(run.participants) + 1, said)
         resumed = f"{run.path}-resumed"
@@ -49,7 +49,7 @@ class Adapter(Program):
         self.assertEqual(thirdbody.load(resumed).summary["hashes"], run.summary["hashes"])
 
     def assert_kill_is_named(self, scene, program, participant):
-        """A program that is killed in the middle of a run ends it, and is named."""
+        """A program that is killed in the middle of a run ends it, and the error names the program."""
         command = [PROGRAM, "run", str(scene), "--out", "killed"]
         run = subprocess.Popen(command, cwd=self.work, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         signals = self.work / "killed" / "signals.csv"

@@ -1,4 +1,4 @@
-"""The rail of akantu beside the built-in one; scenarios/foreign/akantu/scenario.toml tells how akantu is installed."""
+"""The akantu rail compared with the built-in one; scenarios/foreign/akantu/scenario.toml describes how to install akantu."""
 
 import json
 import unittest
@@ -13,16 +13,16 @@ RAIL = "participant.rail.config"
 
 #: The built-in rail with the element of akantu.
 SAME_ELEMENT = {f"{RAIL}.element": "q4_2x2"}
-#: Contacts are solved so well that two runs differ by their rails alone.
+#: Contacts are solved so accurately that two runs differ only by their rails.
 EXACT = {f"{LAYER}.solver.tolerance": 1e-9, f"{LAYER}.solver.max_iterations": 20000}
-#: The load comes faster than in the scene and is held for less, which the checks of plausibility still pass.
+#: The load comes faster and is held for a shorter time than in the scene; the plausibility checks still pass.
 FAST = {f"{LAYER}.wheel.ramp_s": 2e-4, f"{LAYER}.wheel.hold_s": 1.5e-4, "run.end_s": 3.6e-4}
 
 
 class Akantu(Adapter):
     def assert_same(self, theirs, ours):
-        # Masses are lumped otherwise in elements that are no parallelograms, by up to 1e-6 here. Measured with damping 0.75: 1.6e-6, 7e-5
-        # (13 N across, 1 070 N down), 1.1e-7 and 3e-9. A rail whose graded rows start with another size is 3e-4 off.
+        # In elements that are not parallelograms masses are lumped differently, by up to 1e-6 here. Measured with damping 0.75: 1.6e-6,
+        # 7e-5 (13 N across, 1 070 N down), 1.1e-7 and 3e-9. A rail whose graded rows start with another size is 3e-4 off.
         bounds = {"interface_fy_n": 1e-5, "interface_fx_n": 5e-4, "rail.strain_j": 2e-6, "rail.numerical_loss_j": 2e-8}
         for column, bound in bounds.items():
             scale = np.abs(ours.signals["rail.strain_j" if column.endswith("_j") else column]).max()
@@ -37,14 +37,14 @@ class Akantu(Adapter):
         self.assert_same(theirs, ours)
         self.assert_repeats(theirs)
 
-    def test_central_differences_alone_are_the_built_in_rail_without_damping(self):
+    def test_central_differences_are_the_built_in_rail_without_damping(self):
         keys = {**EXACT, "run.end_s": 3e-5}
         ours = self.run_of("quick", {**keys, **SAME_ELEMENT, f"{RAIL}.time.damping": 0.5}, "undamped")
         self.assert_same(self.run_of("foreign/akantu", {**keys, f"{RAIL}.damping": 0.5}, "central"), ours)
 
     def test_a_held_load_is_carried_as_by_the_built_in_rail(self):
         theirs = self.run_of("foreign/akantu", FAST, "held")
-        # Measured: 3e-5, 5e-5 and 0.36 % with the same element; a tolerance of contacts of 2e-5 instead of 1e-4 changes the scene by
+        # Measured: 3e-5, 5e-5 and 0.36 % with the same element; a contact tolerance of 2e-5 instead of 1e-4 changes the scene by
         # 7e-5, 4e-5 and 0.2 %. With the one-point element of `quick`: 9e-4, 9e-5 and 1.4 %.
         for name, keys, bounds in (("same", SAME_ELEMENT, (3e-4, 2e-4, 0.01)), ("one-point", {}, (2e-3, 5e-4, 0.03))):
             ours = self.run_of("quick", {**FAST, **keys}, name)
@@ -60,14 +60,14 @@ class Akantu(Adapter):
         self.assertEqual((done.returncode, len(rows)), (0, 26))
 
     def test_a_step_that_is_too_long_is_refused(self):
-        # Stable are 7.25e-8 s, and 8.88e-8 s without damping.
+        # The stability limit is 7.25e-8 s, or 8.88e-8 s without damping.
         for keys, words in (({f"{RAIL}.step_s": 7.3e-8}, "stability limit"), ({f"{RAIL}.damping": 0.4}, "not between 0.5 and 1")):
             with self.assertRaises(thirdbody.RunError) as caught:
                 self.run_of("foreign/akantu", keys, f"refused-{len(words)}")
             self.assertEqual(caught.exception.code, 2)
             self.assertIn(words, str(caught.exception))
 
-    def test_a_rail_that_is_killed_is_named(self):
+    def test_the_error_names_a_killed_rail(self):
         self.assert_kill_is_named(FOREIGN / "akantu", "rail.py", "rail")
 
 

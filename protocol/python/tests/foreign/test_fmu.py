@@ -1,4 +1,4 @@
-"""A vehicle from co-simulation units (FMI 2.0, 3.0, and without state) above grains and a rail: needs the wheel fmpy and a C compiler."""
+"""A vehicle from co-simulation units (FMI 2.0, 3.0, and without state) above grains and a rail. Needs the wheel fmpy and a C compiler."""
 
 import os
 import shutil
@@ -18,17 +18,17 @@ SCENE = FOREIGN / "fmu"
 COLUMNS = 10 * 2.255e11 * 1e-3 / 2
 STRIP = 102.5e9 * 0.7 / (1.3 * 0.4) * 4e-3 * 1e-3 / 8e-3
 
-#: Of the vehicle: masses (kg), spring (N/m), dashpot (N s/m), load (N), ramp (s).
+#: The vehicle's masses (kg), spring (N/m), dashpot (N s/m), load (N), ramp (s).
 WHEEL, BODY, SPRING, DASHPOT, LOAD, RAMP = 1.0, 4.0, 2e7, 8e3, 2e3, 1e-3
 
-#: The vehicle over a rigid base in a scheme with repeats.
+#: The vehicle above a rigid base in a scheme with repeats.
 REPEATED = {
     "participant.vehicle.config.unit": "vehicle.fmu", "interface.above.scheme": "dual-schur", "interface.above.unsafe_window": False,
 }
 
 
 def exact(stiffness, t):
-    """z_w, v_w, z_b, v_b of the vehicle on a spring: x' = A x + b load(t), in closed form for a load that is a ramp."""
+    """z_w, v_w, z_b, v_b of the vehicle on a spring: x' = A x + b load(t), in closed form for a ramp load."""
     a = np.array([
         [0.0, 1.0, 0.0, 0.0],
         [-(stiffness + SPRING) / WHEEL, -DASHPOT / WHEEL, SPRING / WHEEL, DASHPOT / WHEEL],
@@ -48,7 +48,7 @@ def exact(stiffness, t):
 
 
 def apart(values, reference):
-    """L2 norm of the difference over that of the reference."""
+    """Relative L2 norm of the difference from the reference."""
     return np.linalg.norm(values - reference) / np.linalg.norm(reference)
 
 
@@ -66,7 +66,7 @@ class Fmu(Adapter):
         return run
 
     def errors(self, run, stiffness):
-        """Of the wheel's place, the body's place, and the force through the contact."""
+        """Errors of the wheel's position, the body's position, and the force through the contact."""
         moved = exact(stiffness, run.signals["t_s"])
         force = next(name for name in ("interface_fy_n", "above.interface_fy_n") if name in run.signals)
         return (
@@ -76,12 +76,12 @@ class Fmu(Adapter):
 
     def test_a_vehicle_on_grains_on_a_rail_moves_as_two_masses_on_springs_do(self):
         run = self.run_of("scenario.toml", {"run.end_s": 3e-3, "run.checkpoint_every_windows": 1200}, "rail")
-        # Measured: 2.3e-4, 7.0e-5, 5.1e-4, by the window, the rail's damping and its inertia.
+        # Measured: 2.3e-4, 7.0e-5, 5.1e-4, from the window, the rail's damping and its inertia.
         for error, bound in zip(self.errors(run, 1.0 / (1.0 / COLUMNS + 1.0 / STRIP)), (4e-4, 1.5e-4, 8e-4)):
             self.assertLess(error, bound)
         vehicle = run.summary["participants"]["vehicle"]
         self.assertLess(vehicle["interface_work_rel"], 1e-12)
-        # Of the method of Runge and Kutta.
+        # The error of the Runge-Kutta method.
         self.assertLess(vehicle["energy_balance_rel"], 1e-9)
         self.assert_repeats(run)
 
@@ -92,8 +92,8 @@ class Fmu(Adapter):
             for name, more in (("stateless", {}), ("repeated", REPEATED)):
                 found[name, step] = self.run_of("stateless.toml", {**keys, **more}, f"{name}-{step}")
         for name in ("stateless", "repeated"):
-            # Measured: 5.5e-4, 1.5e-5, 5.5e-4, of first order in the window and of opposite signs: the force of a window is that of the
-            # one before by staggered-serial, that of its end by dual-schur.
+            # Measured: 5.5e-4, 1.5e-5, 5.5e-4, of first order in the window and of opposite signs: staggered-serial uses the force of
+            # the last window, dual-schur the force at the window's end.
             wide, narrow = (self.errors(found[name, step], COLUMNS) for step in (1.2e-6, 6e-7))
             for error, half, bound in zip(wide, narrow, (8e-4, 3e-5, 8e-4)):
                 self.assertLess(error, bound)
@@ -111,7 +111,7 @@ class Fmu(Adapter):
     def test_the_units_break_no_rule(self):
         text = (self.scene / "stateless.toml").read_text()
         (self.scene / "three.toml").write_text(text.replace("vehicle-stateless", "vehicle-3").replace("staggered-serial", "dual-schur"))
-        # Every rule on the first unit; on the others what goes another way there. Each rule starts the unit anew.
+        # Every rule on the first unit; on the others only rules with another code path. Each rule starts the unit anew.
         some = {"scenario": ([], 23), "stateless": (["same-bits", "balance"], 7), "three": (["checkpoint"], 6)}
         for scene, (rules, held) in some.items():
             words = [word for rule in rules for word in ("--only", rule)]
@@ -119,7 +119,7 @@ class Fmu(Adapter):
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             self.assertGreaterEqual(done.stdout.count(" holds "), held, done.stdout)
 
-    def test_what_the_unit_does_not_have_is_refused_by_its_name(self):
+    def test_the_error_names_what_the_unit_does_not_have(self):
         for key, value, word in (
             ("participant.vehicle.config.start.body_z", 1.0, "body_z is a output"),
             ("participant.vehicle.config.start.mass", 1.0, "no real variable `mass`"),
@@ -129,7 +129,7 @@ class Fmu(Adapter):
                 thirdbody.run(self.scene, {key: value}, out=self.work / f"mistake-{word[:3]}", program=PROGRAM)
             self.assertEqual(caught.exception.code, 2)
 
-    def test_the_start_values_of_the_description_are_those_of_the_code(self):
+    def test_the_start_values_of_the_description_equal_the_code(self):
         import fmpy
         import fmpy.simulation
         import fmpy.validation
@@ -144,7 +144,7 @@ class Fmu(Adapter):
                 if variable.start is not None:
                     self.assertEqual(read([variable.valueReference]), [float(variable.start)], variable.name)
 
-    def test_a_vehicle_that_is_killed_ends_the_run_by_its_name(self):
+    def test_the_error_names_a_killed_vehicle(self):
         self.assert_kill_is_named(self.scene, "unit.py", "vehicle")
 
 

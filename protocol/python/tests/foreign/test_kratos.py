@@ -1,4 +1,4 @@
-"""Rail and layer of Kratos beside the built-in ones; scenarios/foreign/kratos/scenario.toml tells how Kratos is installed."""
+"""Kratos rail and layer compared with the built-in ones; scenarios/foreign/kratos/scenario.toml describes how to install Kratos."""
 
 import json
 import os
@@ -16,10 +16,10 @@ from thirdbody.config import Config, Setting  # noqa: E402
 KRATOS = FOREIGN / "kratos"
 RAIL, LAYER = "participant.rail.config", "participant.third-body.config"
 
-#: The load of `quick` comes faster and is held for less, which the checks of plausibility still pass.
+#: The load comes faster and is held for a shorter time than in `quick`; the plausibility checks still pass.
 FAST = {f"{LAYER}.wheel.ramp_s": 2e-4, f"{LAYER}.wheel.hold_s": 1.5e-4, "run.end_s": 3.6e-4}
 WHEEL = "wheel = { load_n = 150.0, mass_kg = 0.0005, radius_m = 0.0, ramp_s = 0.09e-3, hold_s = 0.05e-3 }"
-#: A rail that Kratos solves at once.
+#: A rail that Kratos solves quickly.
 SMALL = {
     "width_m": 4e-3, "height_m": 2e-3, "size_m": 0.4e-3, "fine_width_m": 1.6e-3, "fine_depth_m": 0.8e-3, "side_columns": 3, "depth_rows": 2,
     "crown_radius_m": 0.3, "young_pa": 102.5e9, "poisson": 0.3, "density_kg_per_m3": 7800.0,
@@ -45,20 +45,20 @@ class Rails(Kratos):
     def test_a_held_load_is_carried_as_by_the_built_in_rail(self):
         theirs = self.run_of(KRATOS, FAST, "held")
         # Measured: 0.002 %, 0.005 % and 0.8 % with the element of Kratos, 0.09 %, 0.02 % and 1.6 % with the one-point element of
-        # `quick`. The built-in rail is 0.07 %, 0.005 % and 1.2 % apart from itself when its own damping is 0.5 instead of 0.75.
+        # `quick`. The built-in rail changes by 0.07 %, 0.005 % and 1.2 % when its own damping is 0.5 instead of 0.75.
         bounds = {"approach_m": 1e-3, "interface_force_n": 5e-4}
         self.assert_near(theirs, self.run_of("quick", {**FAST, f"{RAIL}.element": "q4_2x2"}, "same"), bounds, 0.02)
         self.assert_near(theirs, self.run_of("quick", FAST, "one-point"), {**bounds, "approach_m": 2e-3}, 0.03)
         rail = theirs.summary["participants"]["rail"]
         self.assertLess(max(rail["energy_balance_rel"], rail["interface_work_rel"]), 1e-12)
 
-    def test_its_steps_are_those_of_the_scheme_of_newmark_of_kratos(self):
+    def test_its_steps_equal_the_newmark_scheme_of_kratos(self):
         rail = adapter(KRATOS / "rail.py")
         import KratosMultiphysics as K
         import KratosMultiphysics.StructuralMechanicsApplication as Structural
 
         class Own(rail.Rail):
-            """The same model, which Kratos moves on."""
+            """The same model, which Kratos advances."""
 
             def read_mesh(self, config):
                 for variable in (K.VELOCITY, K.ACCELERATION, K.REACTION, Structural.POINT_LOAD):
@@ -102,7 +102,7 @@ class Rails(Kratos):
         self.assertEqual(caught.exception.code, 2)
         self.assertIn("damping: 0.4 is not between 0.5 and 1", str(caught.exception))
 
-    def test_a_rail_that_is_killed_is_named(self):
+    def test_the_error_names_a_killed_rail(self):
         self.assert_kill_is_named(KRATOS, "rail.py", "rail")
 
 
@@ -110,7 +110,7 @@ class Layers(Kratos):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        # The middle half of the twin's layer and load, which comes faster and is held for less, on a lighter wheel, at rest sooner.
+        # The middle half of the twin's layer and load. The load comes faster and is held for a shorter time; a lighter wheel rests sooner.
         cls.twin, lines = cls.work / "twin.toml", []
         for line in (KRATOS.parent / "yade" / "dem-node.toml").read_text().splitlines():
             disk = re.match(r"  { x_m = (\S+),", line)
@@ -124,19 +124,19 @@ class Layers(Kratos):
         self.assertEqual(ours.results["disks"], 38.0)
         for scene in ("grains", "both"):
             theirs = self.run_of(KRATOS / f"{scene}.toml", self.keys, scene)
-            # Measured: 0.12 and 0.05 %, 0.02 and 0.11 %, 4.6 and 5.2 %, and up to 0.05 %, 0.04 % and 0.5 % else with another drag. The
-            # built-in grains themselves are 0.7 % apart in the approach with other windows, masses and ramps (foreign/yade), and which
-            # grain carries what hangs on which contacts slid.
+            # Measured: 0.12 and 0.05 %, 0.02 and 0.11 %, 4.6 and 5.2 %; another drag changes them by up to 0.05 %, 0.04 % and 0.5 %. The
+            # approach of the built-in grains varies by 0.7 % with other windows, masses and ramps (foreign/yade), and the load of each
+            # grain depends on which contacts slid.
             self.assert_near(theirs, ours, {"approach_m": 0.01, "interface_force_n": 3e-3}, 0.1)
             layer = theirs.summary["participants"]["third-body"]
-            # Measured: 0.4 %, which is what Kratos books too much where a contact slides, and half of it with half the sub-step. A slow
-            # load does more work and has 0.1 %.
+            # Measured: 0.4 %, the excess that Kratos counts at sliding contacts, and half of this with half the sub-step. A slow
+            # load does more work and gives 0.1 %.
             self.assertLess(layer["energy_balance_rel"], 0.008)
             self.assertLess(layer["interface_work_rel"], 1e-12)
             self.assertGreater(layer["energy"]["friction_j"], 1e-6)
 
     def test_they_repeat_every_bit_on_a_rail_that_does(self):
-        # So early there is little work yet that the defect of the ledger is compared with.
+        # So early there is little work to compare the defect of the ledger with.
         keys = {**self.keys, "run.end_s": 2e-5, "run.checkpoint_every_windows": 20}
         self.assert_repeats(self.run_of(KRATOS / "both.toml", keys, "first", "energy_balance"))
 
@@ -152,13 +152,13 @@ class Layers(Kratos):
             state, _ = layer.step(state, still, 6.12e-7)
         self.assertGreater(np.abs(state["shear"]).max(), 1.0)
         again, force = layer.step(state, still, 6.12e-7)
-        # Forces on a disk at once: those that it had at the end of the window before.
+        # Forces on a disk without a step: the forces at the end of the last window.
         layer.put(state, still, 1.0)
         layer.part.ProcessInfo[K.DELTA_TIME] = 0.0
         layer.kratos.SolveSolutionStep()
         at_once = layer.get(grains.Dem.CONTACT_FORCES, 0, 1)[layer.free :]
         self.assertLess(np.abs(at_once - state["on_base"]).max(), 1e-11 * np.abs(at_once).max())
-        # Tries in between leave nothing behind.
+        # Trial steps in between leave no trace.
         layer.step(again, still + 1e-3, 6.12e-7)
         repeated, repeated_force = layer.step(state, still, 6.12e-7)
         self.assertTrue(np.array_equal(repeated_force, force))
@@ -167,7 +167,7 @@ class Layers(Kratos):
     def test_conform_breaks_no_rule(self):
         self.assert_conforms(KRATOS / "grains.toml", "third-body", {"alone": "not_tested"}, self.keys)
 
-    def test_grains_that_are_killed_are_named(self):
+    def test_the_error_names_killed_grains(self):
         self.assert_kill_is_named(KRATOS / "both.toml", "grains.py", "third-body")
 
 

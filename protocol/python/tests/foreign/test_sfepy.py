@@ -1,4 +1,4 @@
-"""A rail of curved biquadratic elements by SfePy under the layer of `quick`. Run by hand, for pip builds sfepy from its sources."""
+"""A SfePy rail of curved biquadratic elements under the layer of `quick`. Run by hand, because pip builds sfepy from its sources."""
 
 import importlib.util
 import unittest
@@ -7,7 +7,7 @@ from adapters import Adapter
 from second_order import SecondOrder
 
 
-@unittest.skipUnless(importlib.util.find_spec("sfepy"), "sfepy is not installed; scenarios/foreign/sfepy/scenario.toml tells how")
+@unittest.skipUnless(importlib.util.find_spec("sfepy"), "sfepy is not installed; see scenarios/foreign/sfepy/scenario.toml")
 class Sfepy(SecondOrder, Adapter):
     code = "sfepy"
 

@@ -1,15 +1,15 @@
-//! Names of a run's files, which tell their owner, and the removal of what dead runs left.
+//! Names of a run's files, which contain their owner, and the removal of files that dead runs left.
 //!
 //! Files that iceoryx2 0.10 creates, all of them with the prefix of the run:
 //! - in `/dev/shm`: data segments, connections, the dynamic part of services, the counters of events, and one
 //!   `.global_mgmt` that it never removes;
 //! - in the root: sockets of events; below `services` the static part of services; below `nodes` the monitors
-//!   (locked files that tell whether a process lives), and a folder for each node, the only name without prefix.
+//!   (locked files that show whether a process lives), and a folder for each node, the only name without prefix.
 //!
-//! Beside them is our own `<prefix>alive`, which the coordinator holds locked. The system gives the lock back when the process
-//! ends, and everybody who shares the memory sees it: numbers of processes mean something else in another PID namespace.
+//! In addition there is our own `<prefix>alive`, which the coordinator holds locked. The system releases the lock when the process
+//! ends, and every process that shares the memory sees the lock. Process ids would differ in another PID namespace.
 //!
-//! A process that is killed leaves all that it created.
+//! A killed process leaves all files that it created.
 
 use std::collections::BTreeSet;
 use std::fs::{self, DirBuilder, File, TryLockError};
@@ -29,11 +29,11 @@ const KEPT: &str = ".global_mgmt";
 /// End of the name of the file that a run's coordinator holds locked.
 const ALIVE: &str = "alive";
 
-/// The longest path below which the sockets of a run fit, given the longest prefix of [`run_prefix`].
+/// Longest path of a root whose sockets still fit, given the longest prefix of [`run_prefix`].
 const ROOT_LENGTH: usize = 27;
 
-/// The folder of this user's service files: `thirdbody-<uid>` in shared memory, where a file that is synchronised costs no access to a
-/// disk (iceoryx2 does so dozens of times a launch), or in `/tmp` where the path would be too long for sockets.
+/// The folder of this user's service files: `thirdbody-<uid>` in shared memory, where synchronising a file needs no disk
+/// access (iceoryx2 does it dozens of times a launch), or in `/tmp` if the path would be too long for sockets.
 pub fn run_root() -> PathBuf {
     let name = format!("thirdbody-{}", geteuid());
     let root = Path::new(SHARED_MEMORY).join(&name);
@@ -44,20 +44,20 @@ pub fn run_root() -> PathBuf {
     }
 }
 
-/// The prefix of a run: it names the coordinator's process, by number and start time. `run_id` tells the runs of one process apart.
+/// The prefix of a run: it names the coordinator's process by its id and start time. `run_id` tells the runs of one process apart.
 pub fn run_prefix(coordinator_pid: u32, run_id: u64) -> String {
     let start = start_time(coordinator_pid).unwrap_or(0);
     let run = (run_id ^ (run_id >> 32)) as u32;
     format!("{OURS}{coordinator_pid}_{start:x}_{run:x}_")
 }
 
-/// Marks a run as one that lives, for as long as the file is open and its process lives.
+/// Marks a run as alive for as long as the file is open and its process lives.
 pub fn mark_alive(prefix: &str) -> io::Result<File> {
     let path = alive_file(prefix);
     loop {
         let file = File::create(&path)?;
         file.lock()?;
-        // Whoever looked between the two took the run for dead, and has removed the file by now.
+        // A process that looked between the two took the run for dead, and has removed the file by now.
         if path.exists() {
             return Ok(file);
         }
@@ -75,8 +75,8 @@ fn alive_file(prefix: &str) -> PathBuf {
 }
 
 /// Removes every file of this prefix from shared memory and from below `root`, with the folders of its nodes,
-/// and says how many files it removed. For runs whose processes have ended. The folders that all runs share
-/// stay: a run that starts at this moment may be about to use them.
+/// and returns the number of removed files. For runs whose processes have ended. The folders that all runs
+/// share stay: a run that starts at this moment may be about to use them.
 pub fn remove_run(root: &Path, prefix: &str) -> io::Result<usize> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-' || c == '.';
     if prefix.is_empty() || !prefix.chars().all(is_word) {
@@ -93,7 +93,7 @@ pub fn remove_run(root: &Path, prefix: &str) -> io::Result<usize> {
     Ok(removed)
 }
 
-/// Removes what belongs to coordinators of this user that no longer live, and returns their prefixes.
+/// Removes the files of this user's dead coordinators, and returns their prefixes.
 pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
     let user = geteuid().as_raw();
     let mut seen = BTreeSet::new();
@@ -106,7 +106,7 @@ pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
         if !is_mine || !seen.insert(owner.prefix.to_string()) {
             continue;
         }
-        // Locked until all is removed: a run that is about to lock it notices.
+        // The lock lasts until all files are removed: a run that is about to lock the file notices.
         let alive = File::open(alive_file(owner.prefix));
         let is_dead = match &alive {
             Ok(file) => file.try_lock().is_ok(),
@@ -120,13 +120,13 @@ pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
     Ok(dead)
 }
 
-/// Files that a coordinator has in shared memory and below `root`.
+/// Files of a coordinator in shared memory and below `root`.
 pub fn left_by(root: &Path, coordinator_pid: u32) -> io::Result<Vec<PathBuf>> {
     let own = |file: &PathBuf| owner_of(name_of(file)).is_some_and(|o| o.pid == coordinator_pid);
     Ok(files_of(root)?.into_iter().filter(own).collect())
 }
 
-/// Makes `root` a folder that only this user can enter, and refuses what somebody else put in its place.
+/// Makes `root` a folder that only this user can enter, and refuses a file or another user's folder in its place.
 pub(super) fn private_folder(root: &Path) -> io::Result<()> {
     match DirBuilder::new().recursive(true).mode(0o700).create(root) {
         Ok(()) => (),
@@ -136,14 +136,14 @@ pub(super) fn private_folder(root: &Path) -> io::Result<()> {
     let data = fs::symlink_metadata(root)?;
     if !data.is_dir() || data.uid() != geteuid().as_raw() || data.permissions().mode() & 0o022 != 0
     {
-        let what = "it must be a folder of this user that nobody else can write to";
+        let what = "it must be a folder that only this user can write to";
         return Err(io::Error::new(ErrorKind::PermissionDenied, what));
     }
     Ok(())
 }
 
-/// Fails if `bytes` of shared memory cannot be had: the system would kill iceoryx2 with SIGBUS when it first
-/// writes to a segment for which there is no room.
+/// Fails if `bytes` of shared memory are not available: the system would kill iceoryx2 with SIGBUS at its first
+/// write to a segment without room.
 pub(super) fn probe_room(prefix: &str, bytes: usize) -> io::Result<()> {
     static PROBES: AtomicU64 = AtomicU64::new(0);
     let probe = PROBES.fetch_add(1, Ordering::Relaxed);
@@ -154,7 +154,7 @@ pub(super) fn probe_room(prefix: &str, bytes: usize) -> io::Result<()> {
     written
 }
 
-/// Removes, when the last end of a prefix is dropped, what iceoryx2 shares between ends and leaves behind.
+/// Removes the file that iceoryx2 shares between ends and leaves behind, when the last end of a prefix is dropped.
 pub(super) struct SharedFile {
     pub(super) root: PathBuf,
     pub(super) prefix: String,
@@ -189,7 +189,7 @@ struct Owner<'a> {
     start: u64,
 }
 
-/// The owner that the name of a file tells, if it is one of ours.
+/// The owner in the name of a file, if it is one of ours.
 fn owner_of(name: &str) -> Option<Owner<'_>> {
     let mut parts = name.strip_prefix(OURS)?.splitn(4, '_');
     let pid = parts.next()?.parse().ok()?;
@@ -212,7 +212,7 @@ fn start_time(pid: u32) -> Option<u64> {
     }
 }
 
-/// All files where a run of this root can have some: shared memory, the root, and two levels below.
+/// All files in places where a run of this root can have files: shared memory, the root, and two levels below.
 fn files_of(root: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = entries(Path::new(SHARED_MEMORY))?;
     let mut folders = vec![(root.to_path_buf(), 0)];
@@ -252,7 +252,7 @@ fn remove_file(file: &Path) -> io::Result<bool> {
     }
 }
 
-/// Removes the folder of a node, once it is empty: the system refuses to remove others.
+/// Removes the folder of a node if it is empty: the system refuses to remove others.
 fn remove_if_node(root: &Path, folder: Option<&Path>) {
     if let Some(folder) = folder
         && folder.parent() == Some(&root.join("nodes"))
@@ -290,12 +290,12 @@ mod tests {
             .spawn()
             .expect("`true` is everywhere");
         let pid = child.id();
-        // Nobody has asked for its status yet: it is there, but it has ended.
+        // Its status has not been read yet: the process has ended but still exists.
         let ended = (0..10_000).any(|_| {
             std::thread::sleep(std::time::Duration::from_millis(1));
             start_time(pid).is_none()
         });
-        assert!(ended, "it is still said to run");
+        assert!(ended, "it still seems to run");
         child.wait().expect("it ends");
         assert_eq!(start_time(pid), None);
         assert!(start_time(1).is_some());

@@ -1,4 +1,4 @@
-//! The time that a call may take, and waiting meanwhile.
+//! The time that a call may take, and pauses until then.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ impl Deadline {
         self.patience.saturating_sub(self.elapsed())
     }
 
-    /// Gives way to other threads at first and sleeps after that, never beyond the deadline.
+    /// Yields to other threads at first and sleeps after that, never beyond the deadline.
     pub(super) fn pause(&self) -> Result<(), LinkError> {
         let left = self.left();
         if left.is_zero() {

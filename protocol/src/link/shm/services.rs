@@ -27,22 +27,22 @@ use super::deadline::Deadline;
 use crate::frame::Header;
 use crate::link::LinkError;
 
-/// Doubles in one sample. 128 KiB: a usual window fits, and the buffers of both directions stay in cache.
+/// Doubles in one sample, 128 KiB: a usual window fits, and the buffers of both directions stay in cache.
 pub(super) const SAMPLE_DOUBLES: usize = 1 << 14;
 
 /// Samples that may wait in one direction. Two frames at most are under way; a long one streams through these.
 const WAITING_SAMPLES: usize = 4;
 
-/// Bytes that one end takes of shared memory: its data segment, rounded up for the small files.
+/// Bytes of shared memory that one end uses: its data segment, rounded up for the small files.
 const ROOM: usize = (WAITING_SAMPLES + 4) * SAMPLE_DOUBLES * 8;
 
 /// Longest path of a Unix socket, its terminating zero included.
 const SOCKET_PATH: usize = 108;
 
-/// Digits of the number of a port, which names the socket that its event listens to.
+/// Digits of a port's number, which names the socket of its event.
 const PORT_DIGITS: usize = 39;
 
-/// Replaces iceoryx2's longer one to leave more of the socket's path to the root.
+/// Replaces iceoryx2's longer suffix to leave more of the socket's path to the root.
 const EVENT_SUFFIX: &str = ".ev";
 
 const REQUEST: &str = "request";
@@ -54,7 +54,7 @@ type Iox = ipc_threadsafe::Service;
 pub(super) type DataService = publish_subscribe::PortFactory<Iox, [f64], Header>;
 type EventService = event::PortFactory<Iox>;
 
-/// The attribute of a service by which the participant waits as the coordinator does.
+/// The attribute of a service that holds the coordinator's wait mode for the participant.
 fn waiting() -> Result<AttributeKey, LinkError> {
     "waiting".try_into().map_err(failed)
 }
@@ -76,12 +76,12 @@ pub(super) struct Services {
 
 impl Services {
     pub(super) fn new(root: &Path, prefix: &str, participant: &str) -> Result<Services, LinkError> {
-        // iceoryx2 writes nothing but errors to the terminal.
+        // iceoryx2 writes only errors to the terminal.
         set_log_level(LogLevel::Error);
         let config = config(root, prefix)?;
         let folder = root.display();
         private_folder(root).map_err(transport(format!("the folder {folder} cannot be used")))?;
-        let lacking = format!("{ROOM} bytes more are needed and cannot be had");
+        let lacking = format!("{ROOM} more bytes are needed and not available");
         probe_room(prefix, ROOM).map_err(transport(lacking))?;
         let shared = SharedFile {
             root: root.into(),
@@ -151,7 +151,7 @@ impl Services {
                 Ok(service) => return Ok(service),
                 Err(error) => error,
             };
-            // A service that is being created looks like these, too.
+            // A service that is being created gives these errors too.
             let may_come = matches!(
                 error,
                 PublishSubscribeOpenError::DoesNotExist
@@ -161,7 +161,7 @@ impl Services {
             );
             if !may_come || deadline.left().is_zero() {
                 return Err(failed(format!(
-                    "`{}` found no connection of the coordinator within {:.1} s: {error}",
+                    "`{}` found no connection to the coordinator within {:.1} s: {error}",
                     self.participant,
                     deadline.elapsed().as_secs_f64()
                 )));
@@ -196,7 +196,7 @@ impl Services {
             )))
     }
 
-    /// Creates the ports of one end: it listens before it can be spoken to.
+    /// Creates the ports of one end: it listens before the other end can send.
     pub(super) fn ports(
         self,
         outbound: DataService,
@@ -225,8 +225,8 @@ impl Services {
     }
 }
 
-/// The ports of one end, with what they are made from. Ports go before their services, services before the node, and the
-/// file that all share goes last.
+/// The ports of one end, with their services and their node. Ports are dropped before their services, services before the
+/// node, and the shared file last.
 pub(super) struct Ports {
     pub(super) publisher: Publisher<Iox, [f64], Header>,
     pub(super) subscriber: Subscriber<Iox, [f64], Header>,
@@ -245,7 +245,7 @@ impl Ports {
         self.outbound.dynamic_config().number_of_subscribers() > 0 && self.other_can_send()
     }
 
-    /// True while the other end has the port that it sends by.
+    /// True while the other end has its sending port.
     pub(super) fn other_can_send(&self) -> bool {
         self.inbound.dynamic_config().number_of_publishers() > 0
     }
@@ -256,7 +256,7 @@ fn config(root: &Path, prefix: &str) -> Result<Config, LinkError> {
     let socket = root.as_os_str().len() + 1 + prefix.len() + PORT_DIGITS + EVENT_SUFFIX.len();
     if socket >= SOCKET_PATH {
         return Err(failed(format!(
-            "the paths of sockets below {} would be {socket} bytes long, at most {} work: choose a shorter folder",
+            "the paths of sockets below {} would be {socket} bytes long, but at most {} work: choose a shorter folder",
             root.display(),
             SOCKET_PATH - 1
         )));
@@ -270,15 +270,15 @@ fn config(root: &Path, prefix: &str) -> Result<Config, LinkError> {
         .map_err(transport(format!("`{prefix}` cannot be used as a prefix")))?;
     config.global.service.event_connection_suffix =
         FileName::new(EVENT_SUFFIX.as_bytes()).map_err(failed)?;
-    // The coordinator removes what dead runs left. A scan costs 1 to 2 ms each time, and would take away
-    // what the post-mortem needs.
+    // The coordinator removes the files of dead runs. A scan costs 1 to 2 ms each time, and would remove
+    // files that the post-mortem needs.
     config.global.service.cleanup_dead_nodes_on_open = false;
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     Ok(config)
 }
 
-/// An error of the transport, in its own words.
+/// An error of the transport, as the transport states it.
 pub(super) fn failed(error: impl Display) -> LinkError {
     LinkError::Transport(format!("shared memory: {error}"))
 }

@@ -1,7 +1,7 @@
-//! A rail as a bed of independent springs with dashpots (Kelvin and Voigt), in a crate of its own.
+//! A rail as a bed of independent springs with dashpots (Kelvin and Voigt), in its own crate.
 //!
 //! Under a constant force f the displacement goes to f / k as exp(-t / tau). Put your own physics into `after` and `Bed::new`,
-//! its configuration into `Config`, and the rest stays.
+//! its configuration into `Config`, and leave the rest.
 
 use std::process::ExitCode;
 
@@ -15,7 +15,7 @@ use serde::Deserialize;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Config {
-    /// Step that windows are counted in (s).
+    /// Step in which windows are counted (s).
     step_s: f64,
     spacing_m: f64,
     width_m: f64,
@@ -29,7 +29,7 @@ struct Config {
     relaxation_s: f64,
 }
 
-/// All that a window changes.
+/// The quantities that a window changes.
 #[derive(Clone, PartialEq)]
 struct State {
     /// Displacement of each exchanged component (m).
@@ -44,7 +44,7 @@ struct Bed {
     /// Stiffness of a point (N/m).
     stiffness: f64,
     committed: State,
-    /// The state that the last answer led to, with its steps.
+    /// The state after the last answer, with its steps.
     candidate: Option<(State, u64)>,
     steps: u64,
 }
@@ -84,7 +84,7 @@ impl Bed {
         }
     }
 
-    /// The state so many steps after this one, under a force (N) on each exchanged component.
+    /// The state `substeps` steps after this one, under a force (N) on each exchanged component.
     fn after(&self, state: &State, force: &[f64], substeps: u32) -> State {
         let (k, time_s) = (self.stiffness, self.config.step_s * f64::from(substeps));
         let left = (-time_s / self.config.relaxation_s).exp();
@@ -145,12 +145,12 @@ impl Node for Bed {
         match set {
             "top" => Ok(self.surface.clone()),
             _ => Err(NodeError::configuration(format!(
-                "no set `{set}`; there is `top`"
+                "no set `{set}`; the only set is `top`"
             ))),
         }
     }
 
-    /// Points that are not exchanged bear nothing and never move: the bed keeps those that are.
+    /// Points that are not exchanged carry no force and never move: the bed keeps only the exchanged ones.
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
         self.committed.u = vec![0.0; 2 * points.len()];
         Ok(())
@@ -178,7 +178,7 @@ impl Node for Bed {
     }
 
     fn commit(&mut self, window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let fault = || NodeError::protocol(format!("window {} was not asked for", window.index));
+        let fault = || NodeError::protocol(format!("window {} has no answer", window.index));
         let candidate = self.candidate.take().ok_or_else(fault)?;
         Ok(self.accept(candidate))
     }
@@ -208,7 +208,7 @@ impl Node for Bed {
             .collect();
         if state.len() != 8 * (size + 3) {
             let why = format!(
-                "a checkpoint of {} bytes, {} are due",
+                "the checkpoint has {} bytes instead of {}",
                 state.len(),
                 8 * (size + 3)
             );
