@@ -146,7 +146,7 @@ fn layers_that_share_nodes_and_rows_on_two_bodies_are_refused() {
         ),
         (
             sound.replace("layer-1.lid", "layer-0.lid"),
-            "`rail.bottom` and `layer-0.lid` are joined by the interface `on-0` already",
+            "`rail.bottom` and `layer-0.lid` are already joined by the interface `on-0`",
         ),
     ];
     for (text, said) in cases {

@@ -103,7 +103,7 @@ fn codes_keys_and_results_are_explained() {
             "third-body.wheel_ft_n",
             "(a signal): Force on the wheel along x",
         ),
-        ("peer_lost", "A participant is gone."),
+        ("peer_lost", "A participant ended in the middle of the run."),
     ] {
         let said = thirdbody(work.path())
             .args(["explain", word])
