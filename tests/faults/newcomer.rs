@@ -39,7 +39,7 @@ fn slips_are_named_with_what_was_meant() {
         ),
         (
             &["compare", "scenarios", "scenarios"],
-            &["is no run directory"],
+            &["is not a run directory"],
         ),
         (
             &["run", "scenarios/foreign/winklr"],
