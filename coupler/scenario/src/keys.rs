@@ -200,16 +200,16 @@ impl Default for Output {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deadlines {
-    /// Longest wait for a participant's greeting after its launch, including the preparation of its sample.
+    /// Longest wait for a participant's greeting after its launch (s), including the preparation of its sample.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub setup_s: f64,
-    /// Longest wait for one answer during the run.
+    /// Longest wait for one answer during the run (s).
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub answer_s: f64,
-    /// Longest wait of a participant for its next request, after which it ends itself.
+    /// Longest wait of a participant for its next request (s), after which it ends itself.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub idle_s: f64,
-    /// Longest wait without a sign of life from a participant on another host, or from the coordinator.
+    /// Longest wait without a sign of life from a participant on another host, or from the coordinator (s).
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub link_s: f64,
 }

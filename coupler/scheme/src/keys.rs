@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct Interface {
     /// Its name.
     pub name: String,
-    /// The two sets as `participant.set`, in either order: one of a continuum that takes forces, one of a solver that
-    /// stands on a wall.
+    /// The two sets as `participant.set`, in either order: one of a body that takes forces, one of a solver, such as
+    /// grains, for which that body is a moving wall.
     pub between: [String; 2],
     /// Coupling scheme, by which both sides agree on force and motion in a window: `dual-schur` for a linear continuum,
     /// `dual-schur-secant` for a nonlinear one.
@@ -32,6 +32,7 @@ pub struct Interface {
     #[serde(default)]
     pub mapping: MappingKind,
     /// Largest gap between the two sides that counts as closed, over the mean spacing of the surface nodes.
+    /// `fixed-point-` schemes refuse a value below the tolerance of the solver on the wall.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance_rel: f64,
     /// Repeats of a window before it counts as not converged; 8 when absent. `staggered-` schemes and
@@ -197,7 +198,8 @@ pub enum SchemeWord {
     /// One constant force in a window, equal displacements at its end; exact for a linear continuum.
     #[default]
     DualSchur,
-    /// The same with a compliance that follows the answers of the continuum: for a nonlinear continuum.
+    /// The same with a compliance that follows the answers of the continuum: for a nonlinear continuum, such as a
+    /// plastic one.
     DualSchurSecant,
     /// One solve a window; the gap that is left is reported, not judged.
     DualSchurCheap,
@@ -209,7 +211,8 @@ pub enum SchemeWord {
     FixedPointSerial,
     /// The same, both sides at once.
     FixedPointParallel,
-    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum.
+    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum with small
+    /// strains.
     Velocity,
 }
 
