@@ -39,7 +39,7 @@ const BOUND: &str = "interface.glue.energy_defect_max_rel=0.1";
 fn an_energy_defect_above_its_bound_stops_the_run_by_name() {
     let left = run("staggered-serial", &[BOUND, UNSAFE]);
     let text = message(&left);
-    for word in ["`glue`", "window", "energy_defect_max_rel is 1.0e-1"] {
+    for word in ["`glue`", "window", "energy_defect_max_rel = 1.0e-1"] {
         assert!(text.contains(word), "no {word} in {text}");
     }
     assert_eq!(left.text("status"), "not_converged");

@@ -142,11 +142,11 @@ fn layers_that_share_nodes_and_rows_on_two_bodies_are_refused() {
     let cases = [
         (
             scenario(&[&[0, 1], &[2, 3]], 4),
-            "`rail.bottom` is joined by the interface `on-0` already, with the node at (-1.200000e-3, -2.000000e-3) m",
+            "`rail.bottom` is already joined by the interface `on-0`, with the node at (-1.200000e-3, -2.000000e-3) m",
         ),
         (
             sound.replace("layer-1.lid", "layer-0.lid"),
-            "`rail.bottom` and `layer-0.lid` are joined by the interface `on-0` already",
+            "`rail.bottom` and `layer-0.lid` are already joined by the interface `on-0`",
         ),
     ];
     for (text, said) in cases {

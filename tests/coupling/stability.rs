@@ -242,7 +242,7 @@ fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
         .expect("it is predicted to fail")
         .to_string();
     assert!(
-        why.contains("CFL") && why.contains("shorten the own step"),
+        why.contains("CFL") && why.contains("shorten the continuum's own step"),
         "{why}"
     );
     assert_eq!(left.number("exit_code"), 2.0);

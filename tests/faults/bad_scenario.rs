@@ -251,7 +251,11 @@ fn control_characters_and_names_that_look_like_options_are_refused() {
     text_refused(
         "name = \"rail\"",
         "name = \"-rail\"",
-        &["participant.-rail.name", "`-rail`", "the first no `-`"],
+        &[
+            "participant.-rail.name",
+            "`-rail`",
+            "not beginning with `-`",
+        ],
     );
     text_refused(
         "name = \"rail\"",

@@ -131,7 +131,11 @@ fn a_log_that_the_disk_has_no_room_for_is_refused_before_the_first_window() {
     let sets = ["run.end_s=1e4", "run.transport=channel"];
     let mut run = short_quick(work.path(), &sets);
     let output = promptly(&mut run);
-    fails(&output, 9, &["exchange.mcap", "bytes are to come", "--out"]);
+    fails(
+        &output,
+        9,
+        &["exchange.mcap", "the log needs about", "--out"],
+    );
     let summary = parse_json(&output.stdout);
     assert_eq!(summary["status"], "output_failed");
     assert_eq!(summary["windows"], 0);
@@ -152,5 +156,5 @@ fn a_log_that_repeats_could_fill_the_disk_with_is_a_warning() {
     let found = warnings.iter().find(|found| found["code"] == "log_space");
     let text = found.and_then(|found| found["text"].as_str());
     let text = text.expect("it is told").to_string();
-    assert!(text.contains("bytes are to come"), "{text}");
+    assert!(text.contains("the log needs about"), "{text}");
 }

@@ -66,7 +66,7 @@ fn a_connection_is_whole_before_its_participant_begins() {
         format!("n=0; {find}; {count}; if [ $n -ge 6 ]; then echo whole; else echo $n; fi");
     let command = format!("participant.rail.command=['sh', '-c', '''{script}''']");
     let output = short_quick(work.path(), &[&command]).output();
-    let said = ["lost participant `rail`", "it printed last: whole"];
+    let said = ["lost participant `rail`", "its last output: whole"];
     fails(&output.expect("it starts"), 4, &said);
 }
 

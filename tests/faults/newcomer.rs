@@ -39,7 +39,7 @@ fn slips_are_named_with_what_was_meant() {
         ),
         (
             &["compare", "scenarios", "scenarios"],
-            &["is no run directory"],
+            &["is not a run directory"],
         ),
         (
             &["run", "scenarios/foreign/winklr"],
@@ -103,7 +103,7 @@ fn codes_keys_and_results_are_explained() {
             "third-body.wheel_ft_n",
             "(a signal): Force on the wheel along x",
         ),
-        ("peer_lost", "A participant is gone."),
+        ("peer_lost", "A participant ended in the middle of the run."),
     ] {
         let said = thirdbody(work.path())
             .args(["explain", word])

@@ -165,7 +165,8 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
     assert_eq!(hashes(&output), whole);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        said.contains("exchange.mcap can be read for") && said.contains("begins again"),
+        said.contains("exchange.mcap can be read only up to block")
+            && said.contains("begins again"),
         "{said}"
     );
 }
@@ -296,7 +297,7 @@ fn a_damaged_table_is_not_carried_on() {
         let output = resume(work.path(), "out", &format!("again-{index}"), &[]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
-            said.contains("signals.csv is not what the run had written until then"),
+            said.contains("signals.csv differs from what the run had written until then"),
             "{said}"
         );
         assert!(said.contains(told), "{index}: {said}");
@@ -333,7 +334,7 @@ fn a_damaged_field_or_profile_is_not_carried_on() {
         std::fs::write(out.join(name), damaged).expect("writable");
         let output = resume(work.path(), "out", &name.replace('/', "-"), &[]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        let why = format!("{name} is not what the run had written until then");
+        let why = format!("{name} differs from what the run had written until then");
         assert!(
             said.contains(&why) && said.contains("000000000220.checkpoint"),
             "{said}"
@@ -384,7 +385,7 @@ fn a_table_of_grains_that_has_changed_is_refused_with_or_without_a_checkpoint() 
     };
     let words = [
         "checkpoint-unusable",
-        "grains.csv is not what the run read",
+        "grains.csv has changed since the run read it",
         "put that file back",
     ];
     std::fs::write(&grains, table.replace("2.5e-3", "2.6e-3")).expect("writable");
@@ -402,7 +403,7 @@ fn a_table_of_grains_that_has_changed_is_refused_with_or_without_a_checkpoint() 
     refused(
         "untold",
         &[
-            "manifest.json does not tell",
+            "manifest.json lacks the hashes",
             "run the scenario from its start",
         ],
     );
@@ -420,7 +421,7 @@ fn a_mesh_or_a_program_that_has_changed_is_refused() {
     completed(run.args(["run", "scenario.toml", "--out", "out", "--json"]));
     let text = std::fs::read_to_string(&mesh).expect("it is a text");
     std::fs::write(&mesh, text.replace("106.25 0 0", "106.26 0 0")).expect("writable");
-    let words = ["cylinder.msh is not what the run read"];
+    let words = ["cylinder.msh has changed since the run read it"];
     fails(&resume(work.path(), "out", "other", &[]), 2, &words);
 
     let (node, copy) = (program("verification-node"), work.path().join("node"));
@@ -437,5 +438,5 @@ fn a_mesh_or_a_program_that_has_changed_is_refused() {
     bytes.push(0);
     std::fs::write(&copy, bytes).expect("writable");
     let output = resume(work.path(), "own", "rebuilt", &["--allow-commands"]);
-    fails(&output, 2, &["node is not what the run read"]);
+    fails(&output, 2, &["node has changed since the run read it"]);
 }

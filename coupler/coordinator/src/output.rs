@@ -1,8 +1,9 @@
-//! Progress, means and balances of a run that goes on:
+//! Progress, means and balances during a run:
 //!
-//! - [`sample`]: means over the phase that results are sampled in; [`running_balance`]: energies that are judged on the way;
-//! - [`state`]: what all of it remembers from window to window;
-//! - [`progress`]: how far a run has come, and by its [`pace`] how long the rest will take.
+//! - [`sample`]: means over the phase in which results are sampled; [`running_balance`]: energies, judged during the
+//!   run;
+//! - [`state`]: their memory from window to window;
+//! - [`progress`]: the progress of a run, and from its [`pace`] the time for the rest.
 
 pub mod pace;
 pub mod progress;

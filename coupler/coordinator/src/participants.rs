@@ -1,13 +1,14 @@
-//! Participants: their start, their life, and the ways to speak to them.
+//! Participants: their start, their life, and the communication with them.
 //!
-//! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
-//! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
-//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down, or compared with
-//!   a log;
-//! - [`network`]: the endpoint that participants on other hosts connect to, in a program that is built with the feature `zenoh`;
-//! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
-//!   words, read leniently;
-//! - [`remote`]: participants behind frames, as schemes see them; in memory they are
+//! - [`registry`]: the built-in solvers; [`watch`]: signals that end a run;
+//! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its printed output, its connection and life, and
+//!   its start;
+//! - [`communicator`]: requests and answers of all participants; [`journal`], [`recorded`]: the same, recorded or
+//!   compared with a log;
+//! - [`network`]: the endpoint for participants on other hosts, in a program built with the feature `zenoh`;
+//! - [`handshake`]: the greeting; [`admission`]: checks of a participant's description; [`farewell`]: its last message,
+//!   read leniently;
+//! - [`remote`]: participants behind frames, as schemes see them; their counterpart in memory is
 //!   [`LinearPair`](scheme::predict::linear_pair::LinearPair).
 
 pub mod admission;

@@ -1,9 +1,9 @@
-//! Runs, from the launch to the farewells.
+//! A run, from the launch to the farewells.
 //!
 //! - [`position`], [`time_loop`]: the loop over all windows;
-//! - [`log_volume`]: the length of the log, foreseen;
-//! - [`checkpoint`]: going on after a run was cut off; `fields`, `outputs`: everything that is written while windows pass;
-//! - [`check`](mod@check): a scenario before anything is started; [`session`]: a whole run, or its beginning as a dry run.
+//! - [`log_volume`]: the predicted length of the log;
+//! - [`checkpoint`]: resuming a run that was cut off; `fields`, `outputs`: the output of each window;
+//! - [`check`](mod@check): checks before anything starts; [`session`]: a whole run, or its beginning as a dry run.
 
 pub mod check;
 pub mod checkpoint;

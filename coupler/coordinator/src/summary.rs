@@ -33,41 +33,41 @@ use spent::Spent;
 
 kit::results! {
     /// # Quality of the solution
-    /// - `energy_balance_rel`: Work less what is stored and dissipated, over the sizes of all
-    ///   terms.
+    /// - `energy_balance_rel`: Relative energy error: work minus stored and dissipated energy, over the absolute values
+    ///   of all work terms.
     /// - `interface_nodes`: Nodes of the coupled surfaces.
-    /// - `interface_points`: Points that are glued to the nodes of the coupled surfaces.
+    /// - `interface_points`: Points glued to the nodes of the coupled surfaces.
 }
 
-/// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
+/// Outcome of a run: the file, field by field. Fields that a run did not reach (as it ended early) are left out.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
     schema: &'static str,
     scenario: String,
-    /// The word for how it ended.
+    /// The word for its end.
     pub status: &'static str,
     /// The exit code of the run.
     pub exit_code: i32,
     message: String,
-    /// Code of the error that ended it; `thirdbody explain CODE` tells cause and cure.
+    /// Code of the error that ended it; `thirdbody explain CODE` prints cause and remedy.
     #[serde(skip_serializing_if = "Option::is_none")]
     code: Option<&'static str>,
-    /// Simulated time that stands (s).
+    /// Accepted simulated time (s).
     pub sim_time_s: f64,
     wall_s: f64,
     /// Parts of `wall_s`, and its prediction.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub spent: Option<Spent>,
-    /// What the setting was chosen by, where it was.
+    /// The budget by which the setting was chosen, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget: Option<Value>,
-    /// Windows that stand.
+    /// Accepted windows.
     pub windows: u64,
-    /// Values and keys that are not plausible, in the order in which they were found.
+    /// Warnings about values and keys, in the order in which they were found.
     pub warnings: Vec<Warning>,
     #[serde(serialize_with = "by_name")]
     participants: Vec<(String, ParticipantSummary)>,
-    /// This process, with the coupler in it. Where participants are threads of it, their processor times and memories are its own.
+    /// This process, including the coupler. Participants in its threads share its processor time and memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     coordinator: Option<Value>,
     /// Results by name, unit in the name.
@@ -79,7 +79,7 @@ pub struct Summary {
     phases: Vec<Phase>,
     #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<LogSummary>,
-    /// The fields, where they are written.
+    /// The fields, if they are written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<FieldsSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -88,36 +88,37 @@ pub struct Summary {
     coupling: Option<InterfaceSummary>,
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     interfaces: Vec<(String, InterfaceSummary)>,
-    /// Stability of the interfaces as it was predicted after the handshake.
+    /// Stability of the interfaces, as predicted after the handshake.
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     pub stability: Vec<(String, StabilityPrediction)>,
     /// End of the windows (s), known after the handshake.
     #[serde(skip)]
     pub end_s: Option<f64>,
-    /// Number of the warnings from before the first window; absent where that never began.
+    /// Number of warnings before the first window; absent if no window began.
     #[serde(skip)]
     pub warned_before: Option<usize>,
-    /// Lines about stability and log from before the first window.
+    /// Lines about stability and log, from before the first window.
     #[serde(skip)]
     pub foreseen: Vec<String>,
-    /// Size of the log (bytes) as it was foreseen after the handshake, with the fewest and the most repeats.
+    /// Predicted size of the log (bytes) after the handshake, with the fewest and the most repeats.
     #[serde(skip)]
     pub log_predicted_bytes: Option<[u64; 2]>,
-    /// Energies of points with masses of their own, of all interfaces.
+    /// Energies of points with their own masses, of all interfaces.
     #[serde(skip)]
     points: Option<ParticipantLedger>,
     /// The participants that each interface of `interfaces` joins.
     #[serde(skip)]
     joins: Vec<Join>,
-    /// Interfaces that are to be seen failing: staggered, with `unsafe_window`.
+    /// Interfaces that are meant to fail: staggered, with `unsafe_window`.
     #[serde(skip)]
     shown_to_fail: Vec<String>,
-    /// Loads that participants hold.
+    /// Loads held by participants.
     #[serde(skip)]
     held: Vec<Option<HeldLoad>>,
 }
 
-/// The participants that an interface joins, and its index in the scenario and in `interfaces`, which goes group by group.
+/// The participants that an interface joins, and its index in the scenario and in `interfaces`, which is ordered by
+/// groups.
 #[derive(Clone, Copy, Debug)]
 struct Join {
     index: usize,
@@ -137,28 +138,29 @@ struct Hashes {
 struct ParticipantSummary {
     kind: String,
     pid: u32,
-    /// Its host, the way there and back, and how many of these the coordinator has waited for in windows; of one that may be elsewhere.
+    /// Its host, the round-trip time, and the number of round trips for which the coordinator waited in windows; for a
+    /// participant that may be on another host.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     far: Option<Far>,
-    /// Hash of the recipe of its prepared sample, and whether that was read from the cache.
+    /// Hash of the recipe of its prepared sample, and whether the sample came from the cache.
     #[serde(skip_serializing_if = "Option::is_none")]
     prepared_sample_hash: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     prepared_from_cache: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy: Option<Map<String, Value>>,
-    /// False for a participant whose energies cannot be judged; absent where they are.
+    /// False for a participant whose energies cannot be judged; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     ledger: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy_balance_rel: Option<f64>,
-    /// Difference between the work at its interfaces that it tells and the one that was exchanged.
+    /// Difference between the reported and the exchanged work at its interfaces.
     #[serde(skip_serializing_if = "Option::is_none")]
     interface_work_rel: Option<f64>,
-    /// Work that its ledger says was done on it through its interfaces (J).
+    /// Work done on it through its interfaces, by its ledger (J).
     #[serde(skip)]
     through_j: Option<f64>,
-    /// Its work, as it said at the end.
+    /// Its own figures at the end.
     #[serde(flatten)]
     work: Map<String, Value>,
 }
@@ -174,25 +176,25 @@ struct InterfaceSummary {
     contact_residual_max: f64,
     #[serde(skip)]
     ledger: InterfaceLedger,
-    /// Energies of points with masses of their own.
+    /// Energies of points with their own masses.
     #[serde(flatten)]
     points: Map<String, Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     wall_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     share: Option<f64>,
-    /// The time of the windows by who was at work; `wall_s` is that in which no participant was.
+    /// The time of the windows, by the process at work; `wall_s` is the time without a participant at work.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     account: Option<TimeAccount>,
 }
 
-/// `wall_s` is what the run loses to the log, `share` that of its wall-clock time; the writing thread's time and that of
-/// the hash, which is made without a log too, are told beside it.
+/// `wall_s` is the run's time for the log, `share` its fraction of the wall-clock time. The time of the writing thread
+/// and of the hash, which needs no log, come in addition.
 #[derive(Clone, Debug, Serialize)]
 struct LogSummary {
     bytes: u64,
     predicted_bytes: Option<u64>,
-    /// If every window takes as many repeats as it may, where that is more.
+    /// Size if every window takes all allowed repeats, if that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     predicted_max_bytes: Option<u64>,
     messages: u64,
@@ -203,12 +205,12 @@ struct LogSummary {
 }
 
 impl Summary {
-    /// The warnings from before the first window: geometry, masses and keys are known by then.
+    /// The warnings before the first window: geometry, masses and keys are known by then.
     pub fn foreseen_warnings(&self) -> &[Warning] {
         &self.warnings[..self.warned_before.unwrap_or(self.warnings.len())]
     }
 
-    /// Begins with a run that has not done anything yet.
+    /// The summary of a run that has not started.
     pub fn new(scenario: &str, scenario_hash: &str) -> Summary {
         Summary {
             schema: "thirdbody.summary/1",
@@ -249,7 +251,7 @@ impl Summary {
         }
     }
 
-    /// Enters what the interfaces of all groups have seen.
+    /// Enters the ledgers of the interfaces of all groups.
     pub fn interfaces<'a>(&mut self, couplings: impl Iterator<Item = &'a Coupling>) {
         let mut all = InterfaceLedger::default();
         let (mut nodes, mut points) = (0, 0);
@@ -279,7 +281,7 @@ impl Summary {
         self.results.extend(counts);
     }
 
-    /// Enters the latest energies of all participants; points with masses of their own count as one more.
+    /// Enters the latest energies of all participants; points with their own masses count as one more.
     pub fn energies(&mut self, energies: &[ParticipantLedger]) {
         for ((_, participant), energy) in self.participants.iter_mut().zip(energies) {
             if energy.terms.is_empty() {
@@ -287,8 +289,8 @@ impl Summary {
                 continue;
             }
             participant.energy = Some(joules("", energy));
-            let told = energy.terms.iter().any(|t| t.role == Role::InterfaceWork);
-            participant.through_j = told.then(|| energy.sums().through_j);
+            let has_work = energy.terms.iter().any(|t| t.role == Role::InterfaceWork);
+            participant.through_j = has_work.then(|| energy.sums().through_j);
             participant.energy_balance_rel = Some(energy.sums().balance_rel());
         }
         if energies.iter().any(|energy| energy.terms.is_empty()) {
@@ -300,7 +302,7 @@ impl Summary {
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
-    /// Enters what this process cost since it had used so much processor time (s).
+    /// Enters the cost of this process since it had used this processor time (s).
     pub fn coordinator(&mut self, since_cpu_s: f64) {
         self.coordinator = Some(json!({
             "pid": std::process::id(),
@@ -309,18 +311,18 @@ impl Summary {
         }));
     }
 
-    /// Enters what the participants said at the end. A result that several of them tell has the name of its participant in front.
+    /// Enters the farewells of the participants. A result of several participants gets the participant's name in front.
     pub fn farewell(&mut self, farewells: Vec<Farewell>) {
         let mut state = blake3::Hasher::new();
-        let told = farewells.iter().flat_map(|of| of.outcome.results.keys());
-        let told: Vec<String> = told.cloned().collect();
+        let names = farewells.iter().flat_map(|of| of.outcome.results.keys());
+        let names: Vec<String> = names.cloned().collect();
         for ((name, participant), farewell) in self.participants.iter_mut().zip(farewells) {
             let outcome = farewell.outcome;
             self.held.push(outcome.held_load);
             state.update(name.as_bytes());
             state.update(outcome.state_hash.as_bytes());
             for (of, value) in outcome.results {
-                let alone = told.iter().filter(|other| **other == of).count() == 1;
+                let alone = names.iter().filter(|other| **other == of).count() == 1;
                 let of = if alone { of } else { format!("{name}.{of}") };
                 self.results.insert(of, value);
             }
@@ -341,7 +343,8 @@ impl Summary {
         self.hashes.state = Some(state.finalize().to_hex().to_string());
     }
 
-    /// Enters what a run cost, `run_wall_s` after its start; `awaited` are the times in which it waited for each participant.
+    /// Enters the cost of a run, `run_wall_s` after its start; `awaited` are the times in which it waited for each
+    /// participant.
     pub fn spent(
         &mut self,
         pace: &Pace,
@@ -351,8 +354,8 @@ impl Summary {
     ) {
         self.spent = Spent::of(pace);
         if let (Some(coupling), Some(stretch_ns)) = (&mut self.coupling, pace.stretch_ns()) {
-            let told: Vec<BusyTimes> = farewells.iter().map(|said| said.busy.clone()).collect();
-            let account = TimeAccount::of(stretch_ns, &told, awaited);
+            let busy: Vec<BusyTimes> = farewells.iter().map(|of| of.busy.clone()).collect();
+            let account = TimeAccount::of(stretch_ns, &busy, awaited);
             let wall_s = account.own_wall_s + account.wait_s;
             coupling.wall_s = Some(wall_s);
             coupling.share = Some(ratio(wall_s, run_wall_s));
@@ -360,7 +363,7 @@ impl Summary {
         }
     }
 
-    /// Enters the finished journal, so long (s) after the start of the run.
+    /// Enters the finished journal, at this time (s) after the start of the run.
     pub fn close(&mut self, closed: &Closed, closed_wall_s: f64) {
         self.hashes.exchange = Some(closed.hash.clone());
         let [least, most] = [0, 1].map(|end| self.log_predicted_bytes.map(|bytes| bytes[end]));
@@ -379,8 +382,8 @@ impl Summary {
         });
     }
 
-    /// Warnings about forces, energies and joins; `through_n` is the mean force through each interface of the scenario while results
-    /// are sampled, as it pushes the continuum down (N).
+    /// Warnings about forces, energies and joints. `through_n` is the mean force that pushes the continuum down at each
+    /// interface of the scenario while results are sampled (N).
     pub fn judged(&self, bounds: &Plausible, through_n: &[Option<f64>]) -> Vec<Warning> {
         let mut found = Vec::new();
         let mut add = |about: &str, finding: Option<Finding>| {
@@ -415,12 +418,12 @@ impl Summary {
         found
     }
 
-    /// Work that was done on a participant through its interfaces, where it tells it.
+    /// Work done on a participant through its interfaces, if it reports this work.
     fn works_of(&self, peer: usize) -> Option<InterfaceWorks> {
-        let told_j = self.participants[peer].1.through_j?;
+        let reported_j = self.participants[peer].1.through_j?;
         let of = |join: &Join| {
             let ledger = &self.interfaces.get(join.entry)?.1.ledger;
-            // Points with masses of their own go on between the velocities that are told.
+            // Points with their own masses move between the exchanged velocities.
             let seen_j = if peer == join.continuum {
                 ledger.work_j
             } else if peer == join.motion_driven && ledger.points().is_none() {
@@ -433,13 +436,13 @@ impl Summary {
         let each = self.joins.iter().filter_map(of);
         let [seen_j, size_j] = each.reduce(|sum, one| [sum[0] + one[0], sum[1] + one[1]])?;
         Some(InterfaceWorks {
-            told_j,
+            reported_j,
             seen_j,
             size_j,
         })
     }
 
-    /// Enters how far the works at interfaces that participants tell are from those that were exchanged.
+    /// Enters the difference between reported and exchanged work at the interfaces of each participant.
     pub fn interface_works(&mut self) {
         for peer in 0..self.participants.len() {
             let works = self.works_of(peer);
@@ -447,7 +450,7 @@ impl Summary {
         }
     }
 
-    /// Enters how it ended; `strict` makes any warning suspect.
+    /// Enters the end of the run; `strict` makes any warning suspect.
     pub fn end(&mut self, wall_s: f64, error: Option<&Error>, strict: bool) {
         let suspect = |warning: &Warning| strict || warning.suspect;
         let (code, status) = match self.warnings.iter().any(suspect) {
@@ -476,7 +479,8 @@ impl Summary {
 }
 
 impl Join {
-    /// The mean force that leaves a participant downwards here (N): a layer pushes its continuum, which pushes back.
+    /// The mean force that leaves a participant downwards at this joint (N): a layer pushes its continuum, which pushes
+    /// back.
     fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
         let force = through_n.get(self.index).copied().flatten()?;
         match peer {
@@ -514,12 +518,12 @@ fn joules(prefix: &str, ledger: &ParticipantLedger) -> Map<String, Value> {
     terms.collect()
 }
 
-/// Writes named things as one object, in their order.
+/// Serialises named values as one object, in their order.
 fn by_name<T: Serialize, S: Serializer>(named: &[(String, T)], out: S) -> Result<S::Ok, S::Error> {
     out.collect_map(named.iter().map(|(name, value)| (name, value)))
 }
 
-/// The keys of an object that have a value.
+/// The entries of an object that are not null.
 pub fn known(object: Value) -> Map<String, Value> {
     let Value::Object(keys) = object else {
         return Map::new();

@@ -1,4 +1,4 @@
-//! The moments at which participants write their fields, and `.pvd` files: snapshots over time, as ParaView opens them.
+//! The moments at which participants write their fields, and `.pvd` files, which list snapshots over time for ParaView.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -13,7 +13,7 @@ use crate::fields::ArrayRanges;
 use scenario::error::{Error, Refusal, Result};
 use scheme::error::Unfit;
 
-/// Most snapshots within a phase: more files in a folder are of no use.
+/// Most snapshots within a phase: more files in a folder are not useful.
 const MOST: f64 = 10_000.0;
 
 /// A moment at which the participants write their fields.
@@ -27,9 +27,9 @@ pub struct SnapshotTime {
     pub sampled: bool,
 }
 
-/// The ends of all phases and, with `run.output.fields_every_s`, moments so many seconds apart within each, from its start on:
-/// the k-th within `cycling` is called `cycling-k`. From the last phase to the end of the run (s), without phases from its start,
-/// they are called `run-k`; the end itself is always written.
+/// The ends of all phases and, with `run.output.fields_every_s`, moments at this interval within each phase, counted
+/// from its start: the k-th within `cycling` is called `cycling-k`. Moments between the last phase (or the start,
+/// without phases) and the end of the run (s) are called `run-k`. The end itself is always written.
 ///
 /// # Errors
 /// More than 10 000 moments in a phase.
@@ -53,7 +53,7 @@ pub fn snapshot_times(
     Ok(snapshot_times)
 }
 
-/// Moments within a span of time (s), ends excluded.
+/// Moments within a span of time (s), without its ends.
 fn within(
     name: &str,
     [start, end]: [f64; 2],
@@ -63,7 +63,7 @@ fn within(
     let parts = (end - start) * (1.0 - 1e-9) / every;
     if parts > MOST {
         let problem = format!(
-            "= {every:e} makes {parts:.0} snapshots of `{name}`: make them {MOST} or fewer"
+            "= {every:e} gives {parts:.0} snapshots of `{name}`: at most {MOST} are allowed"
         );
         return Err(Unfit::key("run.output.fields_every_s", problem).into());
     }
@@ -74,11 +74,12 @@ fn within(
     }))
 }
 
-/// A `.pvd` file that grows set by set. It is whole after each: what was written stays, and the end moves on.
+/// A `.pvd` file that grows set by set. It is complete after each set: earlier sets stay, and the end of the file
+/// moves.
 #[derive(Debug)]
 pub struct Collection {
     path: PathBuf,
-    /// Length of the file without its end; none before the first set.
+    /// Length of the file without its end; `None` before the first set.
     sets_end: Option<u64>,
 }
 
@@ -92,7 +93,7 @@ impl Collection {
         Collection { path, sets_end }
     }
 
-    /// Adds sets, which [`data_set`] makes.
+    /// Adds sets made by [`data_set`].
     pub fn add(&mut self, sets: &str) -> Result<()> {
         let written = self.write(sets).map_err(Error::output(self.path.display()));
         self.sets_end = Some(written?);
@@ -107,7 +108,7 @@ impl Collection {
         let file = File::options().write(true).open(&self.path)?;
         let written = file.write_all_at(format!("{sets}{END}").as_bytes(), start);
         if written.is_err() {
-            // A full disk: the file ends where it did.
+            // On a full disk the file keeps its old end.
             file.set_len(start + END.len() as u64)?;
             file.write_all_at(END.as_bytes(), start)?;
         }
@@ -120,20 +121,20 @@ impl Collection {
 pub struct FieldsSummary {
     /// Simulated times of the steps of `fields.pvd` (s).
     pub times_s: Vec<f64>,
-    /// Number of the files that it lists.
+    /// Number of files listed in `fields.pvd`.
     pub files: u64,
-    /// Their size.
+    /// Size of these files.
     pub bytes: u64,
-    /// Wall-clock time in which fields were written (s); of a resumed run that since it was resumed.
+    /// Wall-clock time for writing fields (s); for a resumed run, since it was resumed.
     pub wall_s: f64,
-    /// By part, the range of each array at its last time: of numbers, or of the lengths of vectors.
+    /// Range of each array at its last time, by part: of numbers, or of the lengths of vectors.
     pub last: BTreeMap<String, ArrayRanges>,
     /// blake3 of each file of fields, by its path in the run directory.
     pub blake3: BTreeMap<String, String>,
 }
 
-/// The line of a collection that names a file, by its place seen from the collection: it shows the part of this number and
-/// name at this simulated time (s).
+/// The line of a collection for a file, given by its path relative to the collection. It shows the part with this
+/// number and name at this simulated time (s).
 pub fn data_set(time_s: f64, (index, name): (usize, &str), file: &str) -> String {
     format!("<DataSet timestep=\"{time_s:e}\" part=\"{index}\" name=\"{name}\" file=\"{file}\"/>\n")
 }
@@ -144,7 +145,7 @@ mod tests {
     use kit::scratch::Scratch;
 
     #[test]
-    fn a_phase_ends_with_a_moment_and_holds_those_that_are_asked_for() {
+    fn a_phase_ends_with_a_moment_and_contains_the_requested_ones() {
         let phase = |name: &str, [t0_s, t1_s]: [f64; 2]| Phase {
             name: name.into(),
             t0_s,
@@ -153,7 +154,7 @@ mod tests {
             picture: true,
         };
         let phases = [phase("hold", [0.5, 2.0]), phase("cycling", [2.0, 6.0])];
-        let told = |every| {
+        let moments = |every| {
             let all = snapshot_times(&phases, every, 6.0).expect("they are few");
             Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s, m.sampled)))
         };
@@ -163,22 +164,22 @@ mod tests {
         let own = |all: &[(&str, f64, bool)]| {
             Vec::from_iter(all.iter().map(|(name, t, s)| (name.to_string(), *t, *s)))
         };
-        assert_eq!(told(None), own(&ends));
+        assert_eq!(moments(None), own(&ends));
         let all = [inner[0], ends[0], inner[1], last[0], last[1], ends[1]];
-        assert_eq!(told(Some(1.0)), own(&all));
+        assert_eq!(moments(Some(1.0)), own(&all));
         let error = snapshot_times(&phases, Some(1e-4), 6.0).expect_err("they are many");
         assert!(error.to_string().contains("fields_every_s"), "{error}");
     }
 
     #[test]
-    fn a_run_without_phases_or_beyond_them_has_the_moments_that_are_asked_for() {
-        let told = |phases: &[Phase], every| {
+    fn a_run_without_phases_or_beyond_them_has_the_requested_moments() {
+        let moments = |phases: &[Phase], every| {
             let all = snapshot_times(phases, every, 3.0).expect("they are few");
             Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s)))
         };
         let two = [("run-1".to_string(), 1.0), ("run-2".to_string(), 2.0)];
-        assert_eq!(told(&[], Some(1.0)), two);
-        assert_eq!(told(&[], None), []);
+        assert_eq!(moments(&[], Some(1.0)), two);
+        assert_eq!(moments(&[], None), []);
         let phase = Phase {
             name: "ramp".into(),
             t0_s: 0.0,
@@ -191,11 +192,11 @@ mod tests {
             ("ramp".to_string(), 1.5),
             ("run-1".to_string(), 2.5),
         ];
-        assert_eq!(told(&[phase], Some(1.0)), beyond);
+        assert_eq!(moments(&[phase], Some(1.0)), beyond);
     }
 
     #[test]
-    fn a_collection_is_whole_after_each_set() {
+    fn a_collection_is_complete_after_each_set() {
         let scratch = Scratch::new("pvd", 1);
         std::fs::create_dir_all(scratch.path()).expect("a folder");
         let path = scratch.path().join("rail.pvd");

@@ -1,4 +1,4 @@
-//! A run beside a reference.
+//! Compares a run with a reference.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -15,13 +15,13 @@ use scenario::overrides::{Changes, changes};
 const TIME: &str = "t_s";
 const POSITION: &str = "x_m";
 
-/// Why a column has no distance that only one run has.
+/// Reasons why a column has no distance: only one run has it.
 pub const OF_ONE: [&str; 2] = [
     "only the reference has it",
     "the reference does not have it",
 ];
 
-/// A distance, or why there is none.
+/// A distance, or the reason why it is missing.
 pub type Compared = Result<Distance, String>;
 
 /// A number of the run and of the reference; either may lack it.
@@ -30,14 +30,14 @@ pub type NumberPair = [Option<f64>; 2];
 /// Distances of a run from a reference.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// True where all messages between the participants were the same, bit for bit.
+    /// True if all messages between the participants were the same, bit for bit.
     pub same_exchange: bool,
-    /// Keys by which the scenarios differ: the value of the reference, and that of the run.
+    /// Keys in which the scenarios differ: the value in the reference, and the value in the run.
     pub keys: Changes,
-    /// Of each signal that either run has: what changed most over its size first, then what changed by no more than its own scatter,
-    /// then what cannot be compared.
+    /// Distances of all signals of both runs. The largest changes relative to their size come first, then signals that
+    /// changed no more than their own scatter, then signals that cannot be compared.
     pub signals: Vec<(String, Compared)>,
-    /// Of each traction on the surface, in the same order.
+    /// Distances of all tractions on the surface, in the same order.
     pub profile: Vec<(String, Compared)>,
     /// Results, by name.
     pub results: BTreeMap<String, NumberPair>,
@@ -46,7 +46,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares the runs; tractions by their means over bins of this width (m), or over the segments of the reference.
+    /// Compares two runs. Tractions are compared by their means over bins of this width (m), or over the segments of
+    /// the reference.
     pub fn new(run: &RunFiles, reference: &RunFiles, bin_m: Option<f64>) -> Comparison {
         let profiles =
             [&run.profile, &reference.profile].map(|table| table.clone().unwrap_or_default());
@@ -71,7 +72,7 @@ impl Comparison {
         }
     }
 
-    /// As JSON. What could not be compared has `why`.
+    /// As JSON. An entry that could not be compared has `why`.
     pub fn json(&self) -> Value {
         let distances = |all: &[(String, Compared)]| {
             let each = all.iter().map(|(name, compared)| {
@@ -107,19 +108,19 @@ impl Comparison {
     }
 }
 
-/// |a - b| / |b|; `None` where one is missing or the reference is 0.
+/// |a - b| / |b|; `None` if one is missing or the reference is 0.
 pub fn difference([run, reference]: NumberPair) -> Option<f64> {
     let (run, reference) = run.zip(reference)?;
     part((run - reference).abs(), reference.abs())
 }
 
-/// a / b; `None` where one is missing or the reference is 0.
+/// a / b; `None` if one is missing or the reference is 0.
 pub fn ratio([run, reference]: NumberPair) -> Option<f64> {
     let (run, reference) = run.zip(reference)?;
     part(run, reference)
 }
 
-/// Compares the columns of two tables over their column `x`, each run's own.
+/// Compares the columns of two tables over their own columns `x`.
 fn columns(
     run: &Table,
     reference: &Table,
@@ -156,10 +157,10 @@ fn columns(
     found.into_iter().map(|(_, row)| row).collect()
 }
 
-/// Scatter below which a distance is noise: two draws of it differ by 1.4 times as much.
+/// A distance below this many times the scatter is noise: two samples of noise differ by 1.4 times the scatter.
 const NOISE: f64 = 3.0;
 
-/// If a distance is beyond the scatter, and its share of the size.
+/// Whether a distance exceeds the scatter, and the relative distance.
 fn change(compared: &Compared, scatter: f64) -> (bool, f64) {
     match compared {
         Ok(d) => {
@@ -173,8 +174,8 @@ fn change(compared: &Compared, scatter: f64) -> (bool, f64) {
     }
 }
 
-/// Standard deviation of what scatters from row to row: third differences let smooth parts pass, and of independent numbers have 20 times
-/// their variance.
+/// Standard deviation of the scatter from row to row: third differences remove smooth parts, and their variance is 20
+/// times the variance of independent numbers.
 fn scatter(y: &[f64]) -> f64 {
     let third = y.windows(4).map(|y| y[3] - y[0] + 3.0 * (y[1] - y[2]));
     let finite = third.filter(|x| x.is_finite());
@@ -186,8 +187,8 @@ fn scatter(y: &[f64]) -> f64 {
     }
 }
 
-/// Numbers of both runs by name: what changed most over its size first. Residuals and balances are noise that both runs have, and stand
-/// at the end.
+/// Numbers of both runs by name, the largest relative change first. Residuals and balances are noise in both runs and
+/// come last.
 pub fn by_change(all: &BTreeMap<String, NumberPair>) -> Vec<(&String, NumberPair)> {
     let mut all: Vec<_> = all.iter().map(|(name, pair)| (name, *pair)).collect();
     let key = |(name, pair): &(&String, NumberPair)| {
@@ -245,7 +246,7 @@ mod tests {
 
     /// d = x/2 on [0, 2] against 1 + x/2.
     #[test]
-    fn everything_that_both_have_is_compared_and_the_rest_is_named() {
+    fn common_columns_are_compared_and_the_rest_is_listed() {
         let found = Comparison::new(&run(), &reference(), None);
         assert!(!found.same_exchange);
         let names: Vec<&str> = found
@@ -270,9 +271,9 @@ mod tests {
         assert_eq!(found.cost["contact_iterations"], [Some(7.0), None]);
     }
 
-    /// A gap of noise, all of it another draw, and a force that is 2 % larger.
+    /// A gap that is pure noise, with other random numbers, and a force that is 2 % larger.
     #[test]
-    fn what_changed_most_comes_first_and_noise_after_it() {
+    fn the_largest_change_comes_first_and_noise_last() {
         let signals = |factor: f64, phase: f64| {
             let row = |k: i32| {
                 let t = f64::from(k);
@@ -299,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_beside_itself_is_the_same() {
+    fn a_run_equals_itself() {
         let found = Comparison::new(&run(), &run(), Some(0.125));
         assert!(found.same_exchange);
         let all = found.signals.iter().chain(&found.profile);

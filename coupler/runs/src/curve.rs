@@ -1,8 +1,8 @@
-//! Numbers over time, straight between their positions, and the distances of two of them.
+//! Numbers over time, linear between their positions, and the distance of two such curves.
 
 use protocol::larger;
 
-/// Part of the span of the reference that a curve may leave out at either end: reports are some windows apart.
+/// Fraction of the reference's span that a curve may miss at either end: reports are some windows apart.
 const MISSED: f64 = 0.01;
 
 /// Numbers over ascending positions.
@@ -10,25 +10,26 @@ const MISSED: f64 = 0.01;
 pub struct Curve<'a> {
     /// The positions.
     pub x: &'a [f64],
-    /// The numbers, as many.
+    /// The numbers, one for each position.
     pub y: &'a [f64],
 }
 
-/// Distance of numbers from a reference. The relative ones are absent where the reference is 0 throughout.
+/// Distance of numbers from a reference. The relative distances are absent if the reference is 0 throughout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
     /// sqrt(int d^2 / X) over the common span X, in the unit of the numbers.
     pub rms: f64,
-    /// The same over that of the reference.
+    /// The same over the root mean square of the reference.
     pub l2_rel: Option<f64>,
-    /// Largest size of d.
+    /// Largest |d|.
     pub max: f64,
-    /// The same over the largest size of the reference.
+    /// The same over the largest absolute value of the reference.
     pub max_rel: Option<f64>,
 }
 
 impl Distance {
-    /// The distance of these sums over a length: of d^2 and of the squares of the reference, and the largest size of either.
+    /// The distance from sums over a length: of d^2 and of the squared reference, with the largest absolute value of
+    /// each.
     pub fn new(length: f64, [of_d, of_reference]: [f64; 2], [max, whole]: [f64; 2]) -> Self {
         Distance {
             rms: part(of_d, length).map_or(0.0, f64::sqrt),
@@ -39,13 +40,13 @@ impl Distance {
     }
 }
 
-/// A part of something that is not 0.
+/// The quotient; `None` if the whole is 0.
 pub fn part(of: f64, whole: f64) -> Option<f64> {
     (whole > 0.0).then_some(of / whole)
 }
 
 impl Curve<'_> {
-    /// The number at a position inside; of two numbers at one position the first. `None` outside.
+    /// The number at a position inside the span; if two numbers share the position, the first. `None` outside.
     pub fn at(&self, position: f64) -> Option<f64> {
         let after = self.x.partition_point(|x| *x < position);
         let right = *self.x.get(after)?;
@@ -61,11 +62,11 @@ impl Curve<'_> {
         Some([*self.x.first()?, *self.x.last()?])
     }
 
-    /// The distance from a reference, exact for curves that are straight between their positions: d is integrated and maximised over
-    /// the pieces between the positions of both.
+    /// The distance from a reference, exact for piecewise linear curves: d is integrated and maximised over the pieces
+    /// between the positions of both.
     ///
     /// # Errors
-    /// This curve misses more than a hundredth of the reference's span at either end, or one of them has no span.
+    /// This curve misses more than 1 % of the reference's span at either end, or one of the curves has no span.
     pub fn distance(&self, reference: &Curve) -> Result<Distance, String> {
         let (Some(own), Some(whole)) = (self.span(), reference.span()) else {
             return Err("there are no numbers".into());
@@ -74,7 +75,7 @@ impl Curve<'_> {
         let missed = [own[0] - whole[0], whole[1] - own[1]];
         if missed.iter().any(|missed| *missed > MISSED * length) {
             return Err(format!(
-                "it spans {:.4e} to {:.4e}, and the reference {:.4e} to {:.4e}",
+                "it spans {:.4e} to {:.4e}, but the reference {:.4e} to {:.4e}",
                 own[0], own[1], whole[0], whole[1]
             ));
         }
@@ -88,7 +89,7 @@ impl Curve<'_> {
         positions.dedup();
         let pair = |x: &f64| Some([self.at(*x)?, reference.at(*x)?]);
         let pairs: Option<Vec<[f64; 2]>> = positions.iter().map(pair).collect();
-        let pairs = pairs.ok_or("its places are not in order")?;
+        let pairs = pairs.ok_or("its positions are not in order")?;
         let [mut of_d, mut of_reference] = [0.0; 2];
         for (x, y) in positions.windows(2).zip(pairs.windows(2)) {
             let d = [0, 1].map(|k| y[k][0] - y[k][1]);
@@ -102,25 +103,25 @@ impl Curve<'_> {
     }
 }
 
-/// Integral of the square of what is straight between two numbers.
+/// Integral of the square of a linear function between two numbers.
 fn square(length: f64, [a, b]: [f64; 2]) -> f64 {
     length * (a * a + a * b + b * b) / 3.0
 }
 
-/// The middle one of some numbers, or the mean of the two in the middle; `None` of none.
+/// The median: the middle number, or the mean of the two in the middle; `None` without numbers.
 pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
     numbers.sort_by(f64::total_cmp);
     let last = numbers.len().checked_sub(1)?;
     Some(0.5 * (numbers[last / 2] + numbers[last.div_ceil(2)]))
 }
 
-/// The number that this share of them, below 1, stays below; none of none.
+/// The number below which this fraction (under 1) of the numbers lies; `None` without numbers.
 pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
     let below = (share * numbers.len() as f64) as usize;
     (below < numbers.len()).then(|| *numbers.select_nth_unstable_by(below, f64::total_cmp).1)
 }
 
-/// So many of the numbers below `all`, evenly, the first and the last among them.
+/// `count` indices below `all`, evenly spaced, including the first and the last.
 pub fn evenly(count: usize, all: usize) -> Vec<usize> {
     if count >= all {
         return (0..all).collect();
@@ -142,7 +143,7 @@ mod tests {
 
     /// d = x on [0, 1] against 2: int x^2 = 1/3 of int 4.
     #[test]
-    fn the_distance_of_a_ramp_from_a_constant_is_that_of_its_integral() {
+    fn the_distance_of_a_ramp_from_a_constant_is_its_integral() {
         let found = distance([&[0.0, 1.0], &[2.0, 3.0]], [&[0.0, 0.25, 1.0], &[2.0; 3]]);
         let found = found.expect("they share a span");
         assert!((found.rms - (1f64 / 3.0).sqrt()).abs() < 1e-15);
@@ -150,9 +151,9 @@ mod tests {
         assert_eq!((found.max, found.max_rel), (1.0, Some(0.5)));
     }
 
-    /// A tent of height 1 whose tip the other curve does not know, over three quarters of its span, where both are alike.
+    /// A tent of height 1 on half of the span, against a curve that is zero and has no point at the tip.
     #[test]
-    fn what_lies_between_the_places_of_one_curve_counts() {
+    fn a_peak_between_the_positions_of_one_curve_counts() {
         let found = distance(
             [&[0.0, 4.0], &[0.0, 0.0]],
             [&[0.0, 1.0, 2.0, 4.0], &[0.0, 1.0, 0.0, 0.0]],
@@ -163,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reference_of_nothing_has_no_parts() {
+    fn a_zero_reference_has_no_relative_distance() {
         let found = distance([&[0.0, 1.0], &[3.0, 3.0]], [&[0.0, 1.0], &[0.0, 0.0]]);
         let found = found.expect("they share a span");
         assert_eq!([found.l2_rel, found.max_rel], [None, None]);
@@ -171,11 +172,11 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_that_ends_early_is_not_compared_over_what_is_left() {
+    fn a_curve_that_ends_early_is_not_compared_over_the_rest() {
         let error = distance([&[0.0, 0.9], &[1.0, 1.0]], [&[0.0, 1.0], &[1.0, 1.0]]);
         assert!(error.expect_err("a tenth is missing").contains("9.0000e-1"));
         let fine = distance([&[0.001, 0.995], &[1.0, 1.0]], [&[0.0, 1.0], &[1.0, 1.0]]);
-        assert_eq!(fine.expect("next to nothing is missing").max, 0.0);
+        assert_eq!(fine.expect("only 0.6 % is missing").max, 0.0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Reading the VTK XML files that participants write: arrays as text, or appended as raw bytes.
+//! Reads the VTK XML files of participants: arrays as text, or appended as raw bytes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -10,31 +10,31 @@ use scenario::error::{Error, Refusal, Result};
 /// The data arrays of a file by their names; `points` are the coordinates.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
 
-/// Range of each array of points or cells: least and largest number, or lengths of vectors; none of one that is empty.
+/// Range of each array of points or cells: least and largest number, or lengths of vectors; `None` for an empty array.
 pub type ArrayRanges = BTreeMap<String, Option<[f64; 2]>>;
 
-/// Beginning of the part that is no text.
+/// Start of the part that is not text.
 const APPENDED: &[u8] = b"<AppendedData";
 
-/// Longest markup whose ranges are looked for (bytes); ours has 4 000.
+/// Longest markup in which ranges are searched (bytes); ours has 4 000.
 const MARKUP: u64 = 64 << 10;
 
-/// A data array as a file holds it.
+/// A data array as stored in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StoredArray {
-    /// The section that it stands in: `Points`, `Cells`, `PointData`.
+    /// Its section: `Points`, `Cells`, `PointData`.
     pub section: String,
     /// Its name.
     pub name: String,
     /// Type of its numbers, by its name in VTK.
     pub kind: String,
-    /// Numbers of a tuple.
+    /// Numbers in a tuple.
     pub components: usize,
     /// The numbers.
     pub numbers: Vec<f64>,
 }
 
-/// Reads every array. Those that share a name (connectivity of several kinds of cells) keep the last one's numbers.
+/// Reads every array. Of arrays with the same name (connectivity of several kinds of cells) the last is kept.
 pub fn read(path: &Path) -> Result<Arrays> {
     let arrays = stored(path)?.into_iter();
     Ok(arrays.map(|array| (array.name, array.numbers)).collect())
@@ -70,13 +70,13 @@ pub fn stored(path: &Path) -> Result<Vec<StoredArray>> {
     Ok(arrays)
 }
 
-/// The markup of each array, from its first attribute on, behind the name of its section: `Points`, `Verts`, `CellData`.
+/// The name of the section (`Points`, `Verts`, `CellData`) and the markup of each array, from its first attribute on.
 fn in_sections(markup: &str) -> Vec<(&str, &str)> {
     let is_section = |name: &&str| name.ends_with('s') || name.ends_with("Data");
     let mut section = "";
     let parts: Vec<&str> = markup.split("<DataArray ").collect();
     let pairs = parts.windows(2).map(|pair| {
-        // The tag that is opened last; those that are closed begin with a slash.
+        // The last opened tag; closing tags begin with a slash.
         let tags = pair[0].rsplit('<').filter(|tag| !tag.starts_with('/'));
         let mut names = tags.filter_map(|tag| tag.split([' ', '>']).next());
         section = names.find(is_section).unwrap_or(section);
@@ -85,7 +85,7 @@ fn in_sections(markup: &str) -> Vec<(&str, &str)> {
     pairs.collect()
 }
 
-/// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
+/// Ranges stated in the file, computed by its author from the full numbers; empty for a file that states no ranges.
 pub fn ranges(path: &Path) -> Result<ArrayRanges> {
     let mut start = Vec::new();
     File::open(path)
@@ -124,7 +124,7 @@ fn as_text(rest: &str) -> Result<Vec<f64>, String> {
     numbers.map_err(|_| "is neither text nor appended as raw bytes".into())
 }
 
-/// Numbers of an appended array: their length in bytes stands before them.
+/// Numbers of an appended array, after their length in bytes.
 fn appended_numbers(
     markup: &str,
     appended: &[u8],
@@ -132,10 +132,10 @@ fn appended_numbers(
     offset: &str,
 ) -> Result<Vec<f64>, String> {
     for (foreign, why) in [
-        ("compressor=", "is compressed, which is not read"),
+        ("compressor=", "is compressed, which is not supported"),
         (
             "byte_order=\"BigEndian\"",
-            "is big-endian, which is not read",
+            "is big-endian, which is not supported",
         ),
     ] {
         if markup.contains(foreign) {
@@ -144,7 +144,7 @@ fn appended_numbers(
     }
     let begin = find(appended, b"_").ok_or("has no data behind it")? + 1;
     if !String::from_utf8_lossy(&appended[..begin]).contains("\"raw\"") {
-        return Err("is encoded in another way than raw, which is not read".into());
+        return Err("is not encoded as raw, which is not supported".into());
     }
     let offset: usize = offset.parse().map_err(|_| "has no number as its offset")?;
     let short = || format!("reaches beyond the end of the file (offset {offset})");
@@ -187,7 +187,7 @@ fn kind_of(kind: &str) -> Option<(usize, Value)> {
     })
 }
 
-/// The numbers of an array; none where a file does not hold it.
+/// The numbers of an array; empty if the file does not hold it.
 pub fn numbers<'a>(arrays: &'a Arrays, name: &str) -> &'a [f64] {
     arrays.get(name).map_or(&[], Vec::as_slice)
 }
@@ -198,7 +198,7 @@ pub fn points(arrays: &Arrays) -> Vec<[f64; 2]> {
     points.map(|p| [p[0], p[1]]).collect()
 }
 
-/// A flag of each point of a file; false where the file has no such array.
+/// A flag for each point of a file; false if the file has no such array.
 pub fn flags(arrays: &Arrays, name: &str) -> Vec<bool> {
     let flags = numbers(arrays, name);
     let all = 0..numbers(arrays, "points").len() / 3;
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_ends_early_is_damaged_by_the_name_of_the_array() {
+    fn a_file_that_ends_early_is_refused_with_the_name_of_the_array() {
         let (_scratch, path) = file("vtk-torn");
         written(&path);
         let bytes = fs::read(&path).expect("it is there");
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn arrays_as_text_are_read_and_other_encodings_are_named() {
+    fn arrays_as_text_are_read_and_other_encodings_are_refused() {
         let (_scratch, path) = file("vtk-text");
         let array = |body: &str| {
             format!(
@@ -276,7 +276,7 @@ mod tests {
         };
         fs::write(&path, array(" 1e-3 2 ")).expect("a file");
         assert_eq!(read(&path).expect("it is text")["radius_m"], [1e-3, 2.0]);
-        assert!(ranges(&path).expect("it tells none").is_empty());
+        assert!(ranges(&path).expect("it states no ranges").is_empty());
         fs::write(&path, array("AAAA")).expect("a file");
         let error = read(&path).expect_err("it is base64").to_string();
         assert!(error.contains("radius_m"), "{error}");

@@ -1,4 +1,4 @@
-//! A run as it lies in its directory.
+//! The files of a run in its directory.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,9 +21,9 @@ pub struct RunFiles {
     pub path: PathBuf,
     /// summary.json.
     pub summary: Value,
-    /// signals.csv; empty where nothing was reported.
+    /// signals.csv; empty if nothing was reported.
     pub signals: Table,
-    /// profile.csv, where there is one.
+    /// profile.csv, if it exists.
     pub profile: Option<Table>,
 }
 
@@ -32,7 +32,7 @@ pub struct RunFiles {
 pub struct MarkedMoment {
     /// Its name in the files.
     pub name: String,
-    /// Its name in captions, to follow `at the`.
+    /// Its name in captions, after `at the`.
     pub words: String,
 }
 
@@ -40,7 +40,7 @@ impl RunFiles {
     /// Reads a run that has ended.
     ///
     /// # Errors
-    /// There is no summary.json: the run goes on still, or was killed; or a table is not what the run wrote.
+    /// There is no summary.json, as the run continues or was killed; or a table differs from what the run wrote.
     pub fn read(run: &Path) -> Result<RunFiles, Error> {
         let found = RunFiles {
             path: run.to_path_buf(),
@@ -55,16 +55,17 @@ impl RunFiles {
         })
     }
 
-    /// The first of its tables that is not what the run wrote, by `tables` of summary.json, which runs of older builds do not have.
+    /// The first table that differs from what the run wrote, by `tables` of summary.json, which runs of older builds
+    /// lack.
     pub fn damage(&self) -> Option<Error> {
         let problem = |(name, written): (&String, &Value)| {
             let path = self.path.join(name);
             let written: Written = serde_json::from_value(written.clone()).ok()?;
             let why = match contents(&path).map(|text| Written::of(&text)) {
-                None => "cannot be read; the run wrote it".into(),
+                None => "cannot be read, although the run wrote it".into(),
                 Some(found) if found == written => return None,
                 Some(found) if found.rows != written.rows => format!(
-                    "has {} rows, and the run wrote {}",
+                    "has {} rows, but the run wrote {}",
                     found.rows, written.rows
                 ),
                 Some(_) => "was changed since the run wrote it".into(),
@@ -75,16 +76,16 @@ impl RunFiles {
         self.entries("tables").find_map(problem)
     }
 
-    /// The first of its field files that is not what the run wrote, by `fields.blake3` of summary.json.
+    /// The first field file that differs from what the run wrote, by `fields.blake3` of summary.json.
     pub fn field_damage(&self) -> Option<Error> {
         let hashes = self.summary["fields"]["blake3"].as_object()?;
         let problem = |(name, hash): (&String, &Value)| {
             let path = self.path.join(name);
             let why = match contents(&path).map(|bytes| blake3::hash(&bytes).to_hex()) {
-                None => "cannot be read; the run wrote it",
+                None => "cannot be read, although the run wrote it",
                 Some(found) if Some(found.as_str()) == hash.as_str() => return None,
                 Some(_) => {
-                    "was changed since the run wrote it, and pictures show what is in it now"
+                    "was changed since the run wrote it, and pictures show its present content"
                 }
             };
             let text = format!("{}: {why}", path.display());
@@ -93,7 +94,7 @@ impl RunFiles {
         hashes.iter().find_map(problem)
     }
 
-    /// Reads a run that has ended, and of its tables what can be read.
+    /// Reads a run that has ended, with the readable part of its tables.
     ///
     /// # Errors
     /// summary.json is missing or damaged.
@@ -104,7 +105,7 @@ impl RunFiles {
         })
     }
 
-    /// Reads what can be read of a run that may have been killed.
+    /// Reads the readable part of a run that may have been killed.
     pub fn read_what_is_there(run: &Path) -> RunFiles {
         let profile = run.join("profile.csv");
         RunFiles {
@@ -115,18 +116,18 @@ impl RunFiles {
         }
     }
 
-    /// manifest.json; null where it cannot be read.
+    /// manifest.json; null if it cannot be read.
     pub fn manifest(&self) -> Value {
         read_json(&self.path.join("manifest.json"))
     }
 
-    /// The keys that were set for it, or in which its scenario differs from the shipped one that it is a copy of: each with the value that
-    /// it has there, and its own.
+    /// The keys that were overridden, or in which the scenario differs from the shipped scene of which it is a copy:
+    /// each with its value there, and its own value.
     pub fn changed(&self) -> Changes {
         serde_json::from_value(self.manifest()[CHANGED_KEY].clone()).unwrap_or_default()
     }
 
-    /// The keys of its scenario; none where that cannot be read.
+    /// The keys of its scenario; empty if it cannot be read.
     pub fn scenario_table(&self) -> toml::Table {
         let text = std::fs::read_to_string(self.path.join("scenario.toml"));
         text.unwrap_or_default().parse().unwrap_or_default()
@@ -169,8 +170,9 @@ impl RunFiles {
         self.summary["hashes"][name].as_str()
     }
 
-    /// Costs by name: wall-clock time, processor time and memory of all processes, and the work of all participants, each kind summed.
-    /// Participants that are threads of the coordinator report the numbers of its process, which counts once.
+    /// Costs by name: wall-clock time, processor time and memory of all processes, and the work of all participants,
+    /// each kind summed. Participants in threads of the coordinator report the numbers of its process, which counts
+    /// once.
     pub fn cost(&self) -> BTreeMap<String, f64> {
         let mut cost = BTreeMap::new();
         cost.extend(self.number("wall_s").map(|wall| ("wall_s".into(), wall)));
@@ -213,7 +215,7 @@ impl RunFiles {
         all.map(moment).collect()
     }
 
-    /// The files of fields whose names end so, in the order of their names.
+    /// The field files with this ending, in the order of their names.
     pub fn field_files(&self, ending: &str) -> Vec<PathBuf> {
         let entries = std::fs::read_dir(self.path.join("fields")).into_iter();
         let paths = entries.flatten().flatten().map(|entry| entry.path());
@@ -223,14 +225,14 @@ impl RunFiles {
         paths
     }
 
-    /// The fields of the first participant, by the names of the files, that wrote such a file at this moment: `.vtu`, `.vtp`,
-    /// `-contacts.vtp`.
+    /// The fields of the first participant, by file name, that wrote a file with this ending at this moment: `.vtu`,
+    /// `.vtp`, `-contacts.vtp`.
     pub fn fields(&self, moment: &str, ending: &str) -> Result<Option<Arrays>, Error> {
         let paths = self.field_files(&format!("-{moment}{ending}"));
         paths.first().map(|path| read(path)).transpose()
     }
 
-    /// The fields of each participant that wrote such a file at this moment, in the order of their names.
+    /// The fields of each participant that wrote a file with this ending at this moment, in the order of their names.
     pub fn all_fields(&self, moment: &str, ending: &str) -> Result<Vec<(String, Arrays)>, Error> {
         let ending = format!("-{moment}{ending}");
         let of = |path: &PathBuf| {
@@ -243,7 +245,7 @@ impl RunFiles {
         named.into_iter().map(fields).collect()
     }
 
-    /// The first of these moments with such a file, and its fields.
+    /// The first of these moments with a file of this ending, and its fields.
     pub fn fields_among(
         &self,
         moments: impl IntoIterator<Item = MarkedMoment>,
@@ -257,7 +259,7 @@ impl RunFiles {
         Ok(None)
     }
 
-    /// Mean radius of the grains that move freely at the first of the moments that has grains (m).
+    /// Mean radius of the freely moving grains at the first moment with grains (m).
     pub fn mean_radius_m(&self) -> Result<Option<f64>, Error> {
         let Some((_, arrays)) = self.fields_among(self.moments(), ".vtp")? else {
             return Ok(None);
@@ -277,10 +279,10 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
         let begun = run.join("manifest.json").exists();
         let problem = match (begun, run.is_dir()) {
             (true, _) => {
-                "is missing: the run goes on, or was killed (`thirdbody resume` goes on with it)"
+                "is missing: the run is still running, or was killed (`thirdbody resume` continues it)"
             }
-            (_, true) => "is no run directory: it has neither summary.json nor manifest.json",
-            _ => "there is no such folder: give a run directory, as runs/latest",
+            (_, true) => "is not a run directory: it has neither summary.json nor manifest.json",
+            _ => "there is no such folder: give a run directory, for instance runs/latest",
         };
         let place = if begun { &path } else { run };
         return Err(Refusal::file(place, problem).into());
@@ -289,7 +291,7 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
     serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
 }
 
-/// The content of a JSON file; null where it cannot be read.
+/// The content of a JSON file; null if it cannot be read.
 pub fn read_json(path: &Path) -> Value {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()

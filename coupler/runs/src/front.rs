@@ -1,43 +1,43 @@
-//! Settings that a study measured for the scene of a run, as the pages of a run show them.
+//! Settings that a study measured for the scene of a run, for the pages of a run.
 
 /// A setting of a study.
 #[derive(Clone, Debug)]
 pub struct MeasuredSetting {
     /// Its values in words.
     pub words: String,
-    /// Overrides that make the scenario of the run it; none where it has these values already.
+    /// Overrides that give the run's scenario this setting; empty if it has these values already.
     pub overrides: Vec<String>,
-    /// Codes of warnings for which the study does not trust it.
+    /// Codes of the warnings because of which the study distrusts it.
     pub warned: Vec<String>,
-    /// True for the setting from whose runs errors are measured.
+    /// True for the reference setting, from which errors are measured.
     pub is_reference: bool,
-    /// Its processor time over that of the reference.
+    /// Its processor time over the reference's.
     pub cost: f64,
-    /// What its relative error is expected to be by each measure, and the bound of it.
+    /// Expected relative error by each measure, and its bound.
     pub errors: Vec<[f64; 2]>,
 }
 
-/// What a study knows of the scene of a run. Settings are told by their indices in `settings`.
+/// Results of a study for the scene of a run. Settings are given by their indices in `settings`.
 #[derive(Clone, Debug)]
 pub struct MeasuredFront {
     /// Name of the study.
     pub study: String,
-    /// Build that ran it.
+    /// Build that ran the study.
     pub build: String,
     /// Names of its measures.
     pub measures: Vec<String>,
-    /// The settings whose errors it can tell, the most accurate first.
+    /// The settings with known errors, the most accurate first.
     pub settings: Vec<MeasuredSetting>,
     /// The front of each measure, cheapest first.
     pub fronts: Vec<Vec<usize>>,
-    /// The setting of the run, or the one from which it differs in the fewest keys; without errors.
+    /// The setting of the run, or the setting that differs from it in the fewest keys; without errors.
     pub nearest: MeasuredSetting,
-    /// Error of the reference itself by measure, by extrapolation; empty where that is not known.
+    /// Error of the reference itself by measure, from extrapolation; empty if unknown.
     pub reference_misses: Vec<f64>,
-    /// The setting of the run; `None` where it differs from all, and where the study cannot tell its errors.
+    /// The setting of the run; `None` if it differs from all settings, or if the study does not know its errors.
     pub own: Option<usize>,
-    /// The cheapest one that is expected to err at most half as much as the run, by every measure.
+    /// The cheapest setting with at most half of the run's expected error, by every measure.
     pub half_error: Option<usize>,
-    /// The most accurate one that costs at most half as much.
+    /// The most accurate setting with at most half of the run's cost.
     pub half_time: Option<usize>,
 }

@@ -1,4 +1,5 @@
-//! The build that a run is of. The binary hands it in, so that a change of a solver compiles none of the crates that write or read runs.
+//! The build of a run. The binary provides it, so that a change to a solver recompiles none of the crates that write or
+//! read runs.
 
 use kit::inventory;
 
@@ -13,7 +14,7 @@ pub struct Build {
 
 inventory::collect!(Build);
 
-/// The build of this program. A test of a single crate has one without a name.
+/// The build of this program. A test of a single crate has an unnamed build.
 pub fn build() -> Build {
     let unnamed = Build {
         hash: "unnamed",

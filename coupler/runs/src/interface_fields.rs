@@ -8,9 +8,9 @@ use scenario::error::{Error, Result};
 use scheme::group::{Group, Patch};
 use scheme::window::InterfaceState;
 
-/// Writes the continuum's nodes of an interface, in the undeformed body and by ascending x, as a line. Data of the points:
-/// displacement_m, as the other side was told of it; traction_pa of that side on the continuum in the last window; pressure_pa and
-/// shear_pa, its parts as profile.csv has them, compression positive.
+/// Writes the continuum's nodes of an interface as a line, in the undeformed body and by ascending x. Point data:
+/// displacement_m, as sent to the other side; traction_pa of that side on the continuum in the last window; pressure_pa
+/// and shear_pa, its components as in profile.csv, compression positive.
 pub fn write(
     path: &Path,
     group: &Group,

@@ -10,16 +10,16 @@ use scenario::error::{Error, Result};
 use scheme::coupling::Coupling;
 use scheme::group::Patch;
 
-/// Traction at the exchanged nodes, sorted by place.
+/// Traction at the exchanged nodes, sorted by position.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct InterfaceTraction {
-    /// Places (m).
+    /// Positions (m).
     pub x_m: Vec<f64>,
     /// Normal force (N), compression positive.
     pub normal_n: Vec<f64>,
     /// Tangential force (N).
     pub shear_n: Vec<f64>,
-    /// Area that each node stands for (m2).
+    /// Area of each node (m2).
     pub area_m2: Vec<f64>,
     thickness_m: f64,
     period_m: Option<f64>,
@@ -55,8 +55,8 @@ impl InterfaceTraction {
         text
     }
 
-    /// The largest mean pressure (Pa) over boxes of `width_m`, see [`peak_of_means`]; the force of a node acts on its own segment.
-    /// `None` on a surface that is too short for such a box.
+    /// The largest mean pressure (Pa) over boxes of `width_m`, see [`peak_of_means`]; the force of a node acts on its
+    /// own segment. `None` if the surface is too short for such a box.
     pub fn peak_of_means(&self, width_m: f64) -> Option<f64> {
         let nodes = self.x_m.iter().zip(&self.area_m2).zip(&self.normal_n);
         let pieces = nodes.map(|((x, area), force)| {
@@ -67,29 +67,30 @@ impl InterfaceTraction {
         Some(peak / self.thickness_m)
     }
 
-    /// Half of the shortest distance that is symmetric about the middle and carries `share` of the normal force (m). The middle is
-    /// x = 0, where wheels and crowns are, and that of nodes which all lie to one side of it.
+    /// Half of the shortest length (m) that is symmetric about the middle and carries `share` of the normal force. The
+    /// middle is x = 0, the centre of wheels and crowns, or the middle of the nodes if all of them are on one side of
+    /// it.
     pub fn half_width(&self, share: f64) -> f64 {
         let middle = match (self.x_m.first(), self.x_m.last()) {
             (Some(first), Some(last)) if *first > 0.0 || *last < 0.0 => 0.5 * (first + last),
             _ => 0.0,
         };
-        let beside = |node: usize| (self.x_m[node] - middle).abs();
+        let distance = |node: usize| (self.x_m[node] - middle).abs();
         let mut order: Vec<usize> = (0..self.x_m.len()).collect();
-        order.sort_by(|a, b| beside(*a).total_cmp(&beside(*b)));
+        order.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));
         let total: f64 = self.normal_n.iter().sum();
         let mut carried = 0.0;
         for index in order {
             carried += self.normal_n[index];
             if carried >= share * total {
-                return beside(index);
+                return distance(index);
             }
         }
         0.0
     }
 }
 
-/// Makes the traction that a solver alone wrote at the end of this phase, if it wrote one, the run's `profile.csv`.
+/// Copies the traction that a solver running alone wrote at the end of this phase, if any, to the run's `profile.csv`.
 pub fn adopt(rundir: &RunDir, phase: &str) -> Result<()> {
     let fields = rundir.fields();
     let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
@@ -115,10 +116,10 @@ mod tests {
             thickness_m: 1e-3,
             period_m: None,
         };
-        // 40 N on 0.4 mm2 is 100 MPa, whatever the boxes.
+        // 40 N on 0.4 mm2 is 100 MPa, for any boxes.
         let peak = uniform.peak_of_means(1e-3).expect("a box in the middle");
         assert!((peak / 1e8 - 1.0).abs() < 1e-12);
-        // The surface is 2 mm long, and over 3 mm its mean would be two thirds of that.
+        // The surface is 2 mm long; over 3 mm the mean would be two thirds of this.
         assert_eq!(uniform.peak_of_means(3e-3), None);
         assert_eq!(uniform.half_width(0.98), 0.8e-3);
         let beside = InterfaceTraction {
@@ -128,9 +129,10 @@ mod tests {
         assert!((beside.half_width(0.98) - 0.8e-3).abs() < 1e-15);
     }
 
-    /// 200 MPa over the 0.4 mm at both ends of 2 mm are 80 N + 80 N in the box of 1 mm across the seam, beside 20 N of its own.
+    /// 200 MPa over the 0.4 mm at both ends of 2 mm give 80 N + 80 N in the box of 1 mm across the seam, in addition to
+    /// 20 N.
     #[test]
-    fn a_box_across_the_seam_of_a_line_that_repeats_is_a_whole_one() {
+    fn a_box_across_the_seam_of_a_periodic_line_counts_as_a_whole() {
         let at = |period_m| InterfaceTraction {
             x_m: vec![-0.8e-3, -0.4e-3, 0.0, 0.4e-3, 0.8e-3],
             normal_n: vec![80.0, 40.0, 40.0, 40.0, 80.0],

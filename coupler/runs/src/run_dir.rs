@@ -1,4 +1,4 @@
-//! The run directory: `runs/<id>/` with everything that a run leaves.
+//! The run directory: `runs/<id>/` with all files of a run.
 
 use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
@@ -19,14 +19,14 @@ use scenario::load::{CHANGED_KEY, FOLDER_KEY, Loaded};
 pub struct RunDir {
     path: PathBuf,
     journal: Mutex<fs::File>,
-    /// Space on the disk for the summary, kept free from the start: a run that fills the disk can still say so.
+    /// Disk space for the summary, reserved from the start: a run that fills the disk can still report it.
     reserved: Option<fs::File>,
     start: Instant,
 }
 
 impl RunDir {
-    /// Makes the folder: `out` if given (refused when it is not empty), else `runs/<name>-<seconds>-<id>`,
-    /// to which `runs/latest` then points.
+    /// Makes the folder: `out` if given (which must be empty), otherwise `runs/<name>-<seconds>-<id>`, to which
+    /// `runs/latest` then points.
     pub fn create(out: Option<&Path>, name: &str, run_id: u64) -> Result<RunDir> {
         let path = match out {
             Some(out) => checked(out)?,
@@ -61,7 +61,7 @@ impl RunDir {
         self.path.join("fields")
     }
 
-    /// Writes a whole file of the run: a reader finds all of it or nothing.
+    /// Writes a whole file of the run: a reader finds the complete file or nothing.
     pub fn write(&self, name: &str, text: &str) -> Result<()> {
         let path = self.path.join(name);
         let part = self.path.join(format!("{name}.part"));
@@ -70,7 +70,7 @@ impl RunDir {
             .map_err(Error::output(path.display()))
     }
 
-    /// Writes `summary.json` into the space that is kept for it.
+    /// Writes `summary.json` into its reserved space.
     pub fn write_summary(&self, text: &str) -> Result<()> {
         let Some(mut file) = self.reserved.as_ref() else {
             return self.write("summary.json", text);
@@ -86,13 +86,13 @@ impl RunDir {
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
     pub fn note(&self, text: &str) {
         if let Ok(mut file) = self.journal.lock() {
-            // The journal is a convenience: a full disk is reported by the log of exchanges and the summary.
+            // The journal is a convenience: the exchange log and the summary report a full disk.
             let _ = writeln!(file, "{:10.3} {text}", self.start.elapsed().as_secs_f64());
         }
     }
 }
 
-/// Space that the disk of this folder has left (bytes); `None` where it does not say.
+/// Free space on the disk of this folder (bytes); `None` if unknown.
 pub fn free_bytes(folder: &Path) -> Option<u64> {
     let disk = statvfs(folder).ok()?;
     Some(disk.blocks_available() * disk.fragment_size())
@@ -100,10 +100,10 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
 
 const SUMMARY_PART: &str = "summary.json.part";
 
-/// Bytes kept for the summary; one of two participants has 5 000.
+/// Bytes reserved for the summary; with two participants it has 5 000.
 const SUMMARY_BYTES: i64 = 256 << 10;
 
-/// A file with this space, or none where the disk keeps no space.
+/// A file with this space; `None` if the disk reserves no space.
 fn reserve(path: &Path) -> Option<fs::File> {
     let file = fs::File::create(path).ok()?;
     if posix_fallocate(&file, 0, SUMMARY_BYTES).is_err() {
@@ -120,7 +120,7 @@ fn checked(out: &Path) -> Result<PathBuf> {
     }
     if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(refuse(
-            "the folder is not empty; a run never overwrites another, choose a new or an empty one",
+            "the folder is not empty; a run never overwrites another: choose a new or an empty folder",
         ));
     }
     Ok(out.to_path_buf())
@@ -137,8 +137,8 @@ fn default_path(name: &str, run_id: u64) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Two runs may start at the same time: the link is made under a name of its own and renamed, which is atomic. What a user
-/// has put there, which is no link, stays.
+/// Two runs may start at the same time: the link gets a name of its own and is then renamed, which is atomic. A file or
+/// folder of the user with this name stays.
 fn point_latest(id: &str) {
     if fs::symlink_metadata("runs/latest").is_ok_and(|found| !found.is_symlink()) {
         return;
@@ -151,7 +151,7 @@ fn point_latest(id: &str) {
     }
 }
 
-/// The manifest: what ran, where, from which build, and the checkpoint that it went on from.
+/// The manifest: scenario, place and build of the run, and the checkpoint from which it was resumed.
 pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Value>) -> String {
     let host = nix::unistd::gethostname().map(|name| name.into_string().unwrap_or_default());
     let mut value = json!({
@@ -178,15 +178,15 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
 }
 
-/// The processor's name, where the system tells it.
+/// The processor's name, if the system reports it.
 fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().into())
 }
 
-/// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
-/// first, which is this process's own, to the disk, then renamed, and the new name to the disk as well.
+/// Writes a file so that it exists completely or not at all, even if the machine stops. The file is first written to
+/// the disk under a name of this process, then renamed, and the new name is written to the disk as well.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let temporary = path.with_extension(format!("{}.part", std::process::id()));

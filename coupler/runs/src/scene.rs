@@ -1,12 +1,12 @@
-//! The parts of a scenario that pages go by, read from the run's own copy as far as it can be read: a run may be older than this
-//! program, and its files may be gone.
+//! The parts of a scenario that pages use, read leniently from the run's own copy: a run may be older than this
+//! program, and its files may be missing.
 
 use scenario::keys::TransportKind;
 use scenario::plausible::Plausible;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-/// A rigid wheel that no disks stand for.
+/// A rigid wheel that is not made of disks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmoothWheel {
     /// The participant that carries it.
@@ -18,7 +18,7 @@ pub struct SmoothWheel {
 /// Keys of a scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
-    /// `run.name`, empty where it cannot be read.
+    /// `run.name`, empty if it cannot be read.
     pub name: String,
     /// `run.transport`.
     pub transport: TransportKind,
@@ -26,7 +26,7 @@ pub struct Setup {
     pub plausible: Plausible,
     /// The participants in the order of the file.
     pub participants: Vec<String>,
-    /// The wheel, if it has a shape of its own.
+    /// The wheel, if it is not made of disks.
     pub wheel: Option<SmoothWheel>,
     /// The participant that carries a wheel of any kind.
     pub wheel_of: Option<String>,
@@ -66,7 +66,7 @@ impl Setup {
         }
     }
 
-    /// The set of a participant and the one that it is joined with, by the first of its interfaces.
+    /// The set of a participant and the set that it is joined with, at the first of its interfaces.
     pub fn partner(&self, participant: &str) -> Option<JoinedSet<'_>> {
         self.joined.iter().find_map(|[a, b]| {
             let (a, b) = (a.split_once('.')?, b.split_once('.')?);
@@ -81,7 +81,7 @@ impl Setup {
     }
 }
 
-/// A set of a participant with the one that it is joined with.
+/// A set of a participant, and the set that it is joined with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JoinedSet<'a> {
     /// The participant's own set.
@@ -92,7 +92,7 @@ pub struct JoinedSet<'a> {
     pub partner_set: &'a str,
 }
 
-/// A key of a table; its default where it cannot be read.
+/// A key of a table; its default if it cannot be read.
 fn key<'a, T: Deserialize<'a> + Default>(table: Option<&Value>, key: &str) -> T {
     let value = table.and_then(|table| table.get(key)).cloned();
     let read = value.and_then(|value| value.try_into().ok());
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_tells_who_carries_the_wheel_and_who_is_joined() {
+    fn a_setup_has_the_wheel_and_the_joined_sets() {
         let setup = setup(
             "run.name = \"a\"\nrun.transport = \"channel\"\nrun.plausible.gap_rel = [0.5, 1]\n[[participant]]\nname = \"up\"\n[[participant]]\nname = \"layer\"\n\
              config.wheel = { radius_m = 1, frequency_hz = 300 }\n[[interface]]\nbetween = [\"up.bottom\", \"layer.lid\"]",

@@ -1,4 +1,4 @@
-//! `signals.csv`: one row a window.
+//! `signals.csv`: one row for each window.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -15,11 +15,11 @@ use scheme::window::InterfaceSignals;
 kit::results! {
     /// # Signals
     /// - `t_s`: Time at the end of the window.
-    /// - `repeats`: Times that the window was asked for again.
+    /// - `repeats`: Number of repeats of the window.
     /// - `gap_rel`: Largest distance between the joined surfaces, over the mean spacing of the
     ///   nodes.
-    /// - `interface_fx_n`: Force along x through the interface, as it acts on the continuum.
-    /// - `interface_fy_n`: The force along y on the continuum: negative where it is pressed down.
+    /// - `interface_fx_n`: Force along x through the interface, acting on the continuum.
+    /// - `interface_fy_n`: Force along y on the continuum, negative if it is pressed down.
 }
 
 /// Name of the file.
@@ -34,8 +34,8 @@ pub struct SignalsFile {
 }
 
 impl SignalsFile {
-    /// Starts the file with its header: time, what the coupler sees, then each participant's signals and ledger
-    /// terms. A participant that runs alone needs no prefix, and neither does the only interface.
+    /// Starts the file with its header: time, the coupler's signals, then each participant's signals and ledger terms.
+    /// A participant that runs alone has no prefix, and neither has the only interface.
     pub fn create(
         rundir: &RunDir,
         names: &[&str],
@@ -70,7 +70,7 @@ impl SignalsFile {
         Ok(signals)
     }
 
-    /// Takes over these rows of another run in place of what is there.
+    /// Replaces the content by these rows of another run.
     pub fn carry_over(&mut self, rows: &[u8]) -> Result<()> {
         self.table = Growing::default();
         self.table.add(rows);
@@ -82,7 +82,7 @@ impl SignalsFile {
         copied.map_err(Error::output(&self.name))
     }
 
-    /// Sees that all rows are on the disk; returns what they can be checked by.
+    /// Writes all rows to the disk; returns size, rows and hash for later checks.
     pub fn sync(&mut self) -> Result<Written> {
         let synced = self.file.flush();
         let synced = synced.and_then(|()| self.file.get_ref().sync_data());
@@ -90,7 +90,7 @@ impl SignalsFile {
         Ok(self.table.written())
     }
 
-    /// Adds a row: what the coupler saw of each interface, and what each participant reported.
+    /// Adds a row: the coupler's signals of each interface, and the report of each participant.
     pub fn row(
         &mut self,
         time_s: f64,
@@ -109,7 +109,7 @@ impl SignalsFile {
         self.end_line()
     }
 
-    /// Writes out what is buffered; returns what the file can be checked by.
+    /// Writes the buffer to the file; returns size, rows and hash for later checks.
     pub fn finish(&mut self) -> Result<Written> {
         let flushed = self.file.flush().map_err(Error::output(&self.name));
         flushed.map(|()| self.table.written())

@@ -1,4 +1,4 @@
-//! Numbers on the segments of a line, as tractions are given node by node, and the distance of two of them.
+//! Piecewise constant numbers on the segments of a line, as for tractions of nodes, and the distance of two such lines.
 
 use std::ops::Range;
 
@@ -6,25 +6,26 @@ use protocol::larger;
 
 use super::curve::Distance;
 
-/// Least bins of the reference's line, with fewer of which what differs cancels, and most of the whole line, which memory holds.
+/// Fewest bins on the reference's line, as differences cancel in wider ones, and most bins on the whole line, as memory
+/// is limited.
 pub const BINS: [f64; 2] = [8.0, 1e5];
 
-/// A vector on each segment of a line, a number being one whose second component is 0; 0 beside them.
+/// A vector on each segment of a line, and 0 outside. A number is a vector whose second component is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Steps {
-    /// Ends of the segments, one more than there are vectors, ascending.
+    /// Ends of the segments, ascending: one more than there are vectors.
     edges: Vec<f64>,
     vectors: Vec<[f64; 2]>,
 }
 
 impl Steps {
-    /// Numbers at ascending positions, each on the segment that ends half-way to its neighbours: what a node's share of the surface
-    /// is. The first and the last position are the ends of the line.
+    /// Numbers at ascending positions, each on a segment that ends half-way to its neighbours, like a node's share of
+    /// the surface. The first and the last position are the ends of the line.
     pub fn around(positions: &[f64], numbers: &[f64]) -> Option<Steps> {
         Steps::of_vectors(positions, numbers.iter().map(|number| [*number, 0.0]))
     }
 
-    /// The same of vectors.
+    /// The same for vectors.
     pub fn of_vectors(positions: &[f64], vectors: impl Iterator<Item = [f64; 2]>) -> Option<Steps> {
         let (first, last) = (*positions.first()?, *positions.last()?);
         let middles = positions.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
@@ -60,8 +61,8 @@ impl Steps {
         sum.map(|sum| sum / (high - low))
     }
 
-    /// The distance of means over the segments of the reference, or over bins of this width about its multiples, where one is
-    /// given. Squares are weighted by the lengths.
+    /// The distance between means over the segments of the reference or, if a width is given, over bins centred at its
+    /// multiples. Squares are weighted by the lengths.
     ///
     /// # Errors
     /// The bins are too wide or too narrow, see [`bin_fits`].
@@ -101,21 +102,22 @@ impl Steps {
     }
 }
 
-/// Refuses bins of this width (m) that are too wide for the surface of the reference, or too narrow for that of both (m).
+/// Refuses bins of this width (m) that are too wide for the reference's surface, or too narrow for both surfaces
+/// together (m).
 ///
 /// # Errors
-/// The text says between which widths they must lie.
+/// The text states the allowed widths.
 pub fn bin_fits(width: f64, [reference, whole]: [f64; 2]) -> Result<(), String> {
     let [narrowest, widest] = [whole / BINS[1], reference / BINS[0]];
     if (narrowest..=widest * (1.0 + 1e-9)).contains(&width) {
         return Ok(());
     }
     Err(format!(
-        "bins of {width:e} m do not fit a surface of {reference:.4e} m: in wide ones differences cancel, narrow ones fill the memory; take {narrowest:.1e} to {widest:.1e} m, a few grains or elements"
+        "bins of {width:e} m do not fit a surface of {reference:.4e} m: differences cancel in wide bins, and narrow bins fill the memory; take {narrowest:.1e} to {widest:.1e} m, a few grains or elements"
     ))
 }
 
-/// Number of the bin that holds a position: bin k lies about k widths.
+/// Number of the bin that contains a position: bin k is centred at k widths.
 fn index(position: f64, width: f64) -> i64 {
     (position / width).round() as i64
 }
@@ -135,29 +137,29 @@ mod tests {
 
     /// Segments [0, 0.5], [0.5, 1.5], [1.5, 2].
     #[test]
-    fn means_take_what_they_cover() {
+    fn means_weight_segments_by_the_covered_length() {
         let steps = steps(&[0.0, 1.0, 2.0], &[4.0, 2.0, 8.0]);
         assert_eq!(steps.mean([0.25, 1.0])[0], (0.25 * 4.0 + 0.5 * 2.0) / 0.75);
         assert_eq!(steps.mean([-1.0, 3.0])[0], (2.0 + 2.0 + 4.0) / 4.0);
         assert_eq!(steps.mean([2.5, 3.0]), [0.0; 2]);
     }
 
-    /// The same force on lines of 3 and of 5 nodes: 1 everywhere, but for 3 on the middle half of the second.
+    /// Lines of 3 and of 5 nodes: 1 everywhere, except 3 on the middle segment of the second.
     #[test]
-    fn meshes_that_differ_are_compared_by_means() {
+    fn different_meshes_are_compared_by_means() {
         let coarse = steps(&[0.0, 1.0, 2.0], &[1.0, 1.0, 1.0]);
         let fine = steps(&[0.0, 0.5, 1.0, 1.5, 2.0], &[1.0, 1.0, 3.0, 1.0, 1.0]);
         let of_segments = fine.distance(&coarse, None).expect("they are compared");
-        // Means of the segments of the coarse one: 1, 2, 1.
+        // Means over the segments of the coarse line: 1, 2, 1.
         assert_eq!(of_segments.max_rel, Some(1.0));
         assert_eq!(of_segments.l2_rel, Some((1.0f64 / 2.0).sqrt()));
         let same = fine.distance(&fine, Some(0.2)).expect("ten bins will do");
         assert_eq!([same.rms, same.max], [0.0; 2]);
     }
 
-    /// Nine bins of width 0.5 about -2, -1.5, .., 2 on [-2, 2]: those at the ends hold half of what they would.
+    /// Nine bins of width 0.5 centred at -2, -1.5, .., 2 on [-2, 2]: half of each end bin is outside.
     #[test]
-    fn bins_lie_about_multiples_of_their_width() {
+    fn bins_are_centred_at_multiples_of_their_width() {
         let ends = [-2.0, 2.0];
         let (own, reference) = (steps(&ends, &[3.0, 3.0]), steps(&ends, &[1.0, 1.0]));
         let found = own.distance(&reference, Some(0.5)).expect("nine bins");
@@ -167,7 +169,7 @@ mod tests {
 
     /// (3, 4) and (3, 5) against (0, 4): distances of 3 and sqrt(10) from vectors of the length 4.
     #[test]
-    fn a_vector_is_as_far_as_both_of_its_components() {
+    fn the_distance_of_vectors_takes_both_components() {
         let of = |vectors: [[f64; 2]; 2]| Steps::of_vectors(&[0.0, 1.0], vectors.into_iter());
         let own = of([[3.0, 4.0], [3.0, 5.0]]).expect("two nodes");
         let found = own.distance(&of([[0.0, 4.0]; 2]).expect("two nodes"), None);
@@ -176,10 +178,10 @@ mod tests {
         assert_eq!(found.max_rel, Some(10.0f64.sqrt() / 4.0));
     }
 
-    /// Numbers that only change places have the same mean over a wide bin: what differs by their size would differ by nothing. A bin of
-    /// 1 pm asks for 4e12 of them.
+    /// Numbers that only change places have the same mean over a wide bin: their difference would vanish. Bins of 1 pm
+    /// would be 4e12 bins.
     #[test]
-    fn bins_that_hide_what_differs_are_refused() {
+    fn bins_that_hide_differences_are_refused() {
         let ends = [-2.0, 2.0];
         let (own, reference) = (steps(&ends, &[3.0, 1.0]), steps(&ends, &[1.0, 3.0]));
         let of = |width| own.distance(&reference, Some(width));

@@ -1,18 +1,18 @@
-//! Tables of numbers: the comma-separated files that a run leaves.
+//! Tables of numbers: the comma-separated files of a run.
 
 use std::path::Path;
 
 use scenario::error::{Error, Refusal};
 
-/// Columns of numbers, in the order of the file. A column with a word in any row is none of them.
+/// Columns of numbers, in the order of the file. Columns with a word in any row are left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Name and numbers of each, all of one length.
+    /// Name and numbers of each column, all of one length.
     pub columns: Vec<(String, Vec<f64>)>,
 }
 
 impl Table {
-    /// Reads a file; `None` where there is none.
+    /// Reads a file; `None` if it does not exist.
     ///
     /// # Errors
     /// The file cannot be read, or a row has more or fewer cells than there are names.
@@ -25,7 +25,8 @@ impl Table {
         Ok(Some(table))
     }
 
-    /// Reads the rows of a file that are whole; none where it cannot be read. A run that was killed may have left a part of its last row.
+    /// Reads the complete rows of a file; empty if it cannot be read. A killed run may have left a part of its last
+    /// row.
     pub fn read_whole_rows(path: &Path) -> Table {
         let text = std::fs::read_to_string(path).unwrap_or_default();
         let names = text.lines().next().unwrap_or_default().split(',').count();
@@ -33,7 +34,7 @@ impl Table {
         Table::parse(&Vec::from_iter(whole).join("\n")).unwrap_or_default()
     }
 
-    /// The columns of a text; the error says what is wrong with it.
+    /// The columns of a text; the error says what is wrong.
     pub fn parse(text: &str) -> Result<Table, String> {
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
@@ -43,7 +44,7 @@ impl Table {
             if cells.len() != names.len() {
                 let (line, cells, columns) = (row + 2, cells.len(), names.len());
                 return Err(format!(
-                    "line {line} has {cells} cells, and the first line names {columns} columns"
+                    "line {line} has {cells} cells, but the first line names {columns} columns"
                 ));
             }
             for (column, cell) in columns.iter_mut().zip(cells) {
@@ -66,7 +67,7 @@ impl Table {
         self.columns.push((name.into(), numbers));
     }
 
-    /// The columns whose names are chosen, in the order of their names.
+    /// The chosen columns, in the order of their names.
     pub fn chosen(&self, is_chosen: impl Fn(&str) -> bool) -> Vec<(&str, &[f64])> {
         let all = self.columns.iter();
         let all = all.map(|(name, numbers)| (name.as_str(), &numbers[..]));
@@ -82,8 +83,8 @@ impl Table {
         found.map(|(_, numbers)| numbers.as_slice())
     }
 
-    /// The name that a column of another run has in this one: the same, or where only one participant of each run has it, the same behind
-    /// the participant's name, which a run of one solver leaves out.
+    /// The name in this table of a column of another run. It is the same name or, if only one participant of each run
+    /// has it, the name with another prefix: a run of one solver leaves out the participant's name.
     pub fn name_of(&self, name: &str, other: &Table) -> Option<&str> {
         if let Some((own, _)) = self.columns.iter().find(|(own, _)| own == name) {
             return Some(own);
@@ -98,7 +99,7 @@ impl Table {
         Some(&self.columns[only(self)?].0)
     }
 
-    /// Gives a column another name; false where there is none of the old one.
+    /// Renames a column; false if there is no column of the old name.
     pub fn rename(&mut self, old: &str, new: &str) -> bool {
         let mut columns = self.columns.iter_mut();
         let found = columns.find(|(name, _)| name == old);
@@ -116,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_column_is_known_by_another_participants_name_where_only_one_has_it() {
+    fn a_column_of_one_participant_is_found_under_another_prefix() {
         let table = |names: &str| Table::parse(names).expect("a table");
         let coupled = table("t_s,rail.kinetic_j,grains.kinetic_j,grains.wheel_y_m");
         let alone = table("t_s,kinetic_j,wheel_y_m,a.b_m,c.b_m");
@@ -127,14 +128,14 @@ mod tests {
             Some("grains.wheel_y_m")
         );
         assert_eq!(name("t_s"), Some("t_s"));
-        // Two have it here, or there.
+        // Two participants have it, here or there.
         assert_eq!(name("rail.kinetic_j"), None);
         assert_eq!(coupled.name_of("kinetic_j", &alone), None);
         assert_eq!(alone.name_of("d.b_m", &table("d.b_m")), None);
     }
 
     #[test]
-    fn a_column_takes_another_name_where_it_is() {
+    fn a_column_is_renamed() {
         let mut table = Table::parse("t_s,y_m\n0,1").expect("a table");
         assert!(table.rename("y_m", "a.y_m") && !table.rename("y_m", "z"));
         assert_eq!(table.get("a.y_m"), Some(&[1.0][..]));
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_run_left_of_its_last_row_is_not_read() {
+    fn an_incomplete_last_row_of_a_killed_run_is_not_read() {
         let scratch = Scratch::new("table", 1);
         std::fs::create_dir_all(scratch.path()).expect("a folder");
         let path = scratch.path().join("signals.csv");

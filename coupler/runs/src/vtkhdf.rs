@@ -1,4 +1,4 @@
-//! The fields of a part as VTKHDF 2.2, as `vtkHDFReader` reads it: its files of VTK XML gathered in one.
+//! The fields of a part as VTKHDF 2.2 for `vtkHDFReader`: its VTK XML files gathered in one file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use hdf5_pure::{self as hdf5, AttrValue, File};
 use crate::fields::{StoredArray, stored};
 use scenario::error::{Error, Refusal, Result};
 
-/// Sections of cells in VTK XML, and the groups of VTKHDF that they become.
+/// Sections of cells in VTK XML, and their groups in VTKHDF.
 type Groups = &'static [(&'static str, &'static str)];
 const GRID: Groups = &[("Cells", "")];
 const POLYGONS: Groups = &[
@@ -19,16 +19,16 @@ const POLYGONS: Groups = &[
     ("Strips", "Strips/"),
 ];
 
-/// Parts of the names of the datasets of offsets that count meshes, points, cells and corners of cells.
+/// Parts of the names of the offset datasets, which count meshes, points, cells and corners of cells.
 const STARTS: [&str; 4] = ["Part", "Point", "Cell", "ConnectivityId"];
 /// Arrays of cells.
 const CELLS: [&str; 3] = ["connectivity", "offsets", "types"];
 
-/// Gathers the files of a part, of which there is one at least, each with its time (s). Points and cells are stored once for moments
-/// that follow each other and have the same. All of the part is in memory meanwhile.
+/// Gathers the files of a part (at least one), each with its time (s). Successive moments with the same points and
+/// cells share them. The whole part is in memory during the call.
 ///
 /// # Errors
-/// A file cannot be read or written, or holds what VTKHDF has no place for.
+/// A file cannot be read or written, or holds data that VTKHDF cannot store.
 pub fn write(path: &Path, moments: &[(f64, PathBuf)]) -> Result<()> {
     let is_grid = moments[0].1.extension().is_some_and(|end| end == "vtu");
     let groups = if is_grid { GRID } else { POLYGONS };
@@ -40,7 +40,8 @@ pub fn write(path: &Path, moments: &[(f64, PathBuf)]) -> Result<()> {
         let of = |a: &StoredArray| format!("{} {} {} {}", a.section, a.name, a.kind, a.components);
         let own: Vec<String> = data.iter().map(of).collect();
         if !is_whole(groups, &new) || !mesh.is_empty() && own != outline {
-            let problem = "has other arrays than the moments before, or no place in VTKHDF";
+            let problem =
+                "has other arrays than the moments before, or data that VTKHDF cannot store";
             return Err(Refusal::file(file, problem).into());
         }
         if new != mesh {
@@ -60,7 +61,7 @@ pub fn write(path: &Path, moments: &[(f64, PathBuf)]) -> Result<()> {
             datasets.append(&name, &array.kind, array.components, &array.numbers);
         }
     }
-    // Under another name until it is whole.
+    // Under another name until it is complete.
     let part = path.with_extension("vtkhdf.part");
     let written = datasets.write(&part, is_grid, moments.len() as i64);
     let written = written.map_err(io::Error::other);
@@ -71,7 +72,7 @@ pub fn write(path: &Path, moments: &[(f64, PathBuf)]) -> Result<()> {
     written.map_err(Error::output(path.display()))
 }
 
-/// True for points and cells in one piece, without anything else.
+/// True for one set of points and cells, without anything else.
 fn is_whole(groups: Groups, mesh: &[StoredArray]) -> bool {
     let known = groups.iter().flat_map(|g| CELLS.map(|name| (g.0, name)));
     let has = |known: &(&str, &str)| mesh.iter().any(|a| (&*a.section, &*a.name) == *known);
@@ -113,7 +114,7 @@ impl Datasets {
                 let array = mesh.iter().find(is_it);
                 array.map_or(Vec::new(), |array| array.numbers.clone())
             });
-            // Of each mesh there is an offset more than cells.
+            // Each mesh has one more offset than cells.
             starts[2].push(self.rows(&format!("{group}Offsets")) - meshes);
             starts[3].push(self.rows(&format!("{group}Connectivity")));
             for (name, numbers) in [
@@ -172,7 +173,7 @@ mod tests {
     use kit::scratch::Scratch;
     use kit::vtk::{DatasetKind, VtkFile};
 
-    /// Points at these places, the first ones cells, with a number each.
+    /// Points at these positions; the first ones are cells with one number each.
     fn grains(path: &Path, x_m: &[f64], cells: usize, array: &str) -> PathBuf {
         let sizes = [("NumberOfPoints", x_m.len()), ("NumberOfVerts", cells)];
         let mut file = VtkFile::new("PolyData", &sizes);
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_that_stays_is_stored_once_and_each_moment_tells_where_its_rows_begin() {
+    fn an_unchanged_mesh_is_stored_once_and_each_moment_has_the_start_of_its_rows() {
         let scratch = folder("vtkhdf");
         let file = |name: &str, x_m: &[f64], cells| {
             grains(&scratch.path().join(name), x_m, cells, "status")
@@ -244,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_with_another_array_is_named_and_nothing_is_left() {
+    fn a_moment_with_another_array_is_refused_and_leaves_no_file() {
         let scratch = folder("vtkhdf-other");
         let [one, other] = ["status", "glued"].map(|array| {
             let path = scratch.path().join(format!("a-{array}.vtp"));
@@ -254,7 +255,7 @@ mod tests {
         let error = write(&path, &[one.clone(), other]).expect_err("`glued` is new");
         assert!(error.to_string().contains("a-glued.vtp"), "{error}");
         let left = fs::read_dir(scratch.path()).expect("it is there").count();
-        assert_eq!(left, 2, "the files that were to be gathered");
+        assert_eq!(left, 2, "the input files");
         let nowhere = scratch.path().join("none/a.vtkhdf");
         let error = write(&nowhere, &[one]).expect_err("there is no such folder");
         assert!(matches!(error, Error::Output { .. }), "{error}");

@@ -5,32 +5,32 @@ use protocol::Finding;
 use serde::Serialize;
 
 kit::findings! {
-    /// A participant advises something, without a number.
+    /// Advice from a participant, without a number.
     ///
-    /// - Why: keys without effect, steps near their bounds, results that were left out.
-    /// - Do: as its text says.
+    /// - Why: keys without effect, steps near their bounds, or results that were left out.
+    /// - Do: follow its text.
     ADVICE = "advice";
     /// The run took longer than its budget.
     ///
-    /// - Why: the first second foretold less, or the machine was busy.
+    /// - Why: the prediction from the first second was too low, or the machine was busy.
     /// - Do: ask for less time, or run it on an idle machine.
     BUDGET = "budget";
 }
 
-/// A line of `warnings` in summary.json.
+/// An entry of `warnings` in summary.json.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
-    /// Word for scripts: that of a check, `advice` for a text that has no number, `unused_key`.
+    /// Word for scripts: the code of a check, `advice` for a text without a number, or `unused_key`.
     pub code: String,
-    /// Participant, interface or key that it is about, as the scenario names it.
+    /// The participant, interface or key that it is about, as named in the scenario.
     #[serde(rename = "where")]
     pub about: String,
-    /// The fault in words, and what to do about it.
+    /// The problem in words, and the remedy.
     pub text: String,
-    /// The value, where the check has one.
+    /// The value, if the check has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// The bound that it passed.
+    /// The bound that the value exceeds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
     /// True beyond the second bound.
@@ -51,9 +51,9 @@ impl Warning {
         }
     }
 
-    /// A run that took longer (s) than the time by which its setting was chosen.
+    /// A run that took longer (s) than its time budget.
     pub fn over_budget(wall_s: f64, limit_s: f64) -> Warning {
-        let text = "the run took longer than its budget: the first second foretold less, or the machine was busy with something else";
+        let text = "the run took longer than its budget: the prediction from the first second was too low, or the machine was busy with something else";
         Warning {
             value: Some(wall_s),
             bound: Some(limit_s),
@@ -73,7 +73,7 @@ impl Warning {
         }
     }
 
-    /// One line for a person.
+    /// The warning as one line.
     pub fn line(&self) -> String {
         let numbers = self.value.zip(self.bound);
         let numbers = numbers.map_or_else(String::new, |(value, bound)| {

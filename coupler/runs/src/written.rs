@@ -1,4 +1,4 @@
-//! Size, rows and hash of each table (CSV), by which its reader checks it: `tables` of summary.json, and of each checkpoint.
+//! Size, rows and hash of each table (CSV), for checks by a reader: `tables` of summary.json and of each checkpoint.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use scenario::content::contents;
 use serde::{Deserialize, Serialize};
 
-/// A table as it was written.
+/// A table as the run wrote it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Written {
     /// Its size.
@@ -18,7 +18,7 @@ pub struct Written {
     pub blake3: String,
 }
 
-/// The same of a table that still grows.
+/// The same for a table that is still growing.
 #[derive(Clone, Debug, Default)]
 pub struct Growing {
     lines: u64,
@@ -26,7 +26,7 @@ pub struct Growing {
 }
 
 impl Growing {
-    /// Adds what was appended.
+    /// Adds the appended text.
     pub fn add(&mut self, text: &[u8]) {
         self.lines += text.iter().filter(|byte| **byte == b'\n').count() as u64;
         self.hasher.update(text);
@@ -43,7 +43,7 @@ impl Growing {
 }
 
 impl Written {
-    /// A whole table.
+    /// A complete table.
     pub fn of(text: &[u8]) -> Written {
         let mut table = Growing::default();
         table.add(text);
@@ -51,7 +51,7 @@ impl Written {
     }
 }
 
-/// Adds the tables of a run directory that are not known yet, by their paths in it. One that cannot be read is left out.
+/// Adds the unknown tables of a run directory, by their paths in it. Unreadable tables are left out.
 pub fn add_tables(run: &Path, known: &mut BTreeMap<String, Written>) {
     let fields = names(run.join("fields")).map(|name| format!("fields/{name}"));
     for name in names(run.into()).chain(fields) {

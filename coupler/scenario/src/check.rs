@@ -1,4 +1,4 @@
-//! Checks of a scenario that need no solver: names, and who is joined to whom.
+//! Checks of a scenario that need no solver: names and joints.
 
 use kit::ConfigError;
 use kit::keys::{config_error, proposal, refuse_if};
@@ -8,7 +8,7 @@ use scheme::keys::connected;
 use crate::keys::{Participant, Scenario, TransportKind};
 use scheme::keys::{CompliancePrior, Dirichlet, Interface, SchemeWord};
 
-/// Stops at the first that fails.
+/// Stops at the first failure.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     let run = &scenario.run;
     plain_name("run.name", &run.name)?;
@@ -16,16 +16,16 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     refuse_if(
         run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange,
         "run.checkpoint_every_windows",
-        "a resumed run goes on with the log of the first, and run.output.exchange is false",
-        "let run.output.exchange be true, or write no checkpoints",
+        "a resumed run continues the log of the first run, but run.output.exchange is false",
+        "set run.output.exchange = true, or write no checkpoints",
     )?;
     check_participants(&scenario.participant)?;
     check_launches(scenario)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),
         (count, []) => {
-            let problem = format!("{count} participants and nothing that joins them");
-            let help = "add [[interface]], or keep one participant, which then runs alone";
+            let problem = format!("{count} participants, and no interface joins them");
+            let help = "add [[interface]], or keep one participant, which runs alone";
             refuse("interface", Cause::MissingKey, problem, Some(help))
         }
         (_, interfaces) => check_interfaces(scenario, interfaces),
@@ -56,7 +56,7 @@ fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(),
     Ok(())
 }
 
-/// A name belongs to one interface, and so do two sets together. One set may carry several layers, see `scheme::join`.
+/// A name belongs to one interface, and a pair of sets too. One set may carry several layers, see `scheme::join`.
 fn check_two_interfaces(
     before: &Interface,
     interface: &Interface,
@@ -77,12 +77,12 @@ fn check_two_interfaces(
         &before.name,
         &interface.between,
     );
-    let problem = format!("`{a}` and `{b}` are joined by the interface `{name}` already");
+    let problem = format!("`{a}` and `{b}` are already joined by the interface `{name}`");
     let help = "name another set of one of them, or remove the interface";
     refuse(&key, Cause::SetCoupledTwice, problem, Some(help))
 }
 
-/// Connected interfaces are solved together, so that they have one value of each key that says how.
+/// Connected interfaces are solved together, so they need the same value of each key of the solution.
 fn check_one_solution(
     first: &Interface,
     interface: &Interface,
@@ -103,7 +103,7 @@ fn check_one_solution(
     ];
     agree.iter().find(|(_, same)| !same).map_or(Ok(()), |(key, _)| {
         let problem = format!(
-            "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
+            "differs from the value of the interface `{}`, which is connected through participants and solved together with `{}`",
             first.name, interface.name
         );
         let (key, help) = (format!("interface[{index}].{key}"), "give both the same value");
@@ -125,21 +125,21 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// Launchers have something to launch on another host.
+/// Refuses a launcher for a participant whose transport does not reach other hosts.
 fn check_launches(scenario: &Scenario) -> Result<(), ConfigError> {
     for (index, participant) in scenario.participant.iter().enumerate() {
         let key = format!("participant[{index}].launch");
         refuse_if(
             participant.launch.is_some() && scenario.transport(participant) != TransportKind::Zenoh,
             &key,
-            "starts the participant elsewhere, where shared memory does not reach",
+            "starts the participant on another host, which shared memory does not reach",
             "set its transport = \"zenoh\"",
         )?;
     }
     Ok(())
 }
 
-/// Refuses a name that an earlier participant or a part of the program itself has.
+/// Refuses the name of an earlier participant or of a part of the program.
 fn refuse_taken(key: &str, name: &str, before: &[Participant]) -> Result<(), ConfigError> {
     let by = if before.iter().any(|other| other.name == name) {
         "another participant"
@@ -167,20 +167,20 @@ fn check_interface(
     refuse_if(
         given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass),
         &key("compliance"),
-        "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
+        "scheme = \"velocity\" uses the continuum's own impedance, not masses",
         "remove the key, or take scheme = \"dual-schur-secant\"",
     )?;
     refuse_if(
         given.dirichlet == Some(Dirichlet::ForceDriven)
             && interface.scheme().dirichlet() != Dirichlet::ForceDriven,
         &key("dirichlet"),
-        "the scheme gives both sides force and motion at once, so that neither follows the other",
+        "the scheme solves force and motion of both sides at once, so neither side follows the other",
         "remove the key, or take scheme = \"fixed-point-serial\"",
     )?;
     check_between(scenario, interface, &key("between"))
 }
 
-/// Both sides are sets of participants, and not of the same one.
+/// Both sides are sets of participants, and of different ones.
 fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Result<(), ConfigError> {
     let participants = scenario.participant.iter();
     let names: Vec<&str> = participants.map(|p| p.name.as_str()).collect();
@@ -199,7 +199,7 @@ fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Resul
     let [one, other] = interface.participants();
     if one == other {
         let problem = "joins a participant with itself";
-        let help = "name a set of another participant in the second place";
+        let help = "let the second entry name a set of another participant";
         return refuse(key, Cause::InvalidValue, problem, Some(help));
     }
     Ok(())
@@ -212,7 +212,7 @@ fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
         return Ok(());
     }
     let problem = format!(
-        "`{}` must be 1 to 64 letters, digits, `-` or `_`, the first no `-`: it becomes a file name",
+        "`{}` must be 1 to 64 letters, digits, `-` or `_`, not beginning with `-`: it becomes a file name",
         name.escape_debug()
     );
     refuse(key, Cause::InvalidValue, problem, None)

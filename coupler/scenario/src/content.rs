@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// The bytes of a file; none of one that cannot be read, nor of a pipe or a device, which may have no end.
+/// The bytes of a file; `None` if it cannot be read, or is a pipe or a device, which may have no end.
 pub fn contents(path: &Path) -> Option<Vec<u8>> {
     path.is_file().then(|| fs::read(path).ok()).flatten()
 }
@@ -14,7 +14,7 @@ pub fn content_hash(path: &Path) -> Option<String> {
     contents(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string())
 }
 
-/// The first of these files, absolute or in a folder, with another [`content_hash`] than the one beside its name.
+/// The first of these files, absolute or in a folder, whose [`content_hash`] differs from its entry.
 pub fn changed<'a>(files: &'a BTreeMap<String, String>, folder: &Path) -> Option<&'a str> {
     let mut files = files.iter();
     let other = |(name, hash): &(&String, &String)| {
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use kit::scratch::Scratch;
 
-    /// A device has no end, and a file that is gone has changed.
+    /// A device has no end, and a missing file counts as changed.
     #[test]
     fn files_that_changed_are_found_and_devices_are_not_read() {
         assert_eq!(contents(Path::new("/dev/zero")), None);

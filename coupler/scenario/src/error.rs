@@ -1,4 +1,4 @@
-//! Everything that can end a run or a verb, with its exit code.
+//! Errors that end a run or a verb, with their exit codes.
 
 use std::fmt::Display;
 use std::io;
@@ -19,7 +19,7 @@ pub use code::{Code, DAMAGED};
 pub use explain::{Explanation, explanation, explanations};
 pub use refusal::Refusal;
 
-/// A problem of the scenario: what, where in the file, and what to do.
+/// A problem in the scenario: what it is, where it is in the file, and what to do.
 #[derive(Debug, Error)]
 #[error("{key}: {problem}")]
 pub struct ScenarioError {
@@ -27,13 +27,13 @@ pub struct ScenarioError {
     pub code: Code,
     /// Full dotted path of the key.
     pub key: String,
-    /// The problem with its value.
+    /// The problem, with the value.
     pub problem: String,
-    /// A proposal.
+    /// A proposed remedy.
     pub help: Option<String>,
     /// The file, for the excerpt.
     pub source_file: Option<NamedSource<String>>,
-    /// Place in the file.
+    /// Position in the file.
     pub span: Option<SourceSpan>,
 }
 
@@ -52,7 +52,7 @@ impl ScenarioError {
     }
 }
 
-/// Everything that can end a run early.
+/// Errors that end a run early.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum Error {
@@ -64,7 +64,7 @@ pub enum Error {
     NotConverged(String),
     #[error("{0}")]
     Diverged(String),
-    /// A participant answered something that is not a number and can be asked again.
+    /// A participant answered NaN or infinity, and can be asked again.
     #[error("{0}")]
     NotFinite(String),
     /// Contradiction between the answers of a participant and its ledger.
@@ -92,7 +92,7 @@ pub enum Error {
         phase: String,
         why: String,
     },
-    /// A participant told that it cannot go on.
+    /// A participant reported that it cannot continue.
     #[error("participant `{peer}` {phase}: {message}")]
     Fault {
         peer: String,
@@ -112,10 +112,10 @@ pub enum Error {
     Interrupted { signal: i32 },
 }
 
-/// Result of what a run may fail at.
+/// Result of an operation that a run may fail at.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A window or interface that a scheme cannot go on with.
+/// A window or interface with which a scheme cannot continue.
 impl From<SchemeError> for Error {
     fn from(error: SchemeError) -> Error {
         match error {
@@ -129,7 +129,7 @@ impl From<SchemeError> for Error {
     }
 }
 
-/// What a scheme needs to know of an error of a participant: an answer that is no number may be asked for again.
+/// A scheme only needs to know whether it may ask again, as after NaN or infinity.
 impl From<Error> for SchemeError {
     fn from(error: Error) -> SchemeError {
         match error {
@@ -159,7 +159,7 @@ impl From<KeptError> for Error {
             KeptError::NoCache { scene } => Refusal::argument(
                 format!("the built-in scene `{scene}`"),
                 format!(
-                    "reads files beside it, which are put into a cache, and there is none: give --cache DIR, or copy the scene with `thirdbody new {scene}`"
+                    "reads files of its own, for which it needs a cache folder: give --cache DIR, or copy the scene with `thirdbody new {scene}`"
                 ),
             )
             .into(),
@@ -168,11 +168,11 @@ impl From<KeptError> for Error {
     }
 }
 
-/// Exit code of a check that failed, and of a run whose results are not to be trusted.
+/// Exit code of a failed check, and of a run whose results are suspect.
 pub const CHECK_FAILED: i32 = 8;
 
 impl Error {
-    /// Error of something that cannot be read or started, in front of what the system says.
+    /// An error for something that cannot be read or started, in front of the system's error.
     pub fn input(what: impl Display) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Input {
             what: what.to_string(),
@@ -180,7 +180,7 @@ impl Error {
         }
     }
 
-    /// Error of something that cannot be written, in front of what the system says.
+    /// An error for something that cannot be written, in front of the system's error.
     pub fn output(what: impl Display) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Output {
             what: what.to_string(),
@@ -208,7 +208,7 @@ impl Error {
         }
     }
 
-    /// The line that a person reads, with the code in front.
+    /// The message with its code in front.
     pub fn line(&self) -> String {
         format!("error[{}]: {self}", self.code().word())
     }
@@ -216,7 +216,7 @@ impl Error {
     /// The exit code of the contract.
     pub fn exit_code(&self) -> i32 {
         match self {
-            // Of the own process of a participant, whose fault the coordinator has heard by then.
+            // In a participant's own process; the coordinator has received its fault by then.
             Error::Refused(refusal) if refusal.code() != Code::TableDamaged => 2,
             Error::Interrupted { signal } => self.code().exit_code() + signal,
             _ => self.code().exit_code(),

@@ -8,11 +8,11 @@ use crate::content::{changed, content_hash};
 use crate::error::{Refusal, Result};
 use crate::load::{Loaded, of_manifest};
 
-/// Key of the manifest that keeps what the files of a run held.
+/// Key of the manifest for the hashes of the files that a run read.
 pub const INPUTS_KEY: &str = "inputs";
 
 impl Loaded {
-    /// The files that the keys and the commands of participants name, with blake3 of what they hold.
+    /// The files that keys and commands of participants name, with the blake3 of their contents.
     pub fn inputs(&self) -> BTreeMap<String, String> {
         let participants = self.scenario.participant.iter();
         let words = participants.flat_map(|participant| participant.command.iter().flatten());
@@ -24,17 +24,17 @@ impl Loaded {
     }
 }
 
-/// Refuses to go on with a run whose files hold something else than when it read them.
+/// Refuses to continue a run whose input files have changed since it read them.
 pub fn refuse_changed_inputs(run: &Path) -> Result<()> {
     let manifest = run.join("manifest.json");
-    let told = fs::read_to_string(&manifest).unwrap_or_default();
-    let told: Option<BTreeMap<String, String>> = of_manifest(&told, INPUTS_KEY);
-    let told = told.ok_or_else(|| {
+    let text = fs::read_to_string(&manifest).unwrap_or_default();
+    let hashes: Option<BTreeMap<String, String>> = of_manifest(&text, INPUTS_KEY);
+    let hashes = hashes.ok_or_else(|| {
         let path = manifest.display();
-        Refusal::checkpoint(format!("{path} does not tell what the files that the run read held (`{INPUTS_KEY}`): put it back, or run the scenario from its start"))
+        Refusal::checkpoint(format!("{path} lacks the hashes of the files that the run read (`{INPUTS_KEY}`): restore it, or run the scenario from its start"))
     })?;
-    changed(&told, Path::new("")).map_or(Ok(()), |path| {
-        let hash = &told[path];
-        Err(Refusal::checkpoint(format!("{path} is not what the run read, of blake3 {hash}: put that file back, or run the scenario from its start")).into())
+    changed(&hashes, Path::new("")).map_or(Ok(()), |path| {
+        let hash = &hashes[path];
+        Err(Refusal::checkpoint(format!("{path} has changed since the run read it (blake3 {hash}): put that file back, or run the scenario from its start")).into())
     })
 }

@@ -1,4 +1,4 @@
-//! The keys of a scenario: who takes part, who talks to whom, and how.
+//! The keys of a scenario: the participants, the interfaces between them, and the run.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use scheme::keys::Interface;
 
 use crate::plausible::Plausible;
 
-/// Longest deadline (s): a year.
+/// Longest deadline (s): one year.
 const LONGEST_WAIT: f64 = 3.2e7;
 
-/// A whole scenario, as resolved from the file and `--set`.
+/// A whole scenario, resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -23,18 +23,18 @@ pub struct Scenario {
     pub run: RunKeys,
     /// The solvers.
     pub participant: Vec<Participant>,
-    /// Joints between them; without any, the one participant runs alone.
+    /// Interfaces that join them; a single participant without an interface runs alone.
     #[serde(default)]
     pub interface: Vec<Interface>,
 }
 
 impl Scenario {
-    /// The way in which the frames of a participant travel.
+    /// The transport of a participant's frames.
     pub fn transport(&self, participant: &Participant) -> TransportKind {
         participant.transport.unwrap_or(self.run.transport)
     }
 
-    /// Lets participants on other hosts run on this one: what a run comes to does not depend on it.
+    /// Moves participants from other hosts to this one; the results of a run do not depend on the host.
     pub fn bring_here(&mut self) {
         let elsewhere = TransportKind::Zenoh;
         if self.run.transport == elsewhere {
@@ -46,7 +46,7 @@ impl Scenario {
         }
     }
 
-    /// Label that the exchange with one participant is recorded under.
+    /// Label for recording the exchange with one participant.
     pub fn label(&self, participant: &str) -> Label {
         let joins = |interface: &Interface| interface.participants().contains(&participant);
         let own = self.interface.iter().filter(|interface| joins(interface));
@@ -59,8 +59,8 @@ impl Scenario {
     }
 }
 
-/// Label that the exchange with a participant is recorded under. A participant on several interfaces exchanges all of them in
-/// one frame: the frame carries the index of the first, and the names of all.
+/// Label for recording the exchange with a participant. A participant on several interfaces exchanges all of them in
+/// one frame, which carries the index of the first and the names of all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// Index of the participant's first interface.
@@ -75,7 +75,8 @@ pub struct Label {
 pub struct RunKeys {
     /// Name of the run, a plain file name.
     pub name: String,
-    /// Shipped scene that this one is a copy of: in which keys it differs is told with each run.
+    /// Shipped scene that this scenario is a copy of; manifest and report of each run list the keys in which they
+    /// differ.
     pub derived_from: Option<String>,
     /// Seed of everything random.
     #[serde(default)]
@@ -83,95 +84,100 @@ pub struct RunKeys {
     /// Out-of-plane thickness (m), positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
-    /// Way in which frames travel.
+    /// Transport between the coordinator and its participants.
     #[serde(default)]
     pub transport: TransportKind,
-    /// End of the run (s); by default the longest load history of a participant.
+    /// End of the run (s); when absent, the end of the longest load history of a participant.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
-    /// Files that are written, and their cadence.
+    /// Output files and their cadence.
     #[serde(default)]
     pub output: Output,
-    /// Windows between two checkpoints, 0 for none; by default 1000, and five minutes at most, where all participants can be resumed.
+    /// Windows between two checkpoints, 0 for none. When absent, a run whose participants can all be resumed writes one
+    /// every 1000 windows, and at least every five minutes.
     pub checkpoint_every_windows: Option<u64>,
-    /// Checkpoints that are kept, at least 1; the oldest goes.
+    /// Number of checkpoints that are kept, at least 1; older ones are removed.
     #[serde(default = "default_checkpoints")]
     #[schemars(range(min = 1))]
     pub checkpoints_kept: u64,
-    /// Longest waits.
+    /// Longest waiting times.
     #[serde(default)]
     pub deadlines: Deadlines,
-    /// Endpoints by which participants on other hosts reach the coordinator.
+    /// Endpoints for participants on other hosts.
     #[serde(default)]
     pub remote: RemoteKeys,
-    /// Bounds of the checks of plausibility.
+    /// Bounds of the plausibility checks.
     #[serde(default)]
     pub plausible: Plausible,
 }
 
-/// One more than the latest: a disk may lose that.
+/// One more than the latest, which a disk may lose.
 fn default_checkpoints() -> u64 {
     2
 }
 
-/// Ways in which frames travel between the coordinator and its participants.
+/// Transport of frames between the coordinator and its participants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportKind {
-    /// One process a participant, iceoryx2 shared memory.
+    /// One process for each participant, over iceoryx2 shared memory.
     #[default]
     Shm,
-    /// One thread a participant, inside the coordinator's process.
+    /// One thread for each participant, inside the coordinator's process.
     Channel,
-    /// One process a participant, here or on another host, over zenoh: for a program that is built with the feature `zenoh`.
+    /// One process for each participant, here or on another host, over zenoh; needs a program built with the feature
+    /// `zenoh`.
     Zenoh,
 }
 
-/// Endpoints by which participants on other hosts reach the coordinator.
+/// Endpoints for participants on other hosts.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RemoteKeys {
-    /// Endpoint that the coordinator listens at, protocol/host:port with the protocol quic or, on loopback, tcp, and port 0 for any. By
-    /// default quic at the name of this host inside a job of Slurm, and on loopback elsewhere.
+    /// Endpoint at which the coordinator listens, as protocol/host:port. The protocol is quic or, on loopback, tcp;
+    /// port 0 takes any free port. When absent, it is quic at the name of this host inside a Slurm job, and quic on
+    /// loopback elsewhere.
     pub listen: Option<String>,
-    /// The endpoint by which participants reach it, where that is another one.
+    /// Endpoint at which participants reach the coordinator, if it differs from `listen`.
     pub connect: Option<String>,
 }
 
-/// Files that are written, and their cadence.
+/// Output files and their cadence.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Windows between two rows of `signals.csv`.
     #[schemars(range(min = 1))]
     pub signals_every_windows: u64,
-    /// Windows between two flushes of `exchange.mcap`: a killed writer loses at most so many.
+    /// Windows between two flushes of `exchange.mcap`; a killed writer loses at most this many.
     #[schemars(range(min = 1))]
     pub flush_every_windows: u64,
-    /// Write `exchange.mcap`.
+    /// Write the exchange log `exchange.mcap`, which replay and resume need.
     pub exchange: bool,
-    /// Own steps in a report of a solver that runs alone.
+    /// Solver steps between two reports of a solver that runs alone.
     #[schemars(range(min = 1))]
     pub alone_steps: u32,
-    /// Time between two snapshots of the fields within a phase of the load, from its start on (s); only at the ends of phases
-    /// when absent.
+    /// Time between two snapshots of the fields within a phase of the load (s), counted from the start of each phase;
+    /// at most 10 000 snapshots in a phase. When absent, fields are written only at the ends of the phases and of the
+    /// run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub fields_every_s: Option<f64>,
-    /// Write fields, at the ends of phases and of the run at least, and the tables beside them.
+    /// Write fields, at least at the ends of the phases and of the run, and the tables that solvers write with them,
+    /// `fields/<participant>-<moment>-profile.csv`.
     pub fields: bool,
-    /// Files that the fields of a run have once it is over: one of VTK XML a part and moment, or one of VTKHDF a part, for which the program
-    /// is built with the feature `vtkhdf`.
+    /// Format of the fields when the run is over: one VTK XML file for each part and moment, or one VTKHDF file for
+    /// each part, which needs a program built with the feature `vtkhdf`.
     pub fields_format: FieldsFormat,
 }
 
-/// Files of the fields.
+/// Format of the field files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FieldsFormat {
-    /// One file of VTK XML a part and moment.
+    /// One VTK XML file for each part and moment.
     #[default]
     VtkXml,
-    /// One file of VTKHDF a part.
+    /// One VTKHDF file for each part.
     Vtkhdf,
 }
 
@@ -189,21 +195,21 @@ impl Default for Output {
     }
 }
 
-/// Longest waits (s). They are far longer than any answer that we have measured, so that only
-/// a participant that has really stopped runs into them. At most a year each.
+/// Longest waiting times (s), at most a year each. The defaults are far longer than any answer that we have measured,
+/// so that only a participant that has really stopped exceeds them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deadlines {
-    /// Wait for a participant's greeting after its launch, sample preparation included.
+    /// Longest wait for a participant's greeting after its launch (s), including the preparation of its sample.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub setup_s: f64,
-    /// Wait for one answer during the run.
+    /// Longest wait for one answer during the run (s).
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub answer_s: f64,
-    /// Wait of a participant for its next request, before it ends itself.
+    /// Longest wait of a participant for its next request (s), after which it ends itself.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub idle_s: f64,
-    /// Wait without any sign of life from a participant on another host, or from the coordinator.
+    /// Longest wait without a sign of life from a participant on another host, or from the coordinator (s).
     #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub link_s: f64,
 }
@@ -227,13 +233,13 @@ pub struct Participant {
     pub name: String,
     /// `fem`, `dem`, or the kind of a foreign program.
     pub kind: String,
-    /// Program and arguments of a foreign participant; by default `thirdbody node <kind>`.
+    /// Program and arguments of a foreign participant; when absent, `thirdbody node <kind>`.
     #[schemars(length(min = 1))]
     pub command: Option<Vec<String>>,
-    /// Way in which its frames travel; by default that of the run.
+    /// Transport of its frames; when absent, `run.transport`.
     pub transport: Option<TransportKind>,
-    /// Program and arguments that start its command on another host, for instance `ssh host`; `{host}` stands for a host of the job inside
-    /// one of Slurm, the next for each participant. For the transport `zenoh`.
+    /// Program and arguments that start its command on another host, for instance `ssh host`, with the transport
+    /// `zenoh`. Inside a Slurm job `{host}` stands for a host of the job, the next one for each participant.
     #[schemars(length(min = 1))]
     pub launch: Option<Vec<String>>,
     /// The solver's own keys.

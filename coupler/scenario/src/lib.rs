@@ -1,10 +1,12 @@
-//! The scenario of a run: its file, its keys, and the errors that point into it.
+//! The scenario of a run: its file, its keys, and errors that point into the file.
 //!
 //! In reading order:
-//! - [`error`]: what can end a run or a verb, with its code and exit code;
-//! - [`keys`]: who takes part, who talks to whom, and how; [`plausible`]: the bounds of the coupler's checks; [`schema`]: the keys for editors;
-//! - [`source`]: the text and the places of its keys; [`overrides`]: `KEY=VALUE`; [`load`]: a scenario by folder, file or name, read and checked;
-//! - [`content`], [`inputs`]: what the files that a scenario names held when a run read them.
+//! - [`error`]: errors that end a run or a verb, with code and exit code;
+//! - [`keys`]: the participants, the interfaces and the run; [`plausible`]: the bounds of the coupler's checks;
+//!   [`schema`]: the keys for editors;
+//! - [`source`]: the text and the positions of its keys; [`overrides`]: `KEY=VALUE`; [`load`]: a scenario by folder,
+//!   file or name, read and checked;
+//! - [`content`], [`inputs`]: hashes of the files that a scenario names, from when a run read them.
 //!
 //! ```
 //! let loaded = scenario::load::load("quick", &["run.seed=2".to_string()]).expect("it ships");

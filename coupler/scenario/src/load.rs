@@ -1,4 +1,4 @@
-//! Reading a scenario: file, `--set`, checks.
+//! Reads a scenario: file, `--set`, checks.
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -19,27 +19,27 @@ use crate::schema::schema;
 use crate::source::{ScenarioSource, decimal_comma};
 use scenes::kept;
 
-/// A scenario that passed all checks which need no solver.
+/// A scenario that passed all checks that need no solver.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scenario with overrides applied.
     pub scenario: Scenario,
-    /// Its text after overrides, as `scenario.toml` of the run directory keeps it.
+    /// Its text after overrides, as in `scenario.toml` of the run directory.
     pub resolved: String,
     /// blake3 of `resolved`, in hexadecimal.
     pub hash: String,
-    /// The original file, for messages.
+    /// The original file, for error messages.
     pub source: ScenarioSource,
-    /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
+    /// Folder of the scenario when it first ran (absolute); the commands of participants start there.
     pub folder: PathBuf,
     /// Files that the solvers' keys name (absolute).
     pub files: Vec<String>,
-    /// The keys that differ from the shipped scene that it is a copy of, or were overridden.
+    /// The keys that were overridden, or that differ from the shipped scene of which this is a copy.
     pub changed: Changes,
 }
 
 impl Loaded {
-    /// The name that `run.derived_from` gives, where no shipped scene has it, and the name that was perhaps meant.
+    /// The name in `run.derived_from` if no shipped scene has it, and the name that was perhaps meant.
     pub fn unknown_origin(&self) -> Option<(&str, Option<String>)> {
         let name = self.scenario.run.derived_from.as_deref()?;
         let unknown = scenes::scene_file(name).is_none();
@@ -47,22 +47,23 @@ impl Loaded {
     }
 }
 
-/// Key of the manifest that keeps [`Loaded::changed`].
+/// Key of the manifest for [`Loaded::changed`].
 pub const CHANGED_KEY: &str = "changed";
 
-/// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
+/// Key of the manifest for [`Loaded::folder`], for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
 
-/// The value that the text of a manifest has under this key.
+/// The value of a key in the text of a manifest.
 pub fn of_manifest<T: DeserializeOwned>(manifest: &str, key: &str) -> Option<T> {
     let mut manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
     serde_json::from_value(manifest.get_mut(key)?.take()).ok()
 }
 
-/// Longest scenario (bytes); layers of listed disks take some 100 a disk.
+/// Longest scenario (bytes); a listed disk takes about 100.
 const LONGEST_FILE: u64 = 64 << 20;
 
-/// Reads a scenario by folder, file, name under `scenarios/` or name of a shipped one, and applies `KEY=VALUE` overrides in order.
+/// Reads a scenario by folder, by file, by name under `scenarios/` or by the name of a shipped scene, and applies
+/// `KEY=VALUE` overrides in order.
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
     match find(scenario)? {
         Found::File(path) => read(&path, overrides),
@@ -75,17 +76,18 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
     }
 }
 
-/// The table that describes a scenario to its readers: no run depends on it, and neither does the scenario's hash.
+/// The table that describes a scenario to its readers. Runs and the scenario's hash do not depend on it.
 const ABOUT: &str = "about";
 
-/// The keys of a scenario without those of its solvers.
+/// The keys of a scenario, without its solvers' keys.
 static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schema(&[]));
 
 /// Reads the file of a scenario.
 fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let length = path.metadata().map_or(0, |file| file.len());
     if length > LONGEST_FILE {
-        let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
+        let problem =
+            format!("a scenario has at most {LONGEST_FILE} bytes, this file has {length}");
         return Err(Refusal::file(path, problem).into());
     }
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
@@ -101,7 +103,7 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     })
 }
 
-/// All changes of a scenario that was changed once already, and now again.
+/// All changes of a scenario that was changed before and is changed again.
 fn since(mut first: Changes, again: Changes) -> Changes {
     for (key, [before, now]) in again {
         let known = first.entry(key).or_insert([before, None]);
@@ -111,7 +113,7 @@ fn since(mut first: Changes, again: Changes) -> Changes {
     first
 }
 
-/// A folder from the root, the current one for none.
+/// The absolute path of a folder; an empty path is the current folder.
 pub fn absolute(folder: &Path) -> PathBuf {
     let here = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -126,7 +128,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
     if table.contains_key("study") {
-        let problem = "is a study of many runs: `thirdbody study plan` looks at it, `thirdbody study run` does it";
+        let problem = "is a study of many runs: `thirdbody study plan` shows its plan, `thirdbody study run` runs it";
         return Err(Refusal::file(&source.name, problem).into());
     }
     let mut origin = table.clone();
@@ -170,24 +172,24 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     })
 }
 
-/// Reads the text of another file of ours, with errors that name the key.
+/// Reads the text of another TOML file of ours, with errors that name the key.
 ///
 /// # Errors
-/// It is no TOML, or a key of it is unknown, missing or of the wrong type.
+/// It is not TOML, or a key is unknown, missing or of the wrong type.
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let table: Result<toml::Table, _> = text.parse();
     let table = table.map_err(|error: toml::de::Error| error.to_string())?;
     read_table(table).map_err(|error| error.to_string())
 }
 
-/// Where a scenario was found.
+/// The place where a scenario was found.
 enum Found {
     File(PathBuf),
-    /// Its file among the shipped ones.
+    /// Its file among the shipped scenes.
     Shipped(String),
 }
 
-/// A folder with `scenario.toml`, a file, or a name under `scenarios/`; else a shipped one.
+/// A folder with `scenario.toml`, a file, or a name under `scenarios/`; otherwise a shipped scene.
 fn find(scenario: &str) -> Result<Found> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
@@ -197,7 +199,8 @@ fn find(scenario: &str) -> Result<Found> {
                 return Ok(Found::File(path));
             }
             if path.exists() && !path.is_dir() {
-                let problem = "is a pipe or a device; a scenario is a file that can be read twice";
+                let problem =
+                    "is a pipe or a device; a scenario must be a file that can be read twice";
                 return Err(Refusal::file(path, problem).into());
             }
         }
@@ -208,7 +211,7 @@ fn find(scenario: &str) -> Result<Found> {
             let meant = scenes::meant(scenario, false);
             let meant = meant.map(|near| format!("; did you mean `{near}`?"));
             let text = format!(
-                "no scenario `{scenario}`: give a folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists{}",
+                "no scenario `{scenario}`: give a folder with scenario.toml, a file, a name under scenarios/, or a name that `thirdbody scenes` lists{}",
                 meant.unwrap_or_default()
             );
             Refusal::other(Code::NoScenario, text).into()
@@ -275,7 +278,7 @@ load_n = 8000.0
     }
 
     #[test]
-    fn what_is_not_toml_is_a_string() {
+    fn a_value_that_is_not_toml_is_a_string() {
         let loaded = read(SMALL, &["run.transport=channel"]).expect("valid");
         assert_eq!(
             loaded.scenario.run.transport,
@@ -284,19 +287,19 @@ load_n = 8000.0
     }
 
     #[test]
-    fn an_unknown_key_is_named_where_it_stands() {
+    fn an_unknown_key_is_reported_with_its_position() {
         let error = read(&SMALL.replace("thickness_m", "thikness_m"), &[]).expect_err("mistyped");
         assert_eq!(key_of(error), "run.thikness_m");
     }
 
     #[test]
-    fn a_number_that_is_not_finite_is_named() {
+    fn a_number_that_is_not_finite_is_reported() {
         let error = read(&SMALL.replace("8000.0", "nan"), &[]).expect_err("not a number");
         assert_eq!(key_of(error), "participant.rail.config.wheel.load_n");
     }
 
     #[test]
-    fn a_decimal_comma_is_named() {
+    fn a_decimal_comma_is_reported() {
         let set = ["run.thickness_m=0,3".to_string()];
         let Err(Error::Scenario(error)) = read(SMALL, &set) else {
             panic!("a comma")

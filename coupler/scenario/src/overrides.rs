@@ -1,4 +1,4 @@
-//! `KEY=VALUE` of the command line, put into the table of a scenario, and the keys in which two tables differ.
+//! `KEY=VALUE` overrides of the command line, and the keys in which two tables differ.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,13 +7,14 @@ use kit::keys::proposal;
 use crate::error::{Error, Refusal, Result};
 use crate::source::segments;
 
-/// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
+/// Applies one `KEY=VALUE`. VALUE is TOML; a value that does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.
 pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     let argument = format!("--set {}", set.escape_debug());
     let refuse = |why: &str| Error::from(Refusal::argument(&argument, why));
     if set.chars().any(|c| c.is_control() && c != '\t') {
-        let why = "holds a line break or another control character: one key a --set";
+        let why =
+            "contains a line break or another control character: give one key with each --set";
         return Err(refuse(why));
     }
     let (key, value) = set
@@ -33,7 +34,7 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
         current = match child.or_insert_with(|| toml::Table::new().into()) {
             toml::Value::Table(inner) => inner,
             toml::Value::Array(entries) => {
-                let unnamed = || refuse(&format!("`{part}` is a list, name one of its entries"));
+                let unnamed = || refuse(&format!("`{part}` is a list: name one of its entries"));
                 let name = parents.next().ok_or_else(unnamed)?;
                 if entry_by_name(entries, name).is_none() {
                     let known = entries.iter().filter_map(|entry| entry.get("name"));
@@ -53,7 +54,7 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     Ok(())
 }
 
-/// The first key of the table that ends so, where a key begins with none of its sections.
+/// The first key of the table that ends with this key, if the key begins with no section.
 fn longer(table: &toml::Table, key: &str, parts: &[String]) -> Option<String> {
     if ["run", "participant", "interface"].contains(&parts.first()?.as_str()) {
         return None;
@@ -68,7 +69,8 @@ pub fn number(value: &toml::Value) -> Option<f64> {
     value.as_float().or(value.as_integer().map(|n| n as f64))
 }
 
-/// The value of a key, entries of `[[participant]]` and `[[interface]]` addressed by name; `None` where the table does not give it.
+/// The value of a key, with entries of `[[participant]]` and `[[interface]]` addressed by name; `None` if the table
+/// does not have it.
 pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     let parts = segments(key);
     let mut parts = parts.iter();
@@ -84,7 +86,7 @@ pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value
     Some(value)
 }
 
-/// All values of a table by their keys, entries of lists by their names where they have one.
+/// All values of a table by their keys; entries of lists by their names, if they have one.
 pub fn leaves(table: &toml::Table) -> Vec<(String, &toml::Value)> {
     fn walk<'a>(key: String, value: &'a toml::Value, found: &mut Vec<(String, &'a toml::Value)>) {
         match value {
@@ -110,10 +112,10 @@ pub fn leaves(table: &toml::Table) -> Vec<(String, &toml::Value)> {
     found
 }
 
-/// Keys by which two scenarios differ, and the value of each in the first and in the second; `None` where it has none.
+/// Keys in which two scenarios differ, with the values in the first and in the second; `None` where a key is missing.
 pub type Changes = BTreeMap<String, [Option<String>; 2]>;
 
-/// The keys by which two tables differ.
+/// The keys in which two tables differ.
 pub fn changes(tables: [&toml::Table; 2]) -> Changes {
     if tables[0] == tables[1] {
         return Changes::new();
@@ -128,7 +130,7 @@ pub fn changes(tables: [&toml::Table; 2]) -> Changes {
     shown.collect()
 }
 
-/// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
+/// Removes a key, with entries of lists addressed by name; does nothing if the key is missing.
 pub fn remove_at(mut table: &mut toml::Table, key: &str) -> Option<toml::Value> {
     let parts = segments(key);
     let (last, parents) = parts.split_last()?;
@@ -148,7 +150,7 @@ pub fn key_of(set: &str) -> &str {
     set.split('=').next().unwrap_or_default().trim()
 }
 
-/// The value that an override gives: TOML, or else a string.
+/// The value of an override: TOML, or otherwise a string.
 pub fn parse_value(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
     let value = table.ok().and_then(|mut table| table.remove("value"));

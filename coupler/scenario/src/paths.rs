@@ -1,12 +1,13 @@
-//! Files that the solvers' own keys name.
+//! The files that the solvers' own keys name.
 
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-/// Makes the files that texts below `participant.config` name absolute, so that a solver finds them wherever it runs, and
-/// a replay finds them again. A text counts as a file when it is the absolute path of one, or has an extension and there is such a file
-/// beside the scenario or, failing that, in the working directory; which keys hold files only the solvers know. Returns all of them.
+/// Makes file names in texts below `participant.config` absolute, so that a solver finds the files in any folder and a
+/// replay finds them again. Only the solvers know which keys hold files. A text counts as a file if it is the absolute
+/// path of one, or if it has an extension and the file exists next to the scenario or, failing that, in the working
+/// directory. Returns all of them.
 pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let participants = scenario
@@ -54,7 +55,7 @@ mod tests {
 
     #[test]
     fn only_files_of_solvers_become_absolute() {
-        // Tests run in the folder of their crate, where these files are.
+        // Tests run in the folder of their crate, which has these files.
         let text = "[run]\nname = \"Cargo.toml\"\n[[participant]]\nconfig = { a = \"Cargo.toml\", b = [\"lib.rs\"], c = \"none.msh\", d = \"src\" }\n";
         let mut table: Table = text.parse().expect("it is TOML");
         make_absolute(&mut table, Path::new("src"));

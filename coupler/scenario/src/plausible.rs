@@ -1,4 +1,4 @@
-//! The bounds of the coupler's checks of plausibility.
+//! The bounds of the coupler's plausibility checks.
 
 /// The table `run.plausible`.
 pub type Plausible = kit::Plausible<RunTable>;

@@ -7,7 +7,7 @@ use crate::keys::{Participant, RunKeys};
 use scenes::listing::About;
 use scheme::keys::Interface;
 
-/// The schema, for solvers of these kinds with the schemas of their own keys where they have one.
+/// The schema for solvers of these kinds, with the schemas of their own keys if they have one.
 pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
     let described = solvers.iter();
     let described = described.filter_map(|(kind, keys)| Some((kind.to_string(), keys.clone()?)));
@@ -25,7 +25,7 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
                 "items": participant(solvers),
             },
             "interface": {
-                "description": "Joints between them; without any, the one participant runs alone.",
+                "description": "Interfaces that join them; a single participant without an interface runs alone.",
                 "type": "array",
                 "items": schema_of::<Interface>(),
             },
@@ -36,8 +36,8 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
     })
 }
 
-/// A participant: without a command its kind is one of those that are built in, and decides which keys it has. A program of another
-/// make has the keys that it wants.
+/// A participant. Without a command its kind is one of the built-in kinds and decides which keys it has. A foreign
+/// program has any keys.
 fn participant(solvers: &[(&str, Option<Value>)]) -> Value {
     let mut schema = schema_of::<Participant>();
     let described = solvers.iter().filter(|(_, keys)| keys.is_some());
@@ -55,7 +55,8 @@ fn participant(solvers: &[(&str, Option<Value>)]) -> Value {
         })
     });
     let rules: Vec<Value> = by_kind.chain([built_in]).collect();
-    // Editors on taplo validate by conditions, but look for keys to propose in lists of choices alone; the last choice holds always.
+    // Editors based on taplo validate by conditions, but propose keys only from lists of choices; the last choice
+    // always holds.
     let proposed = described.iter();
     let proposed = proposed.map(|kind| json!({ "properties": config_of(kind) }));
     let proposed: Vec<Value> = proposed.chain([json!(true)]).collect();

@@ -1,4 +1,4 @@
-//! Places of keys in the scenario file, for messages that point at them.
+//! Positions of keys in the scenario file, for messages that point at them.
 
 use std::fmt::Display;
 
@@ -16,12 +16,12 @@ pub struct ScenarioSource {
     pub name: String,
     /// The whole text.
     pub text: String,
-    /// `KEY=VALUE` overrides that were applied to it.
+    /// `KEY=VALUE` overrides of the text.
     pub overrides: Vec<String>,
 }
 
 impl ScenarioSource {
-    /// A text under this name, with overrides that are to be applied to it.
+    /// A text with its name and its overrides.
     pub fn new(name: impl Display, text: String, overrides: &[String]) -> ScenarioSource {
         ScenarioSource {
             name: name.to_string(),
@@ -30,9 +30,9 @@ impl ScenarioSource {
         }
     }
 
-    /// An error about `key`, a dotted path from the top of the scenario in which list entries are named or
-    /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
-    /// part of the path that the file contains.
+    /// An error about `key`, a dotted path from the top of the scenario with named or numbered list entries
+    /// (`participant.rail.config.mesh.size_m`, `participant[0].kind`). It points at the nearest part of the path that
+    /// the file contains.
     pub fn error(&self, key: &str, error: ConfigError) -> Error {
         let key = self.named(key);
         let set = self.overriding(&key);
@@ -44,7 +44,7 @@ impl ScenarioSource {
         let span = self.span(&key).filter(|_| set.is_none());
         Error::Scenario(Box::new(ScenarioError {
             code: Code::Of(error.cause),
-            // A name of the user's may hold what a terminal would take for a command.
+            // A user's name may contain control sequences of a terminal.
             key: key.replace(char::is_control, "?"),
             problem,
             help: error
@@ -55,7 +55,7 @@ impl ScenarioSource {
         }))
     }
 
-    /// The key with list entries by their names where they have one: `participant[0].kind` is `participant.rail.kind`.
+    /// The key with list entries by their names, if they have one: `participant[0].kind` is `participant.rail.kind`.
     fn named(&self, key: &str) -> String {
         let name_of = |list: &str, entry: &str| -> Option<String> {
             let position: usize = entry.parse().ok()?;
@@ -73,12 +73,12 @@ impl ScenarioSource {
         }
     }
 
-    /// The last override that wrote this key or a table that holds it, else one that wrote inside of it: an error
-    /// about a table may be about any of its keys, which the second value tells.
+    /// The last override of this key or of a table around it, else one inside it. An error about a table may be about
+    /// any of its keys: then the second value is true.
     fn overriding(&self, key: &str) -> Option<(&String, bool)> {
         let wanted = segments(key);
         let same = |(position, (a, b)): (usize, (&String, &String))| {
-            // Entries of a list go by number in serde's paths and by name in overrides.
+            // Entries of a list have numbers in serde's paths and names in overrides.
             a == b || (position == 1 && b.parse::<usize>().is_ok())
         };
         let written = |set: &String| segments(set.split('=').next().unwrap_or_default().trim());
@@ -126,7 +126,7 @@ fn pick<'a, 'i>(
     })
 }
 
-/// `participant[0].config.mesh` as its parts; an index is a part of its own.
+/// Splits `participant[0].config.mesh` into its parts; an index is a part of its own.
 pub fn segments(key: &str) -> Vec<String> {
     key.split(['.', '['])
         .map(|part| part.trim_end_matches(']').to_string())
@@ -134,7 +134,7 @@ pub fn segments(key: &str) -> Vec<String> {
         .collect()
 }
 
-/// The help for a number that is written with a comma, where an error stands at or behind it.
+/// The help for a number with a decimal comma, if an error is at the number or behind it.
 pub(crate) fn decimal_comma(text: &str, at: usize) -> Option<String> {
     let line = text.get(..at)?.lines().count().checked_sub(1)?;
     let line = text.lines().nth(line)?;
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overridden_key_is_blamed_on_its_override() {
+    fn an_error_in_an_overridden_key_names_its_override() {
         let blamed = |key: &str| source().overriding(key).is_some_and(|(_, inside)| !inside);
         assert!(blamed("participant.rail.config.mesh.size"));
         assert!(blamed("participant[0].config.mesh.size"));
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_go_by_their_names() {
+    fn keys_show_entries_by_their_names() {
         assert_eq!(
             source().named("participant[0].config.mesh"),
             "participant.rail.config.mesh"

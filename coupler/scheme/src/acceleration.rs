@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::keys::Acceleration;
 
-/// Columns whose part orthogonal to the others is below this share of their length say nothing new and make the
+/// Columns whose part orthogonal to the others is below this fraction of their length add no information and make the
 /// least-squares problem ill-posed.
 const DEPENDENT: f64 = 1e-8;
 
-/// Relaxation is kept within these bounds: Aitken's quotient can be anything when two residuals are nearly equal.
+/// Bound on the relaxation, of either sign: Aitken's quotient can take any value when two residuals are nearly equal.
 const RELAXATION_MAX: f64 = 1.5;
 
 /// The history of one window's iteration x -> x~(x).
@@ -21,7 +21,7 @@ pub struct Accelerator {
 }
 
 impl Accelerator {
-    /// Without history; `relaxation` is the constant, or the first, factor.
+    /// With an empty history; `relaxation` is the constant factor or the first one.
     pub fn new(kind: Acceleration, relaxation: f64) -> Accelerator {
         Accelerator {
             kind,
@@ -31,7 +31,7 @@ impl Accelerator {
         }
     }
 
-    /// The next x after x was answered by x~.
+    /// The next x after the answer x~ to x.
     pub fn next(&mut self, x: &[f64], answer: &[f64]) -> Vec<f64> {
         let x = DVector::from_column_slice(x);
         let answer = DVector::from_column_slice(answer);
@@ -68,7 +68,7 @@ impl Accelerator {
     fn quasi_newton(&self, residual: &DVector<f64>, answer: &DVector<f64>) -> Option<DVector<f64>> {
         let mut basis: Vec<DVector<f64>> = Vec::new();
         let (mut v, mut w) = (Vec::new(), Vec::new());
-        // Latest first: what is old and dependent goes.
+        // Latest first, so that old dependent columns drop out.
         for (old_residual, old_answer) in self.residuals.iter().zip(&self.answers).rev() {
             let column = old_residual - residual;
             let mut rest = column.clone();

@@ -1,10 +1,10 @@
-//! Windows in integer steps, so that no two sides ever disagree about time by rounding.
+//! Windows in integer steps, so that rounding never makes two sides disagree about time.
 
 use protocol::Window;
 
 use crate::error::{Result, SchemeError, Unfit};
 
-/// More steps than this are taken for a mistyped unit: at a tenth of a microsecond a step they last 28 hours.
+/// More steps than this count as a mistyped unit: at 0.1 us of wall-clock time a step they take 28 hours.
 const STEPS_MAX: f64 = 1e12;
 
 /// The clock of an interface: windows of `substeps` explicit steps of `step_s`.
@@ -34,8 +34,8 @@ impl Clock {
         }
     }
 
-    /// Explicit steps until `end_s`, the last one included whole. The margin keeps an end time that is a multiple of
-    /// the step up to rounding from costing one step more.
+    /// Explicit steps until `end_s`; the last one is a whole step. The margin avoids an extra step when the end time is
+    /// a multiple of the step up to rounding.
     pub fn steps_until(&self, end_s: f64) -> Result<u64> {
         let steps = (end_s / self.step_s - 1e-6).ceil();
         if steps <= STEPS_MAX {
@@ -49,7 +49,7 @@ impl Clock {
         }))
     }
 
-    /// Substeps of a full window, or what is left before `end`.
+    /// Substeps of a full window, or the steps left before `end`.
     pub fn substeps_before(&self, step: u64, end: u64) -> u32 {
         u32::try_from(end - step).map_or(self.substeps, |left| left.min(self.substeps))
     }
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_meet_without_a_gap_and_end_where_asked() {
+    fn windows_meet_without_a_gap_and_end_at_the_requested_step() {
         let clock = Clock {
             step_s: 1.7e-8,
             substeps: 7,
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_would_never_end_is_refused_with_the_keys_that_make_it_long() {
+    fn an_endless_run_is_refused_with_the_keys_that_set_its_length() {
         let clock = Clock {
             step_s: 1e-8,
             substeps: 1,

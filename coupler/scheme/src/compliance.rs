@@ -1,5 +1,5 @@
-//! The compliance of the force-driven participants as the coupler knows it, for each number of substeps, and the boundary of
-//! the motion-driven ones that it makes: W_g = N C N^T / H^2.
+//! The coupler's compliance C of the force-driven participants, one matrix for each number of substeps, and the
+//! boundary compliance that the motion-driven ones get from it: W_g = N C N^T / H^2.
 
 use std::collections::BTreeMap;
 
@@ -12,27 +12,27 @@ use super::participants::Participants;
 use super::source::ComplianceSource;
 use crate::error::Result;
 
-/// C (m/N) of the exchanged nodes by substeps: block-diagonal, one block a force-driven participant. A window of other length
-/// has another C.
+/// C (m/N) of the exchanged nodes, one matrix for each number of substeps: block-diagonal, with one block for each
+/// force-driven participant.
 #[derive(Clone, Debug)]
 pub struct Compliance {
     source: ComplianceSource,
-    /// Factor on what the source gives.
+    /// Factor on the source's matrix.
     factor: f64,
-    /// The part of it that windows change.
+    /// The part that windows change.
     pub state: ComplianceState,
 }
 
-/// The part of it that a checkpoint holds.
+/// The part of a compliance that a checkpoint stores.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ComplianceState {
     by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
-    /// Substeps of the window that the boundaries were made for last; `None` once C has changed since.
+    /// Substeps of the window that the boundaries were last set for; `None` if C has changed since.
     told: Option<u32>,
 }
 
 impl ComplianceState {
-    /// True if all its blocks are those of the force-driven participants of this group.
+    /// True if its blocks fit the force-driven participants of this group.
     pub fn is_of(&self, group: &Group) -> bool {
         let sizes = || group.force_driven.iter().map(|side| 2 * side.range.len());
         let mut all = self.by_substeps.values();
@@ -45,13 +45,13 @@ impl ComplianceState {
     }
 }
 
-/// An update is taken only where the pair tells something: y.s must be a positive part of |y||s| (curvature), and the
-/// part of y that C does not explain must be above rounding.
+/// An update needs a pair with information: y.s must be a positive fraction of |y||s| (curvature), and the part of y
+/// that C does not explain must exceed rounding.
 const CURVATURE: f64 = 1e-12;
 const EXPLAINED: f64 = 1e-10;
 
 impl Compliance {
-    /// Starts without any matrix; each is made when its number of substeps first comes up.
+    /// Starts without a matrix; the first window with a new number of substeps makes its own.
     pub fn new(source: ComplianceSource, factor: f64) -> Compliance {
         Compliance {
             source,
@@ -72,8 +72,8 @@ impl Compliance {
         product
     }
 
-    /// C_ii lambda_i (m) for windows of these substeps: at the nodes of each motion-driven participant the motion by its own forces (N).
-    /// Each stands on nodes of its own, so that the parts of all are one vector.
+    /// C_ii lambda_i (m) for windows of these substeps: the motion of each motion-driven participant's nodes under its
+    /// own forces (N). No two of them share a node, so that one vector holds the parts of all.
     pub fn own(&self, group: &Group, substeps: u32, lambda: &[f64]) -> Vec<f64> {
         let blocks = &self.state.by_substeps[&substeps];
         let mut motion = vec![0.0; lambda.len()];
@@ -102,7 +102,7 @@ impl Compliance {
         blocks.collect()
     }
 
-    /// C (m/N) of each continuum in a full window, where it is made of their own columns.
+    /// C (m/N) of each continuum in a full window; `None` unless C is made of the continua's own columns.
     pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
@@ -117,7 +117,7 @@ impl Compliance {
         Ok(Some(blocks.map(|block| block / self.factor).collect()))
     }
 
-    /// Sees that C for this window is known and that the boundaries are made for it.
+    /// Makes C for this window and sets the boundaries for it, unless both are ready.
     pub fn prepare(
         &mut self,
         participants: &mut dyn Participants,
@@ -141,20 +141,21 @@ impl Compliance {
         Ok(())
     }
 
-    /// Tells the motion-driven participants once more what they were told last.
+    /// Sends the last boundaries to the motion-driven participants again.
     pub fn repeat_boundaries(
         &self,
         participants: &mut dyn Participants,
         group: &Group,
     ) -> Result<()> {
-        let told = self.state.told.map(|told| group.clock.window(0, 0, told));
-        told.map_or(Ok(()), |window| {
+        let substeps = self.state.told;
+        let window = substeps.map(|substeps| group.clock.window(0, 0, substeps));
+        window.map_or(Ok(()), |window| {
             self.set_boundaries(participants, group, &window)
         })
     }
 
-    /// Tells each motion-driven participant its window and W_g = sum over the continua of N C N^T / H^2 (1/kg), N being its
-    /// own rows; a rigid boundary has none.
+    /// Sends each motion-driven participant its window and W_g = sum over the continua of N C N^T / H^2 (1/kg), N being
+    /// its own rows; W_g is zero for a rigid boundary.
     fn set_boundaries(
         &self,
         participants: &mut dyn Participants,
@@ -172,7 +173,7 @@ impl Compliance {
         Ok(())
     }
 
-    /// Updates each block by its part of the pair s (N), y (m) of one window.
+    /// Updates each block with its part of the pair s (N), y (m) of one window.
     pub fn update(&mut self, substeps: u32, s: &[f64], y: &[f64]) {
         let Some(blocks) = self.state.by_substeps.get_mut(&substeps) else {
             return;
@@ -196,8 +197,8 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
     let carried = &*matrix * &s;
     let (curvature, energy) = (y.dot(&s), s.dot(&carried));
     let unexplained = (&y - &carried).norm();
-    let tells = curvature > CURVATURE * y.norm() * s.norm() && energy > 0.0;
-    if !tells || unexplained <= EXPLAINED * y.norm() {
+    let informative = curvature > CURVATURE * y.norm() * s.norm() && energy > 0.0;
+    if !informative || unexplained <= EXPLAINED * y.norm() {
         return false;
     }
     matrix.ger(1.0 / curvature, &y, &y, 1.0);
@@ -205,8 +206,8 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
     true
 }
 
-/// N C N^T of one motion-driven participant (m/N), 2 points x 2 points. The action of the points of another one on the same
-/// continuum is not in it: that part converges in the repeats.
+/// N C N^T of one motion-driven participant (m/N), 2 points x 2 points. It leaves out the action of other participants'
+/// points on the same continuum: that part converges over the repeats.
 fn condensed(group: &Group, side: &Side, blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
     let continua = group.force_driven.iter().zip(blocks);
     let parts = continua.map(|(continuum, block)| {

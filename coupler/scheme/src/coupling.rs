@@ -18,7 +18,7 @@ use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{CouplingScheme, Dirichlet, Policy, Update};
 
-/// The coupler's own state of one group: it changes only when a window is accepted.
+/// The coupler's own state of one group. It changes only when a window is accepted.
 #[derive(Clone, Debug)]
 pub struct Coupling {
     name: String,
@@ -32,7 +32,7 @@ pub struct Coupling {
     pub ledgers: Vec<InterfaceLedger>,
 }
 
-/// The part of a coupling that windows have changed. The rest follows from scenario and handshake.
+/// The part of a coupling that windows change. The rest follows from the scenario and the handshake.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplingState {
     compliance: ComplianceState,
@@ -61,7 +61,7 @@ impl Coupling {
         }
     }
 
-    /// The agreement of the handshake.
+    /// The interfaces as agreed at the handshake.
     pub fn group(&self) -> &Group {
         &self.group
     }
@@ -71,8 +71,8 @@ impl Coupling {
         &self.scheme
     }
 
-    /// Tries a window until it is accepted, or the scenario's policy decides otherwise. `following` tells the window after
-    /// an accepted one.
+    /// Tries a window until it is accepted or the scenario's policy decides otherwise. `following` returns the window
+    /// after an accepted one.
     pub fn window(
         &mut self,
         participants: &mut dyn Participants,
@@ -106,7 +106,7 @@ impl Coupling {
             .map(Attempt::Accepted)
     }
 
-    /// One window by the scheme; nothing is accepted yet.
+    /// Solves one window by the scheme, without accepting it.
     fn solve(
         &mut self,
         participants: &mut dyn Participants,
@@ -171,11 +171,11 @@ impl Coupling {
         if self.group.force_driven.iter().all(|side| side.steps == 1) {
             "the window has one step left and cannot be halved".into()
         } else {
-            "the connected continua have no shorter window that is a whole number of steps of each: give substeps that share more factors".into()
+            "the connected continua have no shorter window that is a whole number of steps of each: choose substeps with more common factors".into()
         }
     }
 
-    /// Makes a solved window the state of all sides, and enters it into the ledgers while they are at work.
+    /// Makes a solved window the state of all sides, and enters it into the ledgers while they work.
     fn accept(
         &mut self,
         participants: &mut dyn Participants,
@@ -189,7 +189,7 @@ impl Coupling {
         if let Some(velocity) = &solved.velocity {
             self.state.velocity.clone_from(velocity);
         }
-        self.tell_accepted(participants, &solved.window, next)?;
+        self.accept_window(participants, &solved.window, next)?;
         let motions = Motions::of(&self.group, &solved);
         let signals = self.enter(&solved, &motions);
         self.state.last_motion = motions.points;
@@ -203,9 +203,9 @@ impl Coupling {
         })
     }
 
-    /// Tells all sides that the window is accepted and, where the scheme begins the next one with a run of the force-driven
-    /// sides under the force of this one, lets them begin it.
-    fn tell_accepted(
+    /// Has all sides accept the window. Where the scheme begins the next window with a run of the force-driven sides
+    /// under this window's force, they begin it now.
+    fn accept_window(
         &self,
         participants: &mut dyn Participants,
         window: &Window,
@@ -257,7 +257,7 @@ impl Coupling {
         signals
     }
 
-    /// C (m/N) of each force-driven participant in a full window, where the scheme goes by their own columns.
+    /// C (m/N) of each force-driven participant in a full window, where the scheme uses their own columns.
     pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
@@ -265,7 +265,7 @@ impl Coupling {
         self.compliance.columns(participants, &self.group)
     }
 
-    /// The part of it that windows have changed.
+    /// The part that windows have changed.
     pub fn state(&self) -> CouplingState {
         CouplingState {
             compliance: self.compliance.state.clone(),
@@ -274,7 +274,7 @@ impl Coupling {
         }
     }
 
-    /// Takes up a state after the same handshake.
+    /// Restores a state that was saved after the same handshake.
     pub fn restore(&mut self, state: &CouplingState) -> Result<()> {
         let lengths = |state: &InterfaceState, ledgers: &[InterfaceLedger]| {
             [state.lengths().as_slice(), &[ledgers.len()]].concat()
@@ -283,7 +283,7 @@ impl Coupling {
         let theirs = lengths(&state.state, &state.ledgers);
         if theirs != ours || !state.compliance.is_of(&self.group) {
             let problem = format!(
-                "the checkpoint is of other interfaces, with {theirs:?} instead of {ours:?} components"
+                "the checkpoint belongs to other interfaces, with {theirs:?} instead of {ours:?} components"
             );
             return Err(Unfit::interface(&self.name, problem).into());
         }
@@ -292,7 +292,7 @@ impl Coupling {
         Ok(())
     }
 
-    /// Tells the boundaries once more, after a restart.
+    /// Sends the boundaries again, after a restart.
     pub fn repeat_boundaries(&self, participants: &mut dyn Participants) -> Result<()> {
         self.compliance.repeat_boundaries(participants, &self.group)
     }

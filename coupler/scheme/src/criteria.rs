@@ -7,15 +7,15 @@ use super::ledger::{InterfaceLedger, WindowEntry, largest_difference};
 use super::vectors::motion_of;
 use super::window::{Answer, Solve, SolvedWindow, WindowFault};
 
-/// The contact solves that ran out of iterations. Such a solve gives garbage while the gap still reads zero, so it
-/// is the contact solver's own residual that decides.
+/// The contact solves that ran out of iterations. The result of such a solve is useless although its gap is zero: the
+/// contact solver's own residual decides.
 pub fn starved(group: &Group, window: &Window, answer: &Answer) -> Vec<WindowFault> {
     let starving = |(participant, solve): (usize, &Solve)| {
         let patch = group.first_of(participant);
         (!solve.converged).then(|| WindowFault {
             patch,
             why: format!(
-                "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; let the participant on the wall iterate longer (solver.max_iterations of the built-in grains, repeats_max of a layer in Python), or lower the window",
+                "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved of iterations: true residual {:.3e} after {} iterations; raise the limit of the participant on the wall (solver.max_iterations of the built-in grains, repeats_max of a layer in Python), or shorten the window",
                 group.patches[patch].name, window.index, window.iteration, window.t0_s, solve.residual, solve.iterations
             ),
         })
@@ -40,7 +40,7 @@ pub fn open(
         (gap_m > tolerance_m || gap_m.is_nan()).then(|| WindowFault {
             patch: index,
             why: format!(
-                "interface `{}`: window {} (t = {:.6e} s) has a gap of {gap_m:.3e} m = {:.3e} node spacings after {} repeats, tolerance_rel is {:.1e}: {advice}",
+                "interface `{}`: window {} (t = {:.6e} s) has a gap of {gap_m:.3e} m = {:.3e} node spacings after {} repeats, above tolerance_rel = {:.1e}: {advice}",
                 patch.name,
                 window.index,
                 window.t0_s,
@@ -68,7 +68,7 @@ pub fn leaking(
         (defect > bound || defect.is_nan()).then(|| WindowFault {
             patch: index,
             why: format!(
-                "interface `{}`: with window {} (t = {:.6e} s) the interface has lost or made {defect:.3e} of the energy that went through it, energy_defect_max_rel is {bound:.1e}: lower substeps, or take a dual-schur scheme",
+                "interface `{}`: by the end of window {} (t = {:.6e} s) the interface has lost or created {defect:.3e} of the energy that passed through it, above energy_defect_max_rel = {bound:.1e}: lower substeps, or take a dual-schur scheme",
                 patch.name, solved.window.index, solved.window.t0_s
             ),
         })
@@ -77,7 +77,7 @@ pub fn leaking(
     patches.filter_map(leaking).collect()
 }
 
-/// Motions and forces of a solved window on the other side of the mapping.
+/// Motions and forces of a solved window, mapped to the other side.
 pub struct Motions {
     /// N du of the wanted increments (m).
     pub points: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Everything that can end a window or keep interfaces from being joined.
+//! Errors that end a window or prevent the join of interfaces.
 
 use std::error::Error as StdError;
 
@@ -6,27 +6,27 @@ use thiserror::Error;
 
 use crate::keys::Interface;
 
-/// Reasons for which a scheme cannot go on.
+/// Reasons why a scheme cannot continue.
 #[derive(Debug, Error)]
 pub enum SchemeError {
     /// Interfaces or participants that do not fit each other or the scheme.
     #[error(transparent)]
     Unfit(#[from] Unfit),
-    /// A window that did not converge, and what closes its gap.
+    /// A window that did not converge, with the remedy.
     #[error("{0}")]
     NotConverged(String),
-    /// A participant answered something that is not a number and can be asked again.
+    /// A participant answered NaN or infinity, and can be asked again.
     #[error("{0}")]
     NotFinite(String),
-    /// The reason for which a participant did not answer, from the layer that speaks to it.
+    /// The reason why a participant did not answer, from the layer that communicates with it.
     #[error("{0}")]
     Participant(Box<dyn StdError + Send + Sync>),
 }
 
-/// Result of what a scheme or a participant may fail at.
+/// Result of an operation that a scheme or a participant may fail at.
 pub type Result<T, E = SchemeError> = std::result::Result<T, E>;
 
-/// Interfaces, participants and keys that do not go together.
+/// Interfaces, participants and keys that do not fit together.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum Unfit {
@@ -61,14 +61,14 @@ pub enum Unfit {
     #[error("interface `{interface}`: {problem}")]
     WindowTooLong { interface: String, problem: String },
     #[error(
-        "interface `{interface}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]
+        "interface `{interface}` joins {} and {}: it needs one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]
     )]
     Roles {
         interface: String,
         between: [String; 2],
     },
     #[error(
-        "interfaces `{}` and `{}` are connected but have windows of {} and {}: give substeps and time.step_s with the same product",
+        "interfaces `{}` and `{}` are connected but have windows of {} and {}: choose substeps and time.step_s with the same product",
         interfaces[0], interfaces[1], windows[0], windows[1]
     )]
     Windows {
@@ -76,20 +76,20 @@ pub enum Unfit {
         windows: [String; 2],
     },
     #[error(
-        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; {cure}, or set interface.{interface}.unsafe_window = true to see it fail"
+        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows by a factor of {growth:.3} a window; {cure}, or set interface.{interface}.unsafe_window = true to watch it fail"
     )]
     Unstable {
         interface: String,
         scheme: String,
         substeps: u32,
-        /// The bound that is broken, if it has a name.
+        /// The violated bound, if it has a name.
         bound: String,
         growth: f64,
         /// Remedy.
         cure: &'static str,
     },
     #[error(
-        "the run would take {steps:.1e} steps of {step_s:.3e} s until it ends at {end_s:.3e} s, more than {most:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)"
+        "the run would need {steps:.1e} steps of {step_s:.3e} s to reach its end at {end_s:.3e} s; the limit is {most:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)"
     )]
     TooManySteps {
         steps: f64,
@@ -100,7 +100,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// A participant that cannot do its part; the problem goes on from its name.
+    /// A participant that cannot do its part. `problem` continues a sentence that begins with its name.
     pub fn participant(participant: &str, problem: impl Into<String>) -> Unfit {
         Unfit::Participant {
             participant: participant.into(),
@@ -116,13 +116,14 @@ impl Unfit {
         }
     }
 
-    /// A key of the scenario that does not fit what the participants said; the problem goes on from it.
+    /// A key of the scenario that does not fit the participants' descriptions. `problem` continues a sentence that
+    /// begins with the key.
     pub fn key(key: impl Into<String>, problem: impl Into<String>) -> Unfit {
         let (key, problem) = (key.into(), problem.into());
         Unfit::Key { key, problem }
     }
 
-    /// The same of a key of an interface.
+    /// The same for a key of an interface.
     pub fn interface_key(interface: &Interface, key: &str, problem: impl Into<String>) -> Unfit {
         Unfit::key(format!("interface.{}.{key}", interface.name), problem)
     }

@@ -1,5 +1,5 @@
-//! Fixed point of motion one way and force the other: the continuum takes forces (Neumann side), the other takes motion
-//! (Dirichlet side). The other way round is [`super::neumann_dirichlet`].
+//! Fixed point with forces one way and motion the other: the continuum takes forces (Neumann side), the layer takes
+//! motion (Dirichlet side). [`super::neumann_dirichlet`] exchanges the roles.
 //!
 //! ```text
 //! du_k       = advance(lambda_k)
@@ -8,10 +8,10 @@
 //! |N du_k+1 - N du_k| <= tolerance                        decides
 //! ```
 //!
-//! The black-box scheme for a solver that cannot stand on a boundary that yields. With C the continuum's compliance in the
-//! window and S the other side's resistance -dF/du a constant relaxation omega contracts by |1 - omega (1 + C S)| a repeat
-//! (Causin, Gerbeau and Nobile 2005; Kuettler and Wall 2008). A rigid confined layer must never be the plain Dirichlet side: its
-//! force is not a function of the motion.
+//! The black-box scheme for a solver that cannot stand on a yielding boundary. With C the continuum's compliance in the
+//! window and S the other side's resistance -dF/du, a constant relaxation omega contracts by |1 - omega (1 + C S)| a
+//! repeat (Causin, Gerbeau and Nobile 2005; Kuettler and Wall 2008). A rigid confined layer must never be the plain
+//! Dirichlet side: its force is not a function of the motion.
 
 use protocol::Window;
 
@@ -25,13 +25,13 @@ use crate::keys::Order;
 pub struct FixedPoint {
     /// Order in which the sides run.
     pub order: Order,
-    /// Acceleration, without history.
+    /// Acceleration, with an empty history.
     pub accelerator: Accelerator,
     /// Repeats before the window counts as not converged.
     pub repeats_max: u32,
 }
 
-/// Advice to a user whose fixed point was not reached.
+/// Advice for a fixed point that was not reached.
 const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take a dual-schur scheme";
 
 /// Solves a window.

@@ -1,9 +1,10 @@
-//! Interfaces that are solved together: all that are connected through a participant.
+//! Interfaces that are solved together because participants connect them.
 //!
-//! A participant on several interfaces exchanges the points of all of them at once, one set after the other in the
-//! order of the scenario. The compliance of the group is block-diagonal, one block a force-driven participant; a motion-driven
-//! one with several glued rows stands on all of its continua, so that one contact solve a window sees every row. A set of a
-//! continuum may carry several layers, each on nodes of its own, which are exchanged as parts of it.
+//! A participant on several interfaces exchanges the points of all of them at once, set after set in the order of the
+//! scenario. The compliance of the group is block-diagonal, with one block for each force-driven participant. A
+//! motion-driven participant with several glued rows stands on all of its continua, so that one contact solve a window
+//! covers every row. A set of a continuum may carry several layers, each on its own nodes, which are exchanged as parts
+//! of the set.
 
 use std::ops::Range;
 
@@ -27,20 +28,21 @@ pub struct Group {
     pub points: Surface,
     /// From exchanged nodes to glued points.
     pub mapping: Mapping,
-    /// Windows in integer steps. With several force-driven participants its step is the longest that is a whole number of steps of each.
+    /// Windows in integer steps. With several force-driven participants the step is the longest that is a whole number
+    /// of steps of each.
     pub clock: Clock,
 }
 
-/// Difference between two surfaces that are joined.
+/// Difference between two joined surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset {
-    /// That in shape: tilt and curvature of the parabola through the points' distances from the line through the nodes, as its
-    /// largest departure from their mean over the spacing of the points. What the roughness of the row may explain is taken off;
-    /// surfaces of the same shape have none, however far apart they lie.
+    /// Difference in shape: a parabola is fitted to the points' distances from the line through the nodes; this is its
+    /// largest departure from their mean, over the spacing of the points. The part that the roughness of the row may
+    /// explain is subtracted. Surfaces of the same shape have zero, at any distance.
     pub shape_rel: f64,
-    /// Their mean distance over the length of the joined part. Each side may have an origin of its own.
+    /// Their mean distance over the length of the joined part. Each side may have its own origin.
     pub distance_rel: f64,
-    /// Distance of neighbouring points over the distance of the nodes that carry them, the median along the row.
+    /// Distance of neighbouring points over the distance of the nodes that carry them: the median along the row.
     pub spacing_rel: f64,
 }
 
@@ -63,13 +65,13 @@ pub struct Patch {
     pub outward_y: f64,
     /// Difference between its points and its surface line.
     pub offset: Offset,
-    /// Length after which both of its sides repeat along x (m), where they do.
+    /// Period of both sides along x (m), if they repeat.
     pub period_m: Option<f64>,
     /// Mean spacing of its exchanged nodes (m).
     pub spacing_m: f64,
     /// Largest gap that counts as closed, over the spacing.
     pub tolerance_rel: f64,
-    /// Largest energy defect over the energy, if it is judged.
+    /// Bound on the energy defect over the energy, if it is judged.
     pub energy_defect_max_rel: Option<f64>,
 }
 
@@ -80,7 +82,7 @@ pub struct Side {
     pub peer: usize,
     /// Its nodes or points among the group's.
     pub range: Range<usize>,
-    /// Own steps in a step of the group's clock; 1 for a motion-driven one, which steps by windows.
+    /// Its steps in one step of the group's clock; 1 for a motion-driven participant, which steps by windows.
     pub steps: u32,
 }
 
@@ -90,7 +92,7 @@ impl Group {
         self.clock.step_s * f64::from(window.substeps)
     }
 
-    /// The interface that speaks for a motion-driven participant: its first.
+    /// The first interface of a motion-driven participant, which reports for it.
     pub fn first_of(&self, motion_driven: usize) -> usize {
         let mut patches = self.patches.iter();
         let found = patches.position(|patch| patch.motion_driven == motion_driven);
@@ -104,7 +106,7 @@ impl Side {
         &vector[components(&self.range)]
     }
 
-    /// The window, counted in its own steps.
+    /// The window in its own steps.
     pub fn window(&self, window: &Window) -> Window {
         Window {
             step: window.step * u64::from(self.steps),
@@ -126,7 +128,7 @@ impl Patch {
     }
 }
 
-/// Two components a position.
+/// The range of components: two for each position.
 pub fn components(range: &Range<usize>) -> Range<usize> {
     2 * range.start..2 * range.end
 }

@@ -21,7 +21,7 @@ use suitability::{refuse_unsuited, refuse_weightless};
 /// Largest relative difference between the windows of connected interfaces that counts as rounding.
 const SAME_WINDOW: f64 = 1e-9;
 
-/// Couples the named sets of all interfaces, group by group, and agrees on what is exchanged.
+/// Couples the named sets of all interfaces, group by group, and agrees on the exchanged points.
 pub fn join(participants: &mut dyn Participants, interfaces: &[Interface]) -> Result<Vec<Group>> {
     let mut groups = Vec::new();
     for members in connected(interfaces) {
@@ -40,8 +40,8 @@ fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) 
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
         let peers = [pair.force_driven.peer, pair.motion_driven.peer];
-        let told = peers.map(|peer| (participants.name(peer), participants.description(peer)));
-        refuse_unsuited(interface, told)?;
+        let sides = peers.map(|peer| (participants.name(peer), participants.description(peer)));
+        refuse_unsuited(interface, sides)?;
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;
@@ -72,18 +72,18 @@ struct Seam {
     pair: Pair,
     /// Points of the continuum's set.
     offered: usize,
-    /// Those of them that are exchanged.
+    /// The exchanged points among them.
     active: Vec<usize>,
     nodes: Surface,
     points: Surface,
     mapping: Mapping,
     offset: Offset,
     period_m: Option<f64>,
-    /// [`Patch::outward_y`], where the continuum tells its normal.
+    /// [`Patch::outward_y`], if the continuum describes its normal.
     outward_y: Option<f64>,
 }
 
-/// The side that takes forces and the one that stands on a boundary, told by what they can do, not by their order.
+/// The side that takes forces and the one that stands on a boundary. Their capabilities decide, not their order.
 fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair> {
     let (mut continuum, mut motion_driven) = (None, None);
     for side in &interface.between {
@@ -102,7 +102,7 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
         }
         let capabilities = description.capabilities;
         if !(capabilities.advance || capabilities.motion_driven()) {
-            // It can take no part. Its own refusal says which of its keys is why; ours is for one that has none.
+            // It cannot take part. Its own refusal names the key to blame; ours is for a participant that names no key.
             participants.couple(peer, set)?;
         }
         let set = set.to_string();
@@ -124,18 +124,19 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
     })
 }
 
-/// A participant answers either motion or force in a window, on all of its interfaces.
+/// A participant answers either motion or force in a window, the same on all of its interfaces.
 fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<()> {
     let layers: Vec<usize> = pairs.iter().map(|pair| pair.motion_driven.peer).collect();
     let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
     let Some(peer) = continua.find(|peer| layers.contains(peer)) else {
         return Ok(());
     };
-    let problem = "would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces";
+    let problem = "would take forces on one interface and stand on a wall on another: a participant must have the same role on all of its interfaces";
     Err(Unfit::participant(participants.name(peer), problem).into())
 }
 
-/// A row of a layer stands on one body. A set of a body may carry several layers, each on nodes of its own: none can follow two of them.
+/// A row of a layer stands on one body. A set of a body may carry several layers, each on its own nodes: a node cannot
+/// follow two layers.
 fn refuse_shared(
     participants: &dyn Participants,
     interfaces: &[&Interface],
@@ -156,7 +157,7 @@ fn refuse_shared(
             Some(at) => {
                 let [x, y] = [&ours.nodes.x_m, &ours.nodes.y_m].map(|of| of[at]);
                 let why = format!(
-                    "with the node at ({x:.6e}, {y:.6e}) m, which cannot carry two layers: move them apart, or take smaller elements"
+                    "with the node at ({x:.6e}, {y:.6e}) m, which cannot carry two layers: move the layers apart, or use smaller elements"
                 );
                 (&ours.pair.force_driven, why)
             }
@@ -165,7 +166,7 @@ fn refuse_shared(
         let (name, set) = (participants.name(end.peer), &end.set);
         let [before, interface] = [first, second].map(|index| interfaces[index].name.clone());
         let problem =
-            format!("`{name}.{set}` is joined by the interface `{before}` already, {why}");
+            format!("`{name}.{set}` is already joined by the interface `{before}`, {why}");
         return Err(Unfit::SetTwice { interface, problem }.into());
     }
     Ok(())
@@ -189,13 +190,13 @@ fn clock(
         let (leader, leading) = *first.get_or_insert((interface, clock));
         let leading_s = leading.window_s();
         if (clock.window_s() - leading_s).abs() > SAME_WINDOW * leading_s {
-            let told = |of: Clock| {
+            let written = |of: Clock| {
                 let (window_s, Clock { step_s, substeps }) = (of.window_s(), of);
                 format!("{window_s:.9e} s ({substeps} x {step_s:.9e} s)")
             };
             return Err(SchemeError::from(Unfit::Windows {
                 interfaces: [leader, interface].map(|of| of.name.clone()),
-                windows: [leading, clock].map(told),
+                windows: [leading, clock].map(written),
             }));
         }
         common = greatest_common_divisor(common, substeps);
@@ -207,16 +208,16 @@ fn clock(
     })
 }
 
-/// The step (s) that the windows of an interface are counted in, `own` being that of its continuum.
+/// The step (s) in which the windows of an interface are counted; `own` is the continuum's own step.
 pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64> {
     let problem = match (own, interface.window_s) {
         (Some(step_s), None) => return Ok(step_s),
         (None, Some(window_s)) => return Ok(window_s / f64::from(interface.substeps())),
         (None, None) => format!(
-            "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
+            "is missing: participant `{continuum}` has no step of its own, so this key must give the window"
         ),
         (Some(step_s), Some(_)) => format!(
-            "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
+            "is for a continuum without a step of its own, but participant `{continuum}` has a step of {step_s:e} s: remove the key and give substeps"
         ),
     };
     Err(Unfit::interface_key(interface, "window_s", problem).into())
@@ -255,11 +256,11 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let [continuum, layer] = [&pair.force_driven, &pair.motion_driven];
     let offered = participants.couple(continuum.peer, &continuum.set)?;
     let mut points = participants.couple(layer.peer, &layer.set)?;
-    let told = participants.description(layer.peer);
+    let description = participants.description(layer.peer);
     let swapped = interface.scheme().dirichlet() == Dirichlet::ForceDriven;
     if swapped {
         let name = participants.name(layer.peer);
-        points.mass_kg = point_masses(interface, name, &layer.set, told, points.len())?;
+        points.mass_kg = point_masses(interface, name, &layer.set, description, points.len())?;
     }
     let refuse = |why: String| {
         SchemeError::from(Unfit::Geometry {
@@ -269,16 +270,16 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         })
     };
     let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
-    let told_y = normal(continuum).map(|[_, y]| *y);
-    let outward_y = told_y.filter(|y| *y != 0.0).map(f64::signum);
+    let normal_y = normal(continuum).map(|[_, y]| *y);
+    let outward_y = normal_y.filter(|y| *y != 0.0).map(f64::signum);
     let normals = normal(continuum).zip(normal(layer));
     if let Some(why) = normals.and_then(same_side) {
         return Err(refuse(why));
     }
     let sides = [continuum, layer].map(|end| {
-        let told = participants.description(end.peer).period_m.get(&end.set);
+        let period_m = participants.description(end.peer).period_m.get(&end.set);
         let name = format!("{}.{}", participants.name(end.peer), end.set);
-        (name, told.copied())
+        (name, period_m.copied())
     });
     let period_m = common_period(sides).map_err(&refuse)?;
     let (nodes, glued) = (positions(&offered), positions(&points));
@@ -286,7 +287,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         let mapping = Mapping::new(kind, &nodes, &glued, period_m);
         mapping.map_err(|error| refuse(error.to_string()))
     };
-    let smooth = told.smooth_m.get(&layer.set);
+    let smooth = description.smooth_m.get(&layer.set);
     let shape = smooth.filter(|positions| positions.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
     let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
@@ -321,7 +322,7 @@ fn pick(surface: &Surface, indices: &[usize]) -> Surface {
     Surface::of_columns(surface.columns().map(take))
 }
 
-/// Restricts every participant to the points of its sets that are exchanged; a layer exchanges all.
+/// Restricts every participant to the exchanged points of its sets; a layer exchanges all of its points.
 fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<()> {
     let continua = seams.iter().map(|seam| {
         let peer = seam.pair.force_driven.peer;
@@ -384,19 +385,19 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     }
 }
 
-/// The same from the rows alone: one above the other rows of its layer is glued to a continuum that lies on top, whose outward normal
-/// points down. The only row of a layer counts as one below it.
+/// [`Patch::outward_y`] from the rows alone. A row above the layer's other rows is glued to a continuum on top, whose
+/// outward normal points down. The only row of a layer counts as its lower one.
 fn outward(glued: &Surface, row: &Range<usize>, layer: &Range<usize>) -> f64 {
     let sum = |range: &Range<usize>| glued.y_m[range.clone()].iter().sum::<f64>();
     let mean = |range: &Range<usize>| sum(range) / range.len() as f64;
     if mean(row) > mean(layer) { -1.0 } else { 1.0 }
 }
 
-/// Surfaces of several participants in one, participant after participant.
+/// The surfaces of several participants as one, participant after participant.
 struct SideSurfaces {
     sides: Vec<Side>,
     surface: Surface,
-    /// Side of each surface, and its position in the whole.
+    /// Side of each surface, and its range in the whole.
     parts: Vec<(usize, Range<usize>)>,
 }
 
@@ -427,7 +428,7 @@ impl SideSurfaces {
     }
 }
 
-/// Adds the points of a surface to those of another.
+/// Appends the points of one surface to another.
 pub fn append(whole: &mut Surface, part: &Surface) {
     whole.x_m.extend(&part.x_m);
     whole.y_m.extend(&part.y_m);
@@ -436,7 +437,7 @@ pub fn append(whole: &mut Surface, part: &Surface) {
     whole.length_m.extend(&part.length_m);
 }
 
-/// Each number once, in the order in which it first comes up.
+/// Each number once, in the order of first appearance.
 fn each_once(numbers: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut seen = Vec::new();
     for number in numbers {

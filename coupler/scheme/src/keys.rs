@@ -1,52 +1,60 @@
-//! An interface of a scenario: two named sets, the scheme that joins them, and what the scheme alone needs.
+//! An interface of a scenario: two named sets, the scheme that joins them, and the keys that only the scheme needs.
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Two named sets that are joined.
+/// Two named sets, joined by a coupling scheme.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("anyOf" = [{ "required": ["substeps"] }, { "required": ["window_s"] }]))]
 pub struct Interface {
     /// Its name.
     pub name: String,
-    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
+    /// The two sets as `participant.set`, in either order: one of a body that takes forces, one of a solver, such as
+    /// grains, for which that body is a moving wall.
     pub between: [String; 2],
-    /// The scheme that joins them.
+    /// Coupling scheme, by which both sides agree on force and motion in a window: `dual-schur` for a linear continuum,
+    /// `dual-schur-secant` for a nonlinear one.
     pub scheme: SchemeWord,
-    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
+    /// The side that takes motion and answers with force, in `fixed-point-` and `staggered-` schemes; `wall` when
+    /// absent.
     pub dirichlet: Option<Dirichlet>,
-    /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
+    /// Explicit steps of the continuum in a window, at least 1. With `window_s` it is the number of equal parts that a
+    /// window may be cut into, 1 when absent.
     #[schemars(range(min = 1))]
     pub substeps: Option<u32>,
-    /// Length of a window (s) where the continuum has no step of its own.
+    /// Length of a window (s), required for a continuum without a step of its own and refused for one with a step.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub window_s: Option<f64>,
-    /// Relation of nodes and glued disks.
+    /// Mapping of motion from the surface nodes to the glued points, and of force back by its transpose.
     #[serde(default)]
     pub mapping: MappingKind,
-    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    /// Largest gap between the two sides that counts as closed, over the mean spacing of the surface nodes.
+    /// `fixed-point-` schemes refuse a value below the tolerance of the solver on the wall.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance_rel: f64,
-    /// Repeats of a window before it counts as not converged; 8 when absent.
+    /// Repeats of a window before it counts as not converged; 8 when absent. `staggered-` schemes and
+    /// `dual-schur-cheap` do not repeat.
     #[schemars(range(min = 1))]
     pub repeats_max: Option<u32>,
-    /// Origin of the compliance of `dual-schur` schemes; `columns` when absent.
+    /// Origin of the continuum's compliance in `dual-schur` schemes; `columns` when absent.
     pub compliance: Option<CompliancePrior>,
-    /// Treatment of the last answers by `fixed-point-` schemes; `iqn-ils` when absent.
+    /// Acceleration of the iteration in `fixed-point-` schemes; `iqn-ils` when absent.
     pub acceleration: Option<Acceleration>,
-    /// First, or constant, relaxation of `fixed-point-` schemes, above 0 and at most 1; 0.5 when absent.
+    /// Relaxation of `fixed-point-` schemes, above 0 and at most 1: the constant, or the factor of the first repeat;
+    /// 0.5 when absent.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
     pub relaxation: Option<f64>,
-    /// Largest part of the energy through the interface that may be lost or made there; not judged when absent.
+    /// Largest part of the energy through the interface that may be lost or created there; a window beyond it counts as
+    /// not converged. Not judged when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy_defect_max_rel: Option<f64>,
-    /// Treatment of a window that did not converge.
+    /// What happens to a window that did not converge.
     #[serde(default)]
     pub on_not_converged: Policy,
-    /// Runs windows that are predicted to be unstable, to show how they fail.
+    /// Runs windows although they are predicted to be unstable, to show how they fail.
     #[serde(default)]
     pub unsafe_window: bool,
 }
@@ -82,7 +90,7 @@ impl Interface {
         })
     }
 
-    /// Prefix of the names of its results and signals: nothing for the only interface of a run.
+    /// Prefix of the names of its results and signals: empty for the only interface of a run.
     pub fn prefix_among(&self, interfaces: usize) -> String {
         if interfaces == 1 {
             return String::new();
@@ -91,7 +99,7 @@ impl Interface {
     }
 }
 
-/// Interfaces that are connected through a participant, by their index; they are solved together.
+/// Groups of interfaces that participants connect, by index; each group is solved together.
 pub fn connected(interfaces: &[Interface]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, interface) in interfaces.iter().enumerate() {
@@ -113,7 +121,7 @@ pub fn connected(interfaces: &[Interface]) -> Vec<Vec<usize>> {
 /// A coupling scheme with the data that it needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CouplingScheme {
-    /// One constant force a window, equal displacements at its end (the default choice).
+    /// One constant force in a window, equal displacements at its end (the default choice).
     DualSchur {
         /// Treatment of the compliance from window to window.
         update: Update,
@@ -122,26 +130,26 @@ pub enum CouplingScheme {
         /// Repeats of a window before it counts as not converged.
         repeats_max: u32,
     },
-    /// One straight line of velocities a window, equal velocities at its end: dissipative, for slow and quasi-static
-    /// motion of a linear continuum.
+    /// Linear velocity in a window, equal velocities at its end: dissipative, for slow and quasi-static motion of a
+    /// linear continuum.
     Velocity {
         /// Repeats of a window before it counts as not converged.
         repeats_max: u32,
     },
-    /// Motion one way, force the other, repeated until both agree: needs nothing but repeatable windows.
+    /// Motion one way, force the other, repeated until both agree: requires only repeatable windows.
     FixedPoint {
         /// Order in which the sides run.
         order: Order,
         /// The side that takes motion.
         dirichlet: Dirichlet,
-        /// Treatment of the last answers.
+        /// Acceleration of the iteration.
         acceleration: Acceleration,
         /// First, or constant, relaxation, above 0 and at most 1.
         relaxation: f64,
         /// Repeats of a window before it counts as not converged.
         repeats_max: u32,
     },
-    /// The same once a window, one window late: naive, shown to fail.
+    /// The same once a window, with the answers of the window before: naive, kept to show how it fails.
     Staggered {
         /// Order in which the sides run.
         order: Order,
@@ -151,7 +159,7 @@ pub enum CouplingScheme {
 }
 
 impl CouplingScheme {
-    /// The side that takes motion and answers force; the solver on the boundary in schemes without that choice.
+    /// The side that takes motion and answers with force; in schemes without that choice, the solver on the boundary.
     pub fn dirichlet(&self) -> Dirichlet {
         match self {
             CouplingScheme::FixedPoint { dirichlet, .. }
@@ -163,14 +171,14 @@ impl CouplingScheme {
     }
 }
 
-/// Treatment of the compliance that a dual Schur scheme goes by.
+/// Treatment of the compliance that a dual Schur scheme uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Update {
-    /// It stays: exact for a linear continuum.
+    /// It stays constant: exact for a linear continuum.
     None,
-    /// It is updated by the answers of the continuum: for one that is not linear.
+    /// The answers of the continuum update it: for a nonlinear continuum.
     Secant,
-    /// It starts too soft, is updated, and serves one solve a window, whatever gap that leaves.
+    /// It starts too soft, is updated, and serves one solve a window; the gap that is left is not judged.
     Cheap,
 }
 
@@ -187,33 +195,35 @@ pub enum Order {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SchemeWord {
-    /// One constant force a window, equal displacements at its end; exact for a linear continuum.
+    /// One constant force in a window, equal displacements at its end; exact for a linear continuum.
     #[default]
     DualSchur,
-    /// The same with a compliance that follows the answers of the continuum: for one that is not linear.
+    /// The same with a compliance that follows the answers of the continuum: for a nonlinear continuum, such as a
+    /// plastic one.
     DualSchurSecant,
-    /// One solve a window, whatever gap that leaves.
+    /// One solve a window; the gap that is left is reported, not judged.
     DualSchurCheap,
-    /// Each side once a window, one after the other: naive, shown to fail.
+    /// Each side once a window, one after the other: naive, kept to show how it fails.
     StaggeredSerial,
-    /// Each side once a window, both at once: naive, shown to fail.
+    /// Each side once a window, both at once: naive, kept to show how it fails.
     StaggeredParallel,
     /// Motion one way, force the other, repeated until both agree, one side after the other.
     FixedPointSerial,
     /// The same, both sides at once.
     FixedPointParallel,
-    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum.
+    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum with small
+    /// strains.
     Velocity,
 }
 
 impl fmt::Display for SchemeWord {
-    /// As a scenario has it.
+    /// As in a scenario.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         self.serialize(f)
     }
 }
 
-/// The keys of an interface that belong to single schemes, as a scenario gives them.
+/// The keys of an interface that belong to particular schemes, as a scenario gives them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SchemeKeys {
     /// `scheme`
@@ -231,7 +241,7 @@ pub struct SchemeKeys {
 }
 
 impl SchemeKeys {
-    /// The keys of a scheme that is named without any of them.
+    /// A scheme without any further key.
     pub fn of(scheme: SchemeWord) -> SchemeKeys {
         SchemeKeys {
             scheme,
@@ -287,12 +297,13 @@ impl SchemeKeys {
         self.acceleration.unwrap_or_default()
     }
 
-    /// `relaxation`, or its default: half of the answer is where a first relaxed step neither overshoots much nor hardly moves.
+    /// `relaxation`, or its default: with half of the answer the first step neither overshoots much nor moves too
+    /// little.
     pub fn relaxation(&self) -> f64 {
         self.relaxation.unwrap_or(0.5)
     }
 
-    /// The keys that are given and mean nothing for the scheme.
+    /// The given keys that the scheme does not use.
     pub fn unused(&self) -> Vec<&'static str> {
         let scheme = self.scheme();
         let fixed_point = matches!(scheme, CouplingScheme::FixedPoint { .. });
@@ -312,15 +323,15 @@ impl SchemeKeys {
     }
 }
 
-/// The side that takes motion and answers force.
+/// The side that takes motion and answers with force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Dirichlet {
     /// The solver on the wall follows the continuum.
     #[default]
     #[serde(rename = "wall")]
     MotionDriven,
-    /// The continuum follows the wall, whose points move by the forces on them and by masses of their own: for a wall that is
-    /// heavy beside what the continuum moves in a window.
+    /// The continuum follows the wall, whose points move by the forces on them and by their own masses: for a wall that
+    /// is heavy compared with the mass that the continuum moves in a window.
     #[serde(rename = "continuum")]
     ForceDriven,
 }
@@ -332,46 +343,47 @@ pub enum CompliancePrior {
     /// The continuum's own columns: exact for a linear one.
     #[default]
     Columns,
-    /// Surface masses alone: for a continuum that gives no columns. Slow contact solves; use with `dual-schur-secant`.
+    /// Surface masses alone: for a continuum that offers no columns. Contact solves are slow; use it with
+    /// `dual-schur-secant`.
     Mass,
 }
 
-/// Treatment of the last answers by a fixed-point iteration.
+/// Acceleration of a fixed-point iteration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Acceleration {
-    /// A constant share of the new answer.
+    /// Constant relaxation: a fixed share of the new answer.
     Constant,
-    /// A share that follows the last two residuals.
+    /// Aitken relaxation: a share that follows the last two residuals.
     Aitken,
-    /// Interface quasi-Newton by least squares over the window's answers.
+    /// Interface quasi-Newton (IQN-ILS) by least squares over the window's answers.
     #[default]
     IqnIls,
 }
 
-/// Relation of nodes and glued disks. Motion goes by N and force by its transpose in each.
+/// Mapping between nodes and glued points: motion by N, force by its transpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MappingKind {
     /// Mean of the node shape functions over each disk's segment, with affine correction.
     #[default]
     Mortar,
-    /// Interpolation between the two nodes beside each disk.
+    /// Interpolation between the two nodes next to each disk.
     Linear,
     /// The nearest node.
     Nearest,
 }
 
-/// Treatment of a window that did not converge.
+/// What happens to a window that did not converge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Policy {
     /// The run ends with exit code 3.
     #[default]
     Stop,
-    /// The window stands and is counted.
+    /// The window is accepted and counted.
     Accept,
-    /// The window is done again as two of half its length; the run ends when there is nothing left to halve.
+    /// The window is repeated as two windows of half its length; the run ends when a window cannot be halved further.
     Halve,
 }
 
@@ -387,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scheme_carries_its_own_keys_and_tells_of_the_others() {
+    fn a_scheme_takes_its_own_keys_and_lists_the_unused_ones() {
         let dual =
             interface("scheme = \"dual-schur\"\nrelaxation = 0.5\nacceleration = \"aitken\"");
         assert_eq!(

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 /// Sums and extremes of an interface since the start of the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceLedger {
-    /// Sum over windows of |W - F_g . H v_g| (J), W being the work of the force that the continuum bore; which is
-    /// |F_g . (N du - H v_g)| where that is N^T F_g.
+    /// Sum over windows of |W - F_g . H v_g| (J), W being the work of the force that the continuum bore. It equals |F_g
+    /// . (N du - H v_g)| if that force is N^T F_g.
     pub energy_defect_j: f64,
     /// Sum over windows of |W| (J).
     pub energy_j: f64,
-    /// Sum over windows of W (J): what the interface has given to the continuum.
+    /// Sum over windows of W (J): the energy that the interface has given to the continuum.
     pub work_j: f64,
-    /// Sum over windows of F_g . H v_g (J): what the solver on the boundary has given to the interface.
+    /// Sum over windows of F_g . H v_g (J): the energy that the solver on the boundary has given to the interface.
     pub boundary_work_j: f64,
     /// Largest gap at the end of a window, over the mean node spacing.
     pub gap_max_rel: f64,
@@ -21,9 +21,9 @@ pub struct InterfaceLedger {
     pub force_residual_n: f64,
     /// Largest |sum F_g| (N).
     pub force_max_n: f64,
-    /// Windows that did not converge and were accepted all the same.
+    /// Windows that were accepted although they did not converge.
     pub not_converged: u64,
-    /// Windows that were done again as two halves.
+    /// Windows that were repeated as two halves.
     pub halved: u64,
     /// Sum of the repeats of all windows.
     pub repeats: u64,
@@ -33,13 +33,13 @@ pub struct InterfaceLedger {
     pub contact_iterations: u64,
     /// Largest true residual of an accepted contact solve.
     pub contact_residual_max: f64,
-    /// Kinetic energy of the points (J), where they have masses that no solver holds.
+    /// Kinetic energy of the points (J), if they have masses that belong to no solver.
     pub point_kinetic_j: f64,
-    /// The part of it that implicit Euler has lost (J).
+    /// Energy of these masses that implicit Euler has lost (J).
     pub point_loss_j: f64,
 }
 
-/// Points that move by masses of their own in a window of length H (s), by component.
+/// Points that move by their own masses in a window of length H (s), by component.
 pub struct PointMotion<'a> {
     /// Masses of the points (kg), one for two components.
     pub mass_kg: &'a [f64],
@@ -51,16 +51,16 @@ pub struct PointMotion<'a> {
     pub window_s: f64,
 }
 
-/// One window as the ledger sees it, vectors over the glued points.
+/// One window as the ledger sees it; vectors run over the glued points.
 pub struct WindowEntry<'a> {
     /// Force of the grains on the boundary (N).
     pub point_force: &'a [f64],
     /// Force that the surface nodes bore (N).
     pub nodal_force: &'a [f64],
-    /// Motion of the points that the nodes dictate, N du (m).
+    /// Motion of the points with the nodes, N du (m).
     pub point_motion: &'a [f64],
-    /// Work on the nodes beyond that of the grains' force in this window, W - N^T F_g.du: what a scheme makes or loses that
-    /// uses a force one window late, or one that is not constant in it (J).
+    /// Work on the nodes beyond the work of the grains' force in this window, W - N^T F_g.du (J). A scheme makes or
+    /// loses it if it uses a force one window late, or a force that is not constant in the window.
     pub late_work_j: f64,
     /// Motion of the points in the contact solve, H v_g (m).
     pub boundary_motion: &'a [f64],
@@ -69,7 +69,7 @@ pub struct WindowEntry<'a> {
 }
 
 impl InterfaceLedger {
-    /// Adds a window that stands.
+    /// Adds an accepted window.
     pub fn add(&mut self, entry: &WindowEntry) {
         let dot = |motion: &dyn Fn(usize) -> f64| -> f64 {
             let forces = entry.point_force.iter().enumerate();
@@ -100,15 +100,16 @@ impl InterfaceLedger {
         self.point_loss_j += lost.sum::<f64>();
     }
 
-    /// Energies that the points have stored and lost, as a participant would tell it; nothing where they have no masses.
+    /// Energies that the points have stored and lost, in the form of a participant's report; `None` if they have no
+    /// masses.
     pub fn points(&self) -> Option<ParticipantLedger> {
         let values = [self.point_kinetic_j, self.point_loss_j];
         let term = |name: &str, role| Term {
             name: name.into(),
             role,
         };
-        let told = values.iter().any(|value| *value != 0.0);
-        told.then(|| ParticipantLedger {
+        let reports = values.iter().any(|value| *value != 0.0);
+        reports.then(|| ParticipantLedger {
             terms: vec![
                 term("kinetic", Role::Stored),
                 term("numerical_loss", Role::Dissipated),
@@ -122,7 +123,7 @@ impl InterfaceLedger {
         self.point_kinetic_j + self.point_loss_j
     }
 
-    /// Adds what another interface has seen; connected ones have seen the same windows, which count once.
+    /// Adds the sums of another interface. Connected interfaces share their windows, which count once.
     pub fn merge(&mut self, other: &InterfaceLedger, same_windows: bool) {
         self.energy_defect_j += other.energy_defect_j;
         self.energy_j += other.energy_j;
@@ -143,12 +144,12 @@ impl InterfaceLedger {
         }
     }
 
-    /// energy defect / energy, see summary.json.
+    /// Energy defect over energy, as in summary.json.
     pub fn energy_defect_rel(&self) -> f64 {
         ratio(self.energy_defect_j, self.energy_j)
     }
 
-    /// force residual / force, see summary.json.
+    /// Force residual over force, as in summary.json.
     pub fn force_residual_rel(&self) -> f64 {
         ratio(self.force_residual_n, self.force_max_n)
     }
@@ -166,13 +167,13 @@ impl WindowEntry<'_> {
     }
 }
 
-/// The largest |a_i - b_i|; not a number if any of them is not.
+/// The largest |a_i - b_i|; NaN if any difference is NaN.
 pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
     differences.fold(0.0, larger)
 }
 
-/// Sum of both components of a force vector.
+/// Sum of a force vector, by component.
 pub fn total(force: &[f64]) -> [f64; 2] {
     let mut sum = [0.0; 2];
     for pair in force.chunks_exact(2) {
@@ -182,10 +183,10 @@ pub fn total(force: &[f64]) -> [f64; 2] {
     sum
 }
 
-/// Part of what is stored and dissipated up to which a work is rounding: a disk that slides on a floor has one of 2e-16.
+/// Work below this fraction of the stored and dissipated energy is rounding: a disk that slides on a floor has 2e-16.
 const ROUNDING: f64 = 1e-9;
 
-/// a / b, and zero where both are.
+/// a / b, and zero for a = 0.
 pub fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
 }
@@ -195,7 +196,7 @@ pub fn ratio(a: f64, b: f64) -> f64 {
 pub struct ParticipantLedger {
     /// Names and roles of the terms.
     pub terms: Vec<Term>,
-    /// Cumulative values (J), one a term.
+    /// Cumulative values (J), one for each term.
     pub values: Vec<f64>,
 }
 
@@ -206,22 +207,22 @@ impl ParticipantLedger {
     }
 }
 
-/// Sums of a ledger by the roles of its terms, signed and term by term in size (J).
+/// Sums of a ledger by the roles of its terms (J): signed, and of absolute values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergySums {
-    /// Work of its own loads and drives.
+    /// Work of the participant's own loads and drives.
     pub work_j: f64,
-    /// Sizes of these terms.
+    /// Sum of absolute values of these terms.
     pub work_size_j: f64,
     /// Work at interfaces.
     pub through_j: f64,
-    /// Sizes of these terms.
+    /// Sum of absolute values of these terms.
     pub through_size_j: f64,
-    /// Stored and dissipated.
+    /// Stored and dissipated energy.
     pub kept_j: f64,
-    /// Sizes of these terms.
+    /// Sum of absolute values of these terms.
     pub kept_size_j: f64,
-    /// The dissipated part of them.
+    /// The dissipated part.
     pub dissipated_j: f64,
 }
 
@@ -244,10 +245,10 @@ impl EnergySums {
         sums
     }
 
-    /// Several participants together: work of their own loads and drives, less what all of them store and dissipate. Works at
-    /// the common interface are left out on purpose: they should cancel, and what one side receives and the other does not give
-    /// shows as a defect. Without any load of their own (an initial velocity, say) the defect is compared with the work at the
-    /// interface, which each of two sides tells.
+    /// Several participants together: the work of their own loads and drives minus the energy that all of them store
+    /// and dissipate. Work at the common interface is left out on purpose: the two sides should cancel, and an energy
+    /// that only one side reports shows as a defect. Without loads of their own (with an initial velocity, say) the
+    /// defect is compared with the work at the interface, which both sides report.
     pub fn together(all: impl IntoIterator<Item = EnergySums>) -> EnergySums {
         let mut sums = EnergySums::default();
         for one in all {
@@ -273,7 +274,8 @@ impl EnergySums {
         self.work_size_j + self.through_size_j
     }
 
-    /// |W - dE - D| / sum of |W| per term, or of |dE| and |D| where no work is done beyond rounding.
+    /// |W - dE - D| over the sum of |W| of all terms, or over the sum of |dE| and |D| if no work is done beyond
+    /// rounding.
     pub fn balance_rel(&self) -> f64 {
         let worked = self.worked_j();
         let scale = if worked > ROUNDING * self.kept_size_j {
@@ -296,10 +298,10 @@ mod tests {
         }
     }
 
-    /// Two points of 3 N and 1 N downwards are given to a node as 3 N and half a newton to the right: 1 N and 0.5 N
-    /// are amiss of 4 N.
+    /// Two points push down with 3 N and 1 N, but their node gets 3 N down and 0.5 N to the right: of 4 N, 1 N and 0.5
+    /// N are wrong.
     #[test]
-    fn a_force_that_is_not_passed_on_shows_until_the_end() {
+    fn a_force_that_is_not_passed_on_stays_in_the_maximum() {
         let mut ledger = InterfaceLedger::default();
         let mut add = |nodal_force: &[f64], boundary_motion: &[f64]| {
             ledger.add(&WindowEntry {
@@ -320,9 +322,9 @@ mod tests {
         assert!((ledger.energy_defect_rel() - 1.0 / 16.0).abs() < 1e-12);
     }
 
-    /// A point of 3 N goes 2 m; the node under it bore 1 N more, then 1 N less, over those 2 m.
+    /// A point with 3 N moves 2 m; its node bears 1 N more over these 2 m, then 1 N less.
     #[test]
-    fn what_the_nodes_bore_beyond_the_grains_force_is_energy_of_the_interface() {
+    fn work_of_the_nodes_beyond_the_grains_force_is_energy_of_the_interface() {
         let mut ledger = InterfaceLedger::default();
         for late_work_j in [2.0, -2.0] {
             ledger.add(&WindowEntry {
@@ -339,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_no_number_once_stays_so() {
+    fn nan_stays_in_the_ledger() {
         let mut ledger = InterfaceLedger::default();
         let mut add = |force: f64, motion: f64| {
             ledger.add(&WindowEntry {
@@ -362,9 +364,9 @@ mod tests {
         }
     }
 
-    /// 2 kg from 1 m/s to 3 m/s: 9 J, 8 J of them new, of a work of 12 J.
+    /// 2 kg from 1 m/s to 3 m/s: 9 J, of which 8 J are new, out of a work of 12 J.
     #[test]
-    fn points_store_and_lose_what_their_inertia_takes() {
+    fn points_store_and_lose_the_work_of_their_inertia() {
         let mut ledger = InterfaceLedger::default();
         assert_eq!(ledger.points(), None);
         ledger.carry(&PointMotion {
@@ -373,7 +375,7 @@ mod tests {
             inertia: &[8.0, 0.0],
             window_s: 0.5,
         });
-        let points = ledger.points().expect("they weigh something");
+        let points = ledger.points().expect("they have mass");
         assert_eq!(points.values, [9.0, 4.0]);
         assert_eq!(points.sums().defect_j(), -13.0);
         assert_eq!(ledger.points_kept_j(), 13.0);
@@ -397,7 +399,8 @@ mod tests {
         assert_eq!(total(&sound), 0.0);
         let leaky = [side(3.0, 0.0, 3.0), side(-4.0, 10.0, 6.0)];
         assert_eq!(total(&leaky), 0.1);
-        // Without loads half of the 7 J that both sides tell of; without any work what they keep.
+        // Without loads the scale is half of the 7 J that both sides report; without any work it is the energy they
+        // keep.
         let thrown = [side(3.0, 0.0, 3.0), side(-4.0, 0.0, -2.0)];
         assert_eq!(total(&thrown), 1.0 / 3.5);
         assert_eq!(thrown[1].sums().balance_rel(), 0.5);
@@ -408,9 +411,9 @@ mod tests {
         assert_eq!(total(&braked), 0.25);
     }
 
-    /// A disk that slides on a floor: 7e-24 J of work by rounding, 4e-8 J of motion that friction takes.
+    /// A disk that slides on a floor: 7e-24 J of work are rounding, 4e-8 J of kinetic energy go into friction.
     #[test]
-    fn a_work_of_rounding_is_no_scale() {
+    fn work_within_rounding_is_not_the_scale() {
         let slides = |work: f64, lost: f64| {
             let ledger = ParticipantLedger {
                 terms: vec![
@@ -423,7 +426,7 @@ mod tests {
             ledger.sums().balance_rel()
         };
         assert!(slides(-7e-24, 4e-8 + 1e-23) < 1e-15);
-        // What is amiss of the motion still shows, and a work that is there is the scale.
+        // A defect of the kinetic energy still shows, and real work is the scale.
         assert!((slides(-7e-24, 3e-8) - 1.0 / 7.0).abs() < 1e-12);
         assert!((slides(1e-9, 4e-8) - 1.0).abs() < 1e-12);
     }

@@ -2,10 +2,10 @@
 //!
 //! # Problem
 //!
-//! A surface of a continuum carries a row of *glued* points that belong to another solver: grains that stand on a rail. In
-//! each window of length H the continuum makes m explicit steps under a force lambda on its surface nodes, the grains one implicit
-//! step on a boundary that moves. Wanted are forces and motions that agree: the same force on both sides, the same position at the
-//! window's end, and no energy from nowhere.
+//! A surface of a continuum carries a row of *glued* points that belong to another solver: grains that stand on a rail.
+//! In each window of length H the continuum makes m explicit steps under a force lambda on its surface nodes, and the
+//! grains make one implicit step on a moving boundary. Forces and motions must agree: the same force on both sides, the
+//! same position at the end of the window, and no spurious energy.
 //!
 //! ```text
 //! continuum   du  = du_free + C lambda    exact for a linear one
@@ -31,8 +31,8 @@
 //!
 //! # The default: dual Schur complement on displacement
 //!
-//! What the continuum will answer to a force is known before it is asked, so the grains stand on a boundary that yields as the
-//! continuum would, and the contact problem takes both sides in at once:
+//! The continuum's response to a force is known in advance. The grains therefore stand on a boundary that yields as the
+//! continuum would, and the contact problem contains both sides at once:
 //!
 //! ```text
 //! du_k    = advance(lambda_k)
@@ -42,52 +42,55 @@
 //! |N du_k+1 - H v_g| <= tolerance
 //! ```
 //!
-//! With exact columns C a linear continuum is run twice and the grains once a window, for any contacts. Both choices in it matter: the
-//! compliance under a *constant* force to the *displacement* at the end is sum phi phi^T (1 - cos(omega H))/omega^2 over the
-//! modes phi, never negative. The velocity at the end of a constant force has no such sign, nor has the displacement under a force that goes
-//! in a straight line, and a coupling on either can grow. For a continuum that is not linear the secant update learns C from window
-//! to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other schemes, what they are for and what they cost are below
-//! and in `scenarios/README.md`.
+//! With exact columns C, a linear continuum runs twice a window and the grains once, for any contacts. Two choices
+//! matter: the compliance from a *constant* force to the *displacement* at the end is sum phi phi^T (1 - cos(omega
+//! H))/omega^2 over the modes phi, which is never negative. The velocity at the end of a constant force has no such
+//! sign, nor has the displacement under a force that is linear in time. A coupling on either can grow. For a nonlinear
+//! continuum the secant update learns C from window to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other
+//! schemes, their purpose and their cost are described below and in `scenarios/README.md`.
 //!
 //! # Checks
 //!
 //! - Gap: |N du - H v_g| at the end of each window, over the node spacing: `gap_max_rel`. It decides.
-//! - Contact solves by their true residual ([`starved`](criteria::starved)): one that was given too few iterations still has a gap
-//!   of zero.
-//! - Momentum: both sides of a window bear the same force, N^T conserves its sum and moment: `force_residual_rel`.
-//! - Energy of the interface: exactly F_g.(N du - H v_g), each window ([`InterfaceLedger`](ledger::InterfaceLedger)); what a
-//!   participant tells of it against what was exchanged; and work, stored and dissipated energy of all sides together.
-//! - Bits: the hashes of exchange and state are equal for equal scenarios, any number of threads and either transport.
+//! - Contact solves: by their true residual ([`starved`](criteria::starved)). A solve with too few iterations still has
+//!   a gap of zero.
+//! - Momentum: both sides bear the same force in a window, and N^T conserves its sum and moment: `force_residual_rel`.
+//! - Energy: F_g.(N du - H v_g) of each window at the interface, exactly
+//!   ([`InterfaceLedger`](ledger::InterfaceLedger)); the work that a participant reports against the exchanged work;
+//!   and work, stored and dissipated energy of all sides together.
+//! - Bits: equal scenarios give equal hashes of exchange and state, with any number of threads and either transport.
 //! - Answers on paper: split bars, added masses, impacts, static patches, columns between strip and wheel (`tests/coupling`).
 //!
 //! # Limits
 //!
-//! One compliance matrix is kept in full: (2 n)^2 numbers for n exchanged nodes. Windows beyond a quarter of the
-//! continuum's first period lose accuracy, which `check` tells; those beyond the bounds of the grains are refused. The mapping is for a line of nodes and a row of points along it; points off the
-//! line are moved by what lies below them. A body that carries several layers feels each of them one repeat late, which more repeats
-//! heal: of two layers in any window, of more while a layer is moved less by the others together than by itself ([`dual_schur`]).
-//! The coupler knows the parts of the physics that cross the interface; wrong units inside a participant are beyond it.
+//! One compliance matrix is stored in full: (2 n)^2 numbers for n exchanged nodes. Windows longer than a quarter of the
+//! continuum's first period lose accuracy, as `check` reports; windows beyond the bounds of the grains are refused. The
+//! mapping is for a line of nodes and a row of points along it; a point off the line moves with the nodes below it. A
+//! body that carries several layers feels each of them one repeat late. More repeats remove the error: for two layers
+//! in any window, for more while the others together move a layer less than it moves itself ([`dual_schur`]). The
+//! coupler sees only the physics that crosses the interface; it cannot find wrong units inside a participant.
 //!
 //! # Modules
 //!
-//! From the ground up, each naming only those before it:
-//! - [`clock`]: windows in integer steps; [`mapping`]: glued points as weighted means of surface nodes; [`nodal_mass`]: their
-//!   masses on these; [`ledger`]: work, momentum and gap of an interface, energies of both sides;
-//! - [`group`]: interfaces that are solved together;
-//! - [`participants`]: the port through which schemes speak to solvers;
+//! From the ground up; each module uses only those before it:
+//! - [`clock`]: windows in integer steps; [`mapping`]: glued points as weighted means of surface nodes; [`nodal_mass`]:
+//!   the points' masses on the nodes; [`ledger`]: work, momentum and gap of an interface, energies of both sides;
+//! - [`group`]: interfaces solved together;
+//! - [`participants`]: the trait through which schemes call solvers;
 //! - [`join`](mod@join): the interfaces of a scenario made ready for their first window;
-//! - [`source`], [`compliance`]: C of the continua, and the boundary that it makes for the contacts;
+//! - [`source`], [`compliance`]: C of the continua, and the boundary that the contacts get from it;
 //! - [`window`]: the answers of all sides; [`criteria`]: their judgement; [`vectors`], [`problem`]: a window as a scheme sees it;
-//! - [`dual_schur`], [`velocity`], [`staggered`], [`fixed_point`] with [`acceleration`], [`neumann_dirichlet`]: one scheme a file;
+//! - [`dual_schur`], [`velocity`], [`staggered`], [`fixed_point`] with [`acceleration`], [`neumann_dirichlet`]: one
+//!   scheme in each file;
 //! - [`coupling`]: a group with its scheme, its state and its policy;
-//! - [`predict`]: stability before the first window, by the scheme itself on linear participants.
+//! - [`predict`]: stability before the first window, by running the scheme itself on linear participants.
 //!
 //! # Equations, functions, sources
 //!
-//! du is the increment of the continuum in a window of length H, lambda the force on it, v_g the velocity of the glued points and
-//! F_g the force of the grains there; N takes the motion of nodes to that of points, C is the condensed compliance of the
-//! continuum, D its impedance. RSB stands for Renouf, Saulot and Berthier (2006), who ran both scales separately: their equations
-//! are those of the solvers.
+//! du is the increment of the continuum in a window of length H, lambda the force on it, v_g the velocity of the glued
+//! points and F_g the force of the grains there; N maps the motion of nodes to the motion of points, C is the condensed
+//! compliance of the continuum, D its impedance. Renouf, Saulot and Berthier (2006) ran both scales separately; the
+//! solvers use their equations.
 //!
 //! | equation | function | source |
 //! |---|---|---|

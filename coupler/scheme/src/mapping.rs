@@ -1,4 +1,4 @@
-//! Glued points as weighted means of surface nodes: motion goes by N, force by its transpose.
+//! Glued points as weighted means of surface nodes: N maps motion, its transpose maps force.
 
 mod error;
 mod line;
@@ -21,18 +21,19 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// Rows made from each point's position and segment on the line through `nodes` (m); a single node carries all.
+    /// Makes each row from its point's position and segment on the line through `nodes` (m); a single node carries all
+    /// points.
     ///
-    /// Mortar weights have an affine correction: row i is the mean of the nodes' shape functions over the segment of point i
-    /// (halfway to its neighbours, cut at the ends of the line), plus (s_i - centre of the segment) times their mean slope
-    /// there. Constant and linear fields are reproduced exactly, so that N^T conserves force and moment; the mean keeps a
+    /// Mortar weights have an affine correction: row i is the mean of the nodes' shape functions over the segment of
+    /// point i (halfway to its neighbours, cut at the ends of the line), plus (s_i - centre of the segment) times their
+    /// mean slope there. Constant and linear fields are exact, so that N^T conserves force and moment; the mean keeps a
     /// uniform pressure nearly uniform.
     ///
-    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too. A line that
-    /// repeats after `period_m` along x has images of its nodes and points on both sides, and no ends. Each node is then listed
-    /// once, within one period; points may lie in any. Places are counted along x. Constant fields are reproduced exactly, so
-    /// that N^T conserves force; linear fields, which do not repeat, away from the seam only, and the moment of forces that
-    /// cross it has no meaning.
+    /// Positions along the line are measured on its chord, so that linear fields stay linear on a curved line too. A
+    /// line with the period `period_m` along x has images of its nodes and points on both sides, and no ends. Each node
+    /// is then listed once, within one period; points may lie in any period. Positions are measured along x. Constant
+    /// fields are exact, so that N^T conserves force. Linear fields do not repeat: they are exact only away from the
+    /// seam, and the moment of forces that cross the seam has no meaning.
     pub fn new(
         kind: MappingKind,
         nodes: &[[f64; 2]],
@@ -93,7 +94,7 @@ impl Mapping {
         }
     }
 
-    /// A mapping of so many points that carries nothing yet.
+    /// A mapping with this many nodes and points, without any weight yet.
     pub fn empty(nodes: usize, points: usize) -> Mapping {
         Mapping {
             rows: vec![Vec::new(); points],
@@ -101,7 +102,7 @@ impl Mapping {
         }
     }
 
-    /// Puts another mapping in place, from the point `first_point` and the node `first_node` on.
+    /// Inserts another mapping at the point `first_point` and the node `first_node`.
     pub fn put(&mut self, first_point: usize, first_node: usize, other: &Mapping) {
         for (row, theirs) in self.rows[first_point..].iter_mut().zip(&other.rows) {
             let moved = theirs
@@ -111,7 +112,7 @@ impl Mapping {
         }
     }
 
-    /// The part of it between some points and some nodes; all other nodes count as held.
+    /// The part between these points and these nodes; all other nodes count as fixed.
     pub fn block(&self, points: &Range<usize>, nodes: &Range<usize>) -> Mapping {
         let rows = self.rows[points.clone()].iter();
         let inside = |row: &Vec<(usize, f64)>| {
@@ -157,7 +158,7 @@ impl Mapping {
         self.motions(&self.motions(nodal))
     }
 
-    /// The motions of the points by each column of nodal motions, row by row.
+    /// The motions of the points for each column of nodal motions, row by row.
     fn motions(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
         let mut result = DMatrix::zeros(nodal.ncols(), 2 * self.rows.len());
         for (column, motion) in nodal.column_iter().enumerate() {

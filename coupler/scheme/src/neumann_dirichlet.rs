@@ -1,25 +1,26 @@
-//! Fixed point and staggered coupling with the roles exchanged: the layer takes forces (Neumann side), the continuum takes
+//! Fixed-point and staggered coupling with exchanged roles: the layer takes forces (Neumann side), the continuum takes
 //! motion (Dirichlet side).
 //!
-//! The continuum's velocity goes in a straight line from v_0 to v, as in [`super::velocity`], and lambda is the force that
-//! it takes at the end. The points of the layer ride on the line of the nodes and push it by F_g; with their own masses M_p,
-//! M_n = N^T M_p N and -lambda on the line its velocity at the end is that of one implicit step,
+//! The continuum's velocity is linear in time from v_0 to v, as in [`super::velocity`], and lambda is the force that
+//! this motion requires at the end. The points of the layer ride on the line of nodes and push it by F_g. With the
+//! points' own masses M_p, M_n = N^T M_p N and -lambda on the line, one implicit step gives the velocity of the line at
+//! the end,
 //!
 //! ```text
 //! v' = v_0 + M_n^-1 (H N^T F_g - H lambda),   v_g = N v',   v <- accelerated (v, v')
 //! ```
 //!
-//! until H N (v - v') is within the tolerance. With p = H F_g the layer is told just that as its free velocity and its
-//! compliance: a_g = N (v_0 - H M_n^-1 lambda), W_g = N M_n^-1 N^T, which is what [`super::dual_schur`] tells it with
-//! C = H^2 M_n^-1. What cannot move of the continuum cannot on the line.
+//! until H N (v - v') is within the tolerance. With p = H F_g this is a free velocity and a compliance for the layer:
+//! a_g = N (v_0 - H M_n^-1 lambda), W_g = N M_n^-1 N^T, as in [`super::dual_schur`] with C = H^2 M_n^-1. Components
+//! that the continuum holds are held on the line too.
 //!
-//! Converged, it equals scheme `velocity` for a continuum that is M_n heavier: the masses of the points are a part of the
-//! model, which they are not where the layer takes the motion. A repeat contracts by |1 - omega (1 + 1 / (C S))| with C = H D^-1,
-//! D the impedance of the continuum, and S what the layer with its points resists: where the layer is heavy the continuum is
-//! a good follower, and the added mass of Causin, Gerbeau and Nobile (2005) works the other way round (relaxations: Kuettler
-//! and Wall 2008).
+//! The converged solution equals scheme `velocity` for a continuum with the additional mass M_n: here the masses of the
+//! points are part of the model, unlike in schemes whose layer takes the motion. A repeat contracts by |1 - omega (1 +
+//! 1 / (C S))| with C = H D^-1, D the impedance of the continuum, and S the resistance of the layer with its points.
+//! The continuum follows a heavy layer well: the added mass of Causin, Gerbeau and Nobile (2005) acts in reverse
+//! (relaxations: Kuettler and Wall 2008).
 //!
-//! The points' own inertia counts to the layer: what the nodes are given is F_g - M_p (v_g - N v_0) / H.
+//! The points' own inertia belongs to the layer: the nodes get F_g - M_p (v_g - N v_0) / H.
 
 use protocol::{Reaction, Window};
 
@@ -32,21 +33,22 @@ use super::window::{Answer, SolvedWindow};
 use crate::error::Result;
 use crate::keys::Order;
 
-/// Motion of the layers under a force.
+/// Answer of the layers to a force.
 struct Pushed {
-    /// With the forces that are left for the nodes.
+    /// With the forces that remain for the nodes.
     answer: Answer,
-    /// The part of those of the layers that the masses of the points take (N).
+    /// The part of the layers' forces that the masses of the points take (N).
     inertia: Vec<f64>,
     /// v' (m/s).
     velocity: Vec<f64>,
 }
 
-/// Advice to a user whose fixed point was not reached.
-const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take dirichlet = \"wall\" for a wall that is light beside the continuum";
+/// Advice for a fixed point that was not reached.
+const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take dirichlet = \"wall\" for a wall that is light compared with the continuum";
 
-/// Solves a window in one pass: the continuum follows the velocity that the layers had at the end of the window before, and they
-/// take its force, or both at once, each with the answer of the other one window before. Nothing is repeated and no gap is judged.
+/// Solves a window in one pass, without repeats or a judged gap. In serial order the continuum follows the layers'
+/// velocity at the end of the previous window, then the layers take its force. In parallel order each side uses the
+/// other's previous answer.
 pub fn solve_staggered(
     problem: &mut WindowProblem,
     order: Order,
@@ -68,7 +70,7 @@ pub fn solve_staggered(
     })
 }
 
-/// Solves a window by v -> v'(lambda(v)), accelerated, until both are the same; `relaxation` is that of a first parallel pass.
+/// Solves a window by v -> v'(lambda(v)), accelerated, until both agree; `relaxation` applies to a first parallel pass.
 pub fn solve_fixed_point(
     problem: &mut WindowProblem,
     rules: FixedPoint,
@@ -80,7 +82,7 @@ pub fn solve_fixed_point(
     let mut accelerator: Accelerator = rules.accelerator;
     let mut velocity = problem.start.velocity.clone();
     if rules.order == Order::Parallel {
-        // No answer to this velocity, so that it says nothing of the fixed point's own slope.
+        // This is not an answer to this velocity, so it has no information on the slope of the fixed point.
         let (_, pushed) = at_once(problem, &window, &velocity)?;
         for (v, answer) in velocity.iter_mut().zip(&pushed.velocity) {
             *v += relaxation * (answer - *v);
@@ -91,7 +93,7 @@ pub fn solve_fixed_point(
         let (reaction, pushed) = one_by_one(problem, &window, &velocity)?;
         let increment = motion_of(&velocity, window_s);
         let verdict = problem.judge(&window, &increment, &pushed.answer, ADVICE);
-        // A tolerance above what a window changes would else keep the velocity of the window before.
+        // Otherwise a tolerance above the change in a window would keep the velocity of the previous window.
         let first = window.iteration == 0 && verdict.starved.is_empty();
         if (verdict.wants_repeat() || first) && window.iteration < rules.repeats_max {
             velocity = accelerator.next(&velocity, &pushed.velocity);
@@ -107,7 +109,7 @@ pub fn solve_fixed_point(
     }
 }
 
-/// The window in which the continua went along a velocity and the layers were pushed.
+/// The window in which the continua followed a velocity and the layers took forces.
 fn solved(
     problem: &WindowProblem,
     window: Window,
@@ -131,7 +133,7 @@ fn solved(
     }
 }
 
-/// The continua along a velocity, then the layers under the force that this takes.
+/// Moves the continua along a velocity, then the layers under the force that this requires.
 fn one_by_one(
     problem: &mut WindowProblem,
     window: &Window,
@@ -142,7 +144,7 @@ fn one_by_one(
     Ok((reaction, pushed))
 }
 
-/// Both at once, the layers under the force of the window before.
+/// Moves both at once, the layers under the force of the previous window.
 fn at_once(
     problem: &mut WindowProblem,
     window: &Window,
@@ -155,7 +157,7 @@ fn at_once(
     Ok((reaction?, pushed?))
 }
 
-/// The layers with -lambda (N) on the line of the nodes.
+/// Solves the layers with -lambda (N) on the line of the nodes.
 fn push(problem: &mut WindowProblem, window: &Window, lambda: &[f64]) -> Result<Pushed> {
     let (group, v_0) = (problem.group, &problem.start.velocity);
     let window_s = group.window_s(window);
@@ -186,7 +188,7 @@ fn inertia(problem: &WindowProblem, window_s: f64, velocity: &[f64]) -> Vec<f64>
     change.collect()
 }
 
-/// Force on the nodes (N): the one that the continua took, and on what cannot move the rest that the layers leave for it.
+/// Force on the nodes (N): the force that the continua took and, on held components, the force that the layers leave.
 fn acting(
     problem: &WindowProblem,
     window: &Window,

@@ -1,6 +1,6 @@
-//! Masses of the points of a layer on the nodes that they ride on.
+//! Masses of a layer's points on the nodes that carry them.
 //!
-//! With v_g = N v and the masses M_p of the points their inertia is on the nodes M_n = N^T M_p N, the same in both components.
+//! With v_g = N v and the points' masses M_p, the mass on the nodes is M_n = N^T M_p N, the same in both components.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::mapping::Mapping;
 
-/// The part of a mass on a node that must be its own: less is rounding of what its neighbours carry.
+/// The fraction of a node's mass that must be its own: less is rounding of its neighbours' masses.
 const OWN: f64 = 1e-9;
 
 /// M_n = N^T M_p N (kg) of these nodes, from the masses (kg) of all points.
@@ -31,7 +31,7 @@ pub fn nodal_mass(mapping: &Mapping, mass_kg: &[f64], nodes: &Range<usize>) -> D
     matrix
 }
 
-/// The first node that no mass of its own is left for once those before it are held: with it, the masses have no inverse.
+/// The first node without mass of its own once the nodes before it are held: it makes the mass matrix singular.
 pub fn massless_node(masses: &DMatrix<f64>) -> Option<usize> {
     let size = masses.nrows();
     let mut rest = masses.clone();
@@ -68,7 +68,7 @@ mod tests {
 
     const NODES: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
 
-    /// A quarter of the way between two nodes, 4 kg weigh 4 (9, 3; 3, 1) / 16.
+    /// 4 kg at a quarter of the way between two nodes give 4 (9, 3; 3, 1) / 16 kg.
     #[test]
     fn a_point_between_two_nodes_weighs_on_both() {
         let points = [[0.25, 0.0], [1.0, 0.0], [2.0, 0.0]];

@@ -1,30 +1,31 @@
-//! The port through which schemes speak to the participants of a run.
+//! The trait through which schemes call the participants of a run.
 //!
-//! A participant goes by its index in the scenario. The force-driven one takes forces and answers motion, the motion-driven
-//! one solves its contacts on a boundary whose motion it is told. Requests that begin and finish let several participants work
-//! at the same time: between the two a scheme may begin others. Vectors hold two components a point, `(x0, y0, x1, y1, ...)`.
+//! A participant is identified by its index in the scenario. The force-driven one takes forces and answers with motion.
+//! The motion-driven one solves its contacts on a boundary whose motion it gets. Pairs of requests to begin and to
+//! finish let several participants work at the same time: in between a scheme may begin others. Vectors hold two
+//! components a point, `(x0, y0, x1, y1, ...)`.
 
 use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
 
 use crate::error::Result;
 
-/// A window that a participant is asked for, by component.
+/// A window as requested from a participant, by component.
 #[derive(Clone, Copy, Debug)]
 pub enum Request<'a> {
     /// Under a constant force (N).
     Advance(&'a [f64]),
-    /// Along a velocity that goes in a straight line to this one (m/s).
+    /// Along a velocity that is linear in time and ends at this one (m/s).
     PrescribeVelocity(&'a [f64]),
-    /// A contact solve on the boundary with this free velocity a_g (m/s).
+    /// A contact solve on a boundary with this free velocity a_g (m/s).
     Solve(&'a [f64]),
 }
 
-/// The participants of a run, wherever they live.
+/// The participants of a run, in any process.
 ///
-/// Between two [`Participants::accept`] every request starts again from the last accepted state.
+/// Between two calls of [`Participants::accept`] every request starts from the last accepted state.
 pub trait Participants {
-    /// Participants of the run.
+    /// Number of participants.
     fn count(&self) -> usize;
 
     /// Name in the scenario, for messages.
@@ -39,14 +40,15 @@ pub trait Participants {
     /// Restricts the exchange to these points of all coupled sets.
     fn select(&mut self, peer: usize, points: &[usize]) -> Result<()>;
 
-    /// Condensed compliance C (m/N), n x n, of a first window like this one, in own steps, n being its exchanged components.
+    /// Condensed compliance C (m/N), n x n, of a first window like this one in the participant's own steps; n counts
+    /// its exchanged components.
     fn compliance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>>;
 
     /// Impedance D (kg/s), n x n, of such a window.
     fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>>;
 
-    /// Announces windows of the length H (s) of this one, and the compliance W_g (1/kg), n x n, of the boundary in it:
-    /// v_g = a_g + W_g p. Zero for a boundary that moves exactly as it is told.
+    /// Announces windows of length H (s), like this one, and the boundary's compliance W_g (1/kg), n x n, in them: v_g
+    /// = a_g + W_g p. It is zero for a boundary with prescribed motion.
     fn set_boundary(
         &mut self,
         peer: usize,
@@ -58,10 +60,10 @@ pub trait Participants {
     /// Begins a window.
     fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<()>;
 
-    /// Displacement increments (m) of the window begun under a force, `n` components.
+    /// Displacement increments (m) of the window begun under a force; `n` components.
     fn finish_advance(&mut self, peer: usize, window: &Window, n: usize) -> Result<Vec<f64>>;
 
-    /// Reaction of the window begun along a velocity, `n` components.
+    /// Reaction of the window begun along a velocity; `n` components.
     fn finish_prescribed_velocity(
         &mut self,
         peer: usize,
@@ -69,14 +71,14 @@ pub trait Participants {
         n: usize,
     ) -> Result<Reaction>;
 
-    /// Answer of the contact solve begun, `n` components.
+    /// Answer of the contact solve begun; `n` components.
     fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer>;
 
-    /// Makes the last answer for this window the state; `displacement` (m) is that of the boundary, empty for a force-driven
+    /// Makes the last answer for this window the state; `displacement` (m) is the boundary's, empty for a force-driven
     /// participant.
     fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<()>;
 
-    /// Lets the participant begin an advance that will be asked for next, as soon as it has accepted.
+    /// Lets the participant begin the advance that will be requested next, as soon as it has accepted.
     fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let _ = (peer, window, force);
         Ok(())

@@ -9,25 +9,25 @@ use super::participants::Participants;
 use crate::error::{Result, Unfit};
 use crate::keys::{CompliancePrior, CouplingScheme, Dirichlet};
 
-/// Source of a matrix that is not known yet.
+/// Source of a matrix that is still unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComplianceSource {
     /// The participant's own columns: the motion under a constant force.
     Columns,
     /// Surface masses alone.
     Mass,
-    /// H D^-1 with the participant's own impedance D: the part of H v that a change of the force at the end of a window makes
-    /// when the velocity goes in a straight line.
+    /// H D^-1 with the participant's own impedance D: the change of H v for a change of the force at the end of a
+    /// window in which the velocity is linear in time.
     Impedance,
-    /// H^2 M_n^-1 with the masses of the points on the nodes, for the components that can move: a line of nodes that moves
-    /// by them alone.
+    /// H^2 M_n^-1 with the masses of the points on the nodes, for the components that can move: a line of nodes with
+    /// only these masses.
     Points,
-    /// No matrix at all: the boundary moves exactly as it is told.
+    /// No matrix: the motion of the boundary is prescribed.
     Rigid,
 }
 
 impl ComplianceSource {
-    /// The source of the compliance that a scheme goes by.
+    /// The source of the compliance that a scheme uses.
     pub fn of(scheme: &CouplingScheme) -> ComplianceSource {
         match (scheme, scheme.dirichlet()) {
             (CouplingScheme::DualSchur { compliance, .. }, _) => match compliance {
@@ -57,7 +57,7 @@ impl ComplianceSource {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
                     let name = participants.name(side.peer);
-                    Unfit::NoInverse(format!("participant `{name}`: its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""))
+                    Unfit::NoInverse(format!("participant `{name}`: its impedance over {steps} steps has no inverse, although every explicit body below its stability limit has one; lower its time.step_s, or take scheme = \"dual-schur\""))
                 })?;
                 Ok(yields * group.window_s(window))
             }
@@ -70,8 +70,8 @@ impl ComplianceSource {
     }
 }
 
-/// The inverse of a symmetric matrix on the components that move; zero for the others, which have zeros in their columns.
-/// `None` unless it is positive definite there.
+/// The inverse of a symmetric matrix on the components that move, with zeros for the others, whose columns are zero.
+/// `None` unless the matrix is positive definite there.
 fn inverse_of_what_moves(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let moving = (0..matrix.nrows()).filter(|i| matrix[(*i, *i)] != 0.0);
     let moving: Vec<usize> = moving.collect();
@@ -87,7 +87,7 @@ fn inverse_of_what_moves(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(whole)
 }
 
-/// H^2 / (2 m sqrt(substeps)) (m/N) on the diagonal: a free node that drags along what a wave reaches in the window.
+/// H^2 / (2 m sqrt(substeps)) (m/N) on the diagonal: a free node with the mass that a wave reaches in the window.
 pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     let window_s = group.window_s(window);
     let own_steps = f64::from(window.substeps * side.steps);
@@ -97,7 +97,7 @@ pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     DMatrix::from_diagonal(&diagonal)
 }
 
-/// H^2 M_n^-1 on the components that have an impedance; zero for the others.
+/// H^2 M_n^-1 on the components with an impedance; zero for the others.
 fn points_only(
     group: &Group,
     side: &Side,
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_move_yields_nothing_and_the_rest_as_its_inverse() {
+    fn held_components_have_zero_compliance_and_the_rest_is_inverted() {
         let resists = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 2.0]);
         let yields = inverse_of_what_moves(&resists).expect("it is definite");
         let exact = [2.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 2.0].map(|part| part / 3.0);

@@ -1,12 +1,13 @@
-//! Naive staggered coupling: every side runs once a window with the last answer of the other. Nothing is repeated and no gap is
-//! judged; kept to show how it fails where the motion-driven side is heavy (added mass: Causin, Gerbeau and Nobile 2005).
+//! Naive staggered coupling: every side runs once a window with the last answer of the other. It repeats nothing and
+//! judges no gap; it is kept to show how it fails where the motion-driven side is heavy (added mass: Causin, Gerbeau
+//! and Nobile 2005).
 //!
 //! ```text
 //! serial     du = advance(lambda_0),  F_g = solve(N du),          lambda = N^T F_g
 //! parallel   du = advance(lambda_0),  F_g = solve(N du_0),        lambda = N^T F_g
 //! ```
 //!
-//! lambda_0 and du_0 are those of the window before. The other way round is [`super::neumann_dirichlet`].
+//! lambda_0 and du_0 come from the previous window. [`super::neumann_dirichlet`] exchanges the roles.
 
 use protocol::Window;
 

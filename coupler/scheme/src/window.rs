@@ -1,23 +1,23 @@
-//! The answers of all sides in a window, and the window that they make.
+//! The answers of all sides in a window, and the solved window.
 
 use protocol::Window;
 use serde::{Deserialize, Serialize};
 
-/// Outcome of trying a window.
+/// Outcome of an attempt at a window.
 #[derive(Clone, Debug)]
 pub enum Attempt {
-    /// It is accepted, and everybody's state.
+    /// The window is accepted and is the state of all sides.
     Accepted(AcceptedWindow),
-    /// It did not converge, and the scenario wants it halved. Nothing has changed.
+    /// The window did not converge, and the scenario wants it halved. No state has changed.
     Halve,
 }
 
 /// An accepted window, as the outputs see it.
 #[derive(Clone, Debug, Default)]
 pub struct AcceptedWindow {
-    /// Interfaces of the group, by their index in the scenario, and the signals of each.
+    /// Interfaces of the group by their index in the scenario, with the signals of each.
     pub signals: Vec<(usize, InterfaceSignals)>,
-    /// Participants of the group and the report of each.
+    /// Participants of the group, with the report of each.
     pub reports: Vec<(usize, Vec<f64>)>,
 }
 
@@ -28,9 +28,9 @@ pub struct InterfaceSignals {
     pub repeats: u32,
     /// Gap over the mean node spacing.
     pub gap_rel: f64,
-    /// Sum of the forces that the answers leave for the continuum's nodes (N).
+    /// Sum of the forces on the continuum's nodes by the answers (N).
     pub force_n: [f64; 2],
-    /// The part of it that presses on the continuum's surface (N).
+    /// The component that presses on the continuum's surface (N).
     pub pressing_n: f64,
 }
 
@@ -41,9 +41,9 @@ pub struct InterfaceState {
     pub last_motion: Vec<f64>,
     /// Force on the exchanged nodes (N) in the window.
     pub lambda: Vec<f64>,
-    /// Velocity of the exchanged nodes (m/s) at its end, where the scheme prescribes it.
+    /// Velocity of the exchanged nodes (m/s) at its end, if the scheme prescribes it.
     pub velocity: Vec<f64>,
-    /// Total displacement of the exchanged nodes (m), as the motion-driven participants were told of it.
+    /// Total displacement of the exchanged nodes (m), as sent to the motion-driven participants.
     pub displacement: Vec<f64>,
 }
 
@@ -87,7 +87,7 @@ pub struct Solve {
     pub iterations: u64,
     /// True residual, relative.
     pub residual: f64,
-    /// True if that is within the solver's own tolerance.
+    /// True if the residual is within the solver's own tolerance.
     pub converged: bool,
 }
 
@@ -96,21 +96,21 @@ pub struct Solve {
 pub struct SolvedWindow {
     /// The window with its last repeat.
     pub window: Window,
-    /// Increments of the nodes (m), as the motion-driven participants were told.
+    /// Increments of the nodes (m), as sent to the motion-driven participants.
     pub increment: Vec<f64>,
-    /// Increments that the force-driven participants would have under the forces of the others (m): `increment`, where they went
-    /// under these.
+    /// Increments of the force-driven participants under the forces of the others (m); equal to `increment` if they ran
+    /// under these forces.
     pub wanted: Vec<f64>,
-    /// Force that the force-driven participants bore (N): the constant one of their window or, along a prescribed velocity, their
-    /// own at its end. Schemes that use the answers late do not make it equal to `lambda`.
+    /// Force that the force-driven participants bore (N): the constant force of their window or, along a prescribed
+    /// velocity, their own force at its end. It differs from `lambda` in schemes that use the answers late.
     pub borne: Vec<f64>,
     /// Work of that force on them by component (J), over the whole window.
     pub work: Vec<f64>,
-    /// Velocity of the nodes at the end (m/s), where the scheme prescribes it.
+    /// Velocity of the nodes at the end (m/s), if the scheme prescribes it.
     pub velocity: Option<Vec<f64>>,
-    /// Part of the forces on the points that their own masses take (N), where they have any.
+    /// Part of the forces on the points that their own masses take (N), if they have masses.
     pub inertia: Vec<f64>,
-    /// Force that the answers leave for the nodes, with which the next window begins (N).
+    /// Force on the nodes by the answers (N), with which the next window begins.
     pub lambda: Vec<f64>,
     /// The answers of the motion-driven participants.
     pub answer: Answer,
@@ -119,7 +119,7 @@ pub struct SolvedWindow {
 }
 
 impl SolvedWindow {
-    /// A window whose force was constant in it: the increments are those under `acting`, and the answers give `lambda`.
+    /// A window under a constant force: `acting` gives the increments, and the answers give `lambda`.
     pub fn under_constant_force(
         window: Window,
         acting: &[f64],
@@ -163,7 +163,7 @@ pub struct WindowVerdict {
 }
 
 impl WindowVerdict {
-    /// True if another repeat could close a gap: after a starved solve none can.
+    /// True if another repeat could close a gap; after a solve that ran out of iterations it cannot.
     pub fn wants_repeat(&self) -> bool {
         !self.open.is_empty() && self.starved.is_empty()
     }

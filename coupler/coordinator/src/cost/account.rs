@@ -1,30 +1,30 @@
-//! The time of the windows of a run by who was at work.
+//! The time of a run's windows, by the process at work.
 
 use protocol::busy::{BusyTimes, kept_before_ns};
 use serde::Serialize;
 
-/// Wall-clock times (s) that add up to that of the windows. Each moment counts once, however many are at work in it.
+/// Wall-clock times (s) that add up to the time of the windows. Each moment counts once, for any number of processes at
+/// work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TimeAccount {
     /// At least one participant was at work.
     pub solve_wall_s: f64,
-    /// Only the coordinator was.
+    /// Only the coordinator was at work.
     pub own_wall_s: f64,
-    /// Nobody was: frames were under way, processes woke up.
+    /// No process was at work: frames were under way, processes woke up.
     pub wait_s: f64,
 }
 
 impl TimeAccount {
-    /// Accounts for the time between two instants (ns), from the times in which each participant says it was at work and those in which
-    /// the coordinator did nothing but wait for it. For a participant that tells no times of this stretch the latter stand.
-    pub fn of(stretch_ns: [u64; 2], told: &[BusyTimes], awaited: &[BusyTimes]) -> TimeAccount {
-        let busy = told
-            .iter()
-            .zip(awaited)
-            .map(|(told, seen)| match speaks_of(told, stretch_ns) {
-                true => told,
-                false => seen,
-            });
+    /// Splits the time between two instants (ns). `reported` are the times in which each participant was at work by its
+    /// own report, `awaited` the times in which the coordinator only waited for it. The latter replace the former for a
+    /// participant that reports no times in this stretch.
+    pub fn of(stretch_ns: [u64; 2], reported: &[BusyTimes], awaited: &[BusyTimes]) -> TimeAccount {
+        let pairs = reported.iter().zip(awaited);
+        let busy = pairs.map(|(own, awaited)| match covers(own, stretch_ns) {
+            true => own,
+            false => awaited,
+        });
         let busy: Vec<&BusyTimes> = busy.collect();
         let all = busy.iter().copied().chain(awaited);
         let every = all.clone().map(|times| times.every).max().unwrap_or(1);
@@ -41,14 +41,14 @@ impl TimeAccount {
     }
 }
 
-/// True for times with a span in the stretch. A program with another clock tells none, and a number of slots that is no power of two is
-/// not ours.
-fn speaks_of(times: &BusyTimes, [start, end]: [u64; 2]) -> bool {
+/// True for times with a span in the stretch. A program with another clock has none there, and a number of slots that
+/// is not a power of two is not ours.
+fn covers(times: &BusyTimes, [start, end]: [u64; 2]) -> bool {
     let inside = |span: &[u64; 2]| span[0] < end && span[1] > start;
     times.every.is_power_of_two() && times.every < 1 << 30 && times.spans_ns.iter().any(inside)
 }
 
-/// Length of the union of all spans within the stretch and within the kept slots (ns).
+/// Length of the union of all spans within the stretch and the kept slots (ns).
 fn union_ns<'a>(
     times: impl Iterator<Item = &'a BusyTimes>,
     [start, end]: [u64; 2],
@@ -83,32 +83,34 @@ mod tests {
         times
     }
 
-    /// Milliseconds of a stretch of 100 that begins at 1 000.
-    fn account(told: [&[[u64; 2]]; 2], awaited: [&[[u64; 2]]; 2]) -> [f64; 3] {
-        let [told, awaited] = [told, awaited].map(|all| all.map(times));
-        let account = TimeAccount::of([1000 * MS, 1100 * MS], &told, &awaited);
+    /// Times (ms) in a stretch of 100 ms that begins at 1 000 ms.
+    fn account(reported: [&[[u64; 2]]; 2], awaited: [&[[u64; 2]]; 2]) -> [f64; 3] {
+        let [reported, awaited] = [reported, awaited].map(|all| all.map(times));
+        let account = TimeAccount::of([1000 * MS, 1100 * MS], &reported, &awaited);
         [account.solve_wall_s, account.own_wall_s, account.wait_s]
             .map(|s| (1e3 * s * 1e6).round() / 1e6)
     }
 
     #[test]
     fn work_at_the_same_time_counts_once() {
-        // The second works on while the first does, and while the coordinator is busy with the first answer.
-        let told: [&[[u64; 2]]; 2] = [&[[1002, 1040]], &[[1010, 1060]]];
+        // The second participant works at the same time as the first, and while the coordinator handles the first
+        // answer.
+        let reported: [&[[u64; 2]]; 2] = [&[[1002, 1040]], &[[1010, 1060]]];
         let awaited: [&[[u64; 2]]; 2] = [&[[1001, 1041]], &[[1050, 1061]]];
-        // Nobody works in [1001, 1002] and [1060, 1061]; the coordinator alone in [1000, 1001] and from 1061 on.
-        assert_eq!(account(told, awaited), [58.0, 40.0, 2.0]);
+        // No process works in [1001, 1002] and [1060, 1061]; the coordinator alone works in [1000, 1001] and from 1061
+        // on.
+        assert_eq!(account(reported, awaited), [58.0, 40.0, 2.0]);
     }
 
     #[test]
-    fn work_before_and_after_the_windows_counts_nothing() {
-        let told: [&[[u64; 2]]; 2] = [&[[900, 1010], [1090, 1200]], &[[200, 300]]];
+    fn work_before_and_after_the_windows_does_not_count() {
+        let reported: [&[[u64; 2]]; 2] = [&[[900, 1010], [1090, 1200]], &[[200, 300]]];
         let awaited: [&[[u64; 2]]; 2] = [&[[900, 1010], [1090, 1200]], &[]];
-        assert_eq!(account(told, awaited), [20.0, 80.0, 0.0]);
+        assert_eq!(account(reported, awaited), [20.0, 80.0, 0.0]);
     }
 
     #[test]
-    fn waits_stand_for_a_participant_that_tells_nothing_of_use() {
+    fn waits_replace_the_times_of_a_participant_without_useful_ones() {
         let awaited: [&[[u64; 2]]; 2] = [&[[1000, 1030]], &[[1030, 1090]]];
         for silent in [&[][..], &[[1, 50]]] {
             let account = account([&[[1000, 1025]], silent], awaited);
@@ -118,14 +120,14 @@ mod tests {
 
     #[test]
     fn a_sample_of_slots_is_scaled_to_the_whole() {
-        let [mut told, mut awaited] = [BusyTimes::default(), BusyTimes::default()];
-        // Of each 100 us: 60 at work, 10 under way, 30 the coordinator's own.
+        let [mut reported, mut awaited] = [BusyTimes::default(), BusyTimes::default()];
+        // Each 100 us: 60 at work, 10 under way, 30 of the coordinator.
         for at in (0..1_000_000 * 100_000).step_by(100_000) {
-            told.add([at + 5_000, at + 65_000]);
+            reported.add([at + 5_000, at + 65_000]);
             awaited.add([at, at + 70_000]);
         }
-        assert!(told.every > 1);
-        let account = TimeAccount::of([0, 100_000 * MS], &[told], &[awaited]);
+        assert!(reported.every > 1);
+        let account = TimeAccount::of([0, 100_000 * MS], &[reported], &[awaited]);
         let parts = [account.solve_wall_s, account.own_wall_s, account.wait_s];
         for (part, exact) in parts.into_iter().zip([60.0, 30.0, 10.0]) {
             assert!((part - exact).abs() < 0.02 * exact, "{parts:?}");

@@ -6,20 +6,21 @@ use std::fs;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 
-/// Largest resident sets (bytes) so far of this process and these, together. One that has ended counts nothing.
+/// Largest resident sets so far (bytes) of this process and these processes, together. A process that has ended does
+/// not count.
 pub fn peak_bytes(pids: &[u32]) -> u64 {
     let mut all = BTreeSet::from([std::process::id()]);
     all.extend(pids);
     all.into_iter().filter_map(peak_of).sum()
 }
 
-/// Lets the largest resident set of this process begin anew: it may have done other runs before. Where the system does not know how, it
-/// stays what it was.
+/// Resets the largest resident set of this process, which may have done other runs before. On systems without this
+/// feature the old value stays.
 pub fn forget_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Processor time of this process so far (s), its threads included.
+/// Processor time of this process so far (s), including its threads.
 pub fn own_cpu_s() -> f64 {
     let usage = getrusage(UsageWho::RUSAGE_SELF).ok();
     let seconds = |time: TimeVal| time.tv_sec() as f64 + 1e-6 * time.tv_usec() as f64;
@@ -40,9 +41,9 @@ fn peak_of(pid: u32) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// One test, as both are of the same process.
+    /// One test for both, as they concern the same process.
     #[test]
-    fn a_peak_begins_anew_and_a_process_counts_once() {
+    fn a_peak_is_reset_and_a_process_counts_once() {
         let large = vec![1u8; 200 << 20];
         assert!(large.iter().all(|byte| *byte == 1) && peak_bytes(&[]) > 200 << 20);
         drop(large);

@@ -7,33 +7,34 @@ use serde::Serialize;
 
 use super::memory::peak_bytes;
 
-/// Time of the first windows. Longer than what a machine does by fits and starts, and short beside a run that is worth a prediction.
+/// Time of the observed first windows: longer than the fluctuations of a machine, and short compared with a run that is
+/// worth a prediction.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Windows that are waited for if they take longer than that, and the time for which they are.
+/// Number of windows to observe if they take longer, and the time limit for this.
 const LOOK_WINDOWS: usize = 4;
 const LOOK_LONGEST: Duration = Duration::from_secs(10);
 
-/// Windows without which nothing is predicted: the first one of many grains starts cold.
+/// Fewest windows for a prediction: with many grains the first window starts cold.
 const LEAST_WINDOWS: usize = 2;
 
-/// Parts of these windows that are compared.
+/// Number of parts of these windows that are compared.
 const QUARTERS: usize = 4;
 
-/// Cost of a whole run, from its set-up and its first windows. Rates are those of this run on this machine: nothing is known beforehand.
+/// Cost of a whole run, from its set-up and its first windows. The rates are measured in this run on this machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CostPrediction {
     /// Wall-clock time (s).
     pub wall_s: f64,
-    /// If all windows to come go as the fastest quarter of those seen.
+    /// Time if the rest runs like the fastest quarter of the observed windows (s).
     pub wall_low_s: f64,
-    /// If all windows to come go as the slowest quarter of those seen.
+    /// Time if the rest runs like the slowest quarter of the observed windows (s).
     pub wall_high_s: f64,
-    /// Windows seen.
+    /// Observed windows.
     pub windows: u64,
-    /// Windows of the whole run, if those to come are as long.
+    /// Windows of the whole run, if the rest has the same length.
     pub windows_of_run: f64,
-    /// Wall-clock time of those seen (s).
+    /// Wall-clock time of the observed windows (s).
     pub windows_wall_s: f64,
     /// Largest memory of all processes together (bytes).
     pub memory_bytes: u64,
@@ -49,19 +50,19 @@ pub struct Mark {
 }
 
 impl Mark {
-    /// Wall-clock time (s) that a simulated second takes from here to a later one.
+    /// Wall-clock time (s) for one simulated second, from here to a later mark.
     pub fn rate(self, later: Mark) -> f64 {
         (later.wall_s - self.wall_s) / (later.t_s - self.t_s)
     }
 }
 
-/// A run on its way, until its cost can be predicted.
+/// The pace of a run, until its cost can be predicted.
 #[derive(Default)]
 pub struct Pace {
     pids: Vec<u32>,
     begun: Option<Begun>,
     marks: Vec<Mark>,
-    /// The prediction, as soon as windows have been seen for a second.
+    /// The prediction, as soon as windows have been observed for a second.
     pub prediction: Option<CostPrediction>,
     /// End of the last window (ns of the monotonic clock).
     ended_ns: Option<u64>,
@@ -85,7 +86,7 @@ impl Pace {
         }
     }
 
-    /// The windows begin now, at the simulated time `t_s`, in a run that started at `start` and goes to `end_s`.
+    /// The windows begin now, at the simulated time `t_s`, in a run that started at `start` and ends at `end_s`.
     pub fn begin(&mut self, start: Instant, t_s: f64, end_s: f64) {
         self.begun = Some(Begun {
             at_ns: monotonic_ns(),
@@ -95,7 +96,7 @@ impl Pace {
         self.marks = vec![Mark { t_s, wall_s: 0.0 }];
     }
 
-    /// A window has passed and all have come to `t_s`; predicts the cost once enough windows have.
+    /// A window has ended and all groups have reached `t_s`; predicts the cost after enough windows.
     pub fn see(&mut self, t_s: f64) {
         let Some(begun) = self.begun.as_ref().filter(|_| self.prediction.is_none()) else {
             return;
@@ -117,7 +118,7 @@ impl Pace {
         self.marks = Vec::new();
     }
 
-    /// The last window has passed.
+    /// The last window has ended.
     pub fn end(&mut self) {
         self.ended_ns = Some(monotonic_ns());
         self.memory_bytes = peak_bytes(&self.pids);
@@ -134,8 +135,8 @@ impl Pace {
     }
 }
 
-/// Time of all windows until `end_s`. Those to come are taken to go as the second half of those seen: the first ones pay for what is done
-/// once, and the state of the load history is nearer to what follows.
+/// Time of all windows until `end_s`. The rest is assumed to run like the second half of the observed windows: the
+/// first windows include work that is done once, and later ones are nearer to the rest in the load history.
 fn predict(marks: &[Mark], end_s: f64) -> CostPrediction {
     let (first, last) = (marks[0], marks[marks.len() - 1]);
     let at = |part: usize| {
@@ -163,7 +164,7 @@ fn predict(marks: &[Mark], end_s: f64) -> CostPrediction {
 mod tests {
     use super::*;
 
-    /// Marks after windows of one simulated second that take these times.
+    /// Marks after windows of one simulated second with these wall-clock times.
     fn after(walls_s: impl IntoIterator<Item = f64>) -> Vec<Mark> {
         let mut marks = vec![Mark::default()];
         for wall_s in walls_s {
@@ -177,20 +178,20 @@ mod tests {
     }
 
     #[test]
-    fn equal_windows_go_on_as_they_did() {
+    fn equal_windows_are_extrapolated() {
         let prediction = predict(&after([0.25; 8]), 100.0);
-        let told = [
+        let walls_s = [
             prediction.wall_s,
             prediction.wall_low_s,
             prediction.wall_high_s,
         ];
-        assert_eq!(told, [25.0; 3]);
+        assert_eq!(walls_s, [25.0; 3]);
         assert_eq!((prediction.windows, prediction.windows_wall_s), (8, 2.0));
     }
 
     #[test]
-    fn a_slow_start_is_paid_once_and_told_as_the_uncertain_part() {
-        // 1 s, 1 s for four windows, and 2 s for eight.
+    fn a_slow_start_counts_once_and_widens_the_range() {
+        // 1 s for the first window, 1 s for four and 2 s for eight.
         let prediction = predict(&after([[1.0].as_slice(), &[0.25; 12]].concat()), 113.0);
         assert_eq!(prediction.wall_s, 4.0 + 25.0);
         assert_eq!(prediction.wall_low_s, 4.0 + 25.0);

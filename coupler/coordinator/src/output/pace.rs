@@ -1,12 +1,12 @@
-//! The time that a run has left.
+//! The remaining time of a run.
 
 use crate::cost::prediction::Mark;
 
-/// Marks that are kept; then every other one is dropped.
+/// Number of marks that are kept; beyond it every other mark is dropped.
 const MARKS: usize = 256;
 
-/// Marks of a run, by which the rest is taken to go as the second half of the time so far: phases of a load differ, and the latest is
-/// nearest to what comes.
+/// Marks of a run. The rest is assumed to run like the second half of the time so far: the phases of a load differ, and
+/// the latest is nearest to the rest.
 #[derive(Clone, Debug, Default)]
 pub struct Remaining {
     marks: Vec<Mark>,
@@ -20,7 +20,7 @@ impl Remaining {
         }
     }
 
-    /// The run has come to a simulated time after so much wall-clock time (s).
+    /// The run has reached a simulated time after this wall-clock time (s).
     pub fn add(&mut self, t_s: f64, wall_s: f64) {
         if self.marks.len() >= MARKS {
             let mut index = 0;
@@ -32,7 +32,7 @@ impl Remaining {
         self.marks.push(Mark { t_s, wall_s });
     }
 
-    /// Wall-clock time (s) that is left until this simulated time (s); none before there are two marks.
+    /// Remaining wall-clock time (s) until this simulated time (s); `None` before there are two marks.
     pub fn until(&self, end_s: f64) -> Option<f64> {
         let last = *self.marks.last()?;
         let half = self
@@ -49,10 +49,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rest_goes_as_the_second_half_did() {
+    fn the_rest_runs_like_the_second_half() {
         let mut remaining = Remaining::from(0.0);
         assert_eq!(remaining.until(10.0), None);
-        // Two simulated seconds in one, then one in two.
+        // Two simulated seconds in 1 s, then one in 2 s.
         remaining.add(2.0, 1.0);
         assert_eq!(remaining.until(10.0), Some(4.0));
         remaining.add(3.0, 3.0);

@@ -1,4 +1,4 @@
-//! Results of the interfaces in the phase that a participant marks for it ([`Phase::sampled`]).
+//! Results of the interfaces in the phase that a participant marks for sampling ([`Phase::sampled`]).
 
 use kit::cycle_drift::Mean;
 use protocol::{Description, Phase, Window};
@@ -12,21 +12,19 @@ kit::results! {
     /// # Load and approach
     /// - `interface_force_n`: Normal force through the interface, mean over the last half of the
     ///   hold.
-    /// - `p0_1mm_pa`: Largest mean over 1 mm of the pressure on the coupled surface at the end of
-    ///   the hold. Absent where the surface is shorter.
-    /// - `half_width_98_m`: Half of the length around the middle through which 98 % of the normal
-    ///   force goes.
+    /// - `p0_1mm_pa`: Largest mean over 1 mm of the pressure on the coupled surface at the end of the hold. Absent if
+    ///   the surface is shorter.
+    /// - `half_width_98_m`: Half of the length around the middle that carries 98 % of the normal force.
 }
 
-/// The load history of a run: that of the first participant which has one.
+/// The load history of a run: the first participant's that has one.
 pub fn load_history<'a>(participants: impl Iterator<Item = &'a Description>) -> Vec<Phase> {
     let mut histories = participants.map(|description| &description.phases);
     let found = histories.find(|phases| !phases.is_empty());
     found.cloned().unwrap_or_default()
 }
 
-/// Means over the last half of the sampled phase, when the transients of the loading have passed, and the traction at its
-/// end.
+/// Means over the last half of the sampled phase, after the transients of the loading, and the traction at its end.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SampledMeans {
     /// Start and end of the second half (s).
@@ -37,7 +35,7 @@ pub struct SampledMeans {
 /// Means and traction of one interface.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct InterfaceMean {
-    /// Prefix of its results: none for the only interface.
+    /// Prefix of its results; empty for the only interface.
     prefix: String,
     /// Force through it (N).
     force_n: Mean,
@@ -47,7 +45,7 @@ struct InterfaceMean {
 }
 
 impl SampledMeans {
-    /// Means for a load history; without a sampled phase there are none.
+    /// Means for a load history; empty without a sampled phase.
     pub fn new(phases: &[Phase], interfaces: &[Interface]) -> SampledMeans {
         let sampled = phases.iter().find(|phase| phase.sampled);
         let mean = |interface: &Interface| InterfaceMean {
@@ -76,7 +74,7 @@ impl SampledMeans {
         self.interfaces[interface].traction = Some(traction);
     }
 
-    /// Mean force that pushes the continuum of each interface down (N), where windows were sampled.
+    /// Mean force that pushes the continuum of each interface down (N), if windows were sampled.
     pub fn down_n(&self) -> Vec<Option<f64>> {
         self.interfaces.iter().map(|of| of.down_n.value()).collect()
     }

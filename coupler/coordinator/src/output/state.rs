@@ -1,4 +1,4 @@
-//! The memory of the outputs, as a checkpoint keeps it.
+//! The memory of the outputs, as stored in a checkpoint.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,7 +16,7 @@ use runs::written::Written;
 use scenario::content::changed;
 use scheme::window::InterfaceSignals;
 
-/// Memory of the outputs from window to window. Checkpoints keep it by the order of its fields.
+/// Memory of the outputs from window to window. Checkpoints store its fields in this order.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct OutputState {
     /// Latest energies of each participant (J).
@@ -35,16 +35,16 @@ pub struct OutputState {
     pub files: BTreeMap<String, String>,
     /// Balances of the participants, of the interfaces and of all together.
     pub balances: Vec<RunningBalance>,
-    /// Losses of each participant, which never fall.
+    /// Losses of each participant, which never decrease.
     pub losses: Vec<RunningBalance>,
-    /// Participant and index of each signal that was no number.
+    /// Participant and index of each signal that was NaN or infinite.
     pub odd_signals: Vec<[usize; 2]>,
-    /// Participants, interfaces or the run, and what was found about them on the way.
+    /// Findings during the run, each with its participant or interface, or `run`.
     pub findings: Vec<(String, Finding)>,
 }
 
 impl OutputState {
-    /// The first file of a run directory that is not what its run had written until now.
+    /// The first file of a run directory that differs from what its run had written so far.
     pub fn damaged(&self, run: &Path) -> Option<&str> {
         let signals = head(&run.join(SIGNALS), self.signals.bytes);
         if !signals.is_ok_and(|rows| Written::of(&rows) == self.signals) {

@@ -1,52 +1,52 @@
-//! Checks of what a participant says of itself at the handshake, before anything is built on it.
+//! Checks of a participant's description at the handshake, before it is used.
 
 use nalgebra::DMatrix;
 use protocol::{Description, Surface};
 
-/// Largest difference between the entries (i, j) and (j, i) of columns, over the largest entry: rounding leaves 1e-12, a wrong
-/// order of rows or a force on another component than was meant leaves all of it.
+/// Largest difference between the entries (i, j) and (j, i) of columns, over the largest entry: rounding gives 1e-12, a
+/// wrong order of rows or a force on the wrong component gives order 1.
 const ASYMMETRY: f64 = 1e-3;
 
 /// Longest name of a signal, a set or a term.
 const LONGEST_NAME: usize = 100;
 
 /// The fault of a description, if it has one.
-pub fn fault_of_description(told: &Description) -> Option<String> {
+pub fn fault_of_description(description: &Description) -> Option<String> {
     let lengths = [
-        ("step_s", told.step_s),
-        ("step_limit_s", told.step_limit_s),
-        ("end_s", told.end_s),
-        ("first_period_s", told.first_period_s),
+        ("step_s", description.step_s),
+        ("step_limit_s", description.step_limit_s),
+        ("end_s", description.end_s),
+        ("first_period_s", description.first_period_s),
     ];
     let lengths = lengths.into_iter();
     let lengths = lengths.filter_map(|(what, value)| Some((what, value?)));
-    let limits = told.accuracy_limits.iter();
+    let limits = description.accuracy_limits.iter();
     let limits = limits.map(|limit| (&*limit.name, limit.limit_s));
     let mut all = lengths.chain(limits);
     if let Some((what, value)) = all.find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
         return Some(format!(
-            "says that its {} is {value}: it must be a finite time above zero, or absent",
+            "describes its {} as {value}: it must be a finite time above zero, or absent",
             what.escape_debug()
         ));
     }
-    for phase in &told.phases {
+    for phase in &description.phases {
         let [start, end] = [phase.t0_s, phase.t1_s];
         if !(start >= 0.0 && end >= start && end.is_finite()) {
             return Some(format!(
-                "has a phase `{}` from {start} to {end} s: phases begin at zero or later and end where they begin or later",
+                "has a phase `{}` from {start} to {end} s: a phase must begin at zero or later and must not end before it begins",
                 phase.name.escape_debug()
             ));
         }
     }
-    let terms = told.ledger.iter().map(|term| &term.name);
-    fault_of_names("signal", told.signals.iter())
-        .or_else(|| fault_of_names("set", told.sets.iter()))
+    let terms = description.ledger.iter().map(|term| &term.name);
+    fault_of_names("signal", description.signals.iter())
+        .or_else(|| fault_of_names("set", description.sets.iter()))
         .or_else(|| fault_of_names("ledger term", terms))
-        .or_else(|| fault_of_outward(told))
-        .or_else(|| fault_of_period(told))
+        .or_else(|| fault_of_outward(description))
+        .or_else(|| fault_of_period(description))
 }
 
-/// Names become columns of files and keys of summaries.
+/// Checks names, which become columns of files and keys of summaries.
 fn fault_of_names<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Option<String> {
     let mut known: Vec<&str> = Vec::new();
     for name in names {
@@ -59,7 +59,7 @@ fn fault_of_names<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Op
         }
         if name.chars().any(|c| c.is_control() || c == '"' || c == ',') {
             return Some(format!(
-                "has a {what} `{shown}`: names have no commas, quotes or control characters"
+                "has a {what} `{shown}`: names must not contain commas, quotes or control characters"
             ));
         }
         if known.contains(&name.as_str()) {
@@ -70,26 +70,26 @@ fn fault_of_names<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Op
     None
 }
 
-fn fault_of_outward(told: &Description) -> Option<String> {
-    let mut normals = told.outward.iter();
+fn fault_of_outward(description: &Description) -> Option<String> {
+    let mut normals = description.outward.iter();
     let is_unit = |[x, y]: &[f64; 2]| (x.hypot(*y) - 1.0).abs() < 1e-6;
     let (set, [x, y]) = normals.find(|(_, normal)| !is_unit(normal))?;
     Some(format!(
-        "says that `{}` faces ({x}, {y}): an outward normal has the length 1",
+        "describes the outward normal of `{}` as ({x}, {y}): it must have the length 1",
         set.escape_debug()
     ))
 }
 
-fn fault_of_period(told: &Description) -> Option<String> {
-    let mut periods = told.period_m.iter();
+fn fault_of_period(description: &Description) -> Option<String> {
+    let mut periods = description.period_m.iter();
     let (set, period) = periods.find(|(_, period)| !(period.is_finite() && **period > 0.0))?;
     Some(format!(
-        "says that `{}` repeats after {period} m: it must be a finite length above zero, or absent",
+        "says that `{}` repeats after {period} m: a period must be a finite length above zero, or absent",
         set.escape_debug()
     ))
 }
 
-/// The fault of a surface, if it has one. Points without mass are no fault here: glued disks have none.
+/// The fault of a surface, if it has one. Points without mass are allowed here: glued disks have no mass.
 pub fn fault_of_surface(surface: &Surface) -> Option<String> {
     if surface.is_empty() {
         return Some("sent a surface without points".into());
@@ -115,17 +115,20 @@ pub fn fault_of_surface(surface: &Surface) -> Option<String> {
     })
 }
 
-/// The fault of columns of a compliance or an impedance, if they have one: a passive body answers a force at i with the same motion
-/// at j as a force at j with at i (Maxwell and Betti), moves with a force and not against it, and moves at all.
+/// The fault of columns of a compliance or an impedance, if they have one. In a passive body a force at i moves j as a
+/// force at j moves i (Maxwell and Betti), a force moves its own component along and not against it, and some component
+/// moves.
 pub fn fault_of_columns(matrix: &DMatrix<f64>) -> Option<String> {
     let largest = matrix.amax();
     if largest == 0.0 {
-        return Some("sent columns that are all zero: nothing that it exchanges can move".into());
+        return Some(
+            "sent columns that are all zero: none of its exchanged components can move".into(),
+        );
     }
     let n = matrix.nrows();
     if let Some(i) = (0..n).find(|i| matrix[(*i, *i)] < 0.0) {
         return Some(format!(
-            "sent columns whose entry ({i}, {i}) is {:e}: a component that is pushed moves with the force, not against it",
+            "sent columns whose entry ({i}, {i}) is {:e}: a component moves with the force on it, not against it",
             matrix[(i, i)]
         ));
     }
@@ -134,7 +137,7 @@ pub fn fault_of_columns(matrix: &DMatrix<f64>) -> Option<String> {
     let (i, j) = pairs.max_by(|a, b| apart(*a).total_cmp(&apart(*b)))?;
     (apart((i, j)) > ASYMMETRY * largest).then(|| {
         format!(
-            "sent columns that are not symmetric: entry ({i}, {j}) is {:e} and entry ({j}, {i}) is {:e}, the largest of all {largest:e}; a linear body answers both ways alike (Maxwell and Betti)",
+            "sent columns that are not symmetric: entry ({i}, {j}) is {:e} and entry ({j}, {i}) is {:e}, the largest of all {largest:e}; the columns of a linear body are symmetric (Maxwell and Betti)",
             matrix[(i, j)],
             matrix[(j, i)]
         )
@@ -166,47 +169,47 @@ mod tests {
         assert_eq!(fault_of_description(&sound()), None);
         type Harm = fn(&mut Description);
         let harms: [(&str, Harm); 16] = [
-            ("step_s", |told| told.step_s = Some(0.0)),
-            ("step_s", |told| told.step_s = Some(-1e-8)),
-            ("step_s", |told| told.step_s = Some(f64::NAN)),
-            ("step_limit_s", |told| told.step_limit_s = Some(0.0)),
-            ("end_s", |told| told.end_s = Some(f64::INFINITY)),
-            ("first_period_s", |told| told.first_period_s = Some(-1.0)),
-            ("phase", |told| told.phases[0].t0_s = 2.0),
-            ("signal", |told| told.signals[1] = "a_m".into()),
-            ("signal", |told| told.signals[1] = "a,b".into()),
-            ("signal", |told| told.signals[1] = "a\nb".into()),
-            ("set", |told| told.sets[0] = String::new()),
-            ("ledger term", |told| {
+            ("step_s", |d| d.step_s = Some(0.0)),
+            ("step_s", |d| d.step_s = Some(-1e-8)),
+            ("step_s", |d| d.step_s = Some(f64::NAN)),
+            ("step_limit_s", |d| d.step_limit_s = Some(0.0)),
+            ("end_s", |d| d.end_s = Some(f64::INFINITY)),
+            ("first_period_s", |d| d.first_period_s = Some(-1.0)),
+            ("phase", |d| d.phases[0].t0_s = 2.0),
+            ("signal", |d| d.signals[1] = "a_m".into()),
+            ("signal", |d| d.signals[1] = "a,b".into()),
+            ("signal", |d| d.signals[1] = "a\nb".into()),
+            ("set", |d| d.sets[0] = String::new()),
+            ("ledger term", |d| {
                 let term = Term {
                     name: "x".repeat(101),
                     role: Role::Work,
                 };
-                told.ledger.push(term);
+                d.ledger.push(term);
             }),
-            ("outward", |told| {
-                told.outward.insert("top".into(), [0.0, 2.0]);
+            ("outward", |d| {
+                d.outward.insert("top".into(), [0.0, 2.0]);
             }),
-            ("repeats after 0 m", |told| {
-                told.period_m.insert("top".into(), 0.0);
+            ("repeats after 0 m", |d| {
+                d.period_m.insert("top".into(), 0.0);
             }),
-            ("repeats after -1 m", |told| {
-                told.period_m.insert("top".into(), -1.0);
+            ("repeats after -1 m", |d| {
+                d.period_m.insert("top".into(), -1.0);
             }),
-            ("repeats after inf m", |told| {
-                told.period_m.insert("top".into(), f64::INFINITY);
+            ("repeats after inf m", |d| {
+                d.period_m.insert("top".into(), f64::INFINITY);
             }),
         ];
         for (word, harm) in harms {
-            let mut told = sound();
-            harm(&mut told);
-            let fault = fault_of_description(&told).expect(word);
+            let mut description = sound();
+            harm(&mut description);
+            let fault = fault_of_description(&description).expect(word);
             assert!(fault.contains(word), "{fault}");
         }
     }
 
     #[test]
-    fn a_surface_with_a_value_that_cannot_be_is_refused() {
+    fn a_surface_with_an_impossible_value_is_refused() {
         let sound = || {
             Surface::from_rows(&[0.0, 1.0, 0.0, 0.0, 0.1, 0.1, 1.0, 2.0, 0.05, 0.1])
                 .expect("two rows")
@@ -236,10 +239,10 @@ mod tests {
     }
 
     #[test]
-    fn columns_that_no_passive_body_has_are_refused() {
+    fn columns_of_no_passive_body_are_refused() {
         let fault = |entries: &[f64]| fault_of_columns(&DMatrix::from_column_slice(2, 2, entries));
         assert_eq!(fault(&[2.0, 1.0, 1.0, 2.0]), None);
-        // A component that is held.
+        // A held component.
         assert_eq!(fault(&[2.0, 0.0, 0.0, 0.0]), None);
         assert_eq!(fault(&[2.0, 1.0, 1.0019, 2.0]), None);
         for (word, entries) in [

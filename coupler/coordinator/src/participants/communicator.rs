@@ -1,7 +1,7 @@
 //! Requests and answers between the coordinator and its participants.
 //!
-//! A request goes from the port of the schemes ([`Remote`](super::remote::Remote)) to `send` of a [`Communicator`], from
-//! there to [`Peer::send`], and onto the link.
+//! A request goes from the trait that schemes use ([`Remote`](super::remote::Remote)) to `send` of a [`Communicator`],
+//! from there to [`Peer::send`], and onto the link.
 
 use std::borrow::Cow;
 
@@ -18,22 +18,22 @@ use runs::warning::Warning;
 use scenario::error::{Error, Result};
 use scenario::keys::{Deadlines, Label, Scenario};
 
-/// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; those that record an exchange or
-/// compare it with a log are wrapped around it and see every frame.
+/// Communication with all participants of a run, frame by frame. [`Peers`] is the plain implementation; others wrap it,
+/// see every frame, and record the exchange or compare it with a log.
 pub trait Communicator {
     /// The participants themselves.
     fn peers(&self) -> &Peers;
 
-    /// The participants, to speak to.
+    /// The participants, for sending and receiving.
     fn peers_mut(&mut self) -> &mut Peers;
 
-    /// Takes note of a frame that passed: a request whose turn has come, or an answer.
+    /// Notes a frame: a request whose turn has come, or an answer.
     fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
         let _ = (peer, by, frame);
         Ok(())
     }
 
-    /// Does what nobody waits for, while contacts are solved.
+    /// Does background work while contacts are solved.
     fn while_solving(&mut self) -> Result<()> {
         Ok(())
     }
@@ -55,7 +55,7 @@ pub enum SentBy {
 }
 
 impl dyn Communicator + '_ {
-    /// Sends a request whose turn has come. A payload that is borrowed is copied only where the request was not sent early.
+    /// Sends a request whose turn has come. A borrowed payload is copied only if the request was not sent early.
     pub fn send<'p>(
         &mut self,
         peer: usize,
@@ -76,14 +76,14 @@ impl dyn Communicator + '_ {
         let frame = from.receive(kind, &wait)?;
         let (theirs, ours) = (frame.header.run_id, self.peers().run_id);
         if theirs != ours {
-            let why = format!("answered for run {theirs:016x}, this is run {ours:016x}");
+            let why = format!("answered for run {theirs:016x}, but this is run {ours:016x}");
             return Err(self.peers().protocol_error(peer, why));
         }
         self.passed(peer, SentBy::Participant, Cow::Borrowed(&frame))?;
         Ok(frame)
     }
 
-    /// Asks all for the same at once, so that they work side by side, and reads their answers.
+    /// Sends the same request to all at once, so that they work in parallel, and reads their answers.
     pub fn ask_all<T>(
         &mut self,
         (kind, answer): (Kind, Kind),
@@ -102,7 +102,7 @@ impl dyn Communicator + '_ {
             .collect()
     }
 
-    /// A request of numbers and its answer.
+    /// Sends a request with numbers and waits for its answer.
     pub fn ask<'p>(
         &mut self,
         peer: usize,
@@ -124,7 +124,10 @@ impl dyn Communicator + '_ {
     ) -> Result<Vec<f64>> {
         let numbers = self.receive(peer, kind)?.payload;
         if numbers.len() != length {
-            let why = format!("answered {} numbers where {length} were due", numbers.len());
+            let why = format!(
+                "answered with {} numbers instead of {length}",
+                numbers.len()
+            );
             return Err(self.peers().protocol_error(peer, why));
         }
         match numbers.iter().position(|value| !value.is_finite()) {
@@ -137,7 +140,7 @@ impl dyn Communicator + '_ {
                 Ok(numbers)
             }
             Some(index) => Err(Error::NotFinite(format!(
-                "participant `{}` answered {} at entry {index} of {kind:?} in window {}, iteration {}: it diverged; lower its step or the window",
+                "participant `{}` answered with {} at entry {index} of {kind:?} in window {}, iteration {}: it diverged; shorten its step or the window",
                 self.peers().name(peer),
                 numbers[index],
                 window.index,
@@ -150,20 +153,20 @@ impl dyn Communicator + '_ {
 /// All participants of a run, in the order of the scenario.
 pub struct Peers {
     peers: Vec<Peer>,
-    /// Held as long as they live, and swept after them.
+    /// Kept while they live, and removed after them.
     _memory: Option<SharedMemory>,
-    /// The endpoint that those on other hosts connect to.
+    /// The endpoint for participants on other hosts.
     pub(crate) network: Option<Network>,
     /// Identity of the run.
     pub run_id: u64,
-    /// Labels that the exchange with each participant is recorded under.
+    /// Labels for recording the exchange with each participant.
     pub labels: Vec<Label>,
     deadlines: Deadlines,
-    /// Hears of long set-ups.
+    /// Receives events about long set-ups.
     pub listener: Listener,
     /// Signals that end the run.
     pub watch: Watch,
-    /// Warnings about answers that were not passed on yet.
+    /// Warnings about answers, not yet passed on.
     pub found: Vec<Warning>,
 }
 
@@ -204,7 +207,7 @@ impl Peers {
         &mut self.peers[peer]
     }
 
-    /// Attempts of strangers, each with the participant or the endpoint that it was about.
+    /// Attempts of other programs, each with the participant or endpoint concerned.
     pub fn strangers(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
         let peers = self.peers.iter();
@@ -217,12 +220,12 @@ impl Peers {
         all
     }
 
-    /// Hosts of participants and the ways to them; none for those of this host.
+    /// Hosts and round trips of participants on other hosts; `None` for participants on this host.
     pub fn far(&self) -> impl Iterator<Item = &Option<Far>> {
         self.peers.iter().map(|peer| &peer.far)
     }
 
-    /// Times in which the coordinator did nothing but wait, for each participant.
+    /// Times in which the coordinator only waited, for each participant.
     pub fn awaited(&self) -> Vec<BusyTimes> {
         self.peers.iter().map(|peer| peer.awaited.clone()).collect()
     }
@@ -238,14 +241,14 @@ impl Peers {
         instants.max().unwrap_or(0)
     }
 
-    /// Keeps the times of the requests from now on.
+    /// Switches the recording of request times on or off.
     pub fn keep_times(&mut self, kept: bool) {
         for peer in &mut self.peers {
             peer.times = kept.then(Vec::new);
         }
     }
 
-    /// The error of an answer that does not belong here.
+    /// The error for an answer out of place.
     pub fn protocol_error(&self, peer: usize, why: impl Into<String>) -> Error {
         self.peers[peer].protocol_error(why.into())
     }
@@ -267,8 +270,8 @@ impl Peers {
         }
     }
 
-    /// Sends a request that will come next, while the peer still answers the one before: it then need not sleep in
-    /// between, and what the coordinator does with that answer costs no time.
+    /// Sends the next request while the peer still answers the one before. The peer then need not sleep in between, and
+    /// the coordinator's work on that answer costs no time.
     pub fn send_early(
         &mut self,
         peer: usize,
@@ -281,7 +284,8 @@ impl Peers {
         to.send_early(header, payload, &wait)
     }
 
-    /// A participant and how long it may be waited for: set-ups, which greetings wait for, take longer than answers.
+    /// A participant and the wait for its answer. A greeting includes the set-up, which takes longer than other
+    /// answers.
     fn waiting(&mut self, peer: usize, greeting: bool) -> (&mut Peer, Wait<'_>) {
         let (seconds, key) = if greeting {
             (self.deadlines.setup_s, "setup_s")

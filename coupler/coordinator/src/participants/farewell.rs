@@ -4,12 +4,12 @@ use protocol::Frame;
 use protocol::serve::Farewell;
 use serde_json::Value;
 
-/// Reads a farewell. `NaN` and `Infinity`, which JSON does not have and some programs write all the same, count as missing: a result
-/// or a work without value is left out with a warning, a time or a memory is zero.
+/// Reads a farewell. `NaN` and `Infinity` are not JSON, but some programs write them; they count as missing. A result
+/// or a work without a value is left out with a warning; a time or a memory becomes zero.
 pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
     let text = frame.text().map_err(|error| error.to_string());
     let read = text.and_then(|text| {
-        // A tree of values takes ten times as long as the numbers of a farewell that is as it should be.
+        // Parsing to a tree of values takes ten times as long as reading a valid farewell.
         let plain = serde_json::from_str(&text);
         plain
             .or_else(|_| parse(&text))
@@ -27,7 +27,7 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
         };
         numbers.retain(|name, number| {
             if number.is_null() {
-                left_out.push(format!("{name} is no finite number and is left out"));
+                left_out.push(format!("{name} is NaN or infinite and is left out"));
             }
             !number.is_null()
         });
@@ -37,8 +37,10 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
             *number = 0.into();
         }
     }
-    // Times that cannot be read are left out.
-    let busy = value.as_object_mut().and_then(|told| told.remove("busy"));
+    // Unreadable times are left out.
+    let busy = value
+        .as_object_mut()
+        .and_then(|fields| fields.remove("busy"));
     let mut farewell: Farewell = serde_json::from_value(value)?;
     let busy = busy.and_then(|busy| serde_json::from_value(busy).ok());
     farewell.busy = busy.unwrap_or_default();
@@ -46,7 +48,7 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
     Ok(farewell)
 }
 
-/// The text with `null` for words that stand for no number.
+/// The text with `null` in place of `NaN` and `Infinity`.
 fn without_bare_words(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let (mut rest, mut quoted) = (text, false);
@@ -60,7 +62,7 @@ fn without_bare_words(text: &str) -> String {
                 rest = &rest[word.len()..];
                 continue;
             }
-            // An escape and what it escapes.
+            // A backslash and the character that it escapes.
             (None, '\\') if quoted => 1 + rest[1..].chars().next().map_or(0, char::len_utf8),
             (None, '"') => {
                 quoted = !quoted;
@@ -81,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_that_is_none_costs_itself() {
+    fn nan_and_infinity_are_left_out_alone() {
         let text = r#"{"outcome": {"steps": 3, "work": {"steps": 3.0, "odd": NaN},
             "results": {"a_m": 1.5, "b \"NaN\" \\": -Infinity, "c_pa": Infinity}, "state_hash": "NaN"},
             "cpu_s": NaN, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7,
@@ -97,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_farewell_is_refused() {
+    fn texts_that_are_not_farewells_are_refused() {
         for text in [
             "",
             "NaN",

@@ -1,4 +1,4 @@
-//! The greeting of all participants, and the check that everybody speaks of the same run.
+//! The greeting of all participants, and the check that they belong to the same run.
 
 use protocol::frame::packed;
 use protocol::serve::{Hello, Welcome};
@@ -15,21 +15,20 @@ use scenario::load::Loaded;
 pub struct Greeted {
     /// Its process.
     pub pid: u32,
-    /// Its host, of one that may run on another one.
+    /// Its host, for a participant that may run on another host.
     pub host: String,
     /// Its description.
     pub description: Description,
 }
 
 impl Greeted {
-    /// Its process, where this host knows it by that number.
+    /// Its process id, if it runs on this host.
     pub fn local_pid(&self) -> Option<u32> {
         self.host.is_empty().then_some(self.pid)
     }
 }
 
-/// Greets all participants at once, so that their set-ups run side by side, and checks that everybody
-/// speaks of the same run.
+/// Greets all participants at once, so that their set-ups run in parallel, and checks that they belong to the same run.
 pub fn greet(
     communicator: &mut dyn Communicator,
     loaded: &Loaded,
@@ -60,12 +59,12 @@ fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) ->
     })?;
     let protocol = [welcome.protocol, PROTOCOL_VERSION].map(|version| version.to_string());
     let scenario = [welcome.scenario_hash, loaded.hash.clone()];
-    let told = [
+    let claims = [
         ("speaks protocol version", protocol),
         ("was launched with scenario", scenario),
         ("speaks units", [welcome.units, "SI".into()]),
     ];
-    for (what, [theirs, ours]) in told {
+    for (what, [theirs, ours]) in claims {
         if theirs != ours {
             let participant = communicator.peers().name(peer);
             let text = format!(
@@ -88,18 +87,18 @@ fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) ->
     })
 }
 
-/// Refuses a participant that would have to read or to write files of the coordinator's host, and does not see them.
+/// Refuses a participant that must read or write files of the coordinator's host but does not see them.
 fn refuse_apart(participant: &str, host: &str, loaded: &Loaded) -> Result<()> {
     let cure = "share the folder between the hosts";
     let (what, cure) = match (loaded.files.first(), loaded.scenario.run.output.fields) {
         (Some(file), _) => (format!("the scenario reads {file}"), cure.to_string()),
         (None, true) => (
-            "its fields belong into the folder of the run".into(),
+            "its fields belong in the folder of the run".into(),
             format!("{cure}, or set run.output.fields = false"),
         ),
         (None, false) => return Ok(()),
     };
     let problem =
-        format!("does not see the files of this host from its host `{host}`, and {what}: {cure}");
+        format!("does not see the files of this host from its host `{host}`, but {what}: {cure}");
     Err(Refusal::participant(participant, problem).into())
 }

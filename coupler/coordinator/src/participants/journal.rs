@@ -1,4 +1,4 @@
-//! The exchange journal: log and hash of all frames that carry interface data.
+//! The exchange journal: log and hash of all frames with interface data.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 use scenario::error::{Refusal, Result};
 
-/// Doubles that may wait to be written down.
+/// Number of doubles that may wait to be logged.
 const WAITING_DOUBLES: usize = 1 << 17;
 
-/// Log and hash of an exchange. The messages of a window are hashed and logged while contacts are solved in the next one, so that nobody
-/// waits for it, or when that ends.
+/// Log and hash of an exchange. The messages of a window are hashed and logged while contacts are solved in the next
+/// one, so that no process waits for it, or at the end of the next one.
 #[derive(Default)]
 pub struct Journal {
     waiting: Vec<Entry>,
@@ -26,14 +26,14 @@ pub struct Journal {
 pub struct Closed {
     /// `hashes.exchange`.
     pub hash: String,
-    /// Wall-clock time that it took.
+    /// Wall-clock time for the hash.
     pub hash_wall: Duration,
     /// The log, if there is one.
     pub log: Option<LogStats>,
 }
 
 impl Journal {
-    /// An empty journal; it only hashes without a recorder.
+    /// An empty journal; without a recorder it only hashes.
     pub fn new(recorder: Option<Recorder>) -> Journal {
         Journal {
             recorder,
@@ -41,8 +41,8 @@ impl Journal {
         }
     }
 
-    /// Begins with the first `blocks` of the log of another run, which this one resumes. Returns the messages of the
-    /// first of them, the handshake of a coupled run.
+    /// Begins with the first `blocks` of the log of another run, which this run resumes. Returns the messages of the
+    /// first block, the handshake of a coupled run.
     pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>> {
         let mut first = Vec::new();
         for entry in recover(log)? {
@@ -84,7 +84,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Sees that the log is on the disk; returns how many blocks it holds.
+    /// Writes the log to the disk; returns its number of blocks.
     pub fn sync(&mut self) -> Result<u64> {
         self.write_down()?;
         if let Some(recorder) = &mut self.recorder {
@@ -93,7 +93,7 @@ impl Journal {
         Ok(self.blocks)
     }
 
-    /// Completes both; the messages of a window that did not end are in them.
+    /// Completes log and hash, which include the messages of an unfinished window.
     pub fn close(&mut self) -> Result<Closed> {
         let written = self.write_down();
         let start = Instant::now();
@@ -108,7 +108,7 @@ impl Journal {
         })
     }
 
-    /// Hashes and logs what waits.
+    /// Hashes and logs the waiting messages.
     pub fn write_down(&mut self) -> Result<()> {
         self.waiting_doubles = 0;
         let waiting = std::mem::take(&mut self.waiting);
@@ -134,7 +134,7 @@ mod tests {
 
     use super::*;
 
-    fn said(iteration: u32) -> Exchange {
+    fn message(iteration: u32) -> Exchange {
         let header = Header {
             iteration,
             ..Header::of(Kind::Report)
@@ -145,16 +145,16 @@ mod tests {
         }
     }
 
-    /// A solver that runs alone solves no contacts for the coordinator to write meanwhile.
+    /// A solver that runs alone gives the coordinator no contact solves during which to write.
     #[test]
-    fn a_window_is_on_its_way_to_the_log_when_the_next_one_ends() {
+    fn a_window_is_logged_when_the_next_one_ends() {
         let scratch = Scratch::new("journal", std::process::id().into());
         std::fs::create_dir_all(scratch.path()).expect("it can be made");
         let log = scratch.path().join("exchange.mcap");
         let recorder = Recorder::create(&log, &Provenance::default(), 1);
         let mut journal = Journal::new(Some(recorder.expect("it is created")));
         for window in [0, 1] {
-            journal.add(said(0)).expect("it is added");
+            journal.add(message(0)).expect("it is added");
             journal.end_window(window).expect("it ends");
         }
         let start = Instant::now();
@@ -168,13 +168,13 @@ mod tests {
         }
     }
 
-    /// A message sorts before those of the window before its own, so that it must not come among them.
+    /// The message of a window sorts before the messages of the previous one, so that it must not be hashed among them.
     #[test]
-    fn messages_are_hashed_in_their_windows_whenever_they_are_written_down() {
+    fn messages_are_hashed_in_their_windows_at_any_time_of_logging() {
         let [mut at_once, mut late] = [Journal::new(None), Journal::new(None)];
         let mut hasher = ExchangeHasher::default();
         for window in 0..4 {
-            let message = said(9 - window);
+            let message = message(9 - window);
             hasher.add_entry(&Entry::Exchange(message.clone()));
             hasher.end_window();
             for journal in [&mut at_once, &mut late] {

@@ -1,4 +1,4 @@
-//! The start of participants, each in a process or a thread of its own.
+//! Starts participants, each in its own process or thread.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -21,7 +21,7 @@ use scenario::error::{Error, Refusal, Result};
 use scenario::keys::{Participant, TransportKind};
 use scenario::load::{Loaded, absolute};
 
-/// The run, as every launch needs it.
+/// The data of a run for a launch.
 pub struct Launcher<'a> {
     /// The scenario.
     pub loaded: &'a Loaded,
@@ -38,8 +38,8 @@ pub struct Launcher<'a> {
 }
 
 impl Launcher<'_> {
-    /// Starts participants of the scenario, each in its process or thread. Children are spawned by the calling thread,
-    /// which must outlive them: a child is told to end when the thread that spawned it ends.
+    /// Starts participants of the scenario, each in its process or thread. The calling thread spawns the children and
+    /// must outlive them: the system signals a child to end when its parent thread ends.
     pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
@@ -69,7 +69,8 @@ impl Launcher<'_> {
                 TransportKind::Shm => {
                     let (root, prefix) = (memory.root.clone(), memory.prefix.clone());
                     let command = self.command(participant)?;
-                    // Our end is whole before the process begins: whatever a killed one leaves half made, we do not wait for it.
+                    // Our end is complete before the process begins, so that we do not wait for parts that a killed
+                    // process left unfinished.
                     let link = ShmLink::coordinator(&root, &prefix, name, wait);
                     let link: Box<dyn Link> = Box::new(link.map_err(unconnected)?);
                     let transport = Transport::Shm { root, prefix };
@@ -77,7 +78,7 @@ impl Launcher<'_> {
                 }
                 TransportKind::Zenoh => {
                     let network = network.as_ref().expect("it is made for this one");
-                    // It is listened to before anybody can speak.
+                    // The coordinator listens before the participant can send.
                     let link = network.link(name).map_err(unconnected)?;
                     let transport = network.transport(name, &absolute(self.rundir.path()));
                     let command = self.command_elsewhere(participant, &mut hosts)?;
@@ -130,8 +131,8 @@ impl Launcher<'_> {
         Ok((Box::new(ours), OtherEnd::Thread(Some(thread))))
     }
 
-    /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
-    /// which ties its life to the coordinator's before handing over.
+    /// This program itself serves the built-in solvers. A foreign program starts through `exec-child`, which ties its
+    /// life to the coordinator's and then runs it.
     fn command(&self, participant: &Participant) -> Result<Command> {
         let mut command = Command::new(&self.program);
         match &participant.command {
@@ -148,7 +149,7 @@ impl Launcher<'_> {
         Ok(command)
     }
 
-    /// The same behind a launcher, which passes its input on and nothing else.
+    /// The same behind a launcher, which only passes its input on.
     fn command_elsewhere(&self, participant: &Participant, hosts: &mut Hosts) -> Result<Command> {
         let Some(launch) = &participant.launch else {
             return self.command(participant);
@@ -160,7 +161,7 @@ impl Launcher<'_> {
         match &participant.command {
             None => {
                 self.registry.find(participant)?;
-                // Another program may be at the same path there.
+                // The host may have another program at the same path.
                 let words = ["node", &participant.kind, "--build", build().hash];
                 command.arg(&self.program).args(words)
             }
@@ -170,10 +171,10 @@ impl Launcher<'_> {
         Ok(command)
     }
 
-    /// The session that this participant is told before the first frame.
+    /// The session that this participant gets before the first frame.
     pub fn session(&self, participant: &Participant, transport: Transport) -> Session {
         let fields = self.loaded.scenario.run.output.fields;
-        // The code that prepared a sample decides its bits as its recipe does.
+        // The bits of a sample depend on its recipe and on the code that prepared it.
         let cache = self.registry.cache.as_ref();
         Session {
             protocol: PROTOCOL_VERSION,
@@ -192,7 +193,7 @@ impl Launcher<'_> {
     }
 }
 
-/// The setting that is common to all participants of a scenario, without a run directory.
+/// A participant's setting without a run directory.
 pub fn setting(loaded: &Loaded, participant: &Participant, threads: usize) -> Setting {
     let run = &loaded.scenario.run;
     Setting {

@@ -1,4 +1,4 @@
-//! The endpoint that participants on other hosts connect to, and the hosts of a job of Slurm.
+//! The endpoint for participants on other hosts, and the hosts of a Slurm job.
 
 use std::process::Command;
 
@@ -21,10 +21,10 @@ use self::zenoh as built;
 
 pub(crate) use built::Network;
 
-/// Variable that holds the hosts of a job of Slurm, in its own notation.
+/// Environment variable with the hosts of a Slurm job, in Slurm's notation.
 const NODES: &str = "SLURM_JOB_NODELIST";
 
-/// Refuses what a run would be refused for before it starts anything: a program without the feature, keys of the endpoint.
+/// Refuses faults before a run starts anything: a program without the feature, or unusable keys of the endpoint.
 pub fn check(loaded: &Loaded) -> Result<()> {
     let scenario = &loaded.scenario;
     let mut participants = scenario.participant.iter();
@@ -39,7 +39,7 @@ pub fn check(loaded: &Loaded) -> Result<()> {
     if !cfg!(feature = "zenoh") {
         let problem = "`zenoh` needs the feature `zenoh`, which this program was built without";
         let help =
-            "build it so: cargo install --locked --path coupler --features zenoh; or take \"shm\"";
+            "build it with cargo install --locked --path coupler --features zenoh; or take \"shm\"";
         return refuse(loaded, &key, ConfigError::new(&key, problem).help(help));
     }
     built::check(loaded)
@@ -49,7 +49,7 @@ fn refuse<T>(loaded: &Loaded, key: &str, error: ConfigError) -> Result<T> {
     Err(loaded.source.error(key, error.because(Cause::InvalidValue)))
 }
 
-/// Hosts of the job of Slurm that the coordinator runs in, given to participants in turns.
+/// Hosts of the coordinator's Slurm job, given to participants in turn.
 #[derive(Default)]
 pub struct Hosts {
     names: Vec<String>,
@@ -64,7 +64,7 @@ impl Hosts {
         }
         if self.names.is_empty() {
             self.names = hosts_of_job().map_err(|why| {
-                let text = format!("participant `{participant}`: `{{host}}` of its launch stands for a host of a job of Slurm: {why}");
+                let text = format!("participant `{participant}`: `{{host}}` in its launch stands for a host of a Slurm job: {why}");
                 Refusal::other(Code::CommandNotFound, text)
             })?;
         }
@@ -77,15 +77,15 @@ impl Hosts {
 
 fn hosts_of_job() -> Result<Vec<String>, String> {
     let nodes = std::env::var(NODES).map_err(|_| {
-        format!("{NODES} is not set, run it inside of one (salloc, sbatch), or write the host")
+        format!("{NODES} is not set: run inside a job (salloc, sbatch), or write the host's name")
     })?;
     let mut scontrol = Command::new("scontrol");
-    let told = scontrol.args(["show", "hostnames", &nodes]).output();
-    let told = told.map_err(|error| format!("scontrol: {error}"))?;
-    let hosts = String::from_utf8_lossy(&told.stdout);
+    let output = scontrol.args(["show", "hostnames", &nodes]).output();
+    let output = output.map_err(|error| format!("scontrol: {error}"))?;
+    let hosts = String::from_utf8_lossy(&output.stdout);
     let hosts: Vec<String> = hosts.split_whitespace().map(String::from).collect();
     if hosts.is_empty() {
-        let why = String::from_utf8_lossy(&told.stderr);
+        let why = String::from_utf8_lossy(&output.stderr);
         return Err(format!("scontrol show hostnames {nodes}: {}", why.trim()));
     }
     Ok(hosts)

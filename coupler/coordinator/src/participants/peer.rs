@@ -1,4 +1,4 @@
-//! One participant, seen from the coordinator: its connection and what is at its other end.
+//! One participant, seen from the coordinator: the connection and its other end.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -19,10 +19,10 @@ use exchange_log::timing::RequestTimes;
 use scenario::error::{Code, Error, Refusal, Result};
 use scheme::ledger::{largest_difference, ratio};
 
-/// Time after which a wait looks up from the connection to see whether the peer still lives.
+/// Time after which a wait checks whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// The participant at the other end of a connection, and what it runs in.
+/// The participant at the other end of a connection, by the place where it runs.
 pub enum OtherEnd {
     /// In a process of its own.
     Process(Process),
@@ -30,7 +30,7 @@ pub enum OtherEnd {
     Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
     Tape,
-    /// At the far end of a simulated connection; says how it ended once it has.
+    /// At the far end of a simulated connection, with the reason of its end once it has ended.
     Simulated(Arc<OnceLock<String>>),
 }
 
@@ -42,7 +42,7 @@ pub struct Wait<'a> {
     pub key: &'static str,
     /// Signals.
     pub watch: &'a Watch,
-    /// Hears of a long wait.
+    /// Receives events of a long wait.
     pub listener: Option<&'a Listener>,
 }
 
@@ -55,42 +55,43 @@ pub struct Peer {
     other_end: OtherEnd,
     /// The last request, for messages.
     asked: String,
-    /// A request that was sent before its turn.
+    /// A request sent before its turn.
     early: Option<Frame>,
-    /// Requests that are not answered yet.
+    /// Unanswered requests.
     open: VecDeque<Asked>,
-    /// Requests that were answered.
+    /// Number of answered requests.
     answered: u64,
-    /// The fault that it answered, after which it ends.
+    /// The fault that it reported, after which it ends.
     pub fault: Option<NodeError>,
-    /// Times in which the coordinator did nothing but wait for its answers.
+    /// Times in which the coordinator only waited for its answers.
     pub awaited: BusyTimes,
-    /// Length of all of these times (ns).
+    /// Total length of these times (ns).
     pub waited_ns: u64,
-    /// The end of the last one (ns of the monotonic clock).
+    /// The end of the last wait (ns of the monotonic clock).
     pub last_answer_ns: u64,
-    /// Times of the requests that it answered, if they are kept.
+    /// Times of the answered requests, if they are kept.
     pub times: Option<Vec<RequestTimes>>,
-    /// It is asked for a window twice now and then: a program of somebody else that can repeat windows.
+    /// True if some windows are requested twice: for a foreign program that can repeat windows.
     pub twice: bool,
-    /// The request that will come twice.
+    /// The request that will be sent twice.
     again: Option<Frame>,
-    /// Of one on another host.
+    /// Data of a participant on another host.
     pub far: Option<Far>,
 }
 
 /// A participant on another host.
 #[derive(Clone, Debug, Serialize)]
 pub struct Far {
-    /// Its host, in its own words.
+    /// Its host, by its own report.
     pub host: String,
-    /// The way there and back (s).
+    /// Round-trip time (s).
     pub round_trip_s: f64,
-    /// Such ways that the coordinator has waited for in windows, one that was on its way while it waited for another one in part.
+    /// Number of round trips for which the coordinator waited in windows. A trip that ran partly during another wait
+    /// counts in part.
     pub round_trips: f64,
 }
 
-/// A request that was sent.
+/// A sent request.
 #[derive(Clone, Copy)]
 struct Asked {
     header: Header,
@@ -98,7 +99,7 @@ struct Asked {
 }
 
 impl Peer {
-    /// Joins a connection with what is at its other end.
+    /// A participant with its connection and other end.
     pub fn new(name: &str, link: Box<dyn Link>, other_end: OtherEnd) -> Peer {
         Peer {
             name: name.to_string(),
@@ -119,7 +120,7 @@ impl Peer {
         }
     }
 
-    /// Takes note of a greeting from another host, and measures the way there.
+    /// Notes a greeting from another host, and measures the round trip.
     pub fn is_at(&mut self, host: &str) {
         self.far = self.link.round_trip().map(|trip| Far {
             host: host.into(),
@@ -128,7 +129,7 @@ impl Peer {
         });
     }
 
-    /// Its process, unless it lives in this one.
+    /// Its process, unless it runs in this one.
     pub fn process(&mut self) -> Option<&mut Process> {
         match &mut self.other_end {
             OtherEnd::Process(process) => Some(process),
@@ -136,34 +137,34 @@ impl Peer {
         }
     }
 
-    /// Messages of others on its connection, in words.
+    /// Messages of other programs on its connection, in words.
     pub fn strangers(&self) -> Vec<String> {
         self.link.refused()
     }
 
-    /// Closes the connection without a word.
+    /// Closes the connection without a message.
     pub fn hang_up(&mut self) {
         self.link = Box::new(channel::pair().0);
     }
 
-    /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
-    /// and its payload summed up, once.
+    /// Sends a request whose turn has come and returns its frame. A request that was sent early is reused, so that its
+    /// frame and checksum are made once.
     pub fn send(&mut self, header: Header, payload: Cow<[f64]>, wait: &Wait) -> Result<Frame> {
         if let Some(sent) = self.early.take() {
             self.asked = asked(&sent.header);
-            if says(&sent, &header, &payload) {
+            if equals(&sent, &header, &payload) {
                 return Ok(sent);
             }
-            // Something else comes first: a checkpoint, fields, the end. Only windows are begun early, and a window that is not
-            // accepted changes nothing.
+            // Another request comes first: a checkpoint, fields, the end. Only windows begin early, and a window that
+            // is not accepted changes nothing.
             self.receive(Kind::Motion, wait)?;
         }
         self.asked = asked(&header);
         self.put_on_link(Frame::new(header, payload.into_owned()), wait)
     }
 
-    /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
-    /// between. One at most is under way; a tape is told nothing before its turn.
+    /// Sends the next request before the answer to the current one has arrived, so that the peer need not sleep in
+    /// between. At most one is under way; a tape gets no request before its turn.
     pub fn send_early(&mut self, header: Header, payload: &[f64], wait: &Wait) -> Result<()> {
         if self.early.is_none() && !matches!(self.other_end, OtherEnd::Tape) {
             let frame = Frame::new(header, payload.to_vec());
@@ -172,7 +173,7 @@ impl Peer {
         Ok(())
     }
 
-    /// Returns the frame as the log has it: without the stamp of its turn on this link.
+    /// Returns the frame as in the log: without the stamp of its turn on this link.
     fn put_on_link(&mut self, mut frame: Frame, wait: &Wait) -> Result<Frame> {
         let turn = self.answered + self.open.len() as u64;
         let header = frame.header;
@@ -212,7 +213,8 @@ impl Peer {
         answer
     }
 
-    /// Keeps a request for a window that will be asked for twice. The windows 16, 64, 256, .. are less than 0.4 % of a long run.
+    /// Keeps a request for a window that will be requested twice. The windows 16, 64, 256, .. are less than 0.4 % of a
+    /// long run.
     pub fn keep_request(&mut self, sent: &Frame) {
         let (window, kind) = (sent.header.window, Kind::from_number(sent.header.kind));
         let repeatable = [Kind::Advance, Kind::Solve, Kind::PrescribeVelocity];
@@ -221,8 +223,8 @@ impl Peer {
         self.again = (self.twice && due && first).then(|| sent.clone());
     }
 
-    /// Sends the request that was kept once more, and returns how far the answer is from the first, over the size of that. Nobody
-    /// hears of it but the participant: it is in no log.
+    /// Sends the kept request again, and returns the distance of its answer from the first, over the size of the first.
+    /// Only the participant sees this exchange: no log has it.
     pub fn ask_again(&mut self, kind: Kind, first: &[f64], wait: &Wait) -> Result<f64> {
         let Some(request) = self.again.take() else {
             return Ok(0.0);
@@ -233,7 +235,7 @@ impl Peer {
         self.times = times;
         let size = largest_difference(first, &vec![0.0; first.len()]);
         let apart = ratio(largest_difference(&again, first), size);
-        // Once is enough.
+        // One difference is enough.
         self.twice = apart == 0.0;
         Ok(apart)
     }
@@ -248,7 +250,7 @@ impl Peer {
                 Err(error) => return Err(self.broken(error)),
             }
             if let Err(error) = self.still_alive(&mut waited, wait) {
-                // A peer that has ended may have answered since the last look: its farewell or its fault.
+                // A peer that has ended may have answered since the last check, with its farewell or a fault.
                 return match self.link.receive(Duration::ZERO) {
                     Ok(Some(frame)) => self.accept(frame, expected),
                     _ => Err(error),
@@ -257,7 +259,7 @@ impl Peer {
         }
     }
 
-    /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
+    /// Accepts an answer with the turn and the header of the oldest open request.
     fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame> {
         if frame.header.protocol != PROTOCOL_VERSION {
             let text = format!(
@@ -272,7 +274,7 @@ impl Peer {
             return Err(self.take_fault(&frame));
         }
         if kind != expected {
-            let why = format!("answered {kind:?} where {expected:?} was due");
+            let why = format!("answered {kind:?} instead of {expected:?}");
             return Err(self.protocol_error(why));
         }
         let request = self.open.pop_front();
@@ -309,7 +311,7 @@ impl Peer {
         }
     }
 
-    /// The error of an answer that does not belong here.
+    /// The error for an answer out of place.
     pub fn protocol_error(&self, why: String) -> Error {
         Error::Protocol {
             peer: self.name.clone(),
@@ -318,13 +320,13 @@ impl Peer {
         }
     }
 
-    /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
-    /// Only time inside calls of the link counts as waited: a coordinator that was stopped itself was not waiting.
+    /// Distinguishes a peer that died, a silent peer and a stopped peer. Only time inside calls of the link counts as
+    /// waited: a coordinator that was stopped itself was not waiting.
     fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<()> {
         if let Some(why) = self.other_end.ended() {
             return Err(self.lost(why));
         }
-        // The grace that a signal leaves to a window is wasted on a peer that stands still.
+        // A signal leaves a window some time, which is useless if the peer is stopped.
         if let Some(error) = wait
             .watch
             .interrupted()
@@ -337,7 +339,7 @@ impl Peer {
         let now = waited.as_secs_f64();
         if now < wait.seconds {
             if let Some(listener) = wait.listener {
-                listener.tell(&RunEvent::Prepares {
+                listener.report(&RunEvent::Prepares {
                     participant: &self.name,
                     waited_s: [before, now],
                     limit_s: wait.seconds,
@@ -369,7 +371,7 @@ impl Peer {
                 let far = self.far.as_ref();
                 let host = far.map_or(String::new(), |far| format!(" `{}`", far.host));
                 let state = format!(
-                    "no sign of life came from it: its host{host}, the process there or the network to it is gone"
+                    "it gave no sign of life: its host{host}, its process there or the network to it is down"
                 );
                 self.late(seconds, state, "link_s")
             }
@@ -379,14 +381,14 @@ impl Peer {
 }
 
 impl OtherEnd {
-    /// How it ended, once it has.
+    /// The reason of its end, once it has ended.
     fn ended(&mut self) -> Option<String> {
         match self {
             OtherEnd::Process(child) => {
                 let status = child.try_wait().ok()??;
                 let said = match child.last_words() {
                     words if words.is_empty() => "it printed nothing".into(),
-                    words => format!("it printed last: {words}"),
+                    words => format!("its last output: {words}"),
                 };
                 Some(format!("its process ended with {status}; {said}"))
             }
@@ -398,12 +400,12 @@ impl OtherEnd {
         }
     }
 
-    /// True for a process that was stopped from outside.
+    /// True for a process that another program stopped.
     fn is_stopped(&self) -> bool {
         matches!(self, OtherEnd::Process(process) if process::is_stopped(process.id()))
     }
 
-    /// Describes what can be seen of a peer that does not answer.
+    /// The visible state of a peer that does not answer.
     fn state(&self) -> String {
         match self {
             OtherEnd::Process(child) => {
@@ -422,7 +424,7 @@ impl OtherEnd {
 }
 
 impl Drop for OtherEnd {
-    /// Sees that nothing of the participant is left running.
+    /// Makes sure that no part of the participant keeps running.
     fn drop(&mut self) {
         // A process ends itself when dropped.
         if let OtherEnd::Thread(thread) = self {
@@ -437,7 +439,7 @@ pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
     serde_json::from_str(&text).map_err(|error| error.to_string())
 }
 
-/// The difference of an answer's header from its request's, which it must repeat.
+/// The difference between the headers of an answer and its request, which must agree.
 fn other_subject(request: &Header, answer: &Header) -> Option<String> {
     let repeated = Header {
         kind: answer.kind,
@@ -450,9 +452,9 @@ fn other_subject(request: &Header, answer: &Header) -> Option<String> {
     (repeated != *answer).then(|| format!("answered for {}", answer.subject()))
 }
 
-/// Tells if a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
-/// frame still to be made lacks.
-fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
+/// True if a frame equals this header and payload to the last bit. Equal payloads have equal counts and checksums,
+/// which the given header still lacks.
+fn equals(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
     let header = Header {
         count: frame.header.count,
         checksum: frame.header.checksum,
@@ -462,7 +464,7 @@ fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
     frame.header == header && frame.payload.iter().map(bits).eq(payload.iter().map(bits))
 }
 
-/// The request and its time, as messages say it.
+/// The request and its time, for messages.
 fn asked(header: &Header) -> String {
     match Kind::from_number(header.kind) {
         Some(kind) if kind.is_about_window() => format!(

@@ -1,4 +1,4 @@
-//! What a participant prints, kept up to a length: one that prints without end must not fill the disk.
+//! The output of a participant, kept up to a limit: endless output must not fill the disk.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -6,16 +6,16 @@ use std::io::{PipeReader, Read, Write};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Bytes kept of the beginning.
+/// Number of bytes kept from the beginning.
 const HEAD: usize = 8 << 20;
 
-/// Bytes kept of the end, where a lost participant says why.
+/// Number of bytes kept from the end, where a lost participant states the reason.
 const TAIL: usize = 64 << 10;
 
-/// Time that the last words may take to arrive after the process has ended: a program that it left behind may hold the pipe open.
+/// Time for the last output to arrive after the process has ended: a child program may hold the pipe open.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
-/// A thread that copies what a participant prints from a pipe into a log.
+/// A thread that copies the output of a participant from a pipe into a log.
 pub struct Printed(Option<JoinHandle<()>>);
 
 impl Printed {
@@ -35,7 +35,7 @@ impl Printed {
 }
 
 impl Printed {
-    /// Lets the last words of a process that has ended arrive.
+    /// Waits for the last output of a process that has ended.
     pub fn end(&mut self) {
         let start = Instant::now();
         let Some(thread) = self.0.take() else { return };
@@ -64,7 +64,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The part of the next words that belongs to the beginning.
+    /// The part of the next output that belongs to the beginning.
     fn head<'a>(&mut self, words: &'a [u8]) -> &'a [u8] {
         let (head, rest) = words.split_at(words.len().min(HEAD - self.written));
         self.written += head.len();
@@ -75,7 +75,7 @@ impl Kept {
         head
     }
 
-    /// The words to put behind the beginning.
+    /// The text to write after the beginning.
     fn end(self) -> Vec<u8> {
         let mut text = Vec::new();
         if self.left_out > 0 {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn beginning_and_end_of_a_longer_one_are_kept() {
+    fn beginning_and_end_of_a_longer_text_are_kept() {
         let text: Vec<u8> = (0..HEAD + TAIL + 5000).map(|i| (i / 7) as u8).collect();
         let log = kept(&text, 999);
         let note = b"\n[5000 bytes are left out here]\n";
@@ -119,14 +119,14 @@ mod tests {
     }
 
     #[test]
-    fn the_last_words_follow_a_full_beginning() {
+    fn the_end_follows_a_full_beginning() {
         let path = std::env::temp_dir().join(format!("thirdbody-words-{}", std::process::id()));
         let (pipe, mut printer) = std::io::pipe().expect("the system gives a pipe");
         let log = File::create(&path).expect("the folder is writable");
         let mut printed = Printed::keep(pipe, log).expect("a thread starts");
         let words = vec![b'w'; HEAD];
-        printer.write_all(&words).expect("somebody reads");
-        printer.write_all(b" and why").expect("somebody reads");
+        printer.write_all(&words).expect("a thread reads");
+        printer.write_all(b" and why").expect("a thread reads");
         drop(printer);
         let thread = printed.0.take().expect("it was started");
         thread.join().expect("it does not panic");

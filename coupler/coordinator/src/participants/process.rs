@@ -1,4 +1,4 @@
-//! A participant in a process of its own.
+//! A participant in its own process.
 
 use std::fs::File;
 use std::io::{PipeWriter, Write};
@@ -18,24 +18,24 @@ use protocol::session::SESSION_VARIABLE;
 use super::printed::Printed;
 use scenario::error::{Code, Error, Refusal, Result};
 
-/// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
+/// Time for a participant to end by itself after its farewell, and to end after a signal.
 const GRACE: Duration = Duration::from_millis(1000);
 
-/// Time that it may take to end by itself when its run was cut off: it may be in a set-up that is no longer needed.
+/// Time for a participant to end by itself when its run was cut off: it may be in a set-up that is no longer needed.
 const CUT_OFF: Duration = Duration::from_millis(100);
 
-/// The files of a run in shared memory; removed when dropped, whatever ended the run.
+/// The files of a run in shared memory; removed when dropped, after any end of the run.
 pub struct SharedMemory {
     /// Folder of all runs.
     pub root: PathBuf,
     /// Beginning of the names of this run's files.
     pub prefix: String,
-    /// Tells others that this run lives.
+    /// Shows other runs that this run lives.
     _alive: Option<File>,
 }
 
 impl SharedMemory {
-    /// A run's own place, after removing what dead coordinators of this user left.
+    /// The place of a run, after removal of the files of this user's dead coordinators.
     pub fn new(run_id: u64) -> SharedMemory {
         let root = shm::run_root();
         let _ = shm::remove_dead_runs(&root);
@@ -50,39 +50,39 @@ impl SharedMemory {
 
 impl Drop for SharedMemory {
     fn drop(&mut self) {
-        // Nothing more can be done about what cannot be removed; the next run tries again.
+        // Files that cannot be removed stay; the next run tries again.
         let _ = shm::remove_run(&self.root, &self.prefix);
     }
 }
 
-/// Bytes of the end of a log that are shown of a participant that was lost.
+/// Number of bytes shown from the end of the log of a lost participant.
 const LAST_WORDS: usize = 600;
 
-/// A process whose words go to a log; ended when dropped, with all that it started in its process group.
+/// A process whose output goes to a log; ended when dropped, with its whole process group.
 pub struct Process {
     child: Child,
-    /// Time that it may take to end by itself.
+    /// Time for it to end by itself.
     grace: Duration,
-    /// Place of its words.
+    /// File with its output.
     log: PathBuf,
     /// Ends after the process.
     printed: Printed,
-    /// Closed by the system however this process ends: it is the input of the watcher of a program that is not ours.
+    /// The system closes it at any end of this process. It is the input of the watcher of a foreign program.
     _alive: PipeWriter,
 }
 
 impl Process {
-    /// Its number.
+    /// Its process id.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Takes note that its run has come to its end and not been cut off: it may finish what it writes.
+    /// Notes that its run has reached its end: it may finish its writing.
     pub fn said_farewell(&mut self) {
         self.grace = GRACE;
     }
 
-    /// The end of what it printed, in one line, once it has ended.
+    /// The end of its output in one line, once it has ended.
     pub fn last_words(&mut self) -> String {
         self.printed.end();
         let text = std::fs::read(&self.log).unwrap_or_default();
@@ -95,12 +95,12 @@ impl Process {
         line.escape_debug().to_string()
     }
 
-    /// Asks it to end, with all that it started.
+    /// Asks its process group to end.
     pub fn ask_to_end(&self) {
         self.signal(Signal::SIGTERM);
     }
 
-    /// Tells if it ends by itself in this time.
+    /// True if it ends by itself in this time.
     pub fn ends_within(&mut self, patience: Duration) -> bool {
         let start = Instant::now();
         while start.elapsed() < patience {
@@ -112,17 +112,17 @@ impl Process {
         false
     }
 
-    /// Its end, if it has come.
+    /// Its exit status, if it has ended.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
     }
 
-    /// Sends a signal to all of the process group that it leads.
+    /// Sends a signal to its process group.
     fn signal(&self, signal: Signal) {
         let _ = killpg(Pid::from_raw(self.id() as i32), signal);
     }
 
-    /// Waits until it has ended by itself, as long as it may take, then asks it to, then ends it.
+    /// Waits for its end during the grace, then sends SIGTERM, then SIGKILL.
     fn end(&mut self) {
         let stages = [
             (None, self.grace),
@@ -130,7 +130,7 @@ impl Process {
             (Some(Signal::SIGKILL), GRACE),
         ];
         for (signal, grace) in stages {
-            // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
+            // A stopped process ends only by SIGKILL until it is continued.
             if is_stopped(self.id()) {
                 self.signal(Signal::SIGKILL);
             } else if let Some(signal) = signal {
@@ -146,17 +146,17 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         self.end();
-        // What a shell has started outlives the shell.
+        // Children of a shell outlive the shell.
         self.signal(Signal::SIGKILL);
     }
 }
 
-/// Files that the coordinator needs open, and those of each connection over shared memory: `two-rails` has 8 + 3 x 24 open, and
-/// its nodes fewer.
+/// Open files of the coordinator, and of each connection over shared memory: `two-rails` has 8 + 3 x 24 open, its nodes
+/// fewer.
 const OPEN_FILES: u64 = 24;
 const OPEN_FILES_EACH: u64 = 26;
 
-/// Refuses a limit on open files that so many participants would run into, after raising it as far as is needed and allowed.
+/// Refuses a limit on open files that is too low for these participants, after raising it as far as needed and allowed.
 pub fn require_open_files(participants: usize) -> Result<()> {
     let needed = OPEN_FILES + OPEN_FILES_EACH * participants as u64;
     let Ok((now, most)) = getrlimit(Resource::RLIMIT_NOFILE) else {
@@ -169,19 +169,19 @@ pub fn require_open_files(participants: usize) -> Result<()> {
         return Ok(());
     }
     let why = format!(
-        "they need {needed} open files and this user may have {most}: raise the limit (ulimit -n), or set run.transport = \"channel\""
+        "they need {needed} open files, but this user may have {most}: raise the limit (ulimit -n), or set run.transport = \"channel\""
     );
     let what = format!("starting {participants} participants over shared memory");
     Err(Error::input(what)(std::io::Error::other(why)))
 }
 
-/// Starts the command of a participant in its own process group (an interrupt from the keyboard must reach the coordinator alone,
-/// which then ends the run in order), the words that it prints going to `<name>.log` in this folder.
+/// Starts the command of a participant in its own process group; its output goes to `<name>.log` in this folder. An
+/// interrupt from the keyboard must reach the coordinator alone, which then ends the run in an orderly way.
 pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process> {
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
-    // It may hold secrets.
+    // The session may hold secrets.
     let mut secret = File::options();
     secret.write(true).create(true).truncate(true).mode(0o600);
     let file = secret.open(&path);
@@ -201,7 +201,7 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
         .process_group(0)
         .spawn()
         .map_err(failed())?;
-    // Our own ends of the pipe, which would keep it open.
+    // The command holds our ends of the pipe, which would keep it open.
     drop(command);
     let printed = Printed::keep(words, log).map_err(failed())?;
     Ok(Process {
@@ -213,7 +213,8 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     })
 }
 
-/// Refuses a command that cannot be started in this folder: one that names no file there or on `PATH`, or a folder that is gone.
+/// Refuses a command that cannot start in this folder: it names no file there or on `PATH`, or the folder does not
+/// exist.
 pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = if program.contains('/') {
@@ -224,7 +225,7 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
     let shown = folder.display();
     let problem = if !folder.is_dir() {
         format!(
-            "command `{program}` starts in {shown}, the folder of its scenario, which is gone: put it back"
+            "command `{program}` starts in {shown}, the folder of its scenario, which no longer exists: restore it"
         )
     } else if found {
         return Ok(());
@@ -237,7 +238,7 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
     Err(Refusal::other(Code::CommandNotFound, text).into())
 }
 
-/// Tells if a process is stopped (SIGSTOP, a debugger), read off the process table.
+/// True if a process is stopped (SIGSTOP, a debugger), by the process table.
 pub fn is_stopped(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     let state = stat.rsplit_once(") ").map_or("", |(_, state)| state);

@@ -1,4 +1,4 @@
-//! A communicator whose exchange is written down.
+//! A communicator that records its exchange.
 
 use std::borrow::Cow;
 
@@ -12,23 +12,23 @@ use exchange_log::timing::{OwnTimes, TimingLog};
 use exchange_log::{COUPLER, Exchange, Mismatch};
 use scenario::error::{Refusal, Result};
 
-/// Participants whose exchange is recorded and hashed. A request that is sent early is recorded when its turn has come. The
-/// handshake of a resumed run is in the log already: it is compared with that, message by message.
+/// Participants whose exchange is recorded and hashed. A request that was sent early is recorded when its turn comes.
+/// The handshake of a resumed run is in the log already, and is compared with it message by message.
 pub struct Recorded {
-    /// The participants: requests that go to them directly are not recorded.
+    /// The participants; direct requests to them are not recorded.
     pub peers: Peers,
     /// Log and hash.
     pub journal: Journal,
-    /// Messages of the log that the handshake of a resumed run has yet to repeat.
+    /// Logged messages that the handshake of a resumed run must still repeat.
     logged: Option<std::vec::IntoIter<Exchange>>,
-    /// Times of the requests, if they are written down.
+    /// Log of the request times, if they are recorded.
     timing: Option<TimingLog>,
-    /// Reason for which times are not written down any more.
+    /// Reason why times are no longer recorded.
     pub untimed: Option<String>,
 }
 
 impl Recorded {
-    /// Participants whose times are written down as well if there is a place for them.
+    /// Participants whose times are recorded as well if there is a log for them.
     pub fn new(mut peers: Peers, journal: Journal, timing: Option<TimingLog>) -> Recorded {
         peers.keep_times(timing.is_some());
         Recorded {
@@ -40,12 +40,12 @@ impl Recorded {
         }
     }
 
-    /// From now on all must be said as it was logged, until the handshake ends.
+    /// From now on all messages must equal the logged ones, until the handshake ends.
     pub fn repeat_handshake(&mut self, logged: Vec<Exchange>) {
         self.logged = Some(logged.into_iter());
     }
 
-    /// Closes the handshake; refuses one that ended before the logged one.
+    /// Closes the handshake; refuses a handshake shorter than the logged one.
     pub fn end_handshake(&mut self) -> Result<()> {
         let Some(mut logged) = self.logged.take() else {
             return self.end_window(0);
@@ -53,14 +53,14 @@ impl Recorded {
         match logged.next() {
             None => Ok(()),
             Some(Exchange { sender, .. }) => Err(Refusal::checkpoint(format!(
-                "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
+                "the handshake ended before the logged one, which continues with a message of `{sender}`: resume with the build that wrote the log"
             ))
             .into()),
         }
     }
 
-    /// Writes down what participants say of their own time.
-    pub fn tell_times(&mut self, farewells: &[Farewell]) {
+    /// Records the participants' own times.
+    pub fn record_own_times(&mut self, farewells: &[Farewell]) {
         self.note_times();
         for (participant, farewell) in farewells.iter().enumerate() {
             let own = OwnTimes::of(farewell);
@@ -83,7 +83,7 @@ impl Recorded {
         });
     }
 
-    /// Times are a convenience: a run goes on without them, and says so.
+    /// Times are a convenience: a run continues without them, with a warning.
     fn write_times(
         &mut self,
         write: impl FnOnce(&mut TimingLog, &mut Peers) -> Result<(), McapError>,
@@ -99,24 +99,27 @@ impl Recorded {
     }
 }
 
-/// Refuses what is said in the handshake of a resumed run if the log has something else there.
+/// Refuses a message in the handshake of a resumed run that differs from the log.
 fn compare(logged: Option<Exchange>, Exchange { sender, frame, .. }: Exchange) -> Result<()> {
     let differs = match logged {
         Some(logged) if logged.sender == sender => {
             Mismatch::between(&sender, &logged.frame, &frame).map(|found| found.to_string())
         }
-        Some(logged) => Some(format!("`{sender}` spoke where `{}` did", logged.sender)),
-        None => Some(format!("`{sender}` said more")),
+        Some(logged) => Some(format!(
+            "`{sender}` sent a message in place of `{}`",
+            logged.sender
+        )),
+        None => Some(format!("`{sender}` sent an additional message")),
     };
     differs.map_or(Ok(()), |why| {
         Err(Refusal::checkpoint(format!(
-            "the handshake is not that of the log: {why}; resume with the build that wrote it"
+            "the handshake differs from the logged one: {why}; resume with the build that wrote the log"
         ))
         .into())
     })
 }
 
-/// A message between the coupler and a participant, as the log has it; `None` for a frame that carries no interface data.
+/// A message between the coupler and a participant, for the log; `None` for a frame without interface data.
 fn exchange(peers: &Peers, peer: usize, by: SentBy, frame: Cow<Frame>) -> Option<Exchange> {
     if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
         return None;

@@ -1,4 +1,4 @@
-//! The solvers that a binary ships, handed in by its composition root.
+//! The built-in solvers, which the binary provides.
 
 use std::path::PathBuf;
 
@@ -12,13 +12,13 @@ use scenario::keys::Participant;
 /// A shipped solver.
 #[derive(Clone, Copy)]
 pub struct ShippedSolver {
-    /// Word that `kind` in the scenario gives.
+    /// Its `kind` in the scenario.
     pub kind: &'static str,
-    /// Validates its keys; returns what the user should know beforehand.
+    /// Validates its keys; returns advice for the user.
     pub check: fn(&serde_json::Value, &Setting) -> Result<Vec<String>, ConfigError>,
-    /// True where the body that its keys describe does not answer in proportion to forces, as one that yields; absent for none that does.
+    /// True if the body of these keys is nonlinear, as one that yields; absent for a solver that is always linear.
     pub nonlinear: Option<fn(&serde_json::Value) -> bool>,
-    /// Its keys as a JSON Schema; absent for one whose keys are not described.
+    /// Its keys as a JSON Schema; absent for a solver without a description of its keys.
     pub schema: Option<fn() -> serde_json::Value>,
     /// Makes the node.
     pub build: fn(&Session) -> Result<Box<dyn Node>, NodeError>,
@@ -27,9 +27,9 @@ pub struct ShippedSolver {
 /// All shipped solvers.
 #[derive(Clone, Default)]
 pub struct Registry {
-    /// One entry a kind.
+    /// One entry for each kind.
     pub solvers: Vec<ShippedSolver>,
-    /// Folder in which solvers keep what is long to prepare; nothing is kept when absent.
+    /// Folder in which solvers keep samples that take long to prepare; nothing is kept when absent.
     pub cache: Option<PathBuf>,
 }
 
@@ -39,7 +39,7 @@ impl Registry {
         self.solvers.iter().find(|solver| solver.kind == kind)
     }
 
-    /// The solver that a participant without a command of its own asks for.
+    /// The solver of a participant without a command of its own.
     pub fn find(&self, participant: &Participant) -> Result<&ShippedSolver> {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();

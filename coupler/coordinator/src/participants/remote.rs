@@ -1,4 +1,4 @@
-//! Participants behind a communicator: every request of the port is a frame, every answer is checked.
+//! Participants behind a communicator: every request is a frame, and every answer is checked.
 
 use nalgebra::DMatrix;
 use protocol::frame::packed;
@@ -43,7 +43,7 @@ impl<'a> Remote<'a> {
         }
     }
 
-    /// The answer of this kind, of so many numbers.
+    /// The answer of this kind, with `n` numbers.
     fn numbers(&mut self, peer: usize, kind: Kind, window: &Window, n: usize) -> Result<Vec<f64>> {
         let numbers = self.communicator.receive_numbers(peer, kind, window, n);
         Ok(numbers?)

@@ -1,4 +1,4 @@
-//! Everything that can be said of a scenario without starting anything.
+//! Checks of a scenario that start nothing.
 
 use kit::keys::refuse_if;
 use protocol::Cause;
@@ -16,13 +16,13 @@ use scheme::keys::SchemeWord;
 kit::findings! {
     /// A key has no effect in this scenario.
     ///
-    /// - Why: it belongs to another scheme of an interface, to fields that are not written, or names a
-    ///   scene that is not shipped.
-    /// - Do: remove it, or give what it belongs to.
+    /// - Why: it belongs to another coupling scheme, belongs to fields that are not written, or names a scene that is
+    ///   not shipped.
+    /// - Do: remove it, or set the key that it belongs to.
     UNUSED_KEY = "unused_key";
 }
 
-/// Checks a scenario as far as that goes without starting anything; returns what the user should know.
+/// Checks a scenario without starting anything; returns warnings for the user.
 pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>> {
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
@@ -31,7 +31,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
             require_program(name, &words[0], &loaded.folder)?;
         }
         if let Some(command) = &participant.command {
-            // That of another host is looked for there.
+            // A launcher looks for the command on the other host.
             if participant.launch.is_none() {
                 require_program(name, &command[0], &loaded.folder)?;
             }
@@ -48,14 +48,14 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     }
     let output = &loaded.scenario.run.output;
     if output.fields_every_s.is_some() && !output.fields {
-        let text = "means nothing with run.output.fields = false and is not used";
+        let text = "has no effect with run.output.fields = false and is not used";
         let key = "run.output.fields_every_s";
         warnings.push(Warning::advice(&UNUSED_KEY, key, text));
     }
     if let Some((name, meant)) = loaded.unknown_origin() {
         let meant = meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
         let text = format!(
-            "no shipped scene is named `{name}`: in which keys this one differs from it stays unknown{meant}"
+            "no shipped scene is named `{name}`, so the keys in which this scenario differs from it stay unknown{meant}"
         );
         warnings.push(Warning::advice(&UNUSED_KEY, "run.derived_from", text));
     }
@@ -64,7 +64,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
         key,
         "`vtkhdf` needs the feature `vtkhdf`, which this program was built without",
-        "build it so: cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
+        "build it with cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
     )
     .map_err(|error| loaded.source.error(key, error.because(Cause::InvalidValue)))?;
     network::check(loaded)?;
@@ -74,7 +74,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         let unused = interface.given().unused().into_iter();
         warnings.extend(unused.map(|key| {
             let key = format!("interface.{name}.{key}");
-            let text = format!("means nothing for scheme = {scheme} and is not used");
+            let text = format!("has no effect for scheme = {scheme} and is not used");
             Warning::advice(&UNUSED_KEY, &key, text)
         }));
     }
@@ -83,7 +83,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     Ok(warnings)
 }
 
-/// Interfaces whose scheme takes the compliance of a body as constant which its keys say is not.
+/// Warnings about interfaces whose scheme assumes a constant compliance for a body that yields by its keys.
 fn yielding(loaded: &Loaded, registry: &Registry) -> Vec<Warning> {
     let scenario = &loaded.scenario;
     let nonlinear = scenario.participant.iter().filter(|participant| {
@@ -104,7 +104,7 @@ fn yielding(loaded: &Loaded, registry: &Registry) -> Vec<Warning> {
         let names = sides.filter_map(|side| side.split_once('.').map(|(name, _)| name));
         let body = nonlinear.iter().find(|body| names.clone().any(|name| name == **body))?;
         let text = format!(
-            "`{body}` yields, and scheme = \"{}\" takes its compliance as constant: the run ends with not-converged where it flows; take scheme = \"dual-schur-secant\"",
+            "`{body}` yields, but scheme = \"{}\" assumes a constant compliance: the run ends with not-converged when it flows; take scheme = \"dual-schur-secant\"",
             interface.scheme
         );
         Some(Warning::advice(&ADVICE, &interface.name, text))

@@ -1,12 +1,12 @@
-//! Checkpoints: everything that can change a later bit of a run, of all participants after the same window.
+//! Checkpoints: the complete state of a run, with all participants after the same window.
 //!
-//! - [`content`]: the parts of one;
-//! - [`mod@file`]: its form on the disk, and the choice among several;
-//! - [`keeper`]: writing them while a run goes on;
-//! - [`restart`]: a run that is resumed from one.
+//! - [`content`]: the parts of a checkpoint;
+//! - [`mod@file`]: its file, and the list of files;
+//! - [`keeper`]: writing checkpoints during a run;
+//! - [`restart`]: resuming a run from a checkpoint.
 //!
-//! A checkpoint is complete only together with the log and the signals up to its window: both are on the disk before
-//! it gets its name, and it holds what signals, fields and profiles can be checked by.
+//! A checkpoint is complete only together with the log and the signals up to its window: both are on the disk before it
+//! gets its name. It holds sizes and hashes for checks of signals, fields and profiles.
 
 pub mod content;
 pub mod file;

@@ -1,4 +1,4 @@
-//! The fields over time: the moments at which they are written, their files, and what `summary.json` tells of them.
+//! The fields over time: the moments at which they are written, their files, and their part of `summary.json`.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -18,10 +18,10 @@ use scenario::error::Result;
 use scenario::keys::{RunKeys, Scenario};
 
 kit::findings! {
-    /// The fields will not fit on the disk at the cadence that was asked for.
+    /// The fields will not fit on the disk at the requested interval.
     ///
-    /// - Why: a small disk, many moments, a fine mesh or many grains.
-    /// - Do: make room, write fewer moments (a longer `run.output.fields_every_s`), or none:
+    /// - Why: a small disk, many moments, a fine mesh, or many grains.
+    /// - Do: make room, write fewer moments (a longer `run.output.fields_every_s`), or write no fields:
     ///   `run.output.fields = false`.
     FIELDS_SPACE = "fields_space";
 }
@@ -38,25 +38,25 @@ pub struct Fields<'a> {
     parts: Vec<Part>,
     /// `fields.pvd`, which lists all parts.
     whole: Collection,
-    told: FieldsSummary,
-    /// A warning that was not passed on yet.
+    summary: FieldsSummary,
+    /// A warning that is not yet passed on.
     pub advice: Option<Warning>,
 }
 
-/// What belongs together over time: a mesh, grains, their contacts, an interface.
+/// A part whose files belong together over time: a mesh, grains, their contacts, an interface.
 struct Part {
     name: String,
-    /// The name that its files begin with.
+    /// The start of its file names.
     stem: String,
-    /// Ends of the names that its files may have.
+    /// Possible ends of its file names.
     endings: &'static [&'static str],
     collection: Collection,
-    /// The files that it lists, with their times (s).
+    /// The listed files, with their times (s).
     moments: Vec<(f64, PathBuf)>,
 }
 
 impl<'a> Fields<'a> {
-    /// Nothing yet; `end_s` is the end of the run (s).
+    /// Fields before the first moment; `end_s` is the end of the run (s).
     pub fn new(
         rundir: &'a RunDir,
         scenario: &'a Scenario,
@@ -86,13 +86,13 @@ impl<'a> Fields<'a> {
             snapshot_times: collection::snapshot_times(&phases, every_s, end_s)?,
             parts: participants.chain(interfaces).collect(),
             whole: Collection::new(rundir.path().join("fields.pvd")),
-            told: FieldsSummary::default(),
+            summary: FieldsSummary::default(),
             advice: None,
             rundir,
         })
     }
 
-    /// Lists the fields that were taken over from another run, which wrote them at these times (s).
+    /// Lists the fields copied from another run, which wrote them at these times (s).
     pub fn carry_over(&mut self, times_s: &[f64]) -> Result<()> {
         let taken = self.snapshot_times.iter().zip(times_s);
         let taken: Vec<_> = taken.map(|(m, time_s)| (m.name.clone(), *time_s)).collect();
@@ -100,8 +100,8 @@ impl<'a> Fields<'a> {
         taken.try_for_each(|(name, time_s)| self.list(name, *time_s))
     }
 
-    /// Has fields written at each of the moments that has come, and adds the time (s) to those of the moments before; returns the
-    /// sampled one if it is among them.
+    /// Has fields written at each moment that has come, and appends the time (s) to `times_s`; returns the sampled
+    /// moment if it is among them.
     pub fn take(
         &mut self,
         communicator: &mut dyn Communicator,
@@ -119,8 +119,8 @@ impl<'a> Fields<'a> {
         Ok(sampled)
     }
 
-    /// Has the fields of a moment written, at this time (s). Participants are asked where nothing is written, too: results are of the state
-    /// in which some were.
+    /// Has the fields of a moment written, at this time (s). Participants get the request even without fields, as some
+    /// results belong to the state at a snapshot.
     pub fn write(
         &mut self,
         communicator: &mut dyn Communicator,
@@ -136,7 +136,7 @@ impl<'a> Fields<'a> {
             self.list(name, time_s)?;
             self.look_ahead();
         }
-        self.told.wall_s += start.elapsed().as_secs_f64();
+        self.summary.wall_s += start.elapsed().as_secs_f64();
         Ok(())
     }
 
@@ -158,9 +158,9 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    /// Lists the files of a moment, unless those of the same time are listed.
+    /// Lists the files of a moment, unless files of the same time are listed.
     fn list(&mut self, name: &str, time_s: f64) -> Result<()> {
-        let before = self.told.times_s.last();
+        let before = self.summary.times_s.last();
         if before.is_some_and(|before| time_s <= before * (1.0 + 1e-9)) {
             return Ok(());
         }
@@ -174,18 +174,18 @@ impl<'a> Fields<'a> {
             sets += &set(index, &format!("fields/{file}"));
             part.collection.add(&set(0, &file))?;
             part.moments.push((time_s, folder.join(file)));
-            self.told.files += 1;
-            self.told.bytes += bytes;
+            self.summary.files += 1;
+            self.summary.bytes += bytes;
         }
         if !sets.is_empty() {
             self.whole.add(&sets)?;
-            self.told.times_s.push(time_s);
+            self.summary.times_s.push(time_s);
         }
         Ok(())
     }
 
-    /// Size of the fields of the whole run, if each moment takes what the end took; with a warning where that is more than the disk
-    /// that `folder` lies on has left.
+    /// Size of the fields of the whole run, if each moment is as large as the end, with a warning if the disk of
+    /// `folder` has less space left.
     pub fn foretold(&self, folder: &Path) -> Option<String> {
         let parts = self.parts.iter();
         let files = parts.filter_map(|part| part.file(&self.rundir.fields(), AT_THE_END));
@@ -201,47 +201,47 @@ impl<'a> Fields<'a> {
         (files > 0).then(|| line + &warning.unwrap_or_default())
     }
 
-    /// Once the first moment is written, a warning if the others will not fit on the disk.
+    /// After the first moment, makes a warning if the others will not fit on the disk.
     fn look_ahead(&mut self) {
-        if self.told.times_s.len() == 1 {
-            let left = self.snapshot_times.len() as u64 * self.told.bytes;
+        if self.summary.times_s.len() == 1 {
+            let left = self.snapshot_times.len() as u64 * self.summary.bytes;
             self.advice = lack(left, free_bytes(self.rundir.path()));
         }
     }
 
-    /// The end of the fields, as far as they came; none where they are switched off.
+    /// The summary of the fields so far; `None` if they are switched off.
     pub fn summary(&self) -> Result<Option<FieldsSummary>> {
         if !self.run.output.fields {
             return Ok(None);
         }
-        let mut told = self.told.clone();
+        let mut summary = self.summary.clone();
         for part in &self.parts {
             if let Some((_, path)) = part.moments.last() {
-                told.last.insert(part.name.clone(), ranges(path)?);
+                summary.last.insert(part.name.clone(), ranges(path)?);
             }
         }
-        Ok(Some(told))
+        Ok(Some(summary))
     }
 
-    /// Once the run is over, gathers the files of each part in one of VTKHDF, if the scenario asks for that.
+    /// After the run, gathers the files of each part in one VTKHDF file, if the scenario asks for it.
     ///
     /// # Errors
-    /// A file cannot be read, written or gathered: those of the participants stay.
+    /// A file cannot be read, written or gathered; the participants' files stay.
     #[cfg(feature = "vtkhdf")]
-    pub fn gather(&self, told: &mut Option<FieldsSummary>) -> Result<()> {
+    pub fn gather(&self, summary: &mut Option<FieldsSummary>) -> Result<()> {
         let asked = self.run.output.fields_format == scenario::keys::FieldsFormat::Vtkhdf;
-        let Some(told) = told.as_mut().filter(|_| asked) else {
+        let Some(summary) = summary.as_mut().filter(|_| asked) else {
             return Ok(());
         };
         let (start, folder) = (Instant::now(), self.rundir.fields());
         let parts = self.parts.iter().filter(|part| !part.moments.is_empty());
         let mut gone = vec![self.rundir.path().join("fields.pvd")];
-        (told.files, told.bytes) = (0, 0);
+        (summary.files, summary.bytes) = (0, 0);
         for part in parts {
             let path = folder.join(format!("{}.vtkhdf", part.name));
             runs::vtkhdf::write(&path, &part.moments)?;
-            told.files += 1;
-            told.bytes += path.metadata().map_or(0, |file| file.len());
+            summary.files += 1;
+            summary.bytes += path.metadata().map_or(0, |file| file.len());
             let names = self.snapshot_times.iter().map(|moment| &*moment.name);
             let names = names.chain([AT_THE_END]);
             let files = names.filter_map(|name| part.file(&folder, name));
@@ -251,13 +251,13 @@ impl<'a> Fields<'a> {
         for path in gone {
             std::fs::remove_file(&path).map_err(scenario::error::Error::output(path.display()))?;
         }
-        told.wall_s += start.elapsed().as_secs_f64();
+        summary.wall_s += start.elapsed().as_secs_f64();
         Ok(())
     }
 }
 
 impl Part {
-    /// Name and size (bytes) of its file of a moment, where there is one.
+    /// Name and size (bytes) of its file of a moment, if it exists.
     fn file(&self, folder: &Path, snapshot: &str) -> Option<(String, u64)> {
         self.endings.iter().find_map(|ending| {
             let file = format!("{}-{snapshot}{ending}", self.stem);
@@ -267,11 +267,11 @@ impl Part {
     }
 }
 
-/// A warning about so many bytes of fields, where the disk has less left.
+/// A warning about fields of this size (bytes), if the disk has less space left.
 fn lack(bytes: u64, free: Option<u64>) -> Option<Warning> {
     let free = free.filter(|free| *free < bytes)?;
     let text = format!(
-        "the fields take about {:.3e} bytes and the disk has {:.3e} left: make run.output.fields_every_s longer, choose another --out, or set run.output.fields = false",
+        "the fields take about {:.3e} bytes, but the disk has {:.3e} left: make run.output.fields_every_s longer, choose another --out, or set run.output.fields = false",
         bytes as f64, free as f64
     );
     Some(Warning::advice(&FIELDS_SPACE, "run.output.fields", text))
@@ -282,9 +282,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_that_just_fit_are_no_cause_for_a_warning() {
+    fn fields_that_just_fit_give_no_warning() {
         assert_eq!(lack(1000, Some(1000)), None);
-        assert_eq!(lack(1000, None), None, "nobody knows");
+        assert_eq!(lack(1000, None), None, "the free space is unknown");
         let warning = lack(1000, Some(999)).expect("a byte is missing");
         assert!(warning.text.contains("fields_every_s"), "{}", warning.text);
     }

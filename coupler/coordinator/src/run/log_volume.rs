@@ -1,4 +1,4 @@
-//! The length of the exchange log, predicted before the first window.
+//! Predicts the length of the exchange log before the first window.
 
 use scheme::keys::connected;
 use std::path::Path;
@@ -13,12 +13,12 @@ use scenario::keys::Scenario;
 use scheme::clock::Clock;
 use scheme::keys::{CompliancePrior, CouplingScheme, Dirichlet, Update};
 
-/// Repeats of a window that are counted on.
+/// Assumed number of repeats of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Repeats {
     /// One, the least of a scheme that repeats.
     Least,
-    /// As many as `repeats_max` allows, by schemes that iterate to a fixed point or learn a compliance.
+    /// The most that `repeats_max` allows, for schemes that iterate to a fixed point or learn a compliance.
     Most,
 }
 
@@ -37,8 +37,8 @@ impl Repeats {
     }
 }
 
-/// Messages of a coupled run if every window takes these repeats and none is halved; the new boundaries of a compliance that is
-/// learnt on the way come on top.
+/// Messages of a coupled run if every window takes these repeats and none is halved. New boundaries of a learnt
+/// compliance come in addition.
 pub fn coupled(
     scenario: &Scenario,
     greeted: &[Greeted],
@@ -69,7 +69,7 @@ pub fn coupled(
         for side in &group.motion_driven {
             let mut turn = turns(&mut volume, scenario, side.peer);
             let size = 2 * side.range.len();
-            // Forces, velocities, and what the layer says of its solve.
+            // Forces, velocities, and the layer's numbers about its solve.
             turn(windows * motion_runs, size, 2 * size + 3);
             turn(windows, size, report(&greeted[side.peer].description));
             turn(1, 1 + size * size, 0);
@@ -87,7 +87,7 @@ pub fn alone(scenario: &Scenario, description: &Description, clock: &Clock, end:
     volume
 }
 
-/// Adds requests to a participant and its answers: how many, and the doubles in each request and answer.
+/// Adds requests to a participant and its answers: their number, and the doubles in each request and answer.
 fn turns<'a>(
     volume: &'a mut Volume,
     scenario: &'a Scenario,
@@ -102,7 +102,7 @@ fn turns<'a>(
     }
 }
 
-/// The prediction for a person: the bytes of these messages, and of a run that repeats each window as often as it may.
+/// The prediction as text: the bytes of these messages, and of a run with the most repeats of each window.
 pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
     let (windows, messages, bytes) = (volume.windows, volume.messages, bytes as f64);
     let more = format!(
@@ -115,13 +115,13 @@ pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
     )
 }
 
-/// Refuses a log that the disk has no room for.
+/// Refuses a log that does not fit on the disk.
 pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<()> {
     let Some(free) = free.filter(|free| *free < bytes) else {
         return Ok(());
     };
     let why = format!(
-        "about {:.3e} bytes are to come and the disk has {:.3e} left: make room, choose another --out, or set run.output.exchange = false",
+        "the log needs about {:.3e} bytes, but the disk has {:.3e} left: make room, choose another --out, or set run.output.exchange = false",
         bytes as f64, free as f64
     );
     Err(Error::output(log.display())(std::io::Error::other(why)))
@@ -131,21 +131,21 @@ fn report(description: &Description) -> usize {
     description.signals.len() + description.ledger.len()
 }
 
-/// Square matrices that a force-driven participant is asked for.
+/// Number of square matrices that a force-driven participant sends.
 fn matrices(scheme: &CouplingScheme, gives_columns: bool) -> u64 {
     match scheme {
         CouplingScheme::DualSchur { compliance, .. } => {
             u64::from(*compliance == CompliancePrior::Columns)
         }
-        // Its impedance, and the columns for the prediction.
+        // Its impedance, and the columns for the prediction of stability.
         CouplingScheme::Velocity { .. } => 1 + u64::from(gives_columns),
-        // Its impedance: for the prediction, and for the components that can move at all.
+        // Its impedance twice: for the prediction, and to find the components that can move.
         _ if scheme.dirichlet() == Dirichlet::ForceDriven => 2,
         _ => 0,
     }
 }
 
-/// Numbers that a force-driven participant answers for each component.
+/// Numbers in a force-driven participant's answer for each component.
 fn answers(scheme: &CouplingScheme) -> usize {
     match scheme {
         // Force, increment and work.
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use scheme::keys::{SchemeKeys, SchemeWord};
 
-    /// Repeats of a scheme that allows this many, at the least and at the most.
+    /// Fewest and most repeats of a scheme with this `repeats_max`.
     fn repeats(scheme: SchemeWord, repeats_max: Option<u32>) -> [u64; 2] {
         let keys = SchemeKeys {
             repeats_max,
@@ -170,14 +170,14 @@ mod tests {
     }
 
     #[test]
-    fn schemes_that_iterate_or_learn_may_repeat_as_often_as_they_are_allowed() {
+    fn schemes_that_iterate_or_learn_may_repeat_up_to_repeats_max() {
         for scheme in [
             SchemeWord::FixedPointSerial,
             SchemeWord::FixedPointParallel,
             SchemeWord::DualSchurSecant,
         ] {
             assert_eq!(repeats(scheme, Some(7)), [1, 7]);
-            assert_eq!(repeats(scheme, Some(0)), [1, 1], "the least is the most");
+            assert_eq!(repeats(scheme, Some(0)), [1, 1], "one repeat at least");
         }
         for scheme in [SchemeWord::DualSchur, SchemeWord::Velocity] {
             assert_eq!(repeats(scheme, Some(7)), [1, 1]);
@@ -189,7 +189,7 @@ mod tests {
     fn a_log_that_just_fits_is_written() {
         let room = |free| require_space(1000, free, Path::new("out/exchange.mcap"));
         assert!(room(Some(1000)).is_ok());
-        assert!(room(None).is_ok(), "nobody knows");
+        assert!(room(None).is_ok(), "the free space is unknown");
         let refused = room(Some(999)).expect_err("a byte is missing").to_string();
         for part in ["out/exchange.mcap", "1.000e3", "9.990e2", "--out"] {
             assert!(refused.contains(part), "{part}: {refused}");

@@ -34,17 +34,17 @@ use scenario::load::Loaded;
 use scheme::ledger::{EnergySums, InterfaceLedger, ParticipantLedger};
 use scheme::window::{AcceptedWindow, InterfaceSignals};
 
-/// Everything that is written while windows pass.
+/// The outputs during the windows of a run.
 pub struct Outputs<'a> {
     rundir: &'a RunDir,
     scenario: &'a Scenario,
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
-    /// True for a program of somebody else; shipped solvers tell what their schemes lose, of either sign.
+    /// True for a foreign program. Built-in solvers report the losses of their schemes, which may have either sign.
     foreign: Vec<bool>,
-    /// Findings of the state that were passed on.
+    /// Number of the state's findings that are passed on.
     passed_on: usize,
-    /// What a checkpoint keeps. A report is empty, and energies are zero, before the first of their participant.
+    /// The state for checkpoints. Before a participant's first report, its report is empty and its energies are zero.
     pub state: OutputState,
     /// The file signals.csv.
     pub signals: SignalsFile,
@@ -52,27 +52,27 @@ pub struct Outputs<'a> {
     pub fields: Fields<'a>,
     /// The checkpoints.
     pub keeper: Keeper,
-    /// On stderr, where somebody wants it.
+    /// Progress for a listener.
     pub progress: Progress,
     /// The load history, for the progress.
     phases: Vec<Phase>,
     /// The cost so far.
     pub pace: Pace,
-    /// A dry run ends once its cost is predicted.
+    /// True for a dry run, which ends once its cost is predicted.
     pub dry_run: bool,
 }
 
-/// The phase at a time, and the share of it that has passed.
+/// The phase at a time, and the fraction of it that has passed.
 fn phase_at(phases: &[Phase], t_s: f64) -> Option<(String, f64)> {
-    let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
+    let inside = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
     // The last window may end beyond the last phase.
-    let phase = phases.iter().find(in_it).or(phases.last())?;
+    let phase = phases.iter().find(inside).or(phases.last())?;
     let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
     Some((phase.name.clone(), part.clamp(0.0, 1.0)))
 }
 
 impl<'a> Outputs<'a> {
-    /// Nothing yet, of participants that were greeted.
+    /// Outputs before the first window, for greeted participants.
     pub fn new(
         rundir: &'a RunDir,
         loaded: &'a Loaded,
@@ -114,7 +114,7 @@ impl<'a> Outputs<'a> {
         })
     }
 
-    /// Takes over what the resumed run wrote.
+    /// Copies the outputs of the resumed run.
     pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join(SIGNALS);
@@ -129,28 +129,29 @@ impl<'a> Outputs<'a> {
     /// The latest energies of all participants.
     pub fn energies(&self) -> Vec<ParticipantLedger> {
         let all = self.descriptions.iter().zip(self.state.energies.clone());
-        let terms = |told: &Description| told.ledger.clone();
-        all.map(|(told, values)| ParticipantLedger {
-            terms: terms(told),
+        let terms = |description: &Description| description.ledger.clone();
+        all.map(|(description, values)| ParticipantLedger {
+            terms: terms(description),
             values,
         })
         .collect()
     }
 
-    /// True if all participants tell their energies.
-    fn all_tell_energies(&self) -> bool {
-        self.descriptions.iter().all(|told| !told.ledger.is_empty())
+    /// True if all participants report their energies.
+    fn all_report_energies(&self) -> bool {
+        let mut all = self.descriptions.iter();
+        all.all(|description| !description.ledger.is_empty())
     }
 
     /// Sums of the latest energies of each participant.
     fn sums(&self) -> Vec<EnergySums> {
         let all = self.descriptions.iter().zip(&self.state.energies);
-        all.map(|(told, values)| EnergySums::of(&told.ledger, values))
+        all.map(|(description, values)| EnergySums::of(&description.ledger, values))
             .collect()
     }
 
-    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a dry run that has
-    /// seen enough.
+    /// Between two windows: writes a checkpoint if it is due, and ends the run if it was interrupted or is a dry run
+    /// with a prediction.
     pub fn pause(
         &mut self,
         recorded: &mut Recorded,
@@ -178,7 +179,7 @@ impl<'a> Outputs<'a> {
         }
     }
 
-    /// Adds an accepted window, after which all groups have come to `reached_s`; a solver that runs alone has no group.
+    /// Adds an accepted window, after which all groups have reached `reached_s`; a solver that runs alone has no group.
     pub fn add(
         &mut self,
         communicator: &mut dyn Communicator,
@@ -199,11 +200,11 @@ impl<'a> Outputs<'a> {
         let due = window
             .index
             .is_multiple_of(self.scenario.run.output.signals_every_windows);
-        // One without signals and ledger reports nothing, and has said so.
-        let mut told = self.descriptions.iter().zip(&state.reports);
-        let all_told = told
+        // A participant without signals and ledger reports nothing, by its description.
+        let mut reports = self.descriptions.iter().zip(&state.reports);
+        let complete = reports
             .all(|(d, report)| !report.is_empty() || (d.signals.is_empty() && d.ledger.is_empty()));
-        if due && last_at(groups, window.t1_s) && all_told {
+        if due && last_at(groups, window.t1_s) && complete {
             self.signals
                 .row(window.t1_s, &state.reports, &state.interfaces)?;
         }
@@ -223,7 +224,8 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// The windows of a run that started at `start` begin now, at the simulated time `from_s` of `end_s`, and are so many in all.
+    /// The windows of a run that started at `start` begin now, at the simulated time `from_s` of `end_s`; `windows` is
+    /// their total number.
     pub fn begin(
         &mut self,
         peers: &Peers,
@@ -241,7 +243,7 @@ impl<'a> Outputs<'a> {
         });
     }
 
-    /// Shows how far the run has come, if it is time to.
+    /// Reports the progress of the run, if it is due.
     fn show(&mut self, peers: &Peers, groups: &[GroupRun], window: &Window, reached_s: f64) {
         let now_ns = peers.last_answer_ns();
         let Some(course) = self.progress.due(reached_s, now_ns) else {
@@ -279,14 +281,14 @@ impl<'a> Outputs<'a> {
 
     /// The latest value of the first signal of this name.
     fn signal(&self, name: &str) -> Option<f64> {
-        let told = self.descriptions.iter().zip(&self.state.reports);
-        let mut signals = told.flat_map(|(told, report)| told.signals.iter().zip(report));
+        let pairs = self.descriptions.iter().zip(&self.state.reports);
+        let mut signals = pairs.flat_map(|(own, report)| own.signals.iter().zip(report));
         signals
             .find(|(signal, _)| *signal == name)
             .map(|(_, value)| *value)
     }
 
-    /// The energy balance of all participants together, where all tell their energies.
+    /// The energy balance of all participants together, if all report their energies.
     fn total_balance_rel(&self, groups: &[GroupRun]) -> Option<f64> {
         let ledgers = groups.iter().flat_map(|group| &group.coupling.ledgers);
         let points = EnergySums {
@@ -295,11 +297,11 @@ impl<'a> Outputs<'a> {
         };
         let all = self.sums().into_iter().chain([points]);
         let total = EnergySums::together(all).balance_rel();
-        Some(total).filter(|total| total.is_finite() && self.all_tell_energies())
+        Some(total).filter(|total| total.is_finite() && self.all_report_energies())
     }
 
-    /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
-    /// a node may have nothing to say yet, but the user should know.
+    /// Keeps a participant's report if it has the described length and its energies are finite. A signal may be NaN, as
+    /// a node may have no value yet, but gives a warning.
     fn keep(
         &mut self,
         communicator: &dyn Communicator,
@@ -312,18 +314,18 @@ impl<'a> Outputs<'a> {
         } = self.descriptions[peer];
         let (numbers, due) = (report.len(), signals.len() + ledger.len());
         if numbers != due {
-            let why = format!("reported {numbers} numbers where its description announced {due}");
+            let why = format!("reported {numbers} numbers, but its description announced {due}");
             return Err(communicator.peers().protocol_error(peer, why));
         }
         let (seen, energies) = report.split_at(signals.len());
-        let no_number = |values: &[f64]| values.iter().position(|value| !value.is_finite());
-        if let Some(index) = no_number(energies) {
+        let not_finite = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        if let Some(index) = not_finite(energies) {
             return Err(Error::Diverged(format!(
-                "participant `{}` reported {} as its energy `{}` at the end of window {} (t = {:.6e} s): it diverged; lower its step or the window",
+                "participant `{}` reported {} as its energy `{}` at the end of window {} (t = {:.6e} s): it diverged; shorten its step or the window",
                 self.names[peer], energies[index], ledger[index].name, window.index, window.t1_s
             )));
         }
-        if no_number(seen).is_some() {
+        if not_finite(seen).is_some() {
             self.find_odd_signals(peer, seen, window.t1_s);
         }
         self.state.energies[peer].copy_from_slice(&report[signals.len()..]);
@@ -331,7 +333,7 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Keeps a finding about each signal that is no number, once.
+    /// Keeps one finding about each signal that is NaN or infinite.
     fn find_odd_signals(&mut self, peer: usize, seen: &[f64], time_s: f64) {
         let names = &self.descriptions[peer].signals;
         for (index, value) in seen.iter().enumerate() {
@@ -344,7 +346,8 @@ impl<'a> Outputs<'a> {
         }
     }
 
-    /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
+    /// Judges the energies after a window: of each participant, of each interface, and of all together if all report
+    /// their energies.
     fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
         let sums = self.sums();
         let bounds = self.scenario.run.plausible.of(&ENERGY_BALANCE);
@@ -353,21 +356,21 @@ impl<'a> Outputs<'a> {
             self.lost(&ENERGY_BALANCE, self.names[peer], value, time_s);
             let loss = Some(&mut self.state.losses[peer]).filter(|_| self.foreign[peer]);
             let fell = loss.and_then(|loss| loss.add_loss(own, DISSIPATION.bounds[0]));
-            // A participant without a ledger has sums that are no numbers.
+            // The sums of a participant without a ledger are NaN.
             let fell = fell.filter(|value| value.is_finite());
             let finding = fell.and_then(|value| plausible::dissipation(value, time_s));
             self.keep_finding(self.names[peer], finding);
         }
         let points = self.judge_interfaces(groups, time_s);
-        let all_tell = self.all_tell_energies();
-        if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
+        let all_report = self.all_report_energies();
+        if let Some(total) = self.state.balances.last_mut().filter(|_| all_report) {
             let sums = EnergySums::together(sums.into_iter().chain([points]));
             let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
             self.lost(&ENERGY_BALANCE, "run", value, time_s);
         }
     }
 
-    /// Judges the energy of each interface; returns the energies of points with masses of their own.
+    /// Judges the energy of each interface; returns the energies of points with their own masses.
     fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
         let mut points = EnergySums::default();
         let bounds = self.scenario.run.plausible.of(&INTERFACE_ENERGY);
@@ -382,7 +385,7 @@ impl<'a> Outputs<'a> {
         points
     }
 
-    /// Keeps the finding about a balance that this check makes, if it makes one.
+    /// Keeps the finding of this check about a balance, if there is one.
     fn lost(&mut self, kind: &FindingKind, about: &str, value: Option<f64>, time_s: f64) {
         let bounds = &self.scenario.run.plausible;
         let finding = value.and_then(|v| plausible::lost_balance(kind, bounds, v, time_s));
@@ -394,7 +397,7 @@ impl<'a> Outputs<'a> {
         self.state.findings.extend(finding);
     }
 
-    /// Warnings of findings that were not asked for yet.
+    /// Warnings of new findings, not yet passed on.
     pub fn warnings(&mut self) -> Vec<Warning> {
         let new = &self.state.findings[self.passed_on..];
         self.passed_on = self.state.findings.len();
@@ -421,7 +424,7 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Has the fields of the end written, and completes the results.
+    /// Has the fields at the end written, and completes the results.
     pub fn finish(
         &mut self,
         communicator: &mut dyn Communicator,
@@ -438,7 +441,7 @@ impl<'a> Outputs<'a> {
     }
 }
 
-/// Repeats of the last windows, the most of all interfaces, and the mean of the group that has most of them.
+/// The most repeats of all interfaces in their last windows, and the largest mean of the groups.
 fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)> {
     let last = last.iter().map(|seen| seen.repeats).max()?;
     let groups = groups.iter();
@@ -447,7 +450,7 @@ fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)>
     Some((last, means.fold(0.0, f64::max)))
 }
 
-/// True if no group has a window to do that ends at this time.
+/// True if no group has another window that ends at this time.
 fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
     let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
     groups.iter().all(|group| group.next().is_none_or(later))

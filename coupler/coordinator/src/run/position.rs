@@ -1,4 +1,4 @@
-//! Positions of a run in time, as checkpoints hold them.
+//! Positions of a run in time, for checkpoints.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 pub struct RunPosition {
     /// Accepted windows, of all groups of interfaces together.
     pub windows: u64,
-    /// Simulated time that is accepted (s).
+    /// Accepted simulated time (s).
     pub t_s: f64,
-    /// Position of each group of interfaces; none for a solver that runs alone.
+    /// Position of each group of interfaces; empty for a solver that runs alone.
     pub groups: Vec<GroupPosition>,
-    /// True if no window is left to do.
+    /// True if no window is left.
     pub over: bool,
 }
 
@@ -20,8 +20,8 @@ pub struct RunPosition {
 pub struct GroupPosition {
     /// Index of the next window.
     pub window: u64,
-    /// Explicit steps done.
+    /// Completed explicit steps.
     pub step: u64,
-    /// Steps left of a window that was halved, to be done first.
+    /// Remaining steps of a halved window, which come first.
     pub rest: Option<u32>,
 }

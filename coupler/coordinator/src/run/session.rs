@@ -1,4 +1,4 @@
-//! A run from the launch to the farewells.
+//! A run, from the launch to the farewells.
 
 use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
@@ -43,40 +43,37 @@ use scheme::predict::prediction::{Bound, LEAST_MARGIN};
 use scheme::window::AcceptedWindow;
 
 kit::findings! {
-    /// Wall-clock times of requests could not be written; the run goes on without them.
+    /// Wall-clock times of requests could not be written; the run continues without them.
     ///
-    /// - Why: the disk of the run directory is full, or cannot be written.
-    /// - Do: nothing for the results; `thirdbody export --trace` has no times of this run. Make
-    ///   room for the next one.
-    TIMING_LOG = "timing_log";
-    /// Somebody else has tried to speak on a connection between hosts, and was not heard: the run
-    /// is as if nothing had been.
-    ///
-    /// - Why: a port that others reach and try, a participant of another run that was started with
-    ///   its session, or a certificate or password that does not fit; messages without the
-    ///   signature of the run were dropped.
-    /// - Do: look whose address the text names, listen at an address that fewer reach
-    ///   (`run.remote.listen`), and take `quic`, which lets nobody in without a certificate of the
+    /// - Why: the disk of the run directory is full or not writable.
+    /// - Do: nothing for the results, but `thirdbody export --trace` has no times of this run. Make room for the next
     ///   run.
-    STRANGER = "stranger";
-    /// The log will not fit on the disk if windows take as many repeats as they may.
+    TIMING_LOG = "timing_log";
+    /// Another program sent messages on a connection between hosts; they were dropped, without effect on the run.
     ///
-    /// - Why: a small disk, a long run.
+    /// - Why: others can reach the port, a participant of another run was started with its session, or a certificate or
+    ///   password does not match. Messages without the signature of the run are dropped.
+    /// - Do: check the address in the text, listen at an address that fewer can reach (`run.remote.listen`), and take
+    ///   `quic`, which refuses connections without a certificate of the run.
+    STRANGER = "stranger";
+    /// The log will not fit on the disk if windows take all allowed repeats.
+    ///
+    /// - Why: a small disk, or a long run.
     /// - Do: make room, or write no log: `run.output.exchange = false`.
     LOG_SPACE = "log_space";
-    /// Windows are long beside the first period of the continuum.
+    /// Windows are long compared with the first period of the continuum.
     ///
-    /// - Why: the value is a quarter of that period over the window. Waves cross the body within a
-    ///   window, and the force on it is a constant of the window: stable, and no longer accurate.
-    /// - Do: lower `interface.<name>.substeps`, or run once more with half of them and compare
-    ///   ("Four questions" in scenarios/README.md).
+    /// - Why: the value is a quarter of that period over the window. Waves cross the body within a window, but the
+    ///   force on it is constant in the window: the run is stable but no longer accurate.
+    /// - Do: lower `interface.<name>.substeps`, or run again with half of them and compare ("Four questions" in
+    ///   scenarios/README.md).
     LONG_WINDOW = "long_window";
 }
 
-/// Circumstances of a run, beside the scenario.
+/// Options of a run, in addition to the scenario.
 #[derive(Clone)]
 pub struct RunOptions<'a> {
-    /// Place of the run directory; by default a new folder below `runs/`.
+    /// The run directory; by default a new folder below `runs/`.
     pub out: Option<&'a Path>,
     /// Threads of each participant.
     pub threads: usize,
@@ -86,18 +83,18 @@ pub struct RunOptions<'a> {
     pub program: PathBuf,
     /// Signals that end the run.
     pub watch: Watch,
-    /// Hears of what happens.
+    /// Receives the events of the run.
     pub listener: Listener,
     /// Any warning makes the run suspect.
     pub strict: bool,
-    /// The run ends, in order, as soon as its cost is predicted.
+    /// The run ends in an orderly way as soon as its cost is predicted.
     pub dry_run: bool,
-    /// The budget that its setting was chosen by.
+    /// The budget by which its setting was chosen.
     pub budget: Option<RunBudget>,
 }
 
 impl<'a> RunOptions<'a> {
-    /// One thread a participant, nobody listens, and no signal ends the run.
+    /// One thread for each participant, no listener, and no signal that ends the run.
     pub fn quiet(out: Option<&'a Path>, registry: &'a Registry, program: &Path) -> RunOptions<'a> {
         RunOptions {
             out,
@@ -113,15 +110,15 @@ impl<'a> RunOptions<'a> {
     }
 }
 
-/// Text of the warning about windows that are long beside the first period of the continuum.
-const LONG_WINDOW_TEXT: &str = "a window is longer than a quarter of the continuum's first period: it is stable, but how forces come and go within a window is lost, and results depend on its length; take fewer substeps, or compare with half of them";
+/// Text of the warning about windows that are long compared with the first period of the continuum.
+const LONG_WINDOW_TEXT: &str = "a window is longer than a quarter of the continuum's first period: the run is stable, but it does not resolve forces within a window, and results depend on the length of the window; take fewer substeps, or compare with half of them";
 
-/// A budget that the setting of a run was chosen by.
+/// A budget by which the setting of a run was chosen.
 #[derive(Clone, Debug, Default)]
 pub struct RunBudget {
-    /// What was chosen, and what is expected of it: `budget` of summary.json.
+    /// The chosen setting and its expected error or time: `budget` of summary.json.
     pub told: Value,
-    /// Wall-clock time (s) that it may take.
+    /// Allowed wall-clock time (s).
     pub wall_s: Option<f64>,
 }
 
@@ -135,14 +132,14 @@ pub struct Ended {
     pub error: Option<Error>,
 }
 
-/// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
-/// keeps what was valid, and the error is part of [`Ended`].
+/// Runs a scenario. An error before the start of participants is returned directly. From then on the run directory
+/// keeps the valid part, and the error is part of [`Ended`].
 pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended> {
     run_from(loaded, options, None)
 }
 
-/// Runs a scenario on from a checkpoint of another run of it, in a run directory of its own: it ends as
-/// if that run had never been cut off.
+/// Continues a scenario from a checkpoint of another run, in a new run directory. It ends as if that run had not been
+/// cut off.
 pub fn run_from(
     loaded: &Loaded,
     options: &RunOptions,
@@ -158,7 +155,7 @@ pub fn run_from(
 /// A way to start the participants of a run.
 pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers>;
 
-/// The same among participants that are started in another way.
+/// The same with participants that are started in another way.
 pub fn run_among(
     loaded: &Loaded,
     options: &RunOptions,
@@ -176,7 +173,7 @@ pub fn run_among(
         json!({ "checkpoint": restart.path, "window": window })
     });
     let manifest = manifest(loaded, run_id, options.threads, resumed);
-    // A folder with a scenario is a run, which can be resumed by its manifest.
+    // A folder with a scenario is a run, which needs the manifest to be resumed.
     rundir.write("manifest.json", &manifest)?;
     rundir.write("scenario.toml", &loaded.resolved)?;
     let pid = std::process::id();
@@ -197,9 +194,9 @@ pub fn run_among(
     };
     session.warn(warnings);
     let error = session.run().err();
-    options.listener.tell(&RunEvent::Ended);
+    options.listener.report(&RunEvent::Ended);
     let mut summary = session.summary;
-    // That of signals.csv is known: what was written says more than what is read back.
+    // The entry of signals.csv is known already: it describes the written rows, not the rows read back.
     add_tables(rundir.path(), &mut summary.tables);
     if let Some(fields) = &mut summary.fields {
         fields.blake3 = field_hashes(rundir.path());
@@ -226,7 +223,7 @@ pub fn run_among(
     })
 }
 
-/// Tells runs apart; it takes no part in any result.
+/// Identifies the run; no result depends on it.
 pub fn fresh_run_id() -> u64 {
     RandomState::new().hash_one((std::process::id(), SystemTime::now()))
 }
@@ -244,7 +241,7 @@ struct RunSession<'a> {
 }
 
 impl RunSession<'_> {
-    /// Starts the participants, lets them talk, and closes the log whatever came of it.
+    /// Starts the participants, runs the exchange, and closes the log in any case.
     fn run(&mut self) -> Result<()> {
         let launcher = Launcher {
             loaded: self.loaded,
@@ -259,7 +256,7 @@ impl RunSession<'_> {
         let mut recorded = Recorded::new(peers, journal, self.timing_log()?);
         let result = self.converse(&mut recorded);
         for (about, tried) in recorded.peers.strangers() {
-            let text = format!("somebody else was not heard: {tried}");
+            let text = format!("messages of another program were dropped: {tried}");
             self.warn([Warning::advice(&STRANGER, &about, text)]);
         }
         recorded.close_times();
@@ -293,14 +290,14 @@ impl RunSession<'_> {
         Ok(scenario.run.output.exchange.then(create).transpose()?)
     }
 
-    /// The whole conversation: greeting, the state of a resumed run, windows, farewell, judgement.
+    /// The whole exchange: greeting, state of a resumed run, windows, farewell, judgement.
     fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
         let scenario = &self.loaded.scenario;
         let greeted = self.greet(recorded)?;
-        let told = greeted.iter().map(|greeted| &greeted.description);
+        let descriptions = greeted.iter().map(|greeted| &greeted.description);
         let end_s = end_s(scenario, &greeted)?;
         self.summary.end_s = Some(end_s);
-        let (missed, no_hold) = plausible::unreached(scenario, told, end_s);
+        let (missed, no_hold) = plausible::unreached(scenario, descriptions, end_s);
         self.warn(missed);
         let mut outputs = self.outputs(recorded, &greeted)?;
         let result = if scenario.interface.is_empty() {
@@ -320,11 +317,11 @@ impl RunSession<'_> {
         Ok(())
     }
 
-    /// Greets the participants and keeps what they say of themselves.
+    /// Greets the participants and keeps their descriptions.
     fn greet(&mut self, recorded: &mut Recorded) -> Result<Vec<Greeted>> {
         let scenario = &self.loaded.scenario;
         let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
-        self.options.listener.tell(&RunEvent::Prepare {
+        self.options.listener.report(&RunEvent::Prepare {
             run: &scenario.run.name,
             participants: &names,
         });
@@ -349,7 +346,7 @@ impl RunSession<'_> {
         Ok(greeted)
     }
 
-    /// The files of the run, those of a resumed run with what it wrote.
+    /// The output files of the run; for a resumed run with its earlier output.
     fn outputs<'a>(
         &mut self,
         recorded: &mut Recorded,
@@ -374,7 +371,7 @@ impl RunSession<'_> {
         Ok(outputs)
     }
 
-    /// Closes the files after the last window, whatever it came to.
+    /// Closes the files after the last window, also after an error.
     fn end_outputs(
         &mut self,
         recorded: &Recorded,
@@ -388,16 +385,16 @@ impl RunSession<'_> {
         let fields = fields.map(|fields| self.summary.fields = fields);
         let signals = outputs.signals.finish()?;
         self.summary.tables.insert(SIGNALS.into(), signals);
-        // The reason of an early end goes before that of a file that cannot be read.
+        // The reason of an early end comes before the error of an unreadable file.
         result.and(fields)
     }
 
-    /// Asks the participants to end, and keeps what they found.
+    /// Asks the participants to end, and keeps their findings.
     fn part(&mut self, recorded: &mut Recorded, outputs: &Outputs) -> Result<()> {
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], read_farewell)?;
-        recorded.tell_times(&farewells);
+        recorded.record_own_times(&farewells);
         let run_wall_s = self.start.elapsed().as_secs_f64();
         let awaited = recorded.peers.awaited();
         for (participant, farewell) in self.loaded.scenario.participant.iter().zip(&farewells) {
@@ -412,14 +409,14 @@ impl RunSession<'_> {
         Ok(())
     }
 
-    /// Judges forces, energies and joins at the end.
+    /// Judges forces, energies and joints at the end.
     ///
     /// # Errors
     /// A participant contradicts itself.
     fn judge(&mut self, outputs: &Outputs) -> Result<()> {
         let bounds = &self.loaded.scenario.run.plausible;
         let mut judged = self.summary.judged(bounds, &outputs.state.sampled.down_n());
-        // One that was told on the way says more than one about the end.
+        // A warning from during the run says more than one about the end.
         let known = &self.summary.warnings;
         judged.retain(|new| {
             let same = |old: &Warning| old.code == new.code && old.about == new.about;
@@ -430,8 +427,8 @@ impl RunSession<'_> {
         proven
     }
 
-    /// Takes over the log and the outputs of the resumed run. From the adoption of its checkpoint on, this run
-    /// directory can be resumed as well. Returns the messages of the logged handshake.
+    /// Copies the log and the outputs of the resumed run. Once its checkpoint is copied, this run directory can be
+    /// resumed as well. Returns the messages of the logged handshake.
     fn carry_over(
         &mut self,
         recorded: &mut Recorded,
@@ -450,7 +447,7 @@ impl RunSession<'_> {
         Ok(handshake)
     }
 
-    /// Windows of solvers that are joined, all of them to the end.
+    /// Runs the windows of coupled solvers to the end.
     fn coupled(
         &mut self,
         recorded: &mut Recorded,
@@ -475,7 +472,7 @@ impl RunSession<'_> {
         let volume = |repeats| log_volume::coupled(scenario, greeted, &groups, repeats);
         self.foresee_log([Repeats::Least, Repeats::Most].map(volume))?;
         match self.restart {
-            // The prediction, and what was asked for it, is in the log of the resumed run.
+            // The log of the resumed run has the prediction and its requests.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
             None => self.predict(recorded, greeted, &mut groups)?,
         }
@@ -499,7 +496,7 @@ impl RunSession<'_> {
         outputs.finish(recorded, &groups, &mut self.summary)
     }
 
-    /// Notes the stability that the handshake predicts, and refuses a scheme that is predicted to fail.
+    /// Notes the stability predicted from the handshake, and refuses a scheme that is predicted to fail.
     fn predict(
         &mut self,
         recorded: &mut Recorded,
@@ -510,7 +507,7 @@ impl RunSession<'_> {
         let mut predicted = Vec::new();
         for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
             let foreseen = foresee(coupling, remote)?;
-            // They are known by now, and are not asked for again.
+            // They are known by now, and are not requested again.
             let columns = coupling.columns(remote)?.unwrap_or_default();
             for (side, columns) in columns.iter().enumerate() {
                 let peer = coupling.group().force_driven[side].peer;
@@ -557,7 +554,7 @@ impl RunSession<'_> {
         predicted.try_for_each(|(interface, prediction)| Ok(prediction.refuse(interface)?))
     }
 
-    /// Windows of a solver without an interface.
+    /// Runs the windows of a solver without an interface.
     fn alone(
         &mut self,
         recorded: &mut Recorded,
@@ -625,7 +622,8 @@ impl RunSession<'_> {
         outputs.finish(recorded, &[], &mut self.summary)
     }
 
-    /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.
+    /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses a log that does not fit
+    /// on the disk.
     fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<()> {
         let output = &self.loaded.scenario.run.output;
         if !output.exchange {
@@ -637,7 +635,7 @@ impl RunSession<'_> {
         self.rundir.note(&line);
         self.summary.foreseen.push(line);
         self.summary.log_predicted_bytes = Some([least, most]);
-        // A dry run writes little, and not where the run will.
+        // A dry run writes little, and in another place than the run will.
         let free = free_bytes(self.rundir.path());
         let free = free.filter(|_| !self.options.dry_run);
         let log = self.rundir.path().join("exchange.mcap");
@@ -649,20 +647,20 @@ impl RunSession<'_> {
         Ok(())
     }
 
-    /// Tells and keeps what a participant says of itself.
+    /// Reports and keeps a participant's advice.
     fn advise(&mut self, participant: &str, texts: &[String]) {
         let advice = texts.iter();
         self.warn(advice.map(|text| Warning::advice(&ADVICE, participant, text)));
     }
 
-    /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
+    /// Reports and keeps warnings, each once: a participant may repeat a warning of `check`.
     fn warn(&mut self, warnings: impl IntoIterator<Item = Warning>) {
         for warning in warnings {
             if self.summary.warnings.contains(&warning) {
                 continue;
             }
             self.rundir.note(&warning.line());
-            self.options.listener.tell(&RunEvent::Warning(&warning));
+            self.options.listener.report(&RunEvent::Warning(&warning));
             self.summary.warnings.push(warning);
         }
     }

@@ -1,4 +1,4 @@
-//! The time loop: groups of interfaces on their way through time, window by window.
+//! The time loop: groups of interfaces advance in time, window by window.
 
 use scheme::keys::connected;
 use std::ops::ControlFlow;
@@ -17,11 +17,11 @@ use scheme::group::Group;
 use scheme::participants::Participants;
 use scheme::window::{AcceptedWindow, Attempt};
 
-/// A group of interfaces on its way through time.
+/// A group of interfaces with its progress in time.
 pub struct GroupRun {
     /// Its coupling.
     pub coupling: Coupling,
-    /// Steps of its clock to do.
+    /// Number of steps of its clock until the end.
     pub end: u64,
     /// Its progress.
     pub at: GroupPosition,
@@ -55,8 +55,8 @@ pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64> {
     end_s.ok_or_else(|| Refusal::other(Code::NoEnd, text).into())
 }
 
-/// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the
-/// scheme asks for it. `seen` is told of each accepted window, and may end the loop.
+/// Runs all windows of all groups until their end, in the order in which the windows end; it halves windows if the
+/// policy asks for it. `seen` gets each accepted window, and may end the loop.
 pub fn each_window<C, F>(
     communicator: &mut C,
     greeted: &[Greeted],
@@ -78,14 +78,14 @@ where
     Ok(())
 }
 
-/// The group whose next window ends first, of equal ones the first.
+/// The group whose next window ends first; among equal ones the first group.
 fn earliest(groups: &[GroupRun]) -> Option<(usize, Window)> {
     let next = groups.iter().enumerate();
     next.filter_map(|(index, group)| group.next().map(|window| (index, window)))
         .min_by(|(_, a), (_, b)| a.t1_s.total_cmp(&b.t1_s))
 }
 
-/// Time up to which all groups have come (s).
+/// Time that all groups have reached (s).
 pub fn reached_s(groups: &[GroupRun]) -> f64 {
     let reached = |run: &GroupRun| run.at.step as f64 * run.coupling.group().clock.step_s;
     groups.iter().map(reached).fold(f64::INFINITY, f64::min)
@@ -113,7 +113,7 @@ impl GroupRun {
         window_from(&self.coupling.group().clock, &self.at, self.end)
     }
 
-    /// Does its next window, or as much of it as converges.
+    /// Runs its next window, or the part that converges.
     fn advance(
         &mut self,
         participants: &mut dyn Participants,
@@ -146,7 +146,7 @@ impl GroupRun {
     }
 }
 
-/// The window that begins here: the rest of a halved one, else a full one or the part that is left before the end.
+/// The window that begins here: the rest of a halved window, or a full one, or the part left before the end.
 fn window_from(clock: &Clock, at: &GroupPosition, end: u64) -> Option<Window> {
     let substeps = || clock.substeps_before(at.step, end);
     (at.step < end).then(|| {

@@ -1,4 +1,4 @@
-//! Numbers of a scenario that no solid has: a unit that was mistaken is not seen in the numbers that come out.
+//! Finds numbers of a scenario that no solid has: results alone do not reveal a wrong unit.
 
 use kit::judge;
 use runs::plausible::UNUSUAL_VALUE;
@@ -6,21 +6,23 @@ use runs::warning::Warning;
 use scenario::load::Loaded;
 use scenario::overrides::{leaves, number};
 
-/// A quantity that solids have.
+/// A quantity with a range for solids.
 struct Quantity {
-    /// Ends of its keys.
+    /// Last parts of its keys.
     keys: &'static [&'static str],
-    /// Its unit, and the least and the largest number that a solid has in it. Sizes and speeds are judged without their signs.
+    /// Its unit, and the least and the largest number of a solid in this unit. Sizes and speeds are judged without
+    /// their signs.
     unit: &'static str,
     range: [f64; 2],
-    /// Numbers that most have, by which a mistaken unit is guessed.
+    /// Usual numbers, from which a wrong unit is guessed.
     usual: [f64; 2],
-    /// Other units, and what one of them is in the unit.
+    /// Other units, with their factors to this unit.
     others: &'static [(&'static str, f64)],
 }
 
-/// Foams to diamond: Young's modulus and density by Ashby, Materials Selection in Mechanical Design (2011), chapter 4; yield stresses up to
-/// those of diamond, contact stiffnesses up to five times the largest modulus; speeds up to a wave's in steel.
+/// Foams to diamond: Young's modulus and density by Ashby, Materials Selection in Mechanical Design (2011), chapter 4;
+/// yield stresses up to diamond's, contact stiffnesses up to five times the largest modulus, speeds up to a wave's in
+/// steel.
 const QUANTITIES: [Quantity; 6] = [
     of(&["young_pa"], "Pa", [1e6, 2e12], [1e9, 2e12], &PRESSURES),
     of(
@@ -80,7 +82,7 @@ const fn of(
 }
 
 impl Quantity {
-    /// The factor by which a number lies outside; 1 inside.
+    /// The factor by which a number is outside the range; 1 inside.
     fn outside(&self, number: f64) -> f64 {
         let [least, most] = self.range;
         (least / number).max(number / most).max(1.0)
@@ -103,7 +105,7 @@ impl Quantity {
     }
 }
 
-/// Warnings of the shipped solvers' numbers that no solid has, the first of each key.
+/// Warnings about numbers of built-in solvers that no solid has, the first of each key.
 pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
     let scenario = &loaded.scenario;
     let shipped = scenario
@@ -122,7 +124,7 @@ pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
         let number = number(value)?.abs();
         let (outside, [least, most]) = (quantity.outside(number), quantity.range);
         let finding = judge!(scenario.run.plausible => UNUSUAL_VALUE, outside;
-            "{number:e} {} is outside of {least:e} to {most:e} {}, which solids have{}",
+            "{number:e} {} is outside the range of solids, {least:e} to {most:e} {}{}",
             quantity.unit, quantity.unit, quantity.meant(number))?;
         let is_new = is_own && number != 0.0 && !seen.contains(&own.to_string());
         seen.extend(is_new.then(|| own.to_string()));
@@ -136,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mistaken_unit_is_guessed() {
+    fn a_wrong_unit_is_guessed() {
         let guess = |key: &str, number: f64| {
             let mut all = QUANTITIES.iter();
             let quantity = all.find(|of| of.keys.contains(&key)).expect("it is one");

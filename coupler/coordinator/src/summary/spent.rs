@@ -1,34 +1,34 @@
-//! Time and memory that a run cost, beside what its first windows foretold.
+//! Time and memory of a run, with the prediction from its first windows.
 
 use serde::Serialize;
 
 use crate::cost::prediction::{CostPrediction, Pace};
 use scheme::ledger::ratio;
 
-/// Parts of the wall-clock time of a run, and how wrong its prediction was.
+/// Parts of the wall-clock time of a run, and the error of its prediction.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Spent {
     /// Until the first window begins (s).
     setup_wall_s: f64,
     /// All windows (s).
     windows_wall_s: f64,
-    /// From the end of the last window on (s).
+    /// Time from the end of the last window on (s).
     closing_wall_s: f64,
-    /// Absent for a run that was over before anything could be foretold.
+    /// Absent for a run that ended before a prediction.
     #[serde(skip_serializing_if = "Option::is_none")]
     prediction: Option<Outcome>,
-    /// The prediction, of a dry run too.
+    /// The prediction, also for a dry run.
     #[serde(skip)]
     pub told: Option<CostPrediction>,
     #[serde(skip)]
     memory_bytes: f64,
 }
 
-/// A prediction over what came of it.
+/// A prediction with its ratios to the actual values.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Outcome {
     #[serde(flatten)]
-    told: CostPrediction,
+    prediction: CostPrediction,
     wall_over_actual: f64,
     memory_over_actual: f64,
 }
@@ -47,14 +47,14 @@ impl Spent {
         })
     }
 
-    /// Compares with the whole run of so many windows.
+    /// Compares the prediction with the whole run of this number of windows.
     pub fn end(&mut self, wall_s: f64, windows: u64) {
         self.closing_wall_s = wall_s - self.setup_wall_s - self.windows_wall_s;
-        let told = self.told.filter(|told| told.windows < windows);
-        self.prediction = told.map(|told| Outcome {
-            told,
-            wall_over_actual: ratio(told.wall_s, wall_s),
-            memory_over_actual: ratio(told.memory_bytes as f64, self.memory_bytes),
+        let early = self.told.filter(|early| early.windows < windows);
+        self.prediction = early.map(|prediction| Outcome {
+            prediction,
+            wall_over_actual: ratio(prediction.wall_s, wall_s),
+            memory_over_actual: ratio(prediction.memory_bytes as f64, self.memory_bytes),
         });
     }
 }

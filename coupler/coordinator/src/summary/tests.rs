@@ -22,8 +22,8 @@ fn held(ledger: &InterfaceLedger) -> Summary {
     }
 }
 
-/// Codes of the warnings about an interface of ten windows between a continuum without ledger and a layer that cannot account
-/// for `unaccounted` of its work, and the status of the run.
+/// Codes of the warnings about an interface of ten windows between a continuum without a ledger and a layer with the
+/// energy error `unaccounted`, and the status of the run.
 fn judged(ledger: InterfaceLedger, unaccounted: f64) -> (Vec<String>, &'static str) {
     let mut summary = held(&ledger);
     summary.windows = 10;
@@ -76,14 +76,14 @@ fn forces_and_the_energies_of_all_are_judged() {
     let mut summary = held(&InterfaceLedger::default());
     let judged = |summary: &Summary, through| {
         let found = summary.judged(&Plausible::default(), &[Some(through)]);
-        let told = found.into_iter().map(|found| (found.code, found.about));
-        told.collect::<Vec<_>>()
+        let pairs = found.into_iter().map(|found| (found.code, found.about));
+        pairs.collect::<Vec<_>>()
     };
     let one = |code: &str, about: &str| vec![(code.to_string(), about.to_string())];
     assert_eq!(judged(&summary, 50.0), one("force_balance", "layer"));
     summary.results.insert("energy_balance_rel".into(), 0.05);
     assert_eq!(judged(&summary, 100.0), one("energy_balance", "run"));
-    // Alone, a participant's own balance is that of all.
+    // Without others, a participant's own balance is the balance of all.
     summary.participants.pop();
     summary.interfaces.clear();
     assert_eq!(judged(&summary, 100.0), vec![]);
@@ -104,7 +104,7 @@ fn a_layer_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
 }
 
 #[test]
-fn an_error_outranks_what_is_suspect_and_strict_makes_any_warning_so() {
+fn an_error_outranks_suspect_and_strict_makes_any_warning_suspect() {
     let mut summary = Summary::new("test", "");
     summary.warnings = vec![Warning::advice(&ADVICE, "rail", "take care")];
     summary.end(0.0, None, false);
@@ -117,9 +117,9 @@ fn an_error_outranks_what_is_suspect_and_strict_makes_any_warning_so() {
 }
 
 #[test]
-fn a_result_that_several_participants_tell_has_their_names_in_front() {
+fn a_result_of_several_participants_has_their_names_in_front() {
     let mut summary = held(&InterfaceLedger::default());
-    let told = |results: &[(&str, f64)]| {
+    let farewell_with = |results: &[(&str, f64)]| {
         let mut farewell = Farewell::default();
         let results = results
             .iter()
@@ -128,8 +128,8 @@ fn a_result_that_several_participants_tell_has_their_names_in_front() {
         farewell
     };
     summary.farewell(vec![
-        told(&[("disks", 3.0), ("p_max_nodal_pa", 1.0)]),
-        told(&[("disks", 4.0)]),
+        farewell_with(&[("disks", 3.0), ("p_max_nodal_pa", 1.0)]),
+        farewell_with(&[("disks", 4.0)]),
     ]);
     let found = summary
         .results

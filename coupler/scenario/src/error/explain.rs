@@ -1,17 +1,17 @@
-//! Causes and cures of errors and warnings, as the documentation beside the code has them.
+//! Causes and remedies of errors and warnings, from the documentation in the code.
 
 use kit::finding::{finding_kinds, paragraphs};
 
 use super::code::Code;
 
-/// What a code means, why it comes and what to do.
+/// The meaning of a code, its cause and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// The code.
     pub code: &'static str,
     /// The exit code of an error; `None` for a warning.
     pub exit_code: Option<i32>,
-    /// Its documentation, a paragraph or point a line; the first says what happened.
+    /// Its documentation, one paragraph or point in each entry; the first says what happened.
     pub paragraphs: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ pub fn explanation(code: &str) -> Option<Explanation> {
 }
 
 impl Explanation {
-    /// What happened, in a line.
+    /// What happened, in one line.
     pub fn line(&self) -> &str {
         &self.paragraphs[0]
     }

@@ -1,4 +1,4 @@
-//! Reasons for which a run or a verb is refused.
+//! Reasons to refuse a run or a verb.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::code::Code;
 
-/// Something that cannot be followed: an argument, a file, a key of the scenario, or a participant that does not fit.
+/// Something that the program cannot accept: an argument, a file, a key of the scenario, or a participant that does not
+/// fit.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum Refusal {
@@ -22,7 +23,7 @@ pub enum Refusal {
     NotLaunched(#[from] ParticipateError),
     #[error("the log: {0}")]
     Frame(#[from] FrameError),
-    /// Any other: its text is written where the fault is found, and no code reads it.
+    /// Any other: the place that finds the fault writes the text, and no code reads it.
     #[error("{text}")]
     Other { code: Code, text: String },
 }
@@ -50,18 +51,18 @@ impl Refusal {
         Refusal::other(Code::Usage, format!("{argument}: {problem}"))
     }
 
-    /// A file that is not what it should be.
+    /// A file that does not hold what it should.
     pub fn file(path: impl AsRef<Path>, problem: impl Display) -> Refusal {
         let text = format!("{}: {problem}", path.as_ref().display());
         Refusal::other(Code::FileUnfit, text)
     }
 
-    /// A checkpoint, or a handshake after one, with which a run cannot go on.
+    /// A checkpoint, or a handshake after it, from which a run cannot continue.
     pub fn checkpoint(text: impl Into<String>) -> Refusal {
         Refusal::other(Code::Of(Cause::CheckpointUnusable), text)
     }
 
-    /// A participant that cannot do its part; the problem goes on from its name.
+    /// A participant that cannot do its part. `problem` continues a sentence that begins with its name.
     pub fn participant(participant: &str, problem: impl Into<String>) -> Refusal {
         Unfit::participant(participant, problem).into()
     }
@@ -84,7 +85,7 @@ fn code_of_unfit(unfit: &Unfit) -> Code {
     }
 }
 
-/// The code of a participant's own process that stopped.
+/// The code for a participant's own process that stopped.
 fn code_of_participation(error: &ParticipateError) -> Code {
     match error {
         ParticipateError::NoSession

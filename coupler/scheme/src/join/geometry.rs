@@ -1,4 +1,4 @@
-//! Geometry of two sets that are joined: the sides that they face, and the shape of their surfaces.
+//! Geometry of two joined sets: the directions they face, and the shapes of their surfaces.
 
 use std::f64::consts::PI;
 
@@ -12,20 +12,20 @@ pub(super) fn same_side((continuum, motion_driven): (&[f64; 2], &[f64; 2])) -> O
     let along = continuum[0] * motion_driven[0] + continuum[1] * motion_driven[1];
     (along > 0.0).then(|| {
         format!(
-            "both sets face the same way, with outward normals ({:.3}, {:.3}) and ({:.3}, {:.3}): they would lie inside each other; join the set on the other side, or exchange the sets of two interfaces",
+            "both sets face the same way, with outward normals ({:.3}, {:.3}) and ({:.3}, {:.3}), so the bodies would overlap: join the set on the opposite side, or exchange the sets of two interfaces",
             continuum[0], continuum[1], motion_driven[0], motion_driven[1]
         )
     })
 }
 
-/// Standard errors of a fitted parabola that roughness may explain.
+/// Number of standard errors of the fitted parabola that roughness may explain.
 const ROUGHNESS: f64 = 4.0;
 
-/// Largest difference of two lengths after which the sides of an interface repeat, over the larger: rounding of their ends.
+/// Largest difference between the periods of the two sides, over the larger: rounding of their ends.
 const SAME_PERIOD: f64 = 1e-9;
 
-/// The length (m) after which both sides repeat along x, from what each told; none where both have ends. `Err` is the reason to
-/// refuse sides that do not repeat alike.
+/// The common period (m) of both sides along x, from their descriptions; `None` where both have ends. `Err` is the
+/// reason to refuse sides with different periods.
 pub(super) fn common_period(sides: [(String, Option<f64>); 2]) -> Result<Option<f64>, String> {
     let same = match [sides[0].1, sides[1].1] {
         [None, None] => true,
@@ -40,15 +40,15 @@ pub(super) fn common_period(sides: [(String, Option<f64>); 2]) -> Result<Option<
         None => format!("`{set}` has ends"),
     });
     Err(format!(
-        "{} and {}: what leaves one side at an end comes back at its other one, and must do so on both; give both the same period (mesh.periodic_x = true and mesh.width_m of a body, sample.periodic_x_m of grains with as much between its ends), or none",
+        "{} and {}: what leaves a periodic side at one end returns at the other, so both sides need the same period; give both the same period (mesh.periodic_x = true and mesh.width_m of a body, sample.periodic_x_m with the same distance between its ends for grains), or leave both without one",
         says[0], says[1]
     ))
 }
 
-/// The difference between a row of points and the line through the nodes; none of less than four points.
+/// The difference between a row of points and the line through the nodes; zero for fewer than four points.
 ///
-/// A line that repeats has neither tilt nor curvature as a whole: there the longest waves that it can have, cos and sin of
-/// 2 pi x / period, stand for them.
+/// A periodic line has neither tilt nor curvature as a whole. There the longest possible waves, cos and sin of 2 pi x /
+/// period, take their place.
 pub(super) fn offset(
     linear: &Mapping,
     nodes: &[[f64; 2]],
@@ -68,7 +68,7 @@ pub(super) fn offset(
             ..Offset::default()
         };
     }
-    // Along the line s goes from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
+    // Along the line s runs from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
     let both = points.iter().zip(on_line.chunks_exact(2));
     let (shapes, distances): (Vec<[f64; 3]>, Vec<f64>) = both
         .map(|(point, line)| {
@@ -108,8 +108,8 @@ pub(super) fn offset(
     }
 }
 
-/// Distance of neighbouring points on the line through the nodes, over the distance of the nodes there: the median along the row, 0 of a
-/// single point or node.
+/// Distance of neighbouring points on the line through the nodes, over the distance of the nodes there: the median
+/// along the row, or 0 for a single point or node.
 fn spacing(nodes: &[[f64; 2]], on_line: &[f64]) -> f64 {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let nearest = |to: &[f64; 2], of: &[[f64; 2]]| {
@@ -122,11 +122,11 @@ fn spacing(nodes: &[[f64; 2]], on_line: &[f64]) -> f64 {
         .chunks_exact(2)
         .map(|point| [point[0], point[1]])
         .collect();
-    let beside = |point: &[f64; 2]| {
+    let ratio = |point: &[f64; 2]| {
         let node = nearest(point, nodes)?;
         Some(apart(point, &nearest(point, &points)?) / apart(&node, &nearest(&node, nodes)?))
     };
-    let mut found: Vec<f64> = points.iter().filter_map(beside).collect();
+    let mut found: Vec<f64> = points.iter().filter_map(ratio).collect();
     found.sort_by(f64::total_cmp);
     found.get(found.len() / 2).copied().unwrap_or(0.0)
 }
@@ -158,9 +158,9 @@ mod tests {
         assert!((0.5..1.6).contains(&off(0.3, 0.0, 0.1)));
     }
 
-    /// Three nodes 0.5 apart, one 2 further: points 1.5 apart lie on the fine part but for the last.
+    /// Three nodes 0.5 apart and one 2 further: all points but the last lie on the fine part.
     #[test]
-    fn points_are_held_against_the_nodes_that_carry_them() {
+    fn the_spacing_of_points_is_compared_with_the_nodes_that_carry_them() {
         let nodes = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [3.0, 0.0]];
         let found = |points: &[f64]| {
             let points: Vec<[f64; 2]> = points.iter().map(|x| [*x, 0.1]).collect();
@@ -174,7 +174,7 @@ mod tests {
 
     /// Twelve points on y = c cos(2 pi x / 6) over nodes on y = 0, half of them a period away.
     #[test]
-    fn a_wave_on_a_flat_surface_that_repeats_is_found() {
+    fn a_wave_on_a_flat_periodic_surface_is_found() {
         let nodes: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i) * 6.0 / 9.0, 0.0]).collect();
         let off = |c: f64, shift: f64| {
             let position = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
@@ -192,10 +192,10 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_repeat_alike_or_neither_does() {
-        let told = |a, b| common_period([("rail.top".into(), a), ("layer.base".into(), b)]);
-        assert_eq!(told(None, None), Ok(None));
-        assert_eq!(told(Some(2.0), Some(2.0 + 1e-9)), Ok(Some(2.0)));
+    fn both_sides_have_the_same_period_or_none() {
+        let period = |a, b| common_period([("rail.top".into(), a), ("layer.base".into(), b)]);
+        assert_eq!(period(None, None), Ok(None));
+        assert_eq!(period(Some(2.0), Some(2.0 + 1e-9)), Ok(Some(2.0)));
         let cases = [
             (
                 Some(2.0),
@@ -214,7 +214,7 @@ mod tests {
             ),
         ];
         for (a, b, said) in cases {
-            let why = told(a, b).expect_err("they do not repeat alike");
+            let why = period(a, b).expect_err("the periods differ");
             for said in [said, "sample.periodic_x_m", "mesh.periodic_x"] {
                 assert!(why.contains(said), "no {said} in {why}");
             }

@@ -1,4 +1,4 @@
-//! Masses of the points on the boundary, which the continuum needs to be the side that follows: one for each node to move by.
+//! Masses of the points on the boundary, which each node needs to move by when the continuum is the side that follows.
 
 use protocol::{Description, Surface};
 
@@ -7,10 +7,10 @@ use crate::keys::Interface;
 use crate::mapping::Mapping;
 use crate::nodal_mass::{massless_node, nodal_mass};
 
-/// The key and its value, as messages name them.
+/// The key and its value as in messages.
 const KEY: &str = "dirichlet = \"continuum\"";
 
-/// The masses (kg) that the solver on the boundary told of the points of a set, all of them positive.
+/// The masses (kg) of a set's points from the description of the solver on the boundary, all of them positive.
 pub(super) fn point_masses(
     interface: &Interface,
     participant: &str,
@@ -20,30 +20,30 @@ pub(super) fn point_masses(
 ) -> Result<Vec<f64>> {
     let refuse = |why: String| {
         let problem = format!(
-            "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
+            "moves the points of participant `{participant}` by forces and needs their masses, but {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
         );
         Err(Unfit::interface_key(interface, KEY, problem).into())
     };
     let Some(masses) = motion_driven.point_mass_kg.get(set) else {
-        return refuse(format!("it tells of none for its set `{set}`"));
+        return refuse(format!("it describes none for its set `{set}`"));
     };
     if masses.len() != points {
-        let told = masses.len();
+        let count = masses.len();
         return refuse(format!(
-            "it tells of {told} for the {points} points of `{set}`"
+            "it describes {count} for the {points} points of `{set}`"
         ));
     }
     let sound = |mass: &f64| *mass > 0.0 && mass.is_finite();
     match masses.iter().position(|mass| !sound(mass)) {
         None => Ok(masses.clone()),
         Some(point) => refuse(format!(
-            "that of point {point} of `{set}` is {:e} kg",
+            "the mass of point {point} of `{set}` is {:e} kg",
             masses[point]
         )),
     }
 }
 
-/// Each node needs a mass of its own to move by. `mapping` is that of one interface, to the nodes that are exchanged.
+/// Each node needs a mass of its own to move by. `mapping` is the interface's own, restricted to the exchanged nodes.
 pub(super) fn refuse_massless(
     interface: &Interface,
     mapping: &Mapping,
@@ -55,7 +55,7 @@ pub(super) fn refuse_massless(
         None => Ok(()),
         Some(node) => {
             let problem = format!(
-                "moves each surface node by the masses of the points on it, and the node at ({:.6e}, {:.6e}) m has none that its neighbours have not: {} points hang on {} nodes; take a coarser mesh, smaller grains or another mapping, or dirichlet = \"wall\"",
+                "moves each surface node by the masses of the points on it, but the node at ({:.6e}, {:.6e}) m has no mass beyond its neighbours': {} points hang on {} nodes; take a coarser mesh, smaller grains or another mapping, or dirichlet = \"wall\"",
                 nodes.x_m[node],
                 nodes.y_m[node],
                 points.len(),
@@ -70,7 +70,7 @@ pub(super) fn refuse_massless(
 mod tests {
     use super::*;
 
-    fn told(masses: &[f64]) -> Description {
+    fn description(masses: &[f64]) -> Description {
         Description {
             point_mass_kg: [("base".to_string(), masses.to_vec())].into(),
             ..Description::default()
@@ -84,13 +84,16 @@ mod tests {
         let masses = |motion_driven: &Description| {
             point_masses(&interface, "layer", "base", motion_driven, 2)
         };
-        assert_eq!(masses(&told(&[1.0, 2.0])).expect("sound"), [1.0, 2.0]);
+        assert_eq!(
+            masses(&description(&[1.0, 2.0])).expect("sound"),
+            [1.0, 2.0]
+        );
         let cases = [
             (Description::default(), "none for its set `base`"),
-            (told(&[1.0]), "1 for the 2 points"),
-            (told(&[1.0, 0.0]), "point 1 of `base` is 0e0 kg"),
-            (told(&[f64::NAN, 1.0]), "point 0"),
-            (told(&[1.0, -1.0]), "-1e0 kg"),
+            (description(&[1.0]), "1 for the 2 points"),
+            (description(&[1.0, 0.0]), "point 1 of `base` is 0e0 kg"),
+            (description(&[f64::NAN, 1.0]), "point 0"),
+            (description(&[1.0, -1.0]), "-1e0 kg"),
         ];
         for (motion_driven, said) in cases {
             let error = masses(&motion_driven)

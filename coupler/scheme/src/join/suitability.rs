@@ -1,4 +1,4 @@
-//! Refusals of schemes that do not suit the two sides that they join.
+//! Refusals of schemes that do not suit the sides that they join.
 
 use protocol::Description;
 
@@ -6,7 +6,7 @@ use crate::error::{Result, Unfit};
 use crate::keys::{CouplingScheme, Dirichlet, Interface, Policy};
 use crate::source::ComplianceSource;
 
-/// Refuses a scheme that one of the sides, each with its name, cannot follow.
+/// Refuses a scheme that one of the sides cannot follow. Each side comes with its name.
 pub(super) fn refuse_unsuited(
     interface: &Interface,
     [continuum, layer]: [(&str, &Description); 2],
@@ -16,8 +16,8 @@ pub(super) fn refuse_unsuited(
     refuse_what_is_not_offered(interface, [continuum, layer])
 }
 
-/// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
-/// schemes close the gap whatever the contact solver left over.
+/// A fixed point iterates on the answers of the contact solver, so it cannot be more accurate than they are. The other
+/// schemes close the gap for any residual of the contact solver.
 fn refuse_finer_than_solver(
     interface: &Interface,
     (name, layer): (&str, &Description),
@@ -26,7 +26,7 @@ fn refuse_finer_than_solver(
     match &layer.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
-                "is {:e}, below participant.{name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                "is {:e}, below participant.{name}.config.{} of {:e}: a fixed point iterates on the solver's answers and cannot be more accurate than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
                 interface.tolerance_rel, own.key, own.value
             );
             Err(Unfit::interface_key(interface, "tolerance_rel", problem).into())
@@ -35,7 +35,7 @@ fn refuse_finer_than_solver(
     }
 }
 
-/// Refuses a continuum whose velocity cannot be prescribed where the scheme does.
+/// Refuses a scheme that prescribes velocities for a continuum that cannot follow one.
 fn refuse_without_prescribed_velocity(
     interface: &Interface,
     (name, continuum): (&str, &Description),
@@ -51,19 +51,19 @@ fn refuse_without_prescribed_velocity(
         return Ok(());
     }
     let problem = format!(
-        "prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear"
+        "prescribes the velocity of participant `{name}`, which cannot follow a prescribed velocity: a built-in continuum can if its material is elastic with small strains; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a nonlinear continuum"
     );
     Err(Unfit::interface_key(interface, key, problem).into())
 }
 
-/// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
+/// Refuses a scheme that requires a capability which one of the sides lacks. Each side comes with its name.
 fn refuse_what_is_not_offered(
     interface: &Interface,
     [continuum, layer]: [(&str, &Description); 2],
 ) -> Result<()> {
     let refuse = |key, problem| Err(Unfit::interface_key(interface, key, problem).into());
     let mut sides = [continuum, layer].into_iter();
-    if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
+    if let Some((name, _)) = sides.find(|(_, side)| !side.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
         if !matches!(interface.scheme(), CouplingScheme::Staggered { .. }) {
@@ -79,7 +79,7 @@ fn refuse_what_is_not_offered(
     let ((continuum, gives), (layer, takes)) = (continuum, layer);
     if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
-            "moves the points of participant `{layer}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
+            "moves the points of participant `{layer}` by the compliance of the body they are glued to, but the participant takes only a rigid boundary: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
         return refuse("scheme", problem);
     }
@@ -92,7 +92,7 @@ fn refuse_what_is_not_offered(
     Ok(())
 }
 
-/// Refuses a compliance that is made of masses where there are none.
+/// Refuses a compliance from masses where a point has no mass.
 pub(super) fn refuse_weightless(
     interface: &Interface,
     continuum: &str,
@@ -104,7 +104,7 @@ pub(super) fn refuse_weightless(
         return Ok(());
     };
     let problem = format!(
-        "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
+        "= \"mass\" divides by the masses of the exchanged points of participant `{continuum}`, but its exchanged point {point} has no mass: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
     );
     Err(Unfit::interface_key(interface, "compliance", problem).into())
 }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_point_is_not_asked_for_more_than_the_solver_gives() {
+    fn a_fixed_point_is_refused_below_the_tolerance_of_the_solver() {
         let motion_driven = Description {
             tolerance: Some(protocol::Tolerance {
                 key: "solver.tolerance".into(),

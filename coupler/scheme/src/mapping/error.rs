@@ -1,4 +1,4 @@
-//! Errors of mappings.
+//! Errors of the mapping.
 
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ pub enum MappingError {
     #[error("one side of the interface has no points")]
     Empty,
     #[error(
-        "{what} {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
+        "{what} {first} and {second} have the same position ({x_m:.6e}, {y_m:.6e}) m along the surface"
     )]
     Repeated {
         what: &'static str,
@@ -23,7 +23,7 @@ pub enum MappingError {
     )]
     Beyond { point: usize, x_m: f64, y_m: f64 },
     #[error(
-        "the surface nodes lie between x = {left_m:.6e} and {right_m:.6e} m, which is more than the {period_m:.6e} m after which they repeat: each node belongs there once"
+        "the surface nodes lie between x = {left_m:.6e} and {right_m:.6e} m, which is longer than their period of {period_m:.6e} m: list each node once"
     )]
     Longer {
         left_m: f64,

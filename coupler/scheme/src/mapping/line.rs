@@ -1,21 +1,21 @@
-//! The surface line, and the weights of its nodes in a position on it.
+//! The surface line, and the weights of its nodes at a position on the line.
 
 use super::error::MappingError;
 
-/// Distance of two positions that are one, over the length of the line.
+/// Largest distance of two equal positions, over the length of the line.
 const SAME_PLACE: f64 = 1e-12;
 
 /// The surface line with its nodes in order along the chord.
 pub(super) struct Line {
     origin: [f64; 2],
     chord: [f64; 2],
-    /// Node index and position along the chord (m), ascending; with images of the nodes where the line repeats.
+    /// Node index and position along the chord (m), ascending; with images of the nodes if the line is periodic.
     nodes: Vec<(usize, f64)>,
-    /// The period where the line repeats.
+    /// The period of a periodic line.
     period: Option<Period>,
 }
 
-/// A stretch along x after which a line repeats.
+/// The period of a line along x.
 #[derive(Clone, Copy)]
 struct Period {
     /// Position of the first node (m).
@@ -32,8 +32,8 @@ impl Line {
         Line::along(span.map(|d| d / length), nodes[first], nodes, length)
     }
 
-    /// The line through the nodes of one period, continued by their images: one period to the left and two to the right, so that
-    /// a segment, which is as long as the period at most, lies among them wherever in the period its middle is.
+    /// The line through the nodes of one period, continued by their images: one period to the left and two to the
+    /// right. A segment, at most one period long, then lies among them for any position of its centre in the period.
     pub(super) fn repeating(nodes: &[[f64; 2]], length: f64) -> Result<Line, MappingError> {
         let mut line = Line::along([1.0, 0.0], [0.0; 2], nodes, length)?;
         let own = std::mem::take(&mut line.nodes);
@@ -62,7 +62,7 @@ impl Line {
         Ok(line)
     }
 
-    /// The nodes in their order along a chord from an origin; `length` is that of the whole line.
+    /// The nodes in order along a chord from an origin; `length` is the length of the whole line.
     fn along(
         chord: [f64; 2],
         origin: [f64; 2],
@@ -89,7 +89,7 @@ impl Line {
         Ok(line)
     }
 
-    /// The place of a point along the chord (m); on a line that repeats, that of its image in the period.
+    /// The position of a point along the chord (m); on a periodic line, the position of its image in the period.
     pub(super) fn position(&self, point: [f64; 2]) -> f64 {
         let s = (point[0] - self.origin[0]) * self.chord[0]
             + (point[1] - self.origin[1]) * self.chord[1];
@@ -106,8 +106,8 @@ impl Line {
     pub(super) fn check(&self, points: &[[f64; 2]], positions: &[f64]) -> Result<(), MappingError> {
         let (low, high) = self.ends();
         let margin = 1e-9 * (high - low);
-        let on_it = low - margin..=high + margin;
-        match positions.iter().position(|s| !on_it.contains(s)) {
+        let on_line = low - margin..=high + margin;
+        match positions.iter().position(|s| !on_line.contains(s)) {
             None => Ok(()),
             Some(point) => Err(MappingError::Beyond {
                 point,
@@ -155,7 +155,7 @@ impl Line {
         vec![(node, 1.0)]
     }
 
-    /// Plain interpolation, the limit of a segment without length.
+    /// Plain interpolation, the limit for a segment of zero length.
     pub(super) fn interpolation(&self, s: f64) -> Vec<(usize, f64)> {
         let right = self
             .nodes
@@ -166,8 +166,9 @@ impl Line {
         vec![(i, 1.0 - share), (j, share)]
     }
 
-    /// (point, low, high) for each point: halfway to its neighbours, which are its images around the seam of a line that repeats;
-    /// at the ends of one that does not as far out as in. There a single point has a segment without length.
+    /// (point, low, high) for each point: halfway to its neighbours, which across the seam of a periodic line are
+    /// images. At the ends of other lines a segment extends as far outwards as inwards; there a single point has a
+    /// segment of zero length.
     pub(super) fn segments(
         &self,
         points: &[[f64; 2]],
@@ -201,7 +202,7 @@ impl Line {
         Ok(result.collect())
     }
 
-    /// True for a distance of two positions that are one: on a line that repeats their images are rounded.
+    /// True if two positions at this distance are equal: on a periodic line their images are rounded.
     fn are_one(&self, distance: f64) -> bool {
         let closest = self.period.map_or(0.0, |p| SAME_PLACE * p.length);
         distance <= closest
@@ -218,7 +219,7 @@ fn repeated(what: &'static str, [a, b]: [usize; 2], positions: &[[f64; 2]]) -> M
     }
 }
 
-/// Adds to the weight of a node, of which an image may be further back in the row.
+/// Adds to the weight of a node, whose image may stand earlier in the row.
 fn add(row: &mut Vec<(usize, f64)>, node: usize, weight: f64) {
     match row.iter_mut().rev().find(|(known, _)| *known == node) {
         Some((_, sum)) => *sum += weight,
@@ -226,8 +227,8 @@ fn add(row: &mut Vec<(usize, f64)>, node: usize, weight: f64) {
     }
 }
 
-/// Two nodes at the ends of the line: the farthest from the first, and the farthest from that one, ordered
-/// so that the chord points along the larger coordinate.
+/// The two nodes at the ends of the line: the farthest from the first node, and the farthest from that end, ordered so
+/// that the chord points towards larger coordinates.
 fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     let from = |origin: usize| {
         let distance =

@@ -90,7 +90,7 @@ fn every_kind_conserves_force_and_power() {
     }
 }
 
-/// Ripple of a uniform pressure, |t - mean| / mean over the nodes well inside: what the kinds differ by.
+/// Ripple of a uniform pressure, |t - mean| / mean over the nodes well inside: the quantity in which the kinds differ.
 #[test]
 fn mortar_keeps_a_uniform_pressure_more_even_than_the_others() {
     let nodes: Vec<[f64; 2]> = (0..121).map(|i| [1e-4 * i as f64, 0.0]).collect();
@@ -158,7 +158,7 @@ fn only_nodes_under_the_points_are_active() {
 }
 
 #[test]
-fn degenerate_input_is_named() {
+fn degenerate_input_is_refused() {
     let nodes = [[0.0, 0.0], [1.0, 0.0]];
     assert_eq!(
         Mapping::new(MappingKind::Mortar, &nodes, &[], None),

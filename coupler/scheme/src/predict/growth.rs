@@ -1,8 +1,8 @@
-//! Growth of a disturbance under a scheme, found by running the scheme itself on a linear pair.
+//! Growth of a disturbance under a scheme, from running the scheme itself on a linear pair.
 //!
-//! A scheme on linear participants is a linear map of its state once its compliance is learnt: each unit disturbance of the
-//! state is a window, its end a column of the map, and the growth a window in the long run is the spectral radius. A fixed
-//! point is converged first; where its constant relaxation does not contract, its growth is that of a repeat.
+//! Once its compliance is learnt, a scheme on linear participants is a linear map of its state. A window from each unit
+//! disturbance gives one column of the map, and the spectral radius is the growth per window in the long run. A fixed
+//! point is converged first; if its constant relaxation does not contract, its growth is the growth of a repeat.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{DMatrix, DVector};
@@ -16,13 +16,13 @@ use crate::keys::{
 };
 use crate::window::InterfaceState;
 
-/// Gap (m) to which fixed points are converged, under disturbances that move the interface by about 1 m.
+/// Gap (m) to which fixed points converge, under disturbances that move the interface by about 1 m.
 const CONVERGED_M: f64 = 1e-14;
 
-/// Repeats in which a fixed point of one unknown is converged by quasi-Newton, with plenty to spare.
+/// Repeats in which quasi-Newton converges a fixed point with one unknown, with a wide margin.
 const REPEATS: u32 = 50;
 
-/// Growth a window of a scheme on two linear sides, or a repeat where the repeats of a window do not converge.
+/// Growth per window of a scheme on two linear sides, or per repeat where the repeats of a window do not converge.
 pub fn growth(scheme: &CouplingScheme, model: LinearModel) -> Result<f64> {
     match growth_of_repeats(scheme, model)? {
         Some(repeats) if repeats >= 1.0 => Ok(repeats),
@@ -30,8 +30,8 @@ pub fn growth(scheme: &CouplingScheme, model: LinearModel) -> Result<f64> {
     }
 }
 
-/// Factor of the residual a repeat, of a fixed point with constant relaxation; the others find their own: one unknown takes
-/// them two answers.
+/// Factor of the residual per repeat, for a fixed point with constant relaxation. The other accelerations find their
+/// own relaxation: with one unknown they need two answers.
 pub fn growth_of_repeats(scheme: &CouplingScheme, model: LinearModel) -> Result<Option<f64>> {
     let mut few = *scheme;
     let CouplingScheme::FixedPoint {
@@ -44,22 +44,23 @@ pub fn growth_of_repeats(scheme: &CouplingScheme, model: LinearModel) -> Result<
     };
     *repeats_max = 5;
     let mut probe = Probe::new(&few, model, 0.0);
-    // No rigid motion, which would leave nothing to repeat for.
+    // Not a rigid motion, which would need no repeat.
     let disturbance = DVector::from_fn(probe.size(), |i, _| 1.0 + 0.5 * (i as f64).sin());
     let pair = probe.window(&disturbance)?;
-    let told = match scheme.dirichlet() {
+    let velocities = match scheme.dirichlet() {
         Dirichlet::MotionDriven => &pair.free_velocities,
         Dirichlet::ForceDriven => &pair.prescribed_velocities,
     };
-    // The first answer of a parallel window is to the motion of the window before.
-    let changes: Vec<f64> = told.windows(2).skip(1).map(|two| two[1] - two[0]).collect();
+    // The first answer of a parallel window belongs to the motion of the previous window.
+    let pairs = velocities.windows(2).skip(1);
+    let changes: Vec<f64> = pairs.map(|pair| pair[1] - pair[0]).collect();
     Ok(Some(match changes.as_slice() {
         [first, second, ..] if *first != 0.0 => (second / first).abs(),
         _ => 0.0,
     }))
 }
 
-/// Forces (N) of `windows` windows that begin with a disturbance, by the window's map.
+/// Forces (N) in `windows` windows after a disturbance, by the map of a window.
 pub fn forces_of_map(
     scheme: &CouplingScheme,
     model: LinearModel,
@@ -86,9 +87,9 @@ pub struct Disturbance {
     pub interface: InterfaceState,
 }
 
-/// The scheme with the exact compliance of the model, and a fixed point by the order and the acceleration that converge fastest:
-/// the fixed point itself depends on neither. (Quasi-Newton can stall in parallel order, whose first answer is to the motion of
-/// the window before and says nothing of the slope.)
+/// The scheme with the exact compliance of the model. A fixed point uses the order and the acceleration that converge
+/// fastest: the solution depends on neither. (Quasi-Newton can stall in parallel order, whose first answer belongs to
+/// the motion of the previous window and has no information on the slope.)
 fn converged(scheme: &CouplingScheme) -> CouplingScheme {
     match *scheme {
         CouplingScheme::DualSchur { update, .. } => CouplingScheme::DualSchur {
@@ -111,17 +112,17 @@ fn converged(scheme: &CouplingScheme) -> CouplingScheme {
     }
 }
 
-/// A coupling and a pair that are put into a state, run for a window, and read.
+/// A coupling and a pair, to set a state, run a window and read the result.
 struct Probe<'a> {
     coupling: Coupling,
-    /// The coupling at the beginning of every window: with the compliance that it goes by.
+    /// The coupling at the start of every window, with its compliance.
     start: Coupling,
     pair: LinearPair<'a>,
     model: LinearModel<'a>,
     /// Unit of each number of the state: each moves the interface by about 1 m in a window.
     units: DVector<f64>,
-    /// True if velocity and displacement of the coupler are numbers of the state; otherwise the one is not used, and the other is
-    /// the continuum's.
+    /// True if the coupler's velocity and displacement belong to the state; otherwise the velocity is unused and the
+    /// displacement is the continuum's.
     prescribes_velocity: bool,
 }
 
@@ -135,7 +136,7 @@ impl<'a> Probe<'a> {
         let prescribes_velocity = matches!(scheme, CouplingScheme::Velocity { .. })
             || scheme.dirichlet() == Dirichlet::ForceDriven;
         // Masses (glued velocity, position, velocity), then lambda and last motion of the coupler, and its velocity and
-        // displacement where the scheme goes by them.
+        // displacement if the scheme uses them.
         let mut rest = vec![speed, 1.0, speed, force, 1.0];
         if prescribes_velocity {
             rest.extend([speed, 1.0]);
@@ -154,8 +155,8 @@ impl<'a> Probe<'a> {
         self.units.len()
     }
 
-    /// A converged scheme after a window in which the masses arrive with their unit velocity: the compliance at its end is the one
-    /// of later windows.
+    /// A converged scheme after a window in which the masses arrive with their unit velocity; later windows use the
+    /// compliance at its end.
     fn learnt(scheme: &CouplingScheme, model: LinearModel<'a>) -> Result<Probe<'a>> {
         let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
         if matches!(scheme, CouplingScheme::DualSchur { update, .. } if *update != Update::None) {
@@ -169,7 +170,7 @@ impl<'a> Probe<'a> {
         Ok(probe)
     }
 
-    /// The window as a matrix over the numbers of the state.
+    /// The map of a window as a matrix over the numbers of the state.
     fn map(&mut self) -> Result<DMatrix<f64>> {
         let size = self.size();
         let mut map = DMatrix::zeros(size, size);
@@ -236,8 +237,8 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// rho = lim |M^k|^(1/k) (Gelfand 1941) with k = 2^40, by squaring. Unlike eigenvalues this is as exact for the pairs on
-/// the unit circle that undamped schemes have: their rounding is divided by k as well.
+/// rho = lim |M^k|^(1/k) (Gelfand 1941) with k = 2^40, by squaring. Unlike eigenvalues it is exact for pairs on the
+/// unit circle too, which undamped schemes have: their rounding is divided by k as well.
 pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     balance_parlett_reinsch(&mut matrix);
     let mut logarithm = 0.0;

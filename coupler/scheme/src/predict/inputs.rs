@@ -1,4 +1,4 @@
-//! The numbers of the handshake that stability depends on.
+//! The numbers from the handshake that determine stability.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::BoundaryInertia;
@@ -13,12 +13,12 @@ use crate::nodal_mass::{both_components, nodal_mass};
 use crate::participants::Participants;
 use crate::source::mass_only;
 
-/// A compliance may be this much negative over its largest value: rounding of columns that are not quite symmetric.
+/// A compliance may be negative by this fraction of its largest value: rounding of columns that are not quite
+/// symmetric.
 const NEGATIVE: f64 = 1e-9;
 
-/// Predicts the stability of the scheme on each interface of a group, by its index in the scenario. Columns that the
-/// scheme needs anyway are asked for here, once; one that does without them asks all the same, where the continuum
-/// has them.
+/// Predicts the stability of the scheme on each interface of a group, by its index in the scenario. It requests the
+/// columns once if the scheme needs them anyway; for other schemes it requests them if the continuum offers them.
 pub fn foresee(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
@@ -46,7 +46,7 @@ fn inputs(
     let side = &group.force_driven[patch.force_driven];
     let continuum = participants.description(side.peer);
     let motion_driven = participants.description(group.motion_driven[patch.motion_driven].peer);
-    // A value that makes no sense, from a foreign solver, counts as missing.
+    // A nonsensical value of a foreign solver counts as missing.
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     let limit = |limit: Option<f64>, name: &str| {
         let limit = limit.filter(positive);
@@ -89,10 +89,11 @@ fn inputs(
     }
 }
 
-/// H D^-1 (m/N) of the stiffest motion of an interface against the points of its layer, `block` being the impedance D of
-/// its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point that is lighter than the mean resists in
-/// proportion, w = m / mean, and so does a heavier one whose mass may part; another one has w = 1 at most: behind it there may be
-/// no more than behind the others. Several interfaces of a continuum can add up to the sum of their impedances at most.
+/// H D^-1 (m/N) of the stiffest motion of an interface against the points of its layer, `block` being the impedance D
+/// of its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point lighter than the mean resists in proportion, w
+/// = m / mean, and so does a heavier one whose mass may part. Otherwise w is at most 1: the mass behind a heavier point
+/// may be no larger than behind the others. Several interfaces of a continuum can add up to at most the sum of their
+/// impedances.
 fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64]) -> f64 {
     let side = &group.force_driven[patch.force_driven];
     let first = 2 * (patch.nodes.start - side.range.start);
@@ -113,8 +114,8 @@ fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64])
     })
 }
 
-/// C (m/N) of each continuum in a full window, or its impedance (kg/s) where it follows a velocity; `None` for one that has neither
-/// columns nor masses.
+/// C (m/N) of each continuum in a full window, or its impedance (kg/s) if it follows a velocity; `None` for a continuum
+/// without columns and masses.
 fn blocks(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
@@ -139,7 +140,7 @@ fn blocks(
     Ok(blocks)
 }
 
-/// True if masses and springs are possible ones, the point having this mass (kg) of its own.
+/// True if masses and springs are physically possible; the point has this mass (kg) of its own.
 fn sensible(inertia: &BoundaryInertia, point_mass_kg: f64) -> bool {
     let masses = [inertia.glued_mass_kg + point_mass_kg, inertia.mass_kg];
     let resists = match inertia.stiffness_n_per_m {
@@ -150,9 +151,9 @@ fn sensible(inertia: &BoundaryInertia, point_mass_kg: f64) -> bool {
     resists && known && (0.5..=1.0).contains(&inertia.theta)
 }
 
-/// By power iteration: the matrix is symmetric but for rounding.
+/// By power iteration: the matrix is symmetric up to rounding.
 fn largest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
-    // No direction of a surface is orthogonal to one in which all entries differ.
+    // All entries differ, so that no motion of a surface is orthogonal to this direction.
     let mut direction = DVector::from_fn(matrix.nrows(), |i, _| 1.0 + 0.1 * (i as f64).sin());
     let mut value = 0.0;
     for _ in 0..200 {
@@ -171,7 +172,7 @@ fn largest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     value
 }
 
-/// True if no eigenvalue of the symmetric part is below zero, but for rounding.
+/// True if no eigenvalue of the symmetric part is negative beyond rounding.
 fn definite(matrix: &DMatrix<f64>) -> bool {
     let mut symmetric = 0.5 * (matrix + matrix.transpose());
     let shift = NEGATIVE * symmetric.amax();
@@ -192,7 +193,7 @@ mod tests {
         assert!(definite(&matrix));
         let one_sided = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
         assert!(!definite(&one_sided));
-        // A component that does not move is no fault.
+        // A component that does not move is allowed.
         assert!(definite(&DMatrix::from_row_slice(
             2,
             2,

@@ -1,6 +1,6 @@
-//! Two linear participants in memory: a continuum and masses on its boundary, joined in one motion of their interface.
+//! Two linear participants in memory: a continuum and masses on its boundary, with one motion of their interface.
 //!
-//! The first component of the one node and the one point is that motion; the second one never moves.
+//! The first component of the one node and the one point is this motion; the second component never moves.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
@@ -26,14 +26,14 @@ pub struct LinearModel<'a> {
     pub response: &'a Response,
     /// The masses on the boundary.
     pub inertia: BoundaryInertia,
-    /// Mass of the point that is in no equation of theirs (kg).
+    /// Mass of the point (kg), which is in none of their equations.
     pub point_mass_kg: f64,
     /// Length H of the window (s).
     pub window_s: f64,
 }
 
 impl LinearModel<'_> {
-    /// The same with all masses and springs on the boundary this many times as large.
+    /// The same with all masses and springs on the boundary multiplied by a factor.
     pub fn times(mut self, factor: f64) -> Self {
         self.inertia.glued_mass_kg *= factor;
         self.inertia.mass_kg *= factor;
@@ -42,7 +42,7 @@ impl LinearModel<'_> {
         self
     }
 
-    /// The masses with that of the point, as one body behind the interface.
+    /// The masses and the point's mass as one body behind the interface.
     pub fn whole(&self) -> SprungMass {
         let inertia = BoundaryInertia {
             glued_mass_kg: self.inertia.glued_mass_kg + self.point_mass_kg,
@@ -96,7 +96,7 @@ pub struct PairState {
     pub continuum: DVector<f64>,
     /// The masses.
     pub masses: Masses,
-    /// Position of the interface as the boundary was told of it (m).
+    /// Position of the interface as sent to the boundary (m).
     pub position: f64,
 }
 
@@ -110,16 +110,16 @@ pub struct LinearPair<'a> {
     trial: PairState,
     /// W_g (1/kg).
     compliance: f64,
-    /// The number of the request begun.
+    /// The value in the request begun.
     asked: f64,
-    /// Free velocities (m/s) that the boundary was told since this was emptied.
+    /// Free velocities (m/s) sent to the boundary since this was emptied.
     pub free_velocities: Vec<f64>,
-    /// Velocities (m/s) that were prescribed to the continuum since this was emptied.
+    /// Velocities (m/s) prescribed to the continuum since this was emptied.
     pub prescribed_velocities: Vec<f64>,
 }
 
 impl<'a> LinearPair<'a> {
-    /// A continuum at rest, and these masses.
+    /// A continuum at rest, with these masses.
     pub fn new(model: LinearModel<'a>, masses: Masses) -> LinearPair<'a> {
         let state = PairState {
             continuum: DVector::zeros(model.response.push.len()),
@@ -145,7 +145,7 @@ impl<'a> LinearPair<'a> {
         interface.dot(&self.trial.continuum) - interface.dot(&self.state.continuum)
     }
 
-    /// The moving component alone of a matrix n x n.
+    /// An n x n matrix with the moving component alone.
     fn moving(value: f64, n: usize) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(n, n);
         matrix[(0, 0)] = value;
@@ -259,7 +259,7 @@ impl Participants for LinearPair<'_> {
     }
 }
 
-/// Refuses an answer that left the finite numbers.
+/// Refuses an answer that is NaN or infinite.
 fn finite(value: f64) -> Result<f64> {
     if value.is_finite() {
         return Ok(value);

@@ -10,10 +10,10 @@ use crate::clock::Clock;
 use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{CouplingScheme, Dirichlet, Interface, SchemeWord};
 
-/// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
+/// Growth per window beyond 1 that counts as rounding: undamped schemes keep a disturbance for ever.
 pub const NEUTRAL: f64 = 1e-9;
 
-/// The numbers of the handshake that stability depends on.
+/// The numbers from the handshake that determine stability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StabilityInputs {
     /// The continuum's steps in a window.
@@ -24,36 +24,36 @@ pub struct StabilityInputs {
     pub first_period_s: Option<f64>,
     /// The longest window that the layer's solver accepts (s), and its name.
     pub window_limit: Option<(f64, String)>,
-    /// Windows above which that solver's results lose accuracy.
+    /// Windows above which the layer's results lose accuracy.
     pub accuracy_limits: Vec<AccuracyLimit>,
-    /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
-    /// H over the impedance of its stiffest one.
+    /// Compliance of the interface over a window (m/N): of its softest motion or, if the continuum takes the motion, H
+    /// over the impedance of the stiffest motion.
     pub compliance: f64,
     /// True if no motion of the interface has a negative compliance.
     pub definite: bool,
     /// The masses behind a point of the layer.
     pub boundary_inertia: Option<BoundaryInertia>,
-    /// The point's own mass (kg), where the continuum takes the motion; zero otherwise.
+    /// The point's own mass (kg), if the continuum takes the motion; otherwise zero.
     pub point_mass_kg: f64,
 }
 
-/// Name of the bound on the continuum's own step, which the name of the participant's bound follows.
+/// Name of the bound on the continuum's own step; the participant's own name for it follows.
 const OWN_STEP: &str = "CFL";
 
-/// Name of the bound by the continuum's first period.
+/// Name of the bound from the continuum's first period.
 const FIRST_PERIOD: &str = "first period / 4";
 
-/// Margin of it below which a window is warned of.
+/// A window whose margin is below this gets a warning.
 pub const LEAST_MARGIN: f64 = 0.75;
 
-/// A bound and the distance of the run from it.
+/// A bound and the run's distance from it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bound {
     /// Its name.
     pub name: String,
-    /// Factor by which the bounded quantity could be larger; below one it is broken.
+    /// Factor by which the bounded quantity could be larger; below 1 the bound is violated.
     pub margin: f64,
-    /// True if breaking it costs stability; otherwise it costs accuracy.
+    /// True if violating it costs stability; otherwise it costs accuracy.
     pub stability: bool,
 }
 
@@ -73,13 +73,13 @@ impl Bound {
         limits.map(move |limit| Bound::new(&limit.name, limit.limit_s / step_s, false))
     }
 
-    /// True for a window that is so long beside the continuum's first period that results depend on it. Windows up to a third longer than a
-    /// quarter of the period are in verification scenes whose answers are exact.
+    /// True for a window so long, compared with the continuum's first period, that results depend on it. Verification
+    /// scenes with exact answers have windows up to a third longer than a quarter of the period.
     pub fn is_long_window(&self) -> bool {
         self.name == FIRST_PERIOD && self.margin < LEAST_MARGIN
     }
 
-    /// The margin, the name and the kind, for people.
+    /// The margin, the name and the kind, as text.
     pub fn line(&self) -> String {
         let kind = if self.stability {
             "stability"
@@ -95,14 +95,14 @@ impl Bound {
 pub struct StabilityPrediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,
-    /// Largest factor of a disturbance a window, or a repeat where the repeats of a window do not converge; absent
-    /// where the layer tells nothing of itself.
+    /// Largest factor of a disturbance per window, or per repeat where the repeats of a window do not converge; absent
+    /// if the layer does not describe its masses.
     pub growth: Option<f64>,
     /// C S, the layer's mass over the continuum's in a window.
     pub added_mass: Option<f64>,
 }
 
-/// Predicts the stability of a scheme, and the factor by which more could stand on the boundary.
+/// Predicts the stability of a scheme, and the factor by which the mass on the boundary could grow.
 pub fn explain(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<StabilityPrediction> {
     let mut prediction = predict(inputs, scheme)?;
     if let Some(inertia) = inputs.boundary_inertia {
@@ -150,8 +150,8 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
 }
 
 impl StabilityInputs {
-    /// A window of the bar that agrees with the handshake. An undamped step keeps what a damped one would lose: it errs to the
-    /// unstable side.
+    /// A window of the bar that matches the handshake. Its undamped step keeps energy that a damped one would lose: it
+    /// errs to the unstable side.
     fn equivalent(&self, scheme: &CouplingScheme) -> Response {
         let (limit, Clock { step_s, substeps }) = (self.step_limit.as_ref(), self.clock);
         let bar = EquivalentBar::equivalent(
@@ -176,7 +176,7 @@ impl StabilityInputs {
 }
 
 impl StabilityPrediction {
-    /// Stability of the scheme; `None` where the layer tells too little for its scheme.
+    /// Stability of the scheme; `None` if the layer's description is not sufficient for the scheme.
     pub fn stable(&self) -> Option<bool> {
         let kept = self.bounds.iter().all(|b| b.margin >= 1.0 || !b.stability);
         let bounded = self.growth.map(|growth| growth <= 1.0 + NEUTRAL);
@@ -195,7 +195,7 @@ impl StabilityPrediction {
         bounds.any(|bound| bound.name.starts_with(OWN_STEP) && bound.margin < 1.0)
     }
 
-    /// Refuses a choice that will not work, unless the scenario wants to see it.
+    /// Refuses an unstable choice, unless the scenario asks for it.
     pub fn refuse(&self, interface: &Interface) -> Result<()> {
         if self.stable() != Some(false) || interface.unsafe_window {
             return Ok(());
@@ -206,7 +206,7 @@ impl StabilityPrediction {
         });
         let growth = self.growth.unwrap_or(1.0);
         let cure = match interface.scheme().dirichlet() {
-            _ if self.step_is_too_long() => "shorten the own step of the continuum",
+            _ if self.step_is_too_long() => "shorten the continuum's own step",
             _ if interface.scheme == SchemeWord::DualSchur => "take fewer substeps",
             Dirichlet::MotionDriven => "take scheme = \"dual-schur\" or fewer substeps",
             Dirichlet::ForceDriven => {
@@ -223,12 +223,12 @@ impl StabilityPrediction {
         }))
     }
 
-    /// For the log of a run and for `check`: the verdict, then a line a bound.
+    /// For the log of a run and for `check`: the verdict, then one line for each bound.
     pub fn lines(&self) -> Vec<String> {
         let verdict = match self.stable() {
             Some(true) => "stable",
             Some(false) => "UNSTABLE",
-            None => "unknown: the solver on the wall tells nothing of its masses",
+            None => "unknown: the solver on the wall does not describe its masses",
         };
         let mut first = format!("predicted: {verdict}");
         if let Some(growth) = self.growth {
@@ -248,8 +248,8 @@ impl StabilityPrediction {
     }
 }
 
-/// Factor by which more could stand on the boundary, or less where the continuum takes the motion; nothing where that does not
-/// matter.
+/// Factor by which the mass on the boundary could grow, or shrink if the continuum takes the motion; `None` if
+/// stability does not depend on it.
 fn added_mass_margin(scheme: &CouplingScheme, model: LinearModel) -> Result<Option<f64>> {
     let late = matches!(scheme, CouplingScheme::Staggered { .. });
     if growth_of_repeats(scheme, model)?.is_none() && !late {
@@ -278,7 +278,7 @@ fn added_mass_margin(scheme: &CouplingScheme, model: LinearModel) -> Result<Opti
     Ok(Some(10f64.powf(low)))
 }
 
-/// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.
+/// C (m/N) of the motion that the scheme sends: the compliance under a constant force, or H over the impedance.
 pub fn compliance(scheme: &CouplingScheme, response: &Response, window_s: f64) -> f64 {
     match scheme.dirichlet() {
         Dirichlet::MotionDriven => response.compliance(),

@@ -1,34 +1,34 @@
-//! A linear continuum in one interface motion: its window as matrices, and the elastic bar that answers as it does.
+//! A linear continuum in one interface motion: its window as matrices, and the equivalent elastic bar.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
-/// x' = A x + B lambda over one window, and the interface displacement R x; x holds displacements and velocities.
-/// The increment is du = R (A - 1) x + C lambda with the compliance C = R B.
+/// x' = A x + B lambda over one window, with the interface displacement R x; x holds displacements and velocities. The
+/// increment is du = R (A - 1) x + C lambda with the compliance C = R B.
 #[derive(Clone, Debug)]
 pub struct Response {
     /// A.
     pub carry: DMatrix<f64>,
     /// B (1/N).
     pub push: DVector<f64>,
-    /// R: what takes the displacement of the interface out of a state.
+    /// R: extracts the interface displacement from a state.
     pub interface: DVector<f64>,
     /// Mass of the interface itself (kg).
     mass_kg: f64,
     /// Internal force of the interface (N/m).
     pull: DVector<f64>,
     substeps: u32,
-    /// One step over (x, a) where the interface has a given acceleration a.
+    /// One step over (x, a) with a given acceleration a of the interface.
     prescribed_step: DMatrix<f64>,
-    /// The window of it, made when it is first asked for: few schemes do.
+    /// The window of such steps, made on first use: few schemes need it.
     prescribed_window: OnceLock<DMatrix<f64>>,
 }
 
 impl Response {
-    /// `substeps` explicit steps of u'' = K u + b lambda with the interface displacement r.u. Where r.u'' = a is given instead,
-    /// the force that this takes is lambda = m a + pull.u with m = 1 / (r.b) and pull = -m K^T r.
+    /// `substeps` explicit steps of u'' = K u + b lambda with the interface displacement r.u. If r.u'' = a is given
+    /// instead, it requires the force lambda = m a + pull.u with m = 1 / (r.b) and pull = -m K^T r.
     pub fn new(
         step_s: f64,
         substeps: u32,
@@ -57,7 +57,7 @@ impl Response {
         self.interface.dot(&self.push)
     }
 
-    /// H D^-1 (m/N) with the force D v at the end of a window in which the velocity goes from rest to v.
+    /// H D^-1 (m/N), with the force D v at the end of a window in which the velocity rises linearly from zero to v.
     pub fn prescribed_compliance(&self, window_s: f64) -> f64 {
         let (_, resists) = self.prescribed(&DVector::zeros(self.push.len()), 1.0);
         window_s * window_s / resists
@@ -69,7 +69,7 @@ impl Response {
         self.interface.rows(0, half).dot(&state.rows(half, half))
     }
 
-    /// The end of a window in which the interface has a constant acceleration (m/s^2), and the force there (N).
+    /// The state at the end of a window with a constant acceleration of the interface (m/s^2), and the force there (N).
     pub fn prescribed(&self, start: &DVector<f64>, acceleration: f64) -> (DVector<f64>, f64) {
         let whole = || matrix_power(&self.prescribed_step, self.substeps);
         let window = self.prescribed_window.get_or_init(whole);
@@ -94,7 +94,7 @@ fn one_step(h: f64, k: &DMatrix<f64>, b: &DVector<f64>) -> DMatrix<f64> {
     step
 }
 
-/// A matrix to a whole power, by squaring.
+/// An integer power of a matrix, by squaring.
 fn matrix_power(base: &DMatrix<f64>, mut exponent: u32) -> DMatrix<f64> {
     let mut base = base.clone();
     let mut result = DMatrix::identity(base.nrows(), base.ncols());
@@ -108,7 +108,8 @@ fn matrix_power(base: &DMatrix<f64>, mut exponent: u32) -> DMatrix<f64> {
     result
 }
 
-/// A uniform elastic bar, held at its far end and coupled at the other: lumped masses, explicit steps without damping.
+/// A uniform elastic bar, held at its far end and coupled at the near one: lumped masses, explicit steps without
+/// damping.
 ///
 /// Its modes are known in closed form: with n elements, omega_j = omega_max sin((2j - 1) pi / (4n)), and every mode
 /// takes the same share of a force on the end, u_j'' = -omega_j^2 u_j + share lambda with u = sum u_j.
@@ -122,13 +123,13 @@ pub struct EquivalentBar {
     pub share: f64,
 }
 
-/// Elements of an equivalent bar are kept below this: its operator is full, and more of them do not move a limit.
+/// Upper bound on the elements of an equivalent bar: its operator is full, and more elements do not change a limit.
 const ELEMENTS_MAX: usize = 40;
 
 impl EquivalentBar {
-    /// The bar that answers as a continuum does, as far as a handshake tells: with the highest frequency of its step limit (the
-    /// one of an undamped step, 2/omega_max, which errs to the stiff side), its first period, and its compliance
-    /// (m/N) over a window of `substeps`, which `measure` reads off a response.
+    /// The bar with the continuum's values from the handshake: the highest frequency from the step limit (of an
+    /// undamped step, 2/omega_max, which errs to the stiff side), the first period, and the compliance (m/N) over a
+    /// window of `substeps`, which `measure` takes from a response.
     pub fn equivalent(
         step_s: f64,
         substeps: u32,
@@ -138,7 +139,7 @@ impl EquivalentBar {
         measure: impl Fn(&Response) -> f64,
     ) -> EquivalentBar {
         let omega_max = 2.0 / limit_s;
-        // Without a period: a bar that no wave returns from within two windows.
+        // Without a period: a bar so long that no wave returns within two windows.
         let window_s = step_s * f64::from(substeps);
         let period_s = period_s.unwrap_or(8.0 * window_s.max(limit_s));
         let ratio = (2.0 * PI / (period_s * omega_max)).min(0.7);
@@ -181,7 +182,7 @@ mod tests {
         assert!((compliance - 0.49).abs() < 1e-14, "{compliance}");
     }
 
-    /// The numbers that a handshake tells of such a bar give the bar back.
+    /// The handshake's numbers for such a bar reproduce the bar.
     #[test]
     fn the_equivalent_of_a_bar_is_itself() {
         let bar = EquivalentBar {

@@ -1,8 +1,8 @@
-//! A linear participant on a boundary, in one interface motion: a glued mass, and a free one behind a spring.
+//! A linear participant on a boundary, in one interface motion: a glued mass, and a free mass behind a spring.
 
 use protocol::BoundaryInertia;
 
-/// State of the masses at the start of a window; the glued one is where the interface is.
+/// State of the masses at the start of a window; the glued mass has the position of the interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Masses {
     /// Velocity of the glued mass (m/s).
@@ -27,7 +27,7 @@ pub struct Solved {
 pub struct Motion {
     /// a_g (m/s).
     pub free: f64,
-    /// W_g (1/kg); zero for a boundary that moves as it is told.
+    /// W_g (1/kg); zero for a boundary with prescribed motion.
     pub compliance: f64,
 }
 
@@ -42,9 +42,9 @@ pub struct SprungMass {
 }
 
 impl SprungMass {
-    /// The masses behind a point, as its solver told at the handshake.
+    /// The masses behind a point, from its solver's description at the handshake.
     pub fn new(inertia: &BoundaryInertia, window_s: f64) -> SprungMass {
-        // Without a spring nothing is behind the glued mass, and any mass does there.
+        // Without a spring the free mass has no effect, so that any value serves.
         let (behind, mass) = match inertia.stiffness_n_per_m {
             None => (inertia.mass_kg, 1.0),
             Some(_) => (0.0, inertia.mass_kg),
@@ -58,14 +58,14 @@ impl SprungMass {
         }
     }
 
-    /// One window of the theta scheme, q_0 (m) being the position of the interface at its start:
-    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both positions taken at
-    /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
+    /// One window of the theta scheme; q_0 (m) is the position of the interface at its start: m_g (v_g - v_g0) = H k
+    /// (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both positions taken at q + theta H (theta v' + (1 - theta)
+    /// v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
     ///
-    /// Without v the glued mass obeys A v_g + p = R; so solved, a boundary that moves as it is told moves exactly so.
+    /// With v eliminated the glued mass obeys A v_g + p = R; solved in this form, a prescribed motion is met exactly.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
-        // The spring against the start (m), and m + (theta H)^2 k (kg).
+        // Stretch of the spring at the start (m), and m + (theta H)^2 k (kg).
         let stretch = start.position + theta * (1.0 - theta) * h * start.velocity - q_0;
         let moved = m + theta * theta * h * h * k;
         let inertia = self.glued + theta * h * h * k * m / moved;
@@ -87,7 +87,7 @@ impl SprungMass {
         }
     }
 
-    /// S = -dF/du (N/m): the resistance against a motion that is imposed on it.
+    /// S = -dF/du (N/m): the resistance against an imposed motion.
     pub fn stiffness(&self) -> f64 {
         let motion = Motion {
             free: 1.0 / self.window_s,

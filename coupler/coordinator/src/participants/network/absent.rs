@@ -1,4 +1,4 @@
-//! A program that is built without links between hosts.
+//! The network of a program built without links between hosts.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use protocol::{Link, LinkError, Transport};
 use scenario::error::Result;
 use scenario::load::Loaded;
 
-/// There is none: a scenario that asks for one is refused before.
+/// There is no value: a scenario that needs a network is refused before.
 pub(crate) enum Network {}
 
-/// Nothing is left to be said.
+/// Without links there is nothing to check.
 pub fn check(_: &Loaded) -> Result<()> {
     Ok(())
 }

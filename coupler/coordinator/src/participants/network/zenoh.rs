@@ -1,4 +1,4 @@
-//! A program that is built with links between hosts.
+//! The network of a program built with links between hosts.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use scenario::load::Loaded;
 /// The endpoint of a run.
 pub(crate) struct Network(Host);
 
-/// Refuses keys of the endpoint that cannot be followed.
+/// Refuses unusable keys of the endpoint.
 pub fn check(loaded: &Loaded) -> Result<()> {
     let fault = access(loaded)?.fault();
     let key = "run.remote.listen";
@@ -40,7 +40,7 @@ fn access(loaded: &Loaded) -> Result<Access> {
     })
 }
 
-/// The name of this host inside a job of Slurm, where participants may be on others; loopback elsewhere.
+/// The name of this host inside a Slurm job, where participants may be on other hosts; loopback elsewhere.
 fn default_endpoint() -> String {
     let in_job = std::env::var_os(NODES).is_some();
     let name = gethostname().ok().filter(|_| in_job);
@@ -49,7 +49,7 @@ fn default_endpoint() -> String {
 }
 
 impl Network {
-    /// Listens for so many participants.
+    /// Listens for this number of participants.
     pub fn listen(loaded: &Loaded, run_id: u64, participants: usize) -> Result<Network> {
         let host = Host::listen(&access(loaded)?, run_id, participants);
         let host = host.map_err(|why| Refusal::argument("run.remote", why))?;
@@ -61,12 +61,12 @@ impl Network {
         Ok(Box::new(self.0.link(participant)?))
     }
 
-    /// The way to it, for the session of a participant of the run in this folder.
+    /// The transport to it, for the session of a participant of the run in this folder.
     pub fn transport(&self, participant: &str, run: &Path) -> Transport {
         self.0.transport(participant, &run.join("manifest.json"))
     }
 
-    /// Complaints about connections that it did not let in.
+    /// Complaints about refused connections.
     pub fn complaints(&self) -> Vec<String> {
         self.0.complaints()
     }

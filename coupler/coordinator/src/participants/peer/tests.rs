@@ -1,6 +1,6 @@
 use super::*;
 
-/// A link whose frames come one a call, after some calls without any.
+/// A link that returns one frame for each call, after some calls without a frame.
 struct Slow {
     empty: u32,
     frames: VecDeque<Frame>,
@@ -35,7 +35,8 @@ const ASKED: Header = Header {
     checksum: 0,
 };
 
-/// Asks twice; the first answer is right, the second has this header and this turn. `ended` is the peer's end.
+/// Sends two requests; the first answer is right, the second has this header and this turn. With `ended` the peer has
+/// ended.
 fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<Frame, String> {
     let frame = |header, turn| {
         let mut frame = Frame::new(header, vec![1.0]);
@@ -73,7 +74,7 @@ fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<F
 }
 
 #[test]
-fn an_answer_repeats_all_of_its_request() {
+fn an_answer_repeats_the_whole_header_of_its_request() {
     assert!(second_answer(ASKED, 1, 0, false).is_ok());
     let others = [
         Header {
@@ -127,7 +128,7 @@ fn an_answer_of_another_kind_or_protocol_is_refused() {
     assert_eq!(answer(Kind::Motion, PROTOCOL_VERSION), Ok(()));
     let other = answer(Kind::Report, PROTOCOL_VERSION).expect_err("another kind");
     assert!(
-        other.contains("answered Report where Motion was due"),
+        other.contains("answered Report instead of Motion"),
         "{other}"
     );
     let version = PROTOCOL_VERSION + 1;
@@ -139,21 +140,21 @@ fn an_answer_of_another_kind_or_protocol_is_refused() {
 }
 
 #[test]
-fn an_answer_to_an_equal_request_before_is_refused() {
+fn an_answer_to_an_earlier_equal_request_is_refused() {
     let refused = second_answer(ASKED, 0, 0, false).expect_err("it is the first again");
     assert!(refused.contains("message 0") && refused.contains("lost, repeated or overtaken"));
 }
 
 #[test]
-fn the_last_word_of_a_peer_that_has_ended_is_heard() {
+fn the_last_answer_of_a_peer_that_has_ended_is_received() {
     assert!(second_answer(ASKED, 1, 1, true).is_ok());
     let lost = second_answer(ASKED, 1, 2, true).expect_err("it said nothing");
     assert!(lost.contains("lost participant `rail`"), "{lost}");
 }
 
 #[test]
-fn patience_is_counted_in_looks_and_not_by_the_clock() {
-    // 20 looks of 50 ms are one second, whatever time they took.
+fn waits_are_counted_in_slices_and_not_by_the_clock() {
+    // 20 slices of 50 ms count as one second, even if they took longer.
     assert!(second_answer(ASKED, 1, 19, false).is_ok());
     let late = second_answer(ASKED, 1, 21, false).expect_err("too late");
     assert!(late.contains("did not answer within 1.0 s"), "{late}");

@@ -11,12 +11,13 @@ use scheme::coupling::CouplingState;
 /// Folder of the run directory.
 pub const FOLDER: &str = "checkpoints";
 
-/// Windows between two checkpoints when the scenario says nothing: about one a second in the shipped scenes.
+/// Windows between two checkpoints by default: about one checkpoint a second in the shipped scenes.
 pub const EVERY_WINDOWS: u64 = 1000;
-/// Time after which the next one is written even so: windows of a large sample last seconds.
+/// Longest time between two checkpoints by default: windows of a large sample last seconds.
 pub const EVERY_TIME: Duration = Duration::from_secs(300);
 
-/// The author and the subject of a checkpoint. It comes first in the file, so that a file of another version can say so.
+/// The author and the subject of a checkpoint. It comes first in the file, so that a file of another version is
+/// recognised.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name, version and build of the coordinator.
@@ -32,13 +33,13 @@ pub struct About {
 /// A run after a window.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// Position to go on from.
+    /// Position from which to continue.
     pub position: RunPosition,
-    /// Blocks that were ended in the log: the handshake, then each window.
+    /// Completed blocks of the log: the handshake, then each window.
     pub log_blocks: u64,
-    /// State of each participant, as [`protocol::Node::checkpoint`] gave it.
+    /// State of each participant, from [`protocol::Node::checkpoint`].
     pub nodes: Vec<Vec<u8>>,
-    /// State of the coupler, one for each group of interfaces.
+    /// States of the coupler, one for each group of interfaces.
     pub couplings: Vec<CouplingState>,
     /// Memory of the outputs.
     pub outputs: OutputState,

@@ -1,6 +1,6 @@
-//! A checkpoint on the disk: `checkpoints/<window>.checkpoint`, windows done so far in twelve digits.
+//! A checkpoint on the disk: `checkpoints/<window>.checkpoint`, with the number of completed windows in twelve digits.
 //!
-//! The file holds [`MAGIC`], blake3 of all that follows, then [`About`] and [`Checkpoint`] (postcard).
+//! The file holds [`MAGIC`], the blake3 of all that follows, then [`About`] and [`Checkpoint`] (postcard).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,20 +24,20 @@ pub struct Unusable {
     pub path: PathBuf,
     /// The reason.
     pub why: String,
-    /// True if it is sound, but of another scenario or version: then so are all others of its run.
+    /// True if it is sound, but of another scenario or version, as are then all others of its run.
     pub foreign: bool,
 }
 
-/// A file by its name.
+/// A checkpoint file by its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CheckpointFile {
-    /// Windows that stand in it.
+    /// Completed windows.
     pub window: u64,
     /// The file.
     pub path: PathBuf,
 }
 
-/// The checkpoints of a folder, oldest first. What is half-written has another ending, and is none.
+/// The checkpoints of a folder, oldest first. Unfinished files have another ending and are left out.
 pub fn list(folder: &Path) -> Vec<CheckpointFile> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut found: Vec<CheckpointFile> = entries
@@ -51,7 +51,7 @@ pub fn list(folder: &Path) -> Vec<CheckpointFile> {
     found
 }
 
-/// Place of the checkpoint after so many windows.
+/// Path of the checkpoint after this number of windows.
 pub fn path(folder: &Path, window: u64) -> PathBuf {
     folder.join(format!("{window:012}.{ENDING}"))
 }
@@ -59,7 +59,7 @@ pub fn path(folder: &Path, window: u64) -> PathBuf {
 /// The bytes of a file.
 pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
     let broken = |error: postcard::Error| {
-        Refusal::checkpoint(format!("the run's state cannot be written down: {error}"))
+        Refusal::checkpoint(format!("the run's state cannot be encoded: {error}"))
     };
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);
@@ -71,7 +71,7 @@ pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads a checkpoint that must be about the same as `expected`, participants aside.
+/// Reads a checkpoint that must agree with `expected`, except for the participants.
 pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusable> {
     let unusable = |why: String, foreign: bool| {
         let path = path.into();
@@ -81,13 +81,13 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     let bytes = fs::read(path).map_err(|error| damaged(&error.to_string()))?;
     let format = MAGIC.iter().position(|byte| *byte == b'/').unwrap_or(0);
     if bytes.len() < MAGIC.len() + HASH_BYTES || bytes[..format] != MAGIC[..format] {
-        return Err(damaged("it is cut off, or no checkpoint at all"));
+        return Err(damaged("it is cut off, or not a checkpoint"));
     }
     let (magic, rest) = bytes.split_at(MAGIC.len());
     if magic != MAGIC {
         let [theirs, ours] = [magic, MAGIC].map(String::from_utf8_lossy);
         let (theirs, ours) = (theirs.trim_end(), ours.trim_end());
-        let why = format!("its format is `{theirs}`, this build reads `{ours}`");
+        let why = format!("its format is `{theirs}`, but this build reads `{ours}`");
         return Err(unusable(why, true));
     }
     let (hash, body) = rest.split_at(HASH_BYTES);
@@ -96,7 +96,9 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
             "its content does not match its hash: it was cut off or damaged",
         ));
     }
-    let other = |error: postcard::Error| unusable(format!("it is of another build: {error}"), true);
+    let other = |error: postcard::Error| {
+        unusable(format!("it was written by another build: {error}"), true)
+    };
     let (about, body) = postcard::take_from_bytes::<About>(body).map_err(other)?;
     if let Some(why) = differs(&about, expected) {
         return Err(unusable(why, true));
@@ -108,7 +110,7 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
 }
 
-/// The first thing that two checkpoints are not alike about.
+/// The first difference between two checkpoints.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
     let [their_protocol, our_protocol] = [theirs, ours].map(|of| of.protocol.to_string());
     let pairs = [
@@ -122,7 +124,7 @@ fn differs(theirs: &About, ours: &About) -> Option<String> {
     ];
     let mut pairs = pairs.into_iter();
     let (verb, theirs, ours) = pairs.find(|(_, theirs, ours)| theirs != ours)?;
-    Some(format!("it {verb} {theirs}, this is {ours}"))
+    Some(format!("it {verb} {theirs}, but this is {ours}"))
 }
 
 #[cfg(test)]
@@ -171,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_every_cut_and_flipped_bit_is_noticed() {
+    fn a_checkpoint_is_read_back_and_every_cut_and_flipped_bit_is_detected() {
         let (scratch, path, bytes) = written("checkpoint-bits");
         assert_eq!(list(scratch.path())[0].window, 12);
         let (_, back) = read(&path, &about()).expect("it is whole");
@@ -190,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_and_another_scenario_are_named() {
+    fn another_version_and_another_scenario_are_reported() {
         let (_scratch, path, mut bytes) = written("checkpoint-names");
         let newer = About {
             software: "thirdbody 2".into(),

@@ -1,4 +1,4 @@
-//! Writing checkpoints while a run goes on.
+//! Writes checkpoints during a run.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,21 +17,21 @@ use runs::run_dir::{RunDir, write_whole};
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
 
-/// Knows when a checkpoint is due, and writes it.
+/// Decides when a checkpoint is due, and writes it.
 pub struct Keeper {
     folder: PathBuf,
     about: About,
     cadence: Option<Cadence>,
     kept: usize,
-    /// Time of the last one, or of the start.
+    /// Time of the last checkpoint, or of the start.
     last: Instant,
 }
 
-/// Checkpoints of a run that can be resumed.
+/// Cadence of the checkpoints of a resumable run.
 #[derive(Clone, Copy)]
 struct Cadence {
     windows: u64,
-    /// Longest time between two; none where the scenario counts windows.
+    /// Longest time between two; `None` if the scenario gives a number of windows.
     time: Option<Duration>,
 }
 
@@ -41,11 +41,12 @@ impl Cadence {
     }
 }
 
-/// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
+/// The author and subject of a checkpoint of this scenario by this build. The participants are added after their
+/// greeting.
 pub fn about(loaded: &Loaded) -> About {
     let (version, build) = (env!("CARGO_PKG_VERSION"), build().hash);
     About {
-        // Another build may keep its state otherwise.
+        // Another build may store its state differently.
         software: format!("thirdbody {version} build {build}"),
         protocol: PROTOCOL_VERSION,
         scenario_hash: loaded.hash.clone(),
@@ -62,8 +63,8 @@ pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String
 }
 
 impl Keeper {
-    /// Serves a run of these participants. A cadence that the scenario asks for needs participants that can be
-    /// resumed; without one, a run of others simply has no checkpoints.
+    /// A keeper for a run of these participants. If the scenario gives a cadence, all of them must be resumable;
+    /// otherwise a run with others has no checkpoints.
     pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper> {
         let run = &loaded.scenario.run;
         let both = loaded.scenario.participant.iter().zip(greeted);
@@ -73,7 +74,7 @@ impl Keeper {
         let (windows, time) = match run.checkpoint_every_windows {
             Some(windows) if windows > 0 && !unable.is_empty() => {
                 let problem = format!(
-                    "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+                    "participant {unable} cannot write a checkpoint (capability `resume`): set the key to 0, or leave it out"
                 );
                 return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
             }
@@ -100,19 +101,20 @@ impl Keeper {
         })
     }
 
-    /// Tells if it writes checkpoints at all.
+    /// True if it writes checkpoints.
     pub fn writes(&self) -> bool {
         self.cadence.is_some()
     }
 
-    /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
-    /// needs none.
+    /// True if a checkpoint is due here: at its cadence, and when the run is interrupted. At its end a run needs no
+    /// checkpoint.
     pub fn due(&self, at: &RunPosition, interrupted: bool) -> bool {
         let due = |cadence: Cadence| interrupted || cadence.due(at.windows, self.last.elapsed());
         !at.over && self.cadence.is_some_and(due)
     }
 
-    /// Asks all participants for their states and writes them with what `rest` adds; then the oldest goes.
+    /// Requests the states of all participants, writes them with the data that `rest` adds, and removes the oldest
+    /// checkpoints.
     pub fn write(
         &mut self,
         recorded: &mut Recorded,
@@ -141,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_that_last_long_have_checkpoints_by_the_clock() {
+    fn long_windows_have_checkpoints_by_the_clock() {
         let by_itself = Cadence {
             windows: 10,
             time: Some(Duration::from_secs(60)),

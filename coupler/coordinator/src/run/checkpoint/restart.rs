@@ -21,7 +21,7 @@ use scenario::content::content_hash;
 use scenario::error::{Error, Refusal, Result};
 use scenario::load::Loaded;
 
-/// A checkpoint that a run can be resumed from.
+/// A checkpoint from which a run can be resumed.
 pub struct RestartPoint {
     /// The run directory that it belongs to.
     pub run: PathBuf,
@@ -33,9 +33,10 @@ pub struct RestartPoint {
     pub checkpoint: Checkpoint,
 }
 
-/// The latest usable checkpoint of a run after at most `from` windows, and those that were passed over. A checkpoint is
-/// usable if it is whole, the log reaches as far, and signals, fields and profiles until then are as they were written. One of another scenario or version is an error: all others would be
-/// the same. None at all means that the run has to begin again.
+/// The latest usable checkpoint of a run after at most `from` windows, and the unusable ones after it. A checkpoint is
+/// usable if it is complete, the log reaches as far, and signals, fields and profiles until then are unchanged. A
+/// checkpoint of another scenario or version is an error, as all others would be. Without a usable checkpoint the run
+/// must start again.
 pub fn find(
     run: &Path,
     loaded: &Loaded,
@@ -52,9 +53,11 @@ pub fn find(
                 let due = checkpoint.log_blocks;
                 let why = match checkpoint.outputs.damaged(run) {
                     _ if logged < due => format!(
-                        "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
+                        "exchange.mcap can be read only up to block {logged} of the {due} before it"
                     ),
-                    Some(name) => format!("{name} is not what the run had written until then"),
+                    Some(name) => {
+                        format!("{name} differs from what the run had written until then")
+                    }
                     None => {
                         let point = RestartPoint {
                             run: run.into(),
@@ -82,7 +85,7 @@ pub fn find(
     Ok((None, passed_over))
 }
 
-/// Blocks of a log that can be read whole.
+/// Number of complete blocks in a log.
 fn blocks(log: &Path) -> u64 {
     let Ok(entries) = recover(log) else { return 0 };
     let ends = entries.filter(|entry| matches!(entry, Ok(Entry::WindowEnd(_))));
@@ -95,20 +98,20 @@ impl RestartPoint {
         Refusal::checkpoint(format!("checkpoint {path}: {problem}")).into()
     }
 
-    /// Refuses participants that are not those that wrote the checkpoint.
+    /// Refuses participants other than the ones that wrote the checkpoint.
     pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<()> {
         let ours = participants(loaded, greeted);
         for ((name, theirs), (_, ours)) in self.about.participants.iter().zip(&ours) {
             if theirs != ours {
                 return Err(self.refuse(format!(
-                    "the state of participant `{name}` was written by {theirs}, this is {ours}; resume with the build that wrote it"
+                    "the state of participant `{name}` was written by {theirs}, but this is {ours}; resume with the build that wrote it"
                 )));
             }
         }
         for ((name, software), greeted) in ours.iter().zip(greeted) {
             if !greeted.description.capabilities.resume {
                 let problem = format!(
-                    "({software}) cannot take up a checkpoint (capability `resume`): run the scenario from its start"
+                    "({software}) cannot resume from a checkpoint (capability `resume`): run the scenario from its start"
                 );
                 return Err(Refusal::participant(name, problem).into());
             }
@@ -116,8 +119,8 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Gives the coupler and each participant their states back, and tells the boundaries what they were; not a part of
-    /// the exchange, which holds this already.
+    /// Restores the coupler, each participant and the boundaries. This is not part of the exchange, whose log contains
+    /// it already.
     pub fn restore(
         &self,
         communicator: &mut dyn Communicator,
@@ -133,7 +136,7 @@ impl RestartPoint {
             .try_for_each(|peer| self.restore_node(communicator, peer, peer))
     }
 
-    /// Gives the peer `peer`, which is the participant `index` of the scenario, its state back.
+    /// Restores the peer `peer`, which is the participant `index` of the scenario.
     pub fn restore_node(
         &self,
         communicator: &mut dyn Communicator,
@@ -146,13 +149,14 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Gives the coupler its state back.
+    /// Restores the coupler.
     pub fn restore_coupler(&self, groups: &mut [GroupRun]) -> Result<()> {
         let state = &self.checkpoint;
         let positions = &state.position.groups;
         if [positions.len(), state.couplings.len()] != [groups.len(); 2] {
             let (theirs, ours) = (positions.len(), groups.len());
-            let problem = format!("it is of {theirs} groups of interfaces, here are {ours}");
+            let problem =
+                format!("it has {theirs} groups of interfaces, but the scenario has {ours}");
             return Err(self.refuse(problem));
         }
         for ((group, at), coupling) in groups.iter_mut().zip(positions).zip(&state.couplings) {
@@ -162,7 +166,7 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Takes over the fields and profiles of the moments that had come.
+    /// Copies the fields and profiles of past moments.
     pub fn copy_files(&self, rundir: &RunDir) -> Result<()> {
         for name in self.checkpoint.outputs.files.keys() {
             let [from, to] = [&self.run, rundir.path()].map(|run| run.join(name));
@@ -171,7 +175,7 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
+    /// Copies the checkpoint into the new run directory, which can be resumed from here on as well.
     pub fn adopt(&self, rundir: &RunDir) -> Result<()> {
         let folder = rundir.path().join(FOLDER);
         fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
@@ -181,7 +185,7 @@ impl RestartPoint {
     }
 }
 
-/// The files of a run that were written at these moments, by their paths in its directory, with blake3 of what they hold.
+/// The files that a run wrote at these moments, by their paths in its directory, with the blake3 of their contents.
 pub fn files_of(run: &Path, moments: &[SnapshotTime]) -> Vec<(String, String)> {
     let of_moments = |file: &String| {
         moments.iter().any(|moment| {

@@ -1,4 +1,4 @@
-//! Lines that repeat: nothing depends on where the seam is.
+//! Periodic lines: nothing depends on the position of the seam.
 
 use super::*;
 
@@ -9,13 +9,13 @@ const KINDS: [MappingKind; 3] = [
     MappingKind::Nearest,
 ];
 
-/// Nodes at uneven distances, none at the seam.
+/// Nodes at uneven distances, with no node at the seam.
 fn nodes() -> Vec<[f64; 2]> {
     let position = |i: usize| 1e-3 * (i as f64 + 0.2 * (i as f64 * 1.7).sin());
     (0..12).map(|i| [position(i) - 0.004, 1e-4]).collect()
 }
 
-/// Points all around, some of them in other periods.
+/// Points around the whole period, some of them in other periods.
 fn points(count: usize) -> Vec<[f64; 2]> {
     let points = uneven_points(count, -0.004, -0.004 + PERIOD);
     let turns = |i: usize| PERIOD * ((i * 5 % 7) as f64 - 3.0);
@@ -35,7 +35,7 @@ fn dense(mapping: &Mapping) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(mapping.rows.len(), mapping.nodes);
     for (i, row) in mapping.rows.iter().enumerate() {
         for (node, weight) in row {
-            assert_eq!(matrix[(i, *node)], 0.0, "a node stands in a row twice");
+            assert_eq!(matrix[(i, *node)], 0.0, "a row lists a node twice");
             matrix[(i, *node)] = *weight;
         }
     }
@@ -66,9 +66,9 @@ fn constant_fields_and_forces_are_exact() {
     }
 }
 
-/// In the middle of three copies of the line there are no ends near.
+/// The middle of three copies of the line is far from its ends.
 #[test]
-fn rows_are_those_of_the_middle_of_three_copies() {
+fn rows_equal_the_middle_of_three_copies() {
     for (kind, count) in KINDS.into_iter().flat_map(|kind| [(kind, 5), (kind, 31)]) {
         let nodes = nodes();
         let points = uneven_points(count, -0.004, -0.004 + PERIOD);
@@ -88,7 +88,7 @@ fn rows_are_those_of_the_middle_of_three_copies() {
     }
 }
 
-/// The same line with a node on either side, so that all points lie between its ends; they come last.
+/// The same line with one more node on either side, so that all points lie between its ends. The new nodes come last.
 fn with_ends(mut nodes: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
     nodes.push([first[0] - PERIOD, first[1]]);
@@ -97,7 +97,7 @@ fn with_ends(mut nodes: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn rows_know_nothing_of_periods_numbers_and_origins() {
+fn rows_do_not_depend_on_periods_numbers_and_origins() {
     for kind in KINDS {
         let (nodes, points) = (nodes(), points(31));
         let reference = dense(&repeating(kind, &nodes, &points));
@@ -111,7 +111,7 @@ fn rows_know_nothing_of_periods_numbers_and_origins() {
             let (nodes, points) = (moved(&nodes, |_| shift), moved(&points, |_| shift));
             same(&nodes, &points, "another origin");
         }
-        // Another node is the first one of the period; by its place, and by its number.
+        // Another node is the first of the period: by its position, then by its number.
         let wrapped = moved(&nodes, |i| if i < 5 { PERIOD } else { 0.0 });
         same(&wrapped, &points, "another seam");
         let mut rolled = nodes.clone();
@@ -125,7 +125,7 @@ fn rows_know_nothing_of_periods_numbers_and_origins() {
     }
 }
 
-/// Equal distances on both sides leave no node before another, whatever lies between the first node and the first point.
+/// With equal distances on both sides all nodes are alike, for any distance between the first node and the first point.
 #[test]
 fn a_uniform_pressure_on_regular_rows_stays_uniform() {
     let nodes: Vec<[f64; 2]> = (0..10).map(|i| [4e-4 * f64::from(i), 0.0]).collect();
@@ -146,7 +146,7 @@ fn a_uniform_pressure_on_regular_rows_stays_uniform() {
     }
 }
 
-/// Its images are its neighbours, so that its segment is the whole period: each node has the part that belongs to it.
+/// The point's images are its neighbours, so that its segment is the whole period: each node gets its own share.
 #[test]
 fn a_single_point_hangs_on_the_whole_line() {
     let nodes = [[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]];
@@ -159,7 +159,7 @@ fn a_single_point_hangs_on_the_whole_line() {
 }
 
 #[test]
-fn a_line_that_is_longer_than_its_period_or_has_a_place_twice_is_named() {
+fn a_line_longer_than_its_period_or_with_a_repeated_position_is_refused() {
     let relate = |nodes: &[[f64; 2]], points: &[[f64; 2]]| {
         Mapping::new(MappingKind::Mortar, nodes, points, Some(2.0)).expect_err("it is refused")
     };
