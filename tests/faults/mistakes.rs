@@ -1,5 +1,5 @@
-//! The typical mistakes of scenarios/README.md: each is made, and the message must be the one on the page. And the page of causes
-//! and cures, coupler/ERRORS.md, as the command prints it.
+//! The typical mistakes of scenarios/README.md: the test makes each, and the message must be the one on the page. The command prints
+//! the page of causes and cures, coupler/ERRORS.md.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use harness::runs::{Scratch, thirdbody};
 
 use crate::scene::{fails, folder};
 
-/// A mistake of the page: lines of `quick` taken out and put in, and the message that follows.
+/// A mistake of the page: lines removed from and added to `quick`, and the message that follows.
 struct Mistake<'a> {
     title: &'a str,
     change: &'a str,
@@ -43,7 +43,7 @@ fn mistakes(page: &str) -> Vec<Mistake<'_>> {
         .collect()
 }
 
-/// `quick` with the change of a mistake: the lines that come in the place of those that go, which are a part of the scene.
+/// `quick` with the change of a mistake: the new lines replace the old ones, which occur once in the scene.
 fn changed(change: &str) -> String {
     let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
     let lines = |sign: char| {
@@ -55,7 +55,7 @@ fn changed(change: &str) -> String {
     text.replace(&old, &new)
 }
 
-/// The message of `check`, with its lines whole, without spaces at the ends of its lines.
+/// The exit code and the message of `check`, with whole lines and without trailing spaces.
 fn message(text: &str) -> (Option<i32>, String) {
     let work = Scratch::new("mistake");
     std::fs::write(work.path().join("scenario.toml"), text).expect("the folder is writable");
@@ -73,7 +73,7 @@ fn message(text: &str) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_messages_of_typical_mistakes_are_those_of_the_page() {
+fn the_messages_of_typical_mistakes_match_the_page() {
     let page = page("scenarios/README.md");
     let mistakes = mistakes(&page);
     assert!(mistakes.len() >= 10, "{}", mistakes.len());
@@ -104,10 +104,13 @@ fn explain_prints_the_entry_of_a_code_and_proposes_the_nearest() {
             listed.lines().any(|line| line.starts_with(code)),
             "{code}: {listed}"
         );
-        let told = explain(&[code]);
-        let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        let entry = told.split_once("\n\n").expect("code and text").1;
-        assert!(page("coupler/ERRORS.md").contains(entry.trim()), "{told}");
+        let printed = explain(&[code]);
+        let printed = String::from_utf8_lossy(&printed.stdout).into_owned();
+        let entry = printed.split_once("\n\n").expect("code and text").1;
+        assert!(
+            page("coupler/ERRORS.md").contains(entry.trim()),
+            "{printed}"
+        );
     }
     let unknown = explain(&["peer-list"]);
     fails(&unknown, 2, &["error[usage]", "did you mean `peer-lost`?"]);
