@@ -177,7 +177,7 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
     difference / largest(&mut one.iter().copied())
 }
 
-/// Tolerance: rounding of places, 1e-16 of the strip over overlaps of a thousandth of it, times the condition of the contacts.
+/// Tolerance: rounding of places, 1e-16 of the strip over overlaps of 1e-3 of the strip, times the condition of the contacts.
 #[test]
 fn moving_grains_by_elements_or_cutting_them_elsewhere_changes_no_result() {
     let (signals, pressure) = pressed_heap(HALF, &heap(0.0, false));
