@@ -11,7 +11,7 @@
 //! Exact: Hertz, p = p0 sqrt(1 - x^2/a^2), p0 = 2 F/(pi a t), a = sqrt(4 F R (1 - nu^2)/(pi E t)).
 //! Source: K. L. Johnson, Contact Mechanics (1985), section 4.2.
 //! Tolerance: the body is 20 times as wide and 15 times as high as the contact's half-width, so the pressure is within 1 % of
-//! p0, as for the block of `fem_static_contact`. Beyond 0.9 a, where the contact ends within an element, nothing is compared.
+//! p0. Beyond 0.9 a, where the contact ends within an element, nothing is compared.
 
 use fem_kernel::mesh::Edge;
 use fem_node::FemConfig;
