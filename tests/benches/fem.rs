@@ -1,10 +1,10 @@
-//! Time of an element and step: whole steps of the paper's mesh of 28 080 elements, as a run makes them, on one thread and on two.
+//! Time per element and step: whole steps of the paper's mesh of 28 080 elements, as in a run, on one thread and on two.
 //!
 //! ```sh
 //! cargo bench -p tests --bench fem
 //! ```
 //!
-//! The time (ns) is 1000 over the `Mitem/s` of the fastest sample: other programs on the machine only ever add time.
+//! The time (ns) is 1000 over the `Mitem/s` of the fastest sample: other programs on the machine can only add time.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -14,7 +14,7 @@ use fem_node::node::fem_node::FemNode;
 use protocol::{Node, Setting, Window};
 use serde_json::json;
 
-/// Steps of a sample; two where they take long, in a build without optimisation, whose times say nothing.
+/// Steps of a sample; two in a build without optimisation, which is slow and whose times are meaningless.
 const STEPS: u32 = if cfg!(debug_assertions) { 2 } else { 100 };
 
 const CASES: [(&str, &str); 6] = [
@@ -46,7 +46,7 @@ fn element_step<const THREADS: usize>(bencher: Bencher, (element, material): (&s
         .counter(ItemsCount::new(elements * u64::from(STEPS)))
         .with_inputs(|| {
             let mut body = stretched(&model, &setting);
-            // Buffers are made in the first window.
+            // The first window allocates the buffers.
             advance(&mut body, 0);
             let yields = body.state().history.iter().any(|value| *value != 0.0);
             assert_eq!(yields, material == "j2");
@@ -74,7 +74,7 @@ fn model(element: &str, kind: &str, setting: &Setting) -> Model {
     Model::new(&config, setting).expect("the body can be built")
 }
 
-/// A body that is stretched steadily, so that it keeps yielding.
+/// A steadily stretched body, which keeps yielding.
 fn stretched(model: &Model, setting: &Setting) -> FemNode {
     let mut state = NodalState::at_rest_under(&model.body, model.law.as_ref());
     for (node, point) in model.mesh.nodes().zip(&model.mesh.points) {

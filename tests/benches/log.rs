@@ -1,11 +1,11 @@
-//! Throughput of the exchange log: 64 MB of messages of 100, 1 000 and 10 000 doubles, written as in a run, the end of the file
-//! included, and read back with every checksum verified.
+//! Throughput of the exchange log: 64 MB of messages of 100, 1 000 and 10 000 doubles, written as in a run, with the end of the
+//! file, and read back with every checksum verified.
 //!
 //! ```sh
 //! cargo bench -p tests --bench log
 //! ```
 //!
-//! `MB/s` are of payload, `Kitem/s` of messages; the files are in the system's temporary folder.
+//! `MB/s` count payload, `Kitem/s` count messages; the files are in the system's temporary folder.
 
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};

@@ -1,10 +1,10 @@
-//! Time of a mapping between nodes and glued points: one N and one N^T of all points, on flat and curved lines of 10 to 10 000 nodes.
+//! Time of a mapping between nodes and glued points: one N and one N^T for all points, on flat and curved lines of 10 to 10 000 nodes.
 //!
 //! ```sh
 //! cargo bench -p tests --bench mapping
 //! ```
 //!
-//! The errors of the mappings and their ripple are in the rows that `cargo test -p tests --test coupling mapping -- --nocapture` prints.
+//! `cargo test -p tests --test coupling mapping -- --nocapture` prints the errors of the mappings and their ripple.
 
 use divan::{Bencher, black_box};
 use harness::mapped_line::MappedLine;

@@ -1,11 +1,11 @@
-//! Cost of pieces that a scene may have: runs without a piece, with one that has nothing to do, and with one in use, which changes what
-//! a run computes, not only what a step of it costs.
+//! Cost of optional features of a scene: runs without a feature, with an idle one, and with one in use. A feature in use changes the
+//! results of a run, not only the cost of a step.
 //!
 //! ```sh
 //! cargo bench -p tests --bench pieces
 //! ```
 //!
-//! Solvers and coordinator run on one core, so that the time of a run is the processor time of all of them.
+//! Solvers and coordinator run on one core, so the time of a run is their total processor time.
 
 use std::fmt;
 use std::path::Path;
@@ -146,12 +146,11 @@ fn checkpoints(bencher: Bencher, variant: &Variant) {
     time_run(bencher, "quick", SHORT, variant);
 }
 
-/// The prediction of the cost, which every run makes until its first second is over: the looks at the windows of such a run of `quick`,
-/// of 0.6 ms in windows of 0.612 us.
+/// Every run predicts its cost during its first second: the looks at the windows of a run of `quick` of 0.6 ms in windows of 0.612 us.
 #[divan::bench]
 fn prediction() -> Pace {
     let mut pace = Pace::new(Vec::new());
-    // A run without an end: it never comes to a prediction within so few looks.
+    // A run without an end, which reaches no prediction within these looks.
     pace.begin(Instant::now(), 0.0, f64::INFINITY);
     for window in 0..980 {
         pace.see(f64::from(window));

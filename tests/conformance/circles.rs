@@ -1,5 +1,5 @@
-//! No files of a crate name each other in a circle, so that each can be read after those that it names. The rule is that of
-//! [`harness::filegraph`].
+//! No files of a crate name each other in a circle, so each can be read after the files that it names. [`harness::filegraph`] defines the
+//! rule.
 
 use harness::filegraph::FileGraph;
 use harness::source::{Sources, product_crates, read_sources};

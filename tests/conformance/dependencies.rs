@@ -1,4 +1,4 @@
-//! Dependencies run one way: the solvers and the coupler's library know the protocol, and nobody else knows anybody.
+//! Dependencies run one way: a crate depends only on lower layers, and the solvers and the coupler share only the protocol and `kit`.
 //! Only the composition root names the shipped solvers.
 
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Members below each, in the order of the layers: whoever names more has to be entered here.
+/// Members below each crate, in the order of the layers: enter new dependencies here.
 #[test]
 fn each_crate_knows_only_lower_layers() {
     let wire = ["protocol"];
@@ -138,7 +138,7 @@ fn manifest(folder: &Path) -> toml::Table {
     text.parse().expect("it is TOML")
 }
 
-/// Crates whose library is not tested where it is are targets of `tests/unit`.
+/// A crate whose library is not tested in its own package is a target of `tests/unit`.
 #[test]
 fn every_crate_has_its_unit_tests_run() {
     let unit = root().join("tests/unit");
@@ -157,7 +157,7 @@ fn every_crate_has_its_unit_tests_run() {
     }
 }
 
-/// Licences of which each crate that we build on must offer one, in each part of its expression.
+/// Allowed licences: each dependency must offer one of them in each part of its expression.
 const LICENCES: [&str; 13] = [
     "0BSD",
     "Apache-2.0",
@@ -185,7 +185,7 @@ fn is_allowed(expression: &str) -> bool {
 
 #[test]
 fn every_crate_has_a_licence_that_we_may_ship() {
-    // Not offline: the crates of a feature that nothing was built with are not here yet.
+    // Not offline: crates of a feature that was not built yet are not here.
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--format-version", "1"])
         .args(["--filter-platform", "x86_64-unknown-linux-gnu"])

@@ -1,7 +1,7 @@
 //! The golden transcript: a whole conversation with a small participant, byte by byte.
 //!
-//! `protocol/golden/bed.txt` is what coordinator and participant say on a link, for programs in other languages to be tested
-//! with: `protocol/python` is. Problem: a bed of three springs that creeps, k du/dn = (F - k u) / 8 a step. Exact: the bytes.
+//! `protocol/golden/bed.txt` holds the frames of coordinator and participant on a link, as a test for programs in other languages such
+//! as `protocol/python`. Problem: a bed of three springs that creeps, k du/dn = (F - k u) / 8 per step. Exact: the bytes.
 //! `THIRDBODY_GOLDEN=write cargo test --release -p tests --test conformance golden` writes the file anew after a change of the protocol.
 
 use std::collections::VecDeque;
@@ -30,7 +30,7 @@ struct Bed {
 }
 
 impl Bed {
-    /// Of all points, whatever is selected.
+    /// The state of all points, selected or not.
     fn after(&self, start: &[f64], force: &[f64], substeps: u32) -> Vec<f64> {
         let mut state = start.to_vec();
         for _ in 0..substeps {
@@ -153,7 +153,7 @@ impl Node for Bed {
     }
 }
 
-/// A link that asks what was written down, and keeps what is answered.
+/// A link that sends the prepared requests and keeps the answers.
 struct Script {
     requests: VecDeque<Frame>,
     answers: Vec<Frame>,
@@ -217,17 +217,17 @@ fn requests() -> VecDeque<Frame> {
             payload.to_vec(),
         )
     };
-    let told = serde_json::to_string(&hello).expect("plain data");
+    let greeting = serde_json::to_string(&hello).expect("plain data");
     let mut all = VecDeque::from([
-        text(Kind::Hello, &told),
+        text(Kind::Hello, &greeting),
         text(Kind::Couple, "top"),
         numbers(Kind::Select, [0, 0, 0], &[0.0, 1.0]),
         numbers(Kind::Columns, [0, 0, 4], &[]),
-        // A window that is repeated, and accepted as it was repeated.
+        // A window that is repeated and accepted after the repeat.
         numbers(Kind::Advance, [0, 0, 4], &[0.0, -100.0, 10.0, -300.0]),
         numbers(Kind::Advance, [0, 1, 4], &[5.0, -110.0, -10.0, -310.0]),
         numbers(Kind::Commit, [0, 1, 4], &[]),
-        // One that was sent early, for which something else came before it was asked again.
+        // A window whose first request comes early; another request comes before its repeat.
         numbers(Kind::Advance, [1, 0, 4], &[5.0, -120.0, -10.0, -320.0]),
         text(Kind::Snapshot, "hold"),
         numbers(Kind::Advance, [1, 0, 4], &[6.0, -125.0, -11.0, -330.0]),
@@ -282,7 +282,7 @@ fn line(from: char, frame: &Frame) -> String {
     )
 }
 
-/// An answer without what differs between two programs: process, times, memory. The texts are compared as documents.
+/// An answer without the parts that differ between two programs: process, times, memory. Texts are compared as documents.
 fn comparable(frame: &Frame) -> (Header, Vec<u64>, serde_json::Value) {
     let bits = |frame: &Frame| frame.payload.iter().map(|value| value.to_bits()).collect();
     let document = match frame.kind() {
@@ -310,7 +310,7 @@ fn comparable(frame: &Frame) -> (Header, Vec<u64>, serde_json::Value) {
     (header, Vec::new(), document)
 }
 
-/// The conversation with a bed that is served here.
+/// The conversation with a bed served in this process.
 fn spoken() -> (Vec<Frame>, Vec<Frame>) {
     let mut script = Script {
         requests: requests(),
@@ -377,7 +377,7 @@ fn frame_of(words: &str) -> (char, Frame) {
 }
 
 #[test]
-fn coordinator_and_participant_say_what_is_written_down() {
+fn coordinator_and_participant_exchange_the_golden_bytes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../protocol/golden/bed.txt");
     let (asked, answered) = spoken();
     assert_eq!(asked.len(), answered.len());

@@ -1,5 +1,5 @@
-//! The tables of kinds in `protocol/README.md` tell numbers, words and answers as they are: foreign participants and readers of
-//! a log go by them.
+//! The tables of kinds in `protocol/README.md` give the numbers, words and answers of the code: foreign participants and readers of
+//! a log rely on them.
 
 use std::collections::BTreeSet;
 use std::thread;
@@ -21,7 +21,7 @@ struct Row {
     answer: (u32, String),
 }
 
-/// The rows of each table of kinds: those in the log, then the others.
+/// The rows of each table of kinds: the kinds in the log, then the others.
 fn tables() -> Vec<Vec<Row>> {
     let parts = README
         .split("| kind | | from the coupler | | answer |")
@@ -69,7 +69,7 @@ fn the_tables_hold_every_kind_by_its_number_and_word() {
 }
 
 #[test]
-fn every_request_has_the_answer_that_the_tables_tell() {
+fn every_request_has_the_answer_of_the_tables() {
     let (mut link, mut other_end) = channel::pair();
     let participant = thread::spawn(move || {
         let build = |_: &Session| -> Result<Box<dyn Node>, NodeError> { Ok(Box::new(Willing)) };
@@ -108,7 +108,7 @@ fn request(kind: Kind) -> Frame {
             Frame::new(header, packed(hello.to_string()))
         }
         Kind::Couple | Kind::Snapshot | Kind::Restore => Frame::new(header, packed("name")),
-        // Loads are of all components of the point that is selected.
+        // Loads have all components of the selected point.
         Kind::Advance | Kind::Solve | Kind::PrescribeVelocity => Frame::new(header, vec![1.0, 0.0]),
         _ => Frame::new(header, vec![1.0]),
     }

@@ -1,7 +1,6 @@
-//! Duties of every `Link`, and those of shared memory besides.
+//! Duties of every `Link`.
 //!
-//! A new link passes [`suite::check`] unchanged. The time limits here only tell a failure from a link that
-//! hangs; nothing is asserted about speed.
+//! A new link passes [`suite::check`] unchanged. The time limits only detect a link that hangs; nothing is asserted about speed.
 
 use protocol::link::channel;
 

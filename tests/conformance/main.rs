@@ -1,4 +1,4 @@
-//! What links, the wire, the crates and their pages keep to.
+//! Rules for links, the wire, the crates and their pages.
 
 mod circles;
 mod dependencies;

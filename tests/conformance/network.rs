@@ -1,5 +1,5 @@
-//! Links between hosts: the duties of every `Link`, and those of a network besides: what is lost with a connection is sent again, strangers are
-//! not let in or not heard, and an end that is gone is noticed. Nothing is asserted about speed.
+//! Links between hosts: the duties of every `Link`, and three more of a network. Frames lost with a connection are sent again, strangers
+//! cannot connect or are ignored, and an end notices that the other is gone. Nothing is asserted about speed.
 
 mod suite;
 
@@ -106,7 +106,7 @@ fn a_frame_beyond_the_capacity_is_refused_before_anything_is_sent() {
     assert_eq!(receive(&mut theirs).header.window, 2);
 }
 
-/// A relay between both ends whose connections can be cut: what is under way is lost.
+/// A relay between both ends whose connections can be cut: frames under way are lost.
 struct Relay {
     port: u16,
     open: Arc<Mutex<Vec<TcpStream>>>,
@@ -131,7 +131,7 @@ impl Relay {
                     continue;
                 };
                 for (from, to) in [(&stream, &beyond), (&beyond, &stream)] {
-                    // A piece's last bytes would wait for the other host to confirm those before them.
+                    // Otherwise the last bytes of a piece wait until the other host confirms the bytes before them.
                     to.set_nodelay(true).expect("it is open");
                     let [from, to] = [from, to].map(|end| end.try_clone().expect("it is open"));
                     thread::spawn(move || pass_on(from, to));
@@ -181,7 +181,7 @@ fn through_a_relay(lost_after: Duration) -> (Host, Relay) {
 }
 
 #[test]
-fn what_was_lost_with_a_connection_is_sent_again() {
+fn frames_lost_with_a_connection_are_sent_again() {
     let (host, relay) = through_a_relay(Duration::from_secs(60));
     let (mut ours, mut theirs) = pair(&host);
     let ended = AtomicBool::new(false);
@@ -200,7 +200,7 @@ fn what_was_lost_with_a_connection_is_sent_again() {
 }
 
 #[test]
-fn the_last_answer_of_a_participant_is_waited_for_across_a_cut() {
+fn a_link_waits_across_a_cut_for_the_last_answer_of_a_participant() {
     let (host, relay) = through_a_relay(Duration::from_secs(60));
     let (mut ours, mut theirs) = pair(&host);
     converse(&mut ours, &mut theirs, 3);
@@ -214,7 +214,7 @@ fn the_last_answer_of_a_participant_is_waited_for_across_a_cut() {
 }
 
 #[test]
-fn an_end_that_is_gone_is_noticed_in_time_by_the_other() {
+fn an_end_notices_in_time_that_the_other_is_gone() {
     let seconds = 1.0;
     let (host, relay) = through_a_relay(Duration::from_secs_f64(seconds));
     let (mut ours, mut theirs) = pair(&host);
@@ -233,7 +233,7 @@ fn an_end_that_is_gone_is_noticed_in_time_by_the_other() {
 }
 
 #[test]
-fn a_round_trip_tells_how_far_the_clocks_are_apart() {
+fn a_round_trip_measures_the_offset_of_the_clocks() {
     let host = host(&access("quic/127.0.0.1:0"));
     let (mut ours, mut theirs) = pair(&host);
     for end in [&mut ours, &mut theirs] {
@@ -246,7 +246,7 @@ fn a_round_trip_tells_how_far_the_clocks_are_apart() {
     }
 }
 
-/// The settings of a participant, which a stranger has got hold of.
+/// The settings of a participant, as a stranger may have obtained them.
 fn settings(host: &Host) -> (Value, Key) {
     let Transport::Zenoh { config, key, .. } = transport(host) else {
         unreachable!("it is no other");
@@ -273,11 +273,14 @@ fn gets_in(stranger: &zenoh::Session) -> bool {
 }
 
 #[test]
-fn strangers_without_the_certificate_of_the_run_are_not_let_in() {
+fn strangers_without_the_certificate_of_the_run_cannot_connect() {
     let host = host(&access("quic/127.0.0.1:0"));
     let (mut ours, mut theirs) = pair(&host);
     let (config, _) = settings(&host);
-    assert!(gets_in(&open(&config)), "this tries nothing");
+    assert!(
+        gets_in(&open(&config)),
+        "the participant itself can connect"
+    );
     let mut without = config.clone();
     let tls = without["transport"]["link"]["tls"]
         .as_object_mut()
@@ -294,7 +297,7 @@ fn strangers_without_the_certificate_of_the_run_are_not_let_in() {
     converse(&mut ours, &mut theirs, 3);
 }
 
-/// Who is let in and may publish, as anybody on this host without certificates: what it says is not heard, and told of by its reason.
+/// Without certificates any program on this host may connect and publish: its messages are dropped and counted by reason.
 #[test]
 fn messages_of_strangers_are_refused_and_harm_nothing() {
     let host = host(&access("tcp/127.0.0.1:0"));
@@ -320,7 +323,7 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
     let again = captured.lock().expect("nobody panics").clone();
     let say = |place: &str, bytes: Vec<u8>| {
         let put = stranger.put(place, bytes);
-        // None of them is dropped where there is no room.
+        // A full queue blocks instead of dropping messages.
         let put = put.congestion_control(CongestionControl::Block);
         put.wait().expect("it is sent");
     };
@@ -341,9 +344,9 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
         &place,
         message(Purpose::Left).signed(&[0; 32], Sender::Participant),
     );
-    // What the coordinator has said, as the answer of its participant.
+    // A message of the coordinator as the answer of its participant.
     say(&place, piece().signed(&key, Sender::Coordinator));
-    // What the participant has said, once more.
+    // A message of the participant, repeated.
     let said = Message {
         number: 1,
         clock_ns: 1,
@@ -364,7 +367,7 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
     assert_eq!(
         ours.receive(SHORT),
         Ok(None),
-        "nothing is heard that was not said"
+        "only the participant's frames arrive"
     );
     let refused = ours.refusals();
     let count = |reason| refused.get(&reason).copied().unwrap_or(0);
@@ -373,19 +376,19 @@ fn messages_of_strangers_are_refused_and_harm_nothing() {
     assert!(count(Refused::Repeated) == 1, "{refused:?}");
 }
 
-/// A participant that is written here: pieces are taken in their order, whatever comes first, and a ping that came before is not answered.
+/// A participant of this test: pieces are taken in their order, in any order of arrival, and a repeated ping gets no answer.
 #[test]
 fn pieces_are_taken_in_their_order_and_pings_answered_once() {
     let host = host(&access("tcp/127.0.0.1:0"));
     let mut ours = host.link("rail").expect("it is made");
     let (config, key) = settings(&host);
     let participant = open(&config);
-    let (tell, heard) = std::sync::mpsc::channel();
+    let (sender, heard) = std::sync::mpsc::channel();
     let _subscriber = participant
         .declare_subscriber(format!("thirdbody/{RUN:016x}/rail/request"))
         .callback(move |sample| {
             let message = Message::read(&sample.payload().to_bytes(), &key, Sender::Coordinator);
-            let _ = tell.send(message.expect("it is signed"));
+            let _ = sender.send(message.expect("it is signed"));
         })
         .wait()
         .expect("it listens");
@@ -404,7 +407,7 @@ fn pieces_are_taken_in_their_order_and_pings_answered_once() {
         put.wait().expect("it is sent");
     };
     let is_pong = |message: &Message| message.purpose == Purpose::Pong;
-    // Nothing that is said before both have met is heard.
+    // Messages before both ends have met are lost.
     let met = (1..1_000).find(|clock_ns| {
         say(Purpose::Ping, 0, *clock_ns);
         heard

@@ -1,5 +1,5 @@
-//! Pages that tell of the code: `protocol/README.md` names the formats of files in the versions that the code writes,
-//! codes of errors and warnings are explained.
+//! Pages about the code: `protocol/README.md` names the file formats with the versions that the code writes, and every code of an
+//! error or a warning has an explanation.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -20,7 +20,7 @@ fn formats(text: &str) -> BTreeSet<&str> {
 }
 
 #[test]
-fn the_versions_of_formats_are_those_that_the_code_writes() {
+fn the_page_names_the_versions_of_formats_that_the_code_writes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let crates = product_crates().into_iter();
     let sources: Vec<Sources> = crates.map(|(_, folder)| read_sources(&folder)).collect();

@@ -14,7 +14,7 @@ use protocol::{Link, LinkError};
 
 use crate::suite::{self, AMPLE, SHORT, numbered, receive};
 
-/// The root and prefix of one test, gone with it whatever happens.
+/// The root and prefix of one test; dropping it removes their files.
 struct Scene {
     root: PathBuf,
     prefix: String,
@@ -26,7 +26,7 @@ impl Scene {
         let scene = SCENES.fetch_add(1, Ordering::Relaxed);
         let pid = std::process::id();
         Scene {
-            // Short, for the paths of sockets are.
+            // Short, since paths of sockets have a limit.
             root: std::env::temp_dir().join(format!("tb-{pid}-{scene}")),
             prefix: run_prefix(pid, scene),
         }
@@ -47,7 +47,7 @@ impl Scene {
         ShmLink::participant(&self.root, &self.prefix, participant, AMPLE).expect("it is opened")
     }
 
-    /// All files of this run, wherever they are, and the folders of its nodes.
+    /// All files of this run in all folders, and the folders of its nodes.
     fn files(&self) -> Vec<PathBuf> {
         self.files_of(&self.prefix)
     }
@@ -55,7 +55,7 @@ impl Scene {
     fn files_of(&self, prefix: &str) -> Vec<PathBuf> {
         let mut found = Vec::new();
         collect(&self.root, prefix, &mut found);
-        // Folders in shared memory belong to other runs, whatever they hold.
+        // Folders in shared memory belong to other runs.
         collect(Path::new("/dev/shm"), prefix, &mut found);
         found
     }
@@ -73,7 +73,7 @@ fn collect(folder: &Path, prefix: &str, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         if path.is_dir() && !is_shared {
-            // Only the folders of nodes have names without a prefix, and they go with their nodes.
+            // Only the folders of nodes have names without a prefix; they disappear with their nodes.
             if folder.ends_with("nodes") {
                 found.push(path.clone());
             }
@@ -106,7 +106,7 @@ fn shared_memory_is_a_link(wait: WaitMode) {
 }
 
 #[test]
-fn nothing_is_left_whoever_goes_first() {
+fn nothing_is_left_whichever_end_goes_first() {
     for coordinator_first in [true, false] {
         let scene = Scene::new();
         let (mut left, mut right) = scene.pair("rail", WaitMode::Poll);
@@ -125,7 +125,7 @@ fn nothing_is_left_whoever_goes_first() {
 }
 
 #[test]
-fn two_runs_do_not_hear_each_other() {
+fn two_runs_do_not_receive_each_others_frames() {
     let (one, mut two) = (Scene::new(), Scene::new());
     two.root.clone_from(&one.root);
     let (mut one_left, mut one_right) = one.pair("rail", WaitMode::Auto { processes: 2 });
@@ -173,19 +173,19 @@ fn a_participant_that_comes_first_waits_for_the_coordinator() {
     assert_eq!(receive(&mut right).header.window, 1);
 }
 
-/// A sleep whose rest is below a microsecond was once for ever: the system rounds it down to none, which has no end.
+/// A sleep with less than a microsecond left once never ended: the system rounds it down to zero, which means no limit.
 #[test]
 fn a_patience_that_ends_within_a_microsecond_of_a_sleep_ends() {
     let scene = Scene::new();
     let (mut coordinator, _participant) = scene.pair("rail", WaitMode::Event);
-    let (tell, told) = std::sync::mpsc::channel();
-    // The wait is awake for 20 us, where the core is not wanted by others, and sleeps for the rest.
+    let (sender, counts) = std::sync::mpsc::channel();
+    // A wait is awake for 20 us, unless another program needs the core, and then sleeps.
     let patience_ns = (0..2_000).step_by(50).chain((19_000..24_000).step_by(25));
     thread::spawn(move || {
         let heard = patience_ns.map(|ns| coordinator.receive(Duration::from_nanos(ns)));
-        tell.send(heard.filter(|heard| !matches!(heard, Ok(None))).count())
+        sender.send(heard.filter(|heard| !matches!(heard, Ok(None))).count())
     });
-    assert_eq!(told.recv_timeout(AMPLE), Ok(0));
+    assert_eq!(counts.recv_timeout(AMPLE), Ok(0));
 }
 
 #[test]
@@ -243,7 +243,11 @@ fn after_a_frame_that_was_cut_off_nothing_is_sent() {
         left.send(&long, SHORT),
         Err(LinkError::Full { .. })
     ));
-    assert_eq!(right.receive(SHORT), Ok(None), "half a frame is none");
+    assert_eq!(
+        right.receive(SHORT),
+        Ok(None),
+        "half a frame is not delivered"
+    );
     assert!(matches!(
         left.send(&numbered(2, vec![]), AMPLE),
         Err(LinkError::Transport(_))
@@ -297,7 +301,7 @@ const ROLE: &str = "THIRDBODY_TEST_ROLE";
 const ROOT: &str = "THIRDBODY_TEST_ROOT";
 const PREFIX: &str = "THIRDBODY_TEST_PREFIX";
 
-/// Not a test of its own: the program of the processes that the tests below start and kill.
+/// Not a test by itself: the program of the processes that the tests below start and kill.
 #[test]
 fn child_process() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -345,7 +349,7 @@ fn wait_until_ready(scene: &Scene) {
 }
 
 #[test]
-fn a_killed_participant_holds_nobody_up_and_leaves_no_files() {
+fn a_killed_participant_blocks_no_one_and_its_files_can_be_removed() {
     for wait in [WaitMode::Poll, WaitMode::Event] {
         let scene = Scene::new();
         let mut left = scene.coordinator("rail", wait);
@@ -390,9 +394,9 @@ fn a_later_run_removes_the_files_of_a_killed_coordinator_and_spares_the_living()
     assert_eq!(receive(&mut right).header.window, 1);
 }
 
-/// Whoever shares the memory may know the coordinator by another number, or not at all.
+/// A program that shares the memory may see the coordinator under another process number, or not at all.
 #[test]
-fn a_run_that_is_marked_alive_is_spared_whatever_its_process_number() {
+fn a_run_marked_alive_is_spared_for_any_process_number() {
     let mut scene = Scene::new();
     scene.prefix = run_prefix(u32::MAX, u64::from(std::process::id()));
     assert!(!is_alive(&scene.prefix));
@@ -411,7 +415,7 @@ fn a_run_that_is_marked_alive_is_spared_whatever_its_process_number() {
     assert_eq!(left_over, Vec::<PathBuf>::new());
 }
 
-/// One that is about to lock its file, and one that removes what nobody has locked.
+/// One thread is about to lock its file while another removes unlocked files.
 #[test]
 fn a_mark_is_never_of_a_file_that_is_gone() {
     let scene = Scene::new();

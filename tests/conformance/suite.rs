@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use protocol::{Frame, Header, Kind, Link, LinkError};
 
-/// Longer than anything here takes on a busy machine.
+/// Longer than any step here takes on a busy machine.
 pub const AMPLE: Duration = Duration::from_secs(60);
 pub const SHORT: Duration = Duration::from_millis(50);
 
 pub type Pair = (Box<dyn Link>, Box<dyn Link>);
 
-/// Everything that a link must do, whatever it is made of.
+/// All duties of a link of any kind.
 pub fn check(pair: impl Fn() -> Pair) {
     frames_arrive_in_order_once_and_whole(pair());
     every_bit_of_a_payload_arrives(pair());
@@ -85,7 +85,7 @@ fn every_bit_of_a_payload_arrives((mut left, mut right): Pair) {
     assert_eq!(arrived.verify(), Ok(()));
 }
 
-/// Around a power of two lie the sizes at which a link that cuts frames into pieces goes wrong.
+/// A link that cuts frames into pieces tends to fail at sizes around a power of two.
 fn every_length_arrives((mut left, mut right): Pair) {
     let lengths = [
         0,
@@ -115,8 +115,8 @@ fn every_length_arrives((mut left, mut right): Pair) {
     sender.join().expect("the sender ends");
 }
 
-/// A sender that looks up from its work every two milliseconds, a receiver that looks every eight, beside threads that want all cores.
-/// A piece of a link over shared memory holds 16 384 doubles, and four of them may wait.
+/// The sender tries for two milliseconds at a time and the receiver looks every eight, while other threads occupy all cores.
+/// A piece of a link over shared memory holds 16 384 doubles, and four pieces may wait.
 fn a_frame_that_was_cut_off_goes_on((left, right): Pair) {
     const LENGTHS: [usize; 13] = [
         0, 1, 16_383, 16_384, 16_385, 32_767, 32_768, 32_769, 65_535, 65_536, 65_537, 81_920,
@@ -151,7 +151,7 @@ fn a_frame_that_was_cut_off_goes_on((left, right): Pair) {
         }
         let (from, cut) = sender.join().expect("the sender ends");
         println!("cut off {cut} times");
-        assert!(cut > 0, "this tries nothing");
+        assert!(cut > 0, "no frame was cut off");
         (from, to)
     };
     let ended = AtomicBool::new(false);
@@ -178,7 +178,7 @@ impl Drop for SetWhenDropped<'_> {
     }
 }
 
-/// Also a wrong one: to judge frames is the business of those who read them.
+/// Also a wrong header: the reader judges frames, not the link.
 fn a_header_arrives_as_it_was_sent((mut left, mut right): Pair) {
     let header = Header {
         kind: 77,

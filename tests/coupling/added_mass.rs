@@ -3,10 +3,9 @@
 //! Problem: an elastic bar with a held left end (100 elements of 1 kg and 1 N/m) is glued to a rigid body at its
 //! right end; the body starts with 1 m/s. The mass ratio is the body's mass over the bar's.
 //!
-//! Exact answer: the motion is bounded by the energy that was put in: what a stable scheme leaves at the end is not
-//! above what it had (growth <= 1 + 1e-9 a window). A staggered scheme makes the body follow the motion of a node that
-//! is pushed by last window's inertia force; with 10 substeps a window the force comes back larger than it went
-//! (growth > 2 a window, 13 measured by independent prototypes).
+//! Exact answer: the initial energy bounds the motion: with a stable scheme the energy at the end is not above the initial one
+//! (growth <= 1 + 1e-9 per window). With a staggered scheme the body follows a node that the last window's inertia force pushes.
+//! With 10 substeps per window the force comes back larger than it went (growth > 2 per window; independent prototypes measured 13).
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
 use harness::scene::{bar, body, glue, head};
@@ -14,7 +13,7 @@ use harness::scene::{bar, body, glue, head};
 fn scenario(scheme: &str, mass_ratio: f64, substeps: u32, windows: u32) -> String {
     let step_s = 0.9;
     let end_s = f64::from(substeps * windows) * step_s;
-    // What is predicted to grow is refused unless asked for.
+    // A scheme that is predicted to grow is refused unless allowed.
     let naive = scheme.starts_with("staggered");
     let keys = format!("tolerance_rel = 1e-9\nunsafe_window = {naive}");
     [
@@ -31,7 +30,7 @@ fn scenario(scheme: &str, mass_ratio: f64, substeps: u32, windows: u32) -> Strin
     .concat()
 }
 
-/// Mean growth of the interface force a window, from the first windows to the last.
+/// Mean growth of the interface force per window, from the first window to the last.
 fn growth(left: &Left) -> f64 {
     let force = &left.signals["interface_fx_n"];
     let first = force[0].abs();
@@ -39,7 +38,7 @@ fn growth(left: &Left) -> f64 {
     (last / first).powf(1.0 / (force.len() - 1) as f64)
 }
 
-/// Growth of the amplitude a window, from the largest energies in the first and in the last quarter of the run.
+/// Growth of the amplitude per window, from the largest energies in the first and in the last quarter of the run.
 fn late_growth(left: &Left, mass_ratio: f64) -> f64 {
     let (bar, body) = (
         &left.signals["bar.energy_j"],
@@ -82,7 +81,7 @@ fn staggered_coupling_grows_more_than_twofold_a_window() {
 }
 
 #[test]
-fn staggered_coupling_grows_over_shared_memory_alike() {
+fn staggered_coupling_grows_over_shared_memory_too() {
     staggered_blows_up(
         &run_over_shared_memory(&scenario("staggered-serial", 1.0, 10, 20), &[])
             .expect("it is valid")
@@ -105,7 +104,7 @@ fn the_default_stays_bounded_over_mass_ratios_and_substeps() {
 }
 
 #[test]
-fn the_default_stays_bounded_over_shared_memory_alike() {
+fn the_default_stays_bounded_over_shared_memory_too() {
     default_is_bounded(
         &run_over_shared_memory(&scenario("dual-schur", 1.0, 10, 400), &[])
             .expect("it is valid")
@@ -114,8 +113,8 @@ fn the_default_stays_bounded_over_shared_memory_alike() {
     );
 }
 
-/// The grouping of the step in which a new force acts half a step early has a compliance that can be
-/// negative; coupled, it grows where the synchronised one is bounded.
+/// In the staggered grouping of the step a new force acts half a step early, and the compliance can be negative. Coupled, this grouping
+/// grows where the synchronised one stays bounded.
 #[test]
 fn the_staggered_grouping_of_the_continuum_step_is_unstable() {
     let wrong = ["participant.bar.config.grouping=staggered"];

@@ -1,10 +1,10 @@
-//! The compliance of a strip as the handshake brings it to the coupler (case 6 of the coupling page).
+//! The compliance of a strip as the coupler receives it in the handshake (case 6 of the coupling page).
 //!
 //! Problem: a clamped strip of 10 x 20 elements with free sides, its upper edge of 11 nodes coupled; the coupler asks for
 //! the columns of windows of 1 to 1 000 steps, through a channel and over shared memory.
 //!
 //! Exact answer: C = sum phi phi^T (1 - cos(omega H)) / omega^2 for synchronised steps, hence symmetric and positive
-//! definite whatever the window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
+//! definite for any window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
 
 use coordinator::participants::remote::Remote;
 use coordinator::participants::{Launcher, Watch, handshake};

@@ -1,9 +1,9 @@
-//! Problem: the main job at its start, the rail once as the block of the scene and once as a mesh file beside a scenario
-//! of its own, joined by its physical group `crown`.
+//! Problem: the main job at its start, with the rail once as the block of the scene and once as a mesh file beside its own scenario,
+//! joined by the physical group `crown`.
 //! Exact: the same interface force and the same motion of the surface; only the order of sums differs. A replay from
-//! another folder finds the file again and gives the same bits.
-//! Tolerance: 1e-6 of the largest value: the contact solver stops at 1e-4 of its forces and so keeps differences of
-//! rounding small without removing them.
+//! another folder finds the file and gives the same bits.
+//! Tolerance: 1e-6 of the largest value: the contact solver stops at 1e-4 of its forces, so differences of rounding stay small but do
+//! not vanish.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Elastic bar on a rigid wall, and on a rigid mass as heavy as itself (cases 3 and 4 of the coupling page).
 //!
-//! Problem: a free elastic bar (100 elements of 1 kg and 1 N/m, wave speed c = 1 m/s, L = 100 m) flies at v0 against a disk that
-//! rests: the bar's end carries a glued disk which touches the other one without being tied to it. The contact is
-//! unilateral and rigid, solved by the grains' own solver, one window at a time.
+//! Problem: a free elastic bar (100 elements of 1 kg and 1 N/m, wave speed c = 1 m/s, L = 100 m) flies at v0 against a disk at
+//! rest: the bar's end carries a glued disk that touches the other one without being tied to it. The contact is
+//! unilateral and rigid; the grains' own solver solves it, one window at a time.
 //!
 //! ```text
 //!   |~ bar, 100 elements, explicit ~|o O  a disk of 1e12 kg (the wall), or of the bar's own 100 kg
@@ -11,9 +11,9 @@
 //!
 //! Exact answers (Saint-Venant, Love 1927, articles 282 to 284): on the wall the contact carries rho c v0 = v0 sqrt(k m) for
 //! the time 2 L/c, and the bar leaves with -v0; a mass M of the bar's own mass leaves with v0 (1 - exp(-2)) = 0.8647 v0.
-//! The error with windows of 0.9 L/100 c and of four times that was measured by independent prototypes: contact time +1 %,
-//! plateau -1 %, rebound -0.987 v0 at H = 0.036 L/c; 0.859 v0 with one step a window, 0.855 v0 with four. Ours loses less
-//! than theirs on the wall: -0.991 v0, contact time -1 % (it is counted in windows of 1.8 %), plateau -0.03 %.
+//! Independent prototypes measured the error with windows of 0.9 L/100 c and of four times that length: contact time +1 %,
+//! plateau -1 %, rebound -0.987 v0 at H = 0.036 L/c; 0.859 v0 with one step per window, 0.855 v0 with four. Ours loses less
+//! on the wall than the prototypes: -0.991 v0, contact time -1 % (counted in windows of 1.8 %), plateau -0.03 %.
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
 use harness::scene::{bar, head, interface, participant};
@@ -96,7 +96,7 @@ fn a_bar_on_a_rigid_wall_rebounds_after_two_wave_times() {
 }
 
 #[test]
-fn a_bar_on_a_rigid_wall_rebounds_over_shared_memory_alike() {
+fn a_bar_on_a_rigid_wall_rebounds_over_shared_memory_too() {
     wall_holds(&outside(1e12, 4));
 }
 
@@ -110,12 +110,12 @@ fn mass_holds(left: &Left, expected: f64) {
 }
 
 #[test]
-fn an_equal_mass_takes_what_saint_venant_gives_it() {
+fn an_equal_mass_leaves_with_the_velocity_of_saint_venant() {
     mass_holds(&inside(100.0, 1), 0.859);
     mass_holds(&inside(100.0, 4), 0.855);
 }
 
 #[test]
-fn an_equal_mass_takes_the_same_over_shared_memory() {
+fn an_equal_mass_leaves_with_the_same_velocity_over_shared_memory() {
     mass_holds(&outside(100.0, 4), 0.855);
 }

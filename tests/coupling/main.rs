@@ -1,4 +1,4 @@
-//! Coupled motions that are known on paper, run through the coupler in-process and over shared memory.
+//! Coupled motions with answers on paper, run through the coupler in-process and over shared memory.
 
 mod added_mass;
 mod columns;

@@ -1,7 +1,7 @@
 //! The main job, `thirdbody run quick`, as a user runs it: three processes, shared memory, one command.
 //!
-//! Its claims are exact or given by the solvers' own tolerances: the interface carries the wheel's load, forces and
-//! momentum balance to rounding, friction stays inside Coulomb's cone, the gap is closed, the energies close.
+//! Its claims are exact, or the solvers' tolerances bound them: the interface carries the wheel's load, forces and
+//! momentum balance to rounding, friction stays inside Coulomb's cone, the gap is closed, the energy balances.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -80,10 +80,10 @@ fn quick_carries_the_load_through_three_processes() {
     let wall = number(&summary, "wall_s");
     for name in ["rail", "third-body"] {
         let of = |key: &str| number(&summary, &format!("participants.{name}.{key}"));
-        let told = of("setup_wall_s") + of("solve_wall_s") + of("wait_s");
+        let spent_s = of("setup_wall_s") + of("solve_wall_s") + of("wait_s");
         assert!(
-            told <= 1.02 * wall && told >= 0.7 * wall,
-            "{name}: set-up, solves and waits take {told} s of {wall} s"
+            spent_s <= 1.02 * wall && spent_s >= 0.7 * wall,
+            "{name}: set-up, solves and waits take {spent_s} s of {wall} s"
         );
     }
     let coupling = number(&summary, "coupling.wall_s");
@@ -103,7 +103,7 @@ fn quick_carries_the_load_through_three_processes() {
             "F_T = {t}, F_N = {n}"
         );
     }
-    // Vertical momentum of the free grains: pushed up by the wall, down by the wheel, nothing else.
+    // Vertical momentum of the free grains: only the wall pushes up, only the wheel pushes down.
     let (wall, momentum) = (&signals["interface_fy_n"], of("momentum_y_kg_m_per_s"));
     let t = &signals["t_s"];
     for i in 1..wall.len() {

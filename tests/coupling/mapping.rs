@@ -2,9 +2,9 @@
 //!
 //! Problem: a line of 10 to 10 000 nodes, flat or with a crown of 0.3 m, and two thirds as many points at uneven places.
 //!
-//! Exact answer: N^T is the transpose of N, so the power of forces is the same on both sides; rows sum to one, so forces
-//! are; a mapping that reproduces linear fields keeps the moment. Rounding of sums of 10 000 terms is below 1e-12. Ripple
-//! of a uniform pressure, by independent prototypes on 121 nodes: mortar 0.05, linear 0.30, nearest 0.76.
+//! Exact answer: N^T is the transpose of N, so the power of the forces is the same on both sides; rows sum to one, so the
+//! resultants are equal too; a mapping that reproduces linear fields keeps the moment. Rounding of sums of 10 000 terms is
+//! below 1e-12. Ripple of a uniform pressure, by independent prototypes on 121 nodes: mortar 0.05, linear 0.30, nearest 0.76.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ struct MappingRow {
     force_rel: f64,
     /// Error of the moment of forces across the line about its middle, over the sum of its parts.
     moment_rel: f64,
-    /// |F.(N v) - (N^T F).v| / sum of |F.(N v)|: the energy that the mapping makes or loses.
+    /// |F.(N v) - (N^T F).v| / sum of |F.(N v)|: the energy that the mapping creates or loses.
     power_rel: f64,
     /// Spread of the traction on the inner nodes under a uniform pressure, over its mean.
     ripple: f64,

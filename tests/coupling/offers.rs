@@ -1,11 +1,11 @@
-//! Capabilities: nothing is asked for that was not offered, and a refusal names the key that helps.
+//! Capabilities: the coupler requests only what a participant offers, and a refusal names the key that helps.
 
 use harness::broken::harmed;
 use harness::runs::run_in_process;
 use harness::scene::{bar, body, glue, head};
 use serde_json::Value;
 
-/// A bar with a body at its end, one of them without something; what it does not offer it would answer with a fault.
+/// A bar with a body at its end. One of them lacks a capability, and answers a request for it with a fault.
 fn ends(lacks: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
     let text = [
         head(
@@ -24,7 +24,7 @@ fn ends(lacks: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
 }
 
 #[test]
-fn what_is_not_needed_is_not_asked_for() {
+fn a_missing_capability_that_is_not_needed_is_no_obstacle() {
     for (lacks, scheme, keys) in [
         (["bar", "no-columns"], "dual-schur", "compliance = \"mass\""),
         (["bar", "no-columns"], "fixed-point-serial", ""),
@@ -73,7 +73,7 @@ fn what_is_not_needed_is_not_asked_for() {
 }
 
 #[test]
-fn what_is_missing_is_named_with_the_key_that_helps() {
+fn a_missing_capability_is_named_with_the_key_that_helps() {
     for (lacks, scheme, keys, words) in [
         (
             ["bar", "no-columns"],

@@ -11,12 +11,12 @@
 //!     |_________|
 //! ```
 //!
-//! Exact answer of the first test: what the loop gives that hands both solvers, without coupler, frames and repeats, the
-//! force that closes one step, solved at once; 1e-10 of the largest displacement at one step a window.
+//! Exact answer of the first test: a loop over both solvers without coupler, frames and repeats, which solves at once for the
+//! force that closes one step; 1e-10 of the largest displacement at one step per window.
 //!
-//! Order: the masses take one backward Euler step a window, which is of first order, and a force that is constant in a
-//! window lags a smooth one by half a window, first order too; the displacement at the ends of windows H, 2H, 4H then
-//! has (u_4H - u_2H) / (u_2H - u_H) -> 2 (Richardson 1911). The strip's own step is the same in all.
+//! Order: the masses take one backward Euler step per window, which is of first order. A force that is constant in a
+//! window lags a smooth one by half a window, first order too. The displacement at the ends of windows H, 2H, 4H then
+//! has (u_4H - u_2H) / (u_2H - u_H) -> 2 (Richardson 1911). The strip's own step is the same in all runs.
 
 use harness::runs::{node, run_in_process};
 use nalgebra::DMatrix;
@@ -80,7 +80,7 @@ fn places(surface: &Surface) -> Vec<[f64; 2]> {
     both.map(|(x, y)| [*x, *y]).collect()
 }
 
-/// The same as [`coupled`] with one step a window, in one loop over both solvers.
+/// The same as [`coupled`] with one step per window, in one loop over both solvers.
 fn in_one_loop() -> Vec<f64> {
     let build = |kind: &str, config: Value| node(kind, (0, THICKNESS_M), config);
     let (mut strip, mut plate) = (build("fem", strip()), build("plate", plate()));
@@ -128,7 +128,7 @@ fn in_one_loop() -> Vec<f64> {
 }
 
 #[test]
-fn one_step_a_window_is_the_loop_over_both_solvers() {
+fn one_step_per_window_equals_the_loop_over_both_solvers() {
     let (coupled, whole) = (coupled(1), in_one_loop());
     assert_eq!(coupled.len(), whole.len());
     let largest = whole.iter().fold(0.0, |most: f64, u| most.max(u.abs()));

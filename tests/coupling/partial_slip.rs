@@ -6,18 +6,17 @@
 //!    /~~~rail~~~\    its bare surface
 //! ```
 //!
-//! Exact: the row is as stiff as its contacts, a hundred times the rail, so that wheel and rail meet as they do without it: sinking under the
-//! load (Hertz), and the force over D, which slips from the edges inwards (Cattaneo 1938, Mindlin 1949). The rail alone under a wheel of
-//! its own, on the same elements, is the reference. Tolerances: 0.5 % for the sinking, 1 % of the limit of friction for the force, which
-//! the row keeps within 0.1 and 0.6 %. On elements and disks half as large the slip zones are the same as well, and the force of every
-//! 0.8 mm of the contact within 1.3 %.
+//! Exact: the row is a hundred times as stiff as the rail, so wheel and rail meet as without it: the sinking under the load (Hertz), and
+//! the force over D with slip from the edges inwards (Cattaneo 1938, Mindlin 1949). The reference is the rail alone under its own wheel,
+//! on the same elements. Tolerances: 0.5 % for the sinking and 1 % of the limit of friction for the force; the row keeps 0.1 % and 0.6 %.
+//! With elements and disks half as large the slip zones are the same as well, and the force on every 0.8 mm of the contact within 1.3 %.
 
 use harness::runs::{Left, run_in_process};
 use harness::scene::{head, interface, participant};
 
 const CROWN: f64 = 0.3;
 const R: f64 = 0.2e-3;
-/// Disks on either side of the middle: 8 mm, of which the contact takes 5.2.
+/// Disks on either side of the middle: 8 mm, of which the contact covers 5.2.
 const SIDE: i32 = 20;
 const LIMIT: f64 = 0.3 * 8000.0;
 
@@ -80,7 +79,7 @@ fn ran(text: &str) -> Left {
 }
 
 #[test]
-fn a_row_of_bonded_grains_slips_as_cattaneo_and_mindlin_have_it() {
+fn a_row_of_bonded_grains_slips_as_in_cattaneo_and_mindlin() {
     let (alone, row) = (alone(), through_grains());
     let [exact, sunk] = [&alone, &row].map(|left| left.number("results.approach_m"));
     println!("sinks by {sunk:e} for {exact:e}");

@@ -3,8 +3,8 @@
 //!
 //! Problem: an elastic bar of 20 elements of 1 kg and 1 N/m with a held left end, glued to a body of its own mass that starts
 //! with 1 m/s. Exact answer: `stop` ends the run with exit code 3 and names interface, window and key; `accept` counts the
-//! windows; `halve` reaches the end on shorter windows where those cure the fault, and says so where nothing is left to
-//! halve. A number that is not finite is never accepted.
+//! windows; `halve` reaches the end if shorter windows cure the fault, and otherwise reports that a window cannot be
+//! halved. A number that is not finite is never accepted.
 
 use harness::runs::{Left, run_in_process};
 use harness::scene::{bar, body, glue, head};
@@ -24,7 +24,7 @@ fn run(scheme: &str, sets: &[&str]) -> Left {
     run_in_process(&scenario(scheme), sets).expect("it is valid")
 }
 
-/// The scheme is foreseen to be unstable here, which is what these tests want to see.
+/// The scheme is predicted to be unstable here, and these tests need the instability.
 const UNSAFE: &str = "interface.glue.unsafe_window=true";
 
 fn message(left: &Left) -> String {
@@ -43,7 +43,7 @@ fn an_energy_defect_above_its_bound_stops_the_run_by_name() {
         assert!(text.contains(word), "no {word} in {text}");
     }
     assert_eq!(left.text("status"), "not_converged");
-    // Windows that stand are within the bound.
+    // Accepted windows are within the bound.
     assert!(left.number("coupling.energy_defect_rel") <= 0.1);
 }
 
@@ -56,7 +56,7 @@ fn an_accepted_energy_defect_is_counted() {
 }
 
 #[test]
-fn halving_ends_by_name_where_it_does_not_cure_the_defect() {
+fn halving_that_does_not_cure_the_defect_ends_the_run_by_name() {
     let halve = [BOUND, UNSAFE, "interface.glue.on_not_converged=halve"];
     let left = run("staggered-serial", &halve);
     let text = message(&left);
@@ -76,7 +76,7 @@ const NAN: [&str; 2] = [
 ];
 
 #[test]
-fn a_number_that_is_not_finite_ends_the_run_and_names_who_answered_it() {
+fn a_number_that_is_not_finite_ends_the_run_and_names_its_participant() {
     for (set, name) in [(NAN[0], "`body`"), (NAN[1], "`bar`")] {
         for policy in ["stop", "accept"] {
             let policy = format!("interface.glue.on_not_converged={policy}");
@@ -92,11 +92,11 @@ fn a_number_that_is_not_finite_ends_the_run_and_names_who_answered_it() {
 }
 
 #[test]
-fn a_window_that_is_not_finite_is_halved_where_that_is_asked_for() {
+fn a_window_that_is_not_finite_is_halved_with_that_policy() {
     for set in NAN {
         let halve = [set, "interface.glue.on_not_converged=halve"];
         let left = run("dual-schur", &halve).completed();
-        // Ten windows of eight steps, each done as two of four.
+        // Ten windows of eight steps, each replaced by two of four.
         assert_eq!(left.number("coupling.halved_windows"), 10.0);
         assert_eq!(left.number("windows"), 20.0);
         assert!(left.number("coupling.gap_max_rel") <= 1e-12);

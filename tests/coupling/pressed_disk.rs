@@ -7,18 +7,18 @@
 //!   |_____block_____|
 //! ```
 //!
-//! Of a disk of fifty elements the place is that of the wheel of a static solution of the same block on elements a quarter as large, whatever
-//! its place between the nodes: within 1 % (0.2 to 0.9 % at twenty places, points one element and half of one apart). A grain as large as
-//! an element sinks less than on a continuum, as no element bends within itself (31 to 39 %), and by Saint-Venant's principle three
-//! elements away the surface lies where it does under any other contact of the same force: within 1 % (0.7 %).
-//! A disk that only its nearest segment holds, or each by a whole spring where they lie in one line, sinks by 3 to 25 % too much.
+//! A disk of fifty elements sinks as deep as a wheel in a static solution of the same block on elements a quarter as large, at any
+//! place between the nodes: within 1 % (0.2 to 0.9 % at twenty places, points one element and half an element apart). A grain as large as
+//! an element sinks 31 to 39 % less than on a continuum, because an element does not bend within itself. By Saint-Venant's principle the
+//! surface three elements away lies as under any other contact of the same force: within 1 % (0.7 %).
+//! A disk sinks by 3 to 25 % too much if only its nearest segment holds it, or if collinear segments hold it by a whole spring each.
 
 use harness::runs::{Left, run_in_process};
 use harness::scene::{head, interface, participant};
 
 const ELEMENT: f64 = 0.2e-3;
 
-/// The block, of elements of this size under the middle (m), refined by other keys of the mesh, with other keys of the body and the run.
+/// The block, with elements of this size under the middle (m), and further keys of the mesh, the body and the run.
 fn block(size: f64, fine: &str, keys: &str, of_run: &str) -> String {
     let keys = format!(
         r#"base = "clamped"
@@ -54,7 +54,7 @@ statics = {{ increment_n = {:?} }}
     ran(&block(size, &fine, &keys, ""))
 }
 
-/// A disk of this radius at x (m) on points so far apart (m), under this load (N).
+/// A disk of this radius at x (m) on points with this spacing (m), under this load (N).
 fn pressed(radius: f64, x: f64, spacing: f64, load: f64) -> Left {
     let time = "time = { step_s = 3e-8, damping = 0.75, mass_damping_per_s = 3e5 }";
     let keys = format!(
@@ -104,7 +104,7 @@ fn a_large_disk_sinks_as_deep_as_in_a_static_solution() {
 }
 
 #[test]
-fn three_elements_from_a_small_grain_the_surface_is_where_it_should_be() {
+fn the_surface_is_exact_three_elements_from_a_small_grain() {
     let (radius, load) = (ELEMENT, 176.0);
     let exact = reference(10e-3, load, ELEMENT / 4.0);
     let own = reference(radius, load, ELEMENT / 40.0);

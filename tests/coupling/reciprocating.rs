@@ -1,5 +1,5 @@
-//! `two-rails-reciprocating`, sixteen times as fast: a crowned strip that nothing holds is pressed on a layer of grains by a load on its upper
-//! edge and moved to and fro by that edge.
+//! `two-rails-reciprocating`, sixteen times as fast: a load on its upper edge presses a free crowned strip on a layer of grains, and the
+//! edge moves it to and fro.
 //!
 //! ```text
 //!      P(t)
@@ -9,12 +9,12 @@
 //!   |~~~~~~~~~|     clamped base
 //! ```
 //!
-//! Exact: Newton for the strip along y, where without mass damping nothing but the load and the interface acts on it. In a window of m
-//! steps under the constant force F of the interface its momentum changes by m h F + h sum [(1-b) P + b P'], that of the grains by the
-//! forces on them. The edge stands on D at the end of every window, and its work over a cycle is the area of the loop of its
-//! force, since what acts between two ends of steps is (1-b) r + b r'.
-//! Tolerance: 1e-10 of the load, from rounding over some thousand windows; 1e-14 of the amplitude for D; 1 % for the loop, which the
-//! ends of the windows cut into chords.
+//! Exact: Newton for the strip along y: without mass damping only the load and the interface act on it. In a window of m
+//! steps under the constant force F of the interface its momentum changes by m h F + h sum [(1-b) P + b P'], and the grains' by the
+//! forces on them. The edge stands on D at the end of every window. Its work over a cycle is the area of the loop of its
+//! force, since (1-b) r + b r' acts between two ends of steps.
+//! Tolerance: 1e-10 of the load, from rounding over some thousand windows; 1e-14 of the amplitude for D; 1 % for the loop, whose
+//! curve the windows approximate by chords.
 
 use std::f64::consts::TAU;
 

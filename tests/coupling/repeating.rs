@@ -1,15 +1,15 @@
-//! Coupled bodies that repeat along x: the seam is nowhere.
+//! Coupled bodies that are periodic along x: the seam has no effect.
 //!
 //! ```text
 //!   : | | | | | :          p
-//!   :~~~~~~~~~~~:   rail, its left and right edge one
+//!   :~~~~~~~~~~~:   rail, its left and right edge identified
 //!   : o o o o o o          grains between glued rows, or under a flat wheel; some lie across the seam (:)
 //!   :~~~~~~~~~~~:   rail, clamped base
 //! ```
 //!
-//! Exact: a regular row between two rails carries p everywhere, and all yield as in uniaxial strain, wherever the row stands;
-//! grains that are moved along by whole elements, listed by images, or cut elsewhere leave every result as it is; all forces
-//! add up to what presses, and their sum changes the momentum of the grains and nothing else.
+//! Exact: a regular row between two rails carries p everywhere, and all bodies deform as in uniaxial strain, wherever the row
+//! stands. Moving grains by whole elements, listing images of them, or cutting the strip elsewhere changes no result. All forces
+//! add up to the load, and their sum changes only the momentum of the grains.
 
 use harness::runs::{Left, run_in_process};
 use harness::scene::{POISSON, SPACING_M, YOUNG_PA, head, interface, participant};
@@ -132,7 +132,7 @@ fn a_regular_row_presses_both_rails_evenly_wherever_it_stands() {
     }
 }
 
-/// Grains of three sizes in rows of six on a glued row of the same, which fill the strip of 12.5 radii, moved by `shift` (m).
+/// Grains of three sizes in rows of six on a glued row of the same grains, which fill the strip of 12.5 radii, moved by `shift` (m).
 fn heap(shift: f64, fold: bool) -> Vec<Disk> {
     let radius = WIDTH_M / 12.5;
     let disk = |i: u32| {
@@ -146,7 +146,7 @@ fn heap(shift: f64, fold: bool) -> Vec<Disk> {
     (0..24).map(disk).collect()
 }
 
-/// Signals that know nothing of places, window by window, and the pressure at the nodes.
+/// Signals that do not depend on positions along x, window by window, and the pressure at the nodes.
 fn pressed_heap(strip: [f64; 2], disks: &[Disk]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let wheel = "wheel = { load_n = 400.0, mass_kg = 1e-4, radius_m = 0.0, amplitude_m = 2e-6, frequency_hz = 2e4, ramp_s = 2e-5, hold_s = 2e-5, cycles = 0.5 }";
     let left = run(&[
@@ -177,9 +177,9 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
     difference / largest(&mut one.iter().copied())
 }
 
-/// Tolerance: rounding of places, 1e-16 of the strip over overlaps of a thousandth of it, times the condition of the contacts.
+/// Tolerance: rounding of places, 1e-16 of the strip over overlaps of 1e-3 of the strip, times the condition of the contacts.
 #[test]
-fn grains_that_are_moved_along_or_cut_elsewhere_leave_all_as_it_is() {
+fn moving_grains_by_elements_or_cutting_them_elsewhere_changes_no_result() {
     let (signals, pressure) = pressed_heap(HALF, &heap(0.0, false));
     let uneven = apart(&pressure, &[pressure[0]; 10]);
     println!("pressures {pressure:.4?}, uneven by {uneven:.3}");
@@ -208,9 +208,9 @@ fn grains_that_are_moved_along_or_cut_elsewhere_leave_all_as_it_is() {
     }
 }
 
-/// The upper rail slides further than the period; all is as at the start, forces and momentum add up in every window.
+/// The upper rail slides further than the period; forces and momentum still add up in every window.
 #[test]
-fn a_layer_is_sheared_round_and_round() {
+fn a_layer_is_sheared_by_more_than_its_period() {
     let disk = |k: usize| {
         let (x, row) = ((k / 3) as f64 - 4.5, k % 3);
         let x = x + 0.5 * f64::from(row == 1);
@@ -228,7 +228,7 @@ fn a_layer_is_sheared_round_and_round() {
         glue("above", ["upper.bottom", "grains.lid"]),
     ]
     .concat());
-    // Motions of a window are differences of displacements of a whole period.
+    // The motion of a window is a small difference of displacements as large as the period.
     ledger_closes(&left, &["below", "above"], 1e-13);
     let slid = last(&left, "upper.roof_ux_m");
     assert!(slid > 1.2 * WIDTH_M, "{slid}");
@@ -251,7 +251,7 @@ fn a_layer_is_sheared_round_and_round() {
 }
 
 #[test]
-fn sides_that_do_not_repeat_alike_are_refused() {
+fn sides_of_different_period_are_refused() {
     let disks = heap(0.0, false);
     let refused = |repeats: bool, strip: Option<[f64; 2]>| {
         let text = [

@@ -1,7 +1,7 @@
 //! The page of `thirdbody report`.
 //!
-//! Problem: `quick`, whole, and the same with another seed. Exact: every result of summary.json stands on the page once with a sentence,
-//! every figure has a text alternative, every section is there for which the run has data and no other, and nothing comes from elsewhere.
+//! Problem: the whole `quick`, and the same with another seed. Exact: every result of summary.json stands on the page once with a
+//! sentence, every figure has a text alternative, the page has exactly the sections for which the run has data, and loads nothing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ fn titles(page: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_page_explains_all_that_the_run_has_and_nothing_else() {
+fn the_page_explains_exactly_the_data_of_the_run() {
     let work = Scratch::new("report-page");
     run(&work, "quick", "one", &[]);
     let html = page(&work, &["one"]);
@@ -67,12 +67,12 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         "Results",
     ];
     assert_eq!(titles(&html), expected);
-    // A bound of accuracy that the steps do not keep is named where the verdict stands.
+    // The verdict names a bound of accuracy that the steps do not keep.
     assert!(html.contains(
         "The run completed without a warning; beyond a bound of its steps: free rebounds"
     ));
     assert!(!html.contains("no check found anything"));
-    // Figures count, and the traction stands beside Hertz's of the load.
+    // Figures are numbered, and the traction stands beside the Hertz traction of the load.
     assert!(html.contains("<figcaption>Figure 1: ") && html.contains("<figcaption>Figure 20: "));
     assert!(
         html.contains(">Hertz, E* = 112.6 GPa, R = 300 mm<")
@@ -111,21 +111,21 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
         !html.contains("<h3>Others</h3>"),
         "a result has no sentence"
     );
-    // As told: the value with its unit, and a margin of the stability that summary.json has.
+    // The value with its unit, and the margins of stability of summary.json.
     assert!(html.contains(
         "<td class=\"n\">8 kN</td><td>Load on the wheel that the scenario asks for.</td>"
     ));
     let bounds = summary["stability"]["layer-base"]["bounds"].as_array();
     let bounds = bounds.expect("a list");
     let margin = |bound: &Value| bound["margin"].as_f64().expect("a number");
-    // Springs that lose their rebound cost accuracy.
+    // Springs that lose their rebound affect accuracy, not stability.
     let stable = |bound: &Value| margin(bound) > 1.0 || bound["stability"] == false;
     assert!(bounds.iter().all(stable), "{bounds:?}");
     assert_eq!(html.matches("<td>layer-base</td>").count(), bounds.len());
 }
 
 #[test]
-fn another_run_is_laid_over_it() {
+fn another_run_is_drawn_over_it() {
     let work = Scratch::new("report-compare");
     let short = "run.end_s=2e-4";
     run(&work, "quick", "one", &[short]);
@@ -171,11 +171,11 @@ fn results_of_all_kinds_of_scenes_have_a_sentence() {
     }
 }
 
-/// Problem: `quick-bonded` by a budget that the cheapest setting of its study keeps, beside a study that is damaged. Exact: the page has the
-/// promise, the setting, a picture a measure and what half the error takes; nothing takes half the time; a copy with a key that no setting
-/// of the study has is none of them.
+/// Problem: `quick-bonded` with a budget that the cheapest setting of its study keeps, beside a damaged study. Exact: the page has the
+/// promise, the setting, a picture per measure and the setting for half the error; no setting takes half the time; a run with a key that
+/// no setting of the study has is not on the front.
 #[test]
-fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
+fn the_page_shows_where_the_run_lies_on_the_front_of_its_scene() {
     let work = Scratch::new("report-front");
     let damaged = work.path().join("runs/study-damaged");
     fs::create_dir_all(&damaged).expect("it is writable");
@@ -197,8 +197,8 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
     let output = output.expect("the program starts");
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{words}");
-    let told = "runs/study-damaged/study.json: EOF";
-    assert_eq!(words.matches(told).count(), 1, "{words}");
+    let note = "runs/study-damaged/study.json: EOF";
+    assert_eq!(words.matches(note).count(), 1, "{words}");
     let html = fs::read_to_string(work.path().join("one/report.html")).expect("a page");
     let section = |html: &str| {
         let start = html
@@ -211,7 +211,7 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
     let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");
     let budget = parse_json(&summary)["budget"].clone();
     let setting = budget["setting"].as_str().expect("words");
-    for told in [
+    for expected in [
         "<code>--budget error=10%</code>, by the study <code>quick-bonded</code>, which promised errors below these bounds",
         &format!("This run has the setting <code>{setting}</code>"),
         "It lies on the front by pressure, height, friction.",
@@ -219,7 +219,7 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
         "one/scenario.toml \\\n    --set ",
         "No setting of the study takes half of the processor time.",
     ] {
-        assert!(lies.contains(told), "{told}: {lies}");
+        assert!(lies.contains(expected), "{expected}: {lies}");
     }
     assert_eq!(lies.matches("<figure>").count(), 3);
     // In the name, the title and the caption of each.
@@ -243,10 +243,10 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
     );
 }
 
-/// Problem: tables of a run that were cut off, emptied, shuffled, doubled, changed in one digit or removed after it. Exact: the page and the
+/// Problem: tables that were cut off, emptied, shuffled, doubled, changed in one digit or removed after the run. Exact: the page and the
 /// exit code say so, and a comparison is refused.
 #[test]
-fn a_table_that_the_run_did_not_write_is_told() {
+fn a_table_that_the_run_did_not_write_is_reported() {
     let work = Scratch::new("report-tables");
     run(&work, "quick", "one", &[]);
     let path = work.path().join("one/signals.csv");

@@ -1,7 +1,7 @@
-//! Reports that are not what they should be: signals and energies that are no number, and energies that are lost on the way.
+//! Wrong reports: signals and energies that are NaN, and energies that get lost during the run.
 //!
-//! Problem: the bar and the body of [`super::schemes`] in 200 windows of a twentieth of the critical step; the body tells something
-//! else in some windows. Exact: what comes of it is said by name, and a balance that comes right again is not forgotten.
+//! Problem: the bar and the body of [`super::schemes`] in 200 windows of a twentieth of the critical step; the body misreports in some
+//! windows. Exact: a message names the consequence, also for a balance that recovers.
 
 use harness::runs::{Left, run_in_process};
 use scenario::error::Error;
@@ -17,8 +17,8 @@ const BOUNDS: &str = "run.plausible.energy_balance_rel=[0.2, 0.3]";
 const VELOCITY: usize = 1;
 const ENERGY: usize = 5;
 
-/// The body tells this number, or none, in these windows.
-fn told(windows: [u64; 2], entry: usize, value: Option<f64>) -> Left {
+/// The body reports this number, or NaN, in these windows.
+fn misreported(windows: [u64; 2], entry: usize, value: Option<f64>) -> Left {
     let value = value.map_or_else(String::new, |value| format!(", value = {value:?}"));
     let misreport = format!(
         "participant.body.config.misreport={{ windows = {windows:?}, entry = {entry}{value} }}"
@@ -42,8 +42,8 @@ fn warnings(left: &Left) -> Vec<[String; 3]> {
 }
 
 #[test]
-fn a_signal_that_is_no_number_is_told_once_by_its_name() {
-    let left = told([3, 30], VELOCITY, None).completed();
+fn a_signal_that_is_nan_is_reported_once_by_its_name() {
+    let left = misreported([3, 30], VELOCITY, None).completed();
     let warnings = warnings(&left);
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     let [code, place, text] = &warnings[0];
@@ -55,8 +55,8 @@ fn a_signal_that_is_no_number_is_told_once_by_its_name() {
 }
 
 #[test]
-fn an_energy_that_is_no_number_ends_the_run_by_its_name() {
-    let left = told([7, 8], ENERGY, None);
+fn an_energy_that_is_nan_ends_the_run_by_its_name() {
+    let left = misreported([7, 8], ENERGY, None);
     let error = left.ended.error.as_ref().expect("it is no number");
     assert!(matches!(error, Error::Diverged(_)), "{error}");
     for part in ["`body`", "`energy`", "window 7"] {
@@ -65,12 +65,12 @@ fn an_energy_that_is_no_number_ends_the_run_by_its_name() {
     assert_eq!(left.ended.summary.exit_code, 3);
 }
 
-/// 60 J of the body come from nowhere for five windows; in all it gives the bar 10 J.
+/// For five windows the body reports 60 J from nowhere; over the run it gives the bar 10 J.
 #[test]
-fn a_balance_that_comes_right_again_is_not_forgotten() {
-    let sound = told([0, 0], ENERGY, Some(0.0)).completed();
+fn a_balance_that_recovers_is_still_reported() {
+    let sound = misreported([0, 0], ENERGY, Some(0.0)).completed();
     assert_eq!(warnings(&sound), Vec::<[String; 3]>::new());
-    let left = told([20, 25], ENERGY, Some(60.0)).completed();
+    let left = misreported([20, 25], ENERGY, Some(60.0)).completed();
     for path in ["results", "participants.body"] {
         let balance = |left: &Left| left.number(&format!("{path}.energy_balance_rel"));
         assert_eq!(
@@ -89,10 +89,10 @@ fn a_balance_that_comes_right_again_is_not_forgotten() {
     assert_eq!(left.text("status"), "suspect");
 }
 
-/// Scheme `velocity` loses a part of what goes through, which bounds as small as these do not bear: told on the way, and not again
-/// at the end.
+/// Scheme `velocity` loses a part of the energy that passes, more than these small bounds allow: the run reports it during the windows,
+/// and not again at the end.
 #[test]
-fn an_interface_that_loses_energy_is_told_on_the_way_and_once() {
+fn an_interface_that_loses_energy_is_reported_once_during_the_run() {
     let text = schemes::scenario("velocity", 10, WINDOWS, false);
     let bounds =
         "run.plausible={ energy_balance_rel = [10.0, 20.0], interface_energy_rel = [1e-9, 1e-8] }";

@@ -3,10 +3,10 @@
 //! Problem: the bar and body of [`super::schemes`], the three pieces and the two walls of [`super::several`], the static patch of
 //! [`super::static_patch`], and a bar of ten elements with a body of a thousandth or a thousand times its mass.
 //!
-//! Exact answer: what it comes to is scheme `velocity` for points that have the told masses in their own equations, or for a
-//! bar whose end is heavier by them: the same window equations, to the tolerance of the gap. A fixed point with constant
-//! relaxation omega converges below omega (1 + 1 / (C S)) = 2 (Causin, Gerbeau and Nobile 2005 with the roles swapped), where
-//! that of the other roles does below omega (1 + C S) = 2.
+//! Exact answer: scheme `velocity` for points that have the declared masses in their own equations, or for a bar whose end is
+//! heavier by these masses: the same window equations, to the tolerance of the gap. A fixed point with constant
+//! relaxation omega converges below omega (1 + 1 / (C S)) = 2 (Causin, Gerbeau and Nobile 2005 with the roles swapped); with
+//! the other roles it converges below omega (1 + C S) = 2.
 
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
@@ -29,7 +29,7 @@ fn apart(a: &Left, b: &Left, signal: &str) -> f64 {
     pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / scale
 }
 
-/// A bar of 100 elements and a chain of 20 masses behind a point, which is pressed on it by the pulse of the bar.
+/// A bar of 100 elements and a chain of 20 masses behind a point. The pulse of the bar pushes the chain.
 fn with_chain(scheme: &str, own_kg: f64, point_kg: f64, theta: f64, bar_keys: &str) -> String {
     let pulse = "pulse = { centre_m = 50.0, width_m = 10.0 }";
     let masses = format!("glued_mass_kg = {own_kg:?}\npoint_mass_kg = {point_kg:?}");
@@ -43,7 +43,7 @@ fn with_chain(scheme: &str, own_kg: f64, point_kg: f64, theta: f64, bar_keys: &s
     .concat()
 }
 
-/// Ways to the same fixed point; the last one is only sure where a repeat contracts.
+/// Ways to the same fixed point; the last one converges only where a repeat contracts.
 const WAYS: [(&str, &str); 4] = [
     ("fixed-point-serial", "iqn-ils"),
     ("fixed-point-parallel", "iqn-ils"),
@@ -52,7 +52,7 @@ const WAYS: [(&str, &str); 4] = [
 ];
 
 #[test]
-fn every_acceleration_gives_the_motion_of_velocity_with_heavier_points() {
+fn every_acceleration_gives_the_motion_of_scheme_velocity_with_heavier_points() {
     for theta in [1.0, 0.5] {
         let exact = run(&with_chain("velocity", 3.0, 0.0, theta, ""), &[]).completed();
         let heavier = with_chain("velocity", 0.0, 0.0, theta, "end_mass_kg = 3.0");
@@ -78,10 +78,10 @@ fn every_acceleration_gives_the_motion_of_velocity_with_heavier_points() {
     }
 }
 
-/// The force on the continuum is that of the points with their inertia: its momentum and the work at the interface are
-/// those of `velocity` with heavier points.
+/// The force on the continuum includes the inertia of the points: its momentum and the work at the interface are the
+/// same as with `velocity` and heavier points.
 #[test]
-fn the_ledger_is_that_of_velocity_with_heavier_points() {
+fn the_ledger_equals_the_ledger_of_velocity_with_heavier_points() {
     let exact = run(&with_chain("velocity", 3.0, 0.0, 1.0, ""), &[]).completed();
     let left = run(
         &with_chain("fixed-point-serial", 0.0, 3.0, 1.0, ""),
@@ -95,18 +95,18 @@ fn the_ledger_is_that_of_velocity_with_heavier_points() {
 
 /// Many nodes, points between them, edges that are held sideways.
 #[test]
-fn a_row_of_points_moves_as_by_velocity_with_heavier_points() {
+fn a_row_of_points_moves_as_with_scheme_velocity_and_heavier_points() {
     for substeps in [1, 10] {
         let heavier = static_patch::scenario(substeps, 23)
             .replace("scheme = \"dual-schur\"", "scheme = \"velocity\"")
             .replace("mass_kg = 1e-5", "mass_kg = 3e-5");
-        let told = format!("mass_kg = 1e-5\npoint_mass_kg = {:?}", [2e-5 / 23.0; 23]);
+        let declared_masses = format!("mass_kg = 1e-5\npoint_mass_kg = {:?}", [2e-5 / 23.0; 23]);
         let swapped = static_patch::scenario(substeps, 23)
             .replace(
                 "scheme = \"dual-schur\"",
                 "scheme = \"fixed-point-serial\"\ndirichlet = \"continuum\"\nrepeats_max = 60",
             )
-            .replace("mass_kg = 1e-5", &told);
+            .replace("mass_kg = 1e-5", &declared_masses);
         let exact = run(&heavier, &[]).completed();
         let left = run(&swapped, &["interface.glue.tolerance_rel=1e-11"]).completed();
         for signal in ["interface_fy_n", "strip.surface_mean_uy_m"] {
@@ -117,7 +117,7 @@ fn a_row_of_points_moves_as_by_velocity_with_heavier_points() {
             );
             assert!(distance <= 1e-7, "m = {substeps}, {signal}: {distance:e}");
         }
-        // The row books its kinetic energy and what implicit Euler loses of it; of the told masses the coupler does.
+        // The row accounts for its kinetic energy and the loss of implicit Euler; the coupler does so for the declared masses.
         let balance = [&left, &exact].map(|left| left.number("results.energy_balance_rel"));
         println!("m = {substeps}: energy balance {balance:?}");
         assert!((balance[0] / balance[1] - 1.0).abs() <= 1e-5, "{balance:?}");
@@ -145,7 +145,7 @@ fn ratio(mass_ratio: f64, substeps: u32, keys: &str) -> String {
 }
 
 #[test]
-fn a_heavy_wall_is_followed_and_a_light_one_follows() {
+fn the_continuum_follows_a_heavy_wall_and_a_light_wall_follows_the_continuum() {
     let unsafe_window = "interface.glue.unsafe_window=true";
     for (mass_ratio, dirichlet, other) in [(1e3, "continuum", "wall"), (1e-3, "wall", "continuum")]
     {
@@ -155,7 +155,7 @@ fn a_heavy_wall_is_followed_and_a_light_one_follows() {
         let left = run(&text, &[&dirichlet]).completed();
         println!("{mass_ratio}: {} repeats", left.number("repeats_mean"));
         assert!(left.number("coupling.gap_max_rel") <= 1e-9);
-        let refused = run(&text, &[&other]).ended.error.expect("it is foreseen");
+        let refused = run(&text, &[&other]).ended.error.expect("it is predicted");
         assert!(matches!(refused, Error::Refused(_)), "{refused}");
         assert!(refused.to_string().contains("added mass"), "{refused}");
         let found = run(&text, &[&other, unsafe_window])
@@ -166,7 +166,7 @@ fn a_heavy_wall_is_followed_and_a_light_one_follows() {
     }
 }
 
-/// One pass a window, one window late: it goes where the wall is heavy, and grows where it is light.
+/// One pass per window, one window late: the motion stays bounded with a heavy wall, and grows with a light one.
 #[test]
 fn staggered_windows_are_bounded_for_a_heavy_wall_and_grow_for_a_light_one() {
     for scheme in ["staggered-serial", "staggered-parallel"] {
@@ -255,7 +255,7 @@ fn windows_are_halved_and_the_last_one_is_short() {
 }
 
 #[test]
-fn what_cannot_be_swapped_is_refused_by_name() {
+fn roles_that_cannot_be_swapped_are_refused_by_name() {
     let text = schemes::scenario("fixed-point-serial", 10, 60, false);
     let weighs = "participant.body.config.point_mass_kg=1.0";
     let refused = |text: &str, sets: &[&str], said: &[&str]| {

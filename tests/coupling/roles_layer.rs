@@ -1,11 +1,11 @@
 //! A rail that follows a bonded layer of grains (`dirichlet = "continuum"`).
 //!
 //! Problem: `scenarios/extremes/coupled`, a short rail under a small layer and a wheel whose load comes in 0.1 ms, with bonds
-//! as in `wheel-rail-coupled`. The glued grains weigh on the rail's surface what grains of their size weigh in the layer.
+//! as in `wheel-rail-coupled`. The glued grains have the same mass on the rail's surface as grains of their size in the layer.
 //!
-//! Exact answer: the window equations are those of scheme `velocity` with that mass on top. A mass added to a system in motion
-//! changes its frequencies by at most half of its ratio to the mass that moves there without it (Rayleigh's quotient), so that
-//! over less than one swing, as here, motions differ by no more than that ratio; a quarter of the mass is that much less.
+//! Exact answer: the window equations of scheme `velocity` with that mass added. A mass added to a system in motion
+//! changes its frequencies by at most half of its ratio to the mass that moves there without it (Rayleigh's quotient). Over less
+//! than one swing, as here, motions therefore differ by at most that ratio; a quarter of the mass makes a quarter of the difference.
 
 use harness::runs::{Left, node, run_in_process};
 use scenario::load::parse;
@@ -24,7 +24,7 @@ fn run(mass_scale: f64, sets: &[&str]) -> Left {
         .completed()
 }
 
-/// Masses of the glued grains over those of free grains and wheel.
+/// Mass of the glued grains over the mass of free grains and wheel.
 fn added(mass_scale: f64) -> f64 {
     let source = ScenarioSource {
         name: "coupled".into(),
@@ -38,9 +38,9 @@ fn added(mass_scale: f64) -> f64 {
     let layer = &loaded.scenario.participant[1];
     let config = serde_json::to_value(&layer.config).expect("it is a table");
     let rules = &loaded.scenario.run;
-    let told = node("dem", (rules.seed, rules.thickness_m), config).describe();
-    let glued = &told.point_mass_kg["base"];
-    let behind = told
+    let described = node("dem", (rules.seed, rules.thickness_m), config).describe();
+    let glued = &described.point_mass_kg["base"];
+    let behind = described
         .boundary_inertia
         .expect("it stands on glued grains")
         .mass_kg;
@@ -48,7 +48,7 @@ fn added(mass_scale: f64) -> f64 {
 }
 
 #[test]
-fn a_rail_that_follows_a_bonded_layer_moves_as_by_velocity_but_for_the_added_mass() {
+fn a_rail_that_follows_a_bonded_layer_moves_as_with_scheme_velocity_but_for_the_added_mass() {
     let swapped = [
         "interface.layer-base.scheme=fixed-point-serial",
         "interface.layer-base.dirichlet=continuum",
@@ -76,10 +76,10 @@ fn a_rail_that_follows_a_bonded_layer_moves_as_by_velocity_but_for_the_added_mas
     assert!(quarter <= 0.45 * whole, "{quarter} and {whole}");
 }
 
-/// Of loose grains only the glued ones themselves are sure to resist: the stiffest motion of the rail against their masses
-/// decides. A tolerance of 5 % around the limit: the map's.
+/// Of loose grains only the glued ones resist for certain: the stiffest motion of the rail against their masses
+/// decides. The tolerance around the limit is the map's, 5 %.
 #[test]
-fn constant_relaxation_ends_where_it_is_foreseen_to() {
+fn constant_relaxation_fails_where_it_is_predicted_to() {
     let run = |mass_scale: f64, insist: bool| {
         let scale = format!("participant.third-body.config.mass_scale={mass_scale:?}");
         let insist = format!("interface.layer-base.unsafe_window={insist}");
@@ -113,12 +113,12 @@ fn constant_relaxation_ends_where_it_is_foreseen_to() {
             .expect("it is a number")
     };
     let limit = 1000.0 / margin(&run(1000.0, false));
-    println!("masses x {limit:.0} are foreseen to be the least");
+    println!("smallest scale of masses predicted to converge: {limit:.0}");
     run(1.05 * limit, false).completed();
     let refused = run(0.95 * limit, false)
         .ended
         .error
-        .expect("it is foreseen");
+        .expect("it is predicted");
     assert_eq!(refused.exit_code(), 2, "{refused}");
     let found = run(0.95 * limit, true)
         .ended
@@ -127,8 +127,8 @@ fn constant_relaxation_ends_where_it_is_foreseen_to() {
     assert_eq!(found.exit_code(), 3, "{found}");
 }
 
-/// Both strips of `two-rails` follow the layer between them, which is heavier than what they move in a window: as followers of
-/// the strips its grains need several times as many repeats.
+/// Both strips of `two-rails` follow the layer between them, which is heavier than the part of a strip that moves in a window. If the
+/// grains follow the strips instead, they need several times as many repeats.
 #[test]
 fn two_bodies_follow_the_layer_between_them() {
     let scene = include_str!("../../scenarios/two-rails/scenario.toml");

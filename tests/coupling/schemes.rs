@@ -3,9 +3,8 @@
 //! Problem: an elastic, or elastic-plastic, bar of 100 elements of 1 kg and 1 N/m with a held left end; a rigid body of the
 //! bar's own mass is glued to its right end and starts with 1 m/s towards it.
 //!
-//! Exact answer: there is none on paper for every scheme; what is exact is that all schemes that converge must give the
-//! motion of the default one, since they solve the same window equations, and that a scheme which does not converge
-//! must say so.
+//! Exact answer: all schemes that converge must give the motion of the default one, since they solve the same window
+//! equations, and a scheme that does not converge must report it. Not every scheme has an answer on paper.
 
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
@@ -77,7 +76,7 @@ fn every_converging_scheme_gives_the_default_motion() {
 }
 
 #[test]
-fn the_cheap_scheme_is_bounded_and_says_what_gap_it_left() {
+fn the_cheap_scheme_is_bounded_and_reports_its_gap() {
     let left = run(&scenario("dual-schur-cheap", 10, 400, false), &[]).completed();
     let u = &left.signals["bar.u_m"];
     let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
@@ -117,12 +116,12 @@ fn a_fixed_point_that_is_not_reached_ends_the_run() {
 }
 
 #[test]
-fn a_plastic_bar_needs_the_secant_update_and_gets_by_on_five_runs() {
+fn a_plastic_bar_needs_the_secant_update_and_at_most_five_runs() {
     for substeps in [3, 10, 30] {
         let text = scenario("dual-schur-secant", substeps, 120, true);
         let left = run(&text, &[]).completed();
         let runs = 1.0 + left.number("repeats_mean");
-        println!("m = {substeps}: {runs:.2} continuum runs a window");
+        println!("m = {substeps}: {runs:.2} continuum runs per window");
         assert!(runs <= 5.0, "m = {substeps}: {runs} runs");
         assert!(left.number("coupling.gap_max_rel") <= 1e-9);
     }
@@ -163,7 +162,7 @@ fn halved_windows_close_the_gap_and_reach_the_end() {
 }
 
 #[test]
-fn the_last_window_is_as_short_as_the_end_asks() {
+fn the_last_window_is_as_short_as_the_end_requires() {
     let end = ["participant.body.config.end_s=58.0"];
     let left = run(&scenario("dual-schur", 10, 60, false), &end).completed();
     // 58 / 0.9 = 64.4: six windows of ten steps and one of five.

@@ -1,19 +1,19 @@
 //! Several interfaces and participants ("Two FE bodies and a sheared layer" of the coupling page).
 //!
 //! Problem: a uniform elastic lattice (spacing 1 m, masses 1 kg, springs 1 N/m, wave speed 1 m/s) in three pieces: an
-//! explicit bar, a chain that is stepped implicitly once a window and glued at both of its ends, and a second
-//! explicit bar. A pulse exp(-((x - 50) / 10)^2) m travels right through both joints.
+//! explicit bar, a chain that takes one implicit step per window and is glued at both ends, and a second explicit bar. A
+//! pulse exp(-((x - 50) / 10)^2) m travels right through both joints.
 //!
 //! ```text
 //!   |~ left bar, 100 elements ~|o-o- chain, 60 springs -o-o|~ right bar, 100 elements ~|
 //!             pulse -->       x = 100                    x = 160
 //! ```
 //!
-//! Exact answer: the lattice in one piece (the nodes at the joints keep the half mass of their one element, for a glued
-//! point has none), integrated with 1/90 of the coarsest step. At theta = 0.5 the far joint, which the pulse reaches
-//! through the chain, follows with the chain's second order; the near one with the 1.5 that the split bar has too. What
-//! is exact for any window is the momentum (to rounding), the closed gap (1e-12), and one repeat a window, since
-//! C is block-diagonal and known.
+//! Exact answer: the lattice in one piece (the nodes at the joints keep the half mass of their one element, since a glued
+//! point has no mass), integrated with 1/90 of the coarsest step. At theta = 0.5 the far joint, which the pulse reaches
+//! through the chain, converges with the chain's second order; the near one with the order 1.5 of the split bar. Exact for
+//! any window are the momentum (to rounding), the closed gap (1e-12), and one repeat per window, since C is block-diagonal
+//! and known.
 
 use harness::lattice::Lattice;
 use harness::runs::{Left, run_both_ways, run_in_process};
@@ -29,7 +29,7 @@ fn long_bar(name: &str, x_m: f64, step_s: f64, keys: &str) -> String {
     bar(name, 100, step_s, &format!("x_m = {x_m:?}\n{keys}"))
 }
 
-/// Sixty masses between glued points without mass; the one at the far end has that of the others unless it is glued.
+/// Sixty masses between glued points without mass; the far end has the mass of the others unless it is glued.
 fn middle(name: &str, x_m: f64, theta: f64, keys: &str) -> String {
     let keys = format!("glued_mass_kg = 0.0\ntheta = {theta:?}\nend_s = {END_S:?}\n{keys}");
     chain(name, x_m, 60, &keys)
@@ -131,7 +131,7 @@ fn implicit_euler_between_two_bars_never_adds_energy() {
         }
         assert!(
             left.number("results.energy_balance_rel") > 0.1,
-            "theta = 1 loses"
+            "theta = 1 dissipates"
         );
     }
 }
@@ -149,7 +149,7 @@ fn connected_bars_may_have_steps_of_their_own() {
     );
     let (equal, other) = (errors(&equal), errors(&other));
     println!("errors {equal:.3?} with equal steps, {other:.3?} with a third of the step");
-    // The chain's own step is what the error comes from.
+    // The error comes from the chain's own step.
     assert!(other[1] < 1.2 * equal[1]);
 }
 
@@ -177,9 +177,9 @@ fn fixed_points_of_a_group_give_the_default_motion() {
     }
 }
 
-/// Two pairs that share no participant, each with a window of its own, do exactly what they do without the other.
+/// Two pairs that share no participant, each with its own window, move exactly as without the other pair.
 #[test]
-fn separate_pairs_do_not_feel_each_other() {
+fn separate_pairs_do_not_affect_each_other() {
     let pair = |bar_name: &str, chain_name: &str, joint: &str, substeps: u32| {
         let ends = [format!("{bar_name}.end"), format!("{chain_name}.end")];
         let participants = [
@@ -227,20 +227,20 @@ pub(super) fn two_walls(scheme: &str) -> String {
     .concat()
 }
 
-/// One bar with a chain glued to each end: two walls on one continuum. The bar is shorter than a wave runs in a window, so
-/// that each wall feels the other inside it, and repeats are needed.
+/// One bar with a chain glued to each end: two walls on one continuum. A wave crosses the bar within a window, so each wall
+/// feels the other, and repeats are needed.
 #[test]
 fn two_walls_on_one_bar_close_both_gaps() {
     let text = two_walls("dual-schur");
     let left = run(&text);
     let repeats = left.number("repeats_mean");
-    println!("{repeats:.1} repeats a window");
+    println!("{repeats:.1} repeats per window");
     assert!(repeats > 1.5, "the walls feel each other: {repeats}");
     for name in ["above", "below"] {
         let gap = left.number(&format!("interfaces.{name}.gap_max_rel"));
         assert!(gap <= 1e-11, "{name}: {gap}");
     }
-    // The problem is its own mirror image.
+    // The problem is symmetric.
     let (above, below) = (
         &left.signals["above.interface_fx_n"],
         &left.signals["below.interface_fx_n"],
@@ -317,8 +317,8 @@ fn interfaces_that_contradict_each_other_are_refused_by_key() {
     assert!(refusal(&lonely).contains("no interface joins `fourth`"));
 }
 
-/// The left bar answers first and cannot answer windows of ten steps; what the right one has answered meanwhile belongs to
-/// the window that is given up, not to its halves.
+/// The left bar answers first and cannot answer windows of ten steps. The right bar's answer meanwhile belongs to the abandoned
+/// window, not to its halves.
 #[test]
 fn one_bar_that_is_not_finite_halves_the_windows_of_all() {
     let steps_s = [0.9, 0.9];

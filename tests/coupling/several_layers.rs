@@ -1,8 +1,8 @@
-//! Several layers under one edge of a body, each on nodes of its own ("Several layers under one body" of the scenes).
+//! Several layers under one edge of a body, each on its own nodes ("Several layers under one body" of the scenes).
 //!
-//! Problem: a strip that only seven columns of disks hold is pressed on its top until all is at rest. Each column is a disk on
-//! a rigid floor, a grain and a disk that is glued to the strip; they stand below elements 0, 1, 3, 4, 6, 7 and 9 of ten. Once they
-//! are one layer and one interface, once four layers on four interfaces that join the same set of the strip.
+//! Problem: a pressure presses a strip on seven columns of disks, which alone hold it, until all is at rest. Each column is a disk on
+//! a rigid floor, a grain and a disk that is glued to the strip; they stand below elements 0, 1, 3, 4, 6, 7 and 9 of ten. In one case they
+//! are one layer and one interface, in the other four layers on four interfaces that join the same set of the strip.
 //!
 //! ```text
 //!     | | | | | | | | | |  p
@@ -13,10 +13,10 @@
 //!      1     2     3    4
 //! ```
 //!
-//! Exact: the columns carry p times the area, and which of them are one participant is no matter of mechanics. Each point
-//! is interpolated between the two nodes of its element, so that both cases have the same equations; four layers solve
+//! Exact: the columns carry p times the area, and their division into participants does not affect the mechanics. Each point
+//! is interpolated between the two nodes of its element, so both cases have the same equations; four layers solve
 //! them by block Jacobi to the tolerance of their gaps. Tolerance 1e-7: a gap of 1e-10 of the spacing, 4e-14 m, is 4e-6 N in a contact of
-//! 1e8 N/m that bears 57 N.
+//! 1e8 N/m that carries 57 N.
 
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{SPACING_M, head, interface, participant, strip};
@@ -53,7 +53,7 @@ sample = {{ kind = "disks", disks = [{}] }}
     participant(name, "dem", &keys)
 }
 
-/// The strip over these layers, joined in windows of so many substeps.
+/// The strip over these layers, joined in windows of this many substeps.
 fn scenario(layers: &[&[usize]], substeps: u32) -> String {
     let time = format!(
         "time = {{ step_s = 5e-8, damping = 0.5, mass_damping_per_s = 6e5 }}\nboundary = {{ top = {{ pressure_pa = {PRESSURE_PA:e} }} }}"
@@ -85,7 +85,7 @@ fn run(text: &str) -> Left {
 }
 
 #[test]
-fn four_layers_carry_what_they_carry_as_one() {
+fn four_layers_carry_the_load_of_one_layer() {
     let whole = run(&scenario(&[&one()], 4));
     let parts = run_both_ways(&scenario(&FOUR, 4), &[]);
     let load = PRESSURE_PA * WIDTH_M * THICKNESS_M;
@@ -107,12 +107,12 @@ fn four_layers_carry_what_they_carry_as_one() {
         assert!(apart < 1e-7, "{name}: {apart}");
     }
     let repeats = [&whole, &parts].map(|left| left.number("repeats_mean"));
-    println!("{repeats:.2?} repeats a window");
+    println!("{repeats:.2?} repeats per window");
     assert_eq!(repeats[0], 1.0, "one layer has all of C in its boundary");
     assert!(repeats[1] > 1.5, "layers feel each other one repeat late");
 }
 
-/// A force goes one element further a step: layers that are farther apart than the steps of a window share nothing within it.
+/// A force advances one element per step: layers farther apart than the steps of a window do not interact within it.
 #[test]
 fn layers_out_of_reach_in_a_window_need_no_repeat() {
     let apart = run(&scenario(&[&[0, 1], &[8, 9]], 4));
@@ -121,12 +121,12 @@ fn layers_out_of_reach_in_a_window_need_no_repeat() {
     assert!(longer.number("repeats_mean") > 1.0);
 }
 
-/// Windows of five times a quarter of the strip's first period, in which it follows its layers as a whole: block Jacobi closes them for two
-/// layers, and not for four.
+/// In windows of five times a quarter of its first period the strip follows its layers as a whole: block Jacobi converges for two layers,
+/// but not for four.
 #[test]
-fn two_layers_close_any_window_and_four_not() {
+fn two_layers_close_any_window_and_four_do_not() {
     let repeats = run(&scenario(&FOUR[..2], 48)).number("repeats_mean");
-    println!("{repeats:.1} repeats a window of two layers");
+    println!("{repeats:.1} repeats per window of two layers");
     let four = run_in_process(&scenario(&FOUR, 48), &[]).expect("it is valid");
     let error = four.ended.error.expect("it diverges").to_string();
     assert!(error.contains("more than two layers"), "{error}");

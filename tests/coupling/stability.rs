@@ -3,8 +3,8 @@
 //! Problem: an elastic bar of ten elements of 1 kg and 1 N/m, held at its far end, with masses on its other end: a glued one,
 //! or a free one behind a spring.
 //!
-//! Exact answer: both sides are linear, so one window of a scheme is a matrix, made here from the bar's own steps; a
-//! disturbance grows if its spectral radius is above one. The forces of the real coupler must be those of the matrix; for a
+//! Exact answer: both sides are linear, so one window of a scheme is a matrix, built here from the bar's own steps; a
+//! disturbance grows if its spectral radius is above one. The real coupler must give the forces of the matrix. For a
 //! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
 
 use harness::runs::{Left, Scratch, run_in_process, thirdbody};
@@ -33,7 +33,7 @@ fn ends() -> Axes {
 }
 
 #[test]
-fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
+fn the_default_is_stable_in_every_cell_and_predictions_of_stability_hold() {
     let cells = map(&ends()).expect("the models are linear");
     let found = findings(&cells, 23).expect("the coupler runs");
     println!("{}", found.table());
@@ -56,10 +56,10 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     }
 }
 
-/// The growth that the schemes themselves give on a linear pair is the spectral radius of the matrices that are written by hand,
-/// and for repeats that do not contract |1 - omega (1 + C S)|, with C S inverted where the continuum takes the motion.
+/// The growth of the schemes on a linear pair is the spectral radius of the hand-written matrices, or, for repeats that do not
+/// contract, |1 - omega (1 + C S)|, with C S inverted where the continuum takes the motion.
 #[test]
-fn the_schemes_grow_as_their_window_matrices_do() {
+fn disturbances_grow_as_the_window_matrices_predict() {
     let cells = map(&ends()).expect("the models are linear");
     for cell in &cells {
         let expected = growth_by_matrix(cell);
@@ -110,7 +110,7 @@ fn growth_by_matrix(cell: &Cell) -> f64 {
 }
 
 #[test]
-fn limits_are_found_where_they_are_foreseen() {
+fn limits_are_found_where_they_are_predicted() {
     for limit in limits::limits(&[10], &[0.9]).expect("the coupler runs") {
         println!("{limit:?}");
         assert!(limit.difference_rel() <= 0.05, "{limit:?}");
@@ -141,9 +141,9 @@ fn boundary_inertia(theta: f64) -> BoundaryInertia {
     }
 }
 
-/// The verification solvers know nothing of the matrix: they step element by element and mass by mass.
+/// The verification solvers do not use the matrix: they step element by element and mass by mass.
 #[test]
-fn the_window_matrix_is_the_coupler() {
+fn the_coupler_follows_the_window_matrix() {
     let schemes = [
         ("dual-schur", Condition::Exact),
         ("staggered-serial", Condition::LateForce),
@@ -190,7 +190,7 @@ pub(crate) fn masses_in_motion() -> Joint {
     }
 }
 
-/// Largest difference of an interface force from that of the matrix, over the largest so far.
+/// Largest difference of an interface force from the matrix's, over the largest force so far.
 fn apart(left: &Left, condition: Condition, theta: f64, substeps: u32) -> f64 {
     let bar = UnitBar {
         elements: 10,
@@ -217,7 +217,7 @@ fn apart(left: &Left, condition: Condition, theta: f64, substeps: u32) -> f64 {
 }
 
 #[test]
-fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
+fn an_unstable_choice_is_refused_by_name_and_can_be_forced() {
     let text = scenario("staggered-serial", 1.0, 1);
     let heavy = "participant.body.config.glued_mass_kg=100.0";
     let left = run_in_process(&text, &[heavy]).expect("it is valid");
@@ -233,7 +233,7 @@ fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
     ] {
         assert!(error.to_string().contains(word), "no {word} in {error}");
     }
-    // No window helps a continuum that is unstable by itself.
+    // No window length helps a continuum that is unstable by itself.
     let long = "participant.bar.config.step_s=1.01";
     let alone = run_in_process(&scenario("dual-schur", 1.0, 1), &[long]).expect("it is valid");
     let why = alone
@@ -254,7 +254,7 @@ fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
 }
 
 #[test]
-fn a_run_notes_what_is_foreseen() {
+fn a_run_logs_the_prediction() {
     let left = run_in_process(&scenario("dual-schur", 1.0, 3), &[])
         .expect("it is valid")
         .completed();
@@ -285,7 +285,7 @@ fn check_says_which_bound_decides() {
     ] {
         assert!(default.contains(word), "no {word} in {default}");
     }
-    // What a run refuses has the exit code that a run has.
+    // `check` exits with the code of the refused run.
     let naive = check(
         &["--set", "interface.layer-base.scheme=staggered-serial"],
         2,
@@ -309,7 +309,7 @@ fn check_says_which_bound_decides() {
     assert!(!check(&["--no-start"], 0).contains("predicted"));
 }
 
-/// One cell of each scheme at the corner where forces are largest.
+/// One cell of each scheme, at the corner with the largest forces.
 #[test]
 fn stiff_and_heavy_cells_follow_the_matrix_too() {
     let mut axes = Axes::full();

@@ -1,5 +1,5 @@
-//! A contact solve that ran out of iterations (case 10 of the coupling page): the gap still reads zero, since the coupler
-//! gives the continuum whatever force came back, so only the solver's own residual can tell.
+//! A contact solve that ran out of iterations (case 10 of the coupling page): the gap is still zero, since the coupler gives
+//! the continuum the returned force, so only the solver's own residual shows the fault.
 
 use harness::runs::{run_in_process, run_over_shared_memory};
 use harness::scene::{bar, body, glue, head};
@@ -51,7 +51,7 @@ fn halving_a_solve_that_stays_starved_ends_by_name() {
 }
 
 #[test]
-fn a_starved_solve_is_refused_over_shared_memory_alike() {
+fn a_starved_solve_is_refused_over_shared_memory_too() {
     let left = run_over_shared_memory(&scenario(), &[]).expect("it is valid");
     let error = left.ended.error.as_ref().expect("window 7 is starved");
     assert!(matches!(error, Error::NotConverged(_)), "{error}");

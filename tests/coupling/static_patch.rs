@@ -1,8 +1,8 @@
 //! Static patch (case 5 of the coupling page).
 //!
-//! Problem: a strip of elastic continuum, 4 mm wide and 8 mm high, clamped sides in x, held at its base, is pressed by a row
-//! of masses that carries a constant traction and is glued to its upper edge through the mapping. Mass damping brings
-//! it to rest.
+//! Problem: an elastic strip, 4 mm wide and 8 mm high, with its sides clamped in x and its base held. A row of masses
+//! under a constant traction is glued to its upper edge through the mapping and presses it. Mass damping brings the strip
+//! to rest.
 //!
 //! ```text
 //!      | | | | |  500 MPa

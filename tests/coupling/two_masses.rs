@@ -1,16 +1,16 @@
 //! Every coupling scheme on two degrees of freedom, without processes and without messages.
 //!
-//! Problem: a mass m on a spring k to the ground, stepped by velocity Verlet (h, `substeps` steps a window of length H), glued to a
-//! mass M that is stepped by implicit Euler once a window. M arrives with 1 m/s.
+//! Problem: a mass m on a spring k to the ground takes steps of velocity Verlet (h, `substeps` steps per window of length H). It is
+//! glued to a mass M that takes one step of implicit Euler per window. M arrives with 1 m/s.
 //!
 //! ```text
 //!   ground -/\/\/- (m) == (M) -> 1 m/s
 //!              k
 //! ```
 //!
-//! Exact answer: the equations of each scheme for two unknowns, written down once more with plain numbers ([`Two`]); the force
-//! of every window must be theirs to 1e-10 of the largest (rounding over 40 windows; fixed points are iterated to 1e-13 m). So must the
-//! interface's ledger: work and force that m bore, whatever the scheme meant it to bear ([`Books`]). Growth: the
+//! Exact answer: the equations of each scheme for two unknowns, written again with plain numbers ([`Two`]). The force
+//! of every window must equal theirs to 1e-10 of the largest (rounding over 40 windows; fixed points are iterated to 1e-13 m). So must the
+//! interface's ledger: the work and the force that m actually carried ([`Books`]). Growth: the
 //! force of a staggered scheme grows, and the residual of a fixed point shrinks or grows, by the factor on paper.
 //!
 //! Sources: dual Schur on displacement and velocity coupling after Gravouil and Combescure 2001; added mass and relaxation,
@@ -34,7 +34,7 @@ use on_paper::{Books, CASES, Case, Two, work_along_line};
 
 const WINDOWS: usize = 40;
 
-/// The pair of the bench, which tells no works, with those on paper.
+/// The pair of the bench, which reports no work, with the work on paper.
 struct Working<'a> {
     pair: LinearPair<'a>,
     case: Case,
@@ -144,9 +144,9 @@ fn scheme(word: SchemeWord, keys: impl Fn(&mut SchemeKeys)) -> CouplingScheme {
 
 /// The first windows of a scheme.
 struct Ran {
-    /// Force of each (N).
+    /// Force of each window (N).
     forces: Vec<f64>,
-    /// Repeats of the last.
+    /// Repeats of the last window.
     repeats: u64,
     ledger: InterfaceLedger,
 }
@@ -174,7 +174,7 @@ fn run(scheme: CouplingScheme, case: Case, tolerance_m: f64) -> Result<Ran, Sche
         repeats = coupling.ledgers[0].repeats - before;
         forces.push(coupling.state.lambda[0]);
     }
-    // A converged fixed point gives the nodes just the force that the mass and its point leave for them.
+    // A converged fixed point gives the nodes exactly the force that the mass and its point leave for them.
     if matches!(scheme, CouplingScheme::FixedPoint { .. }) {
         let residual = coupling.ledgers[0].force_residual_rel();
         assert!(residual <= 1e-6, "{scheme:?}: {residual:e}");
@@ -206,7 +206,7 @@ fn model(
     }
 }
 
-/// Compares the forces and the ledger of a scheme with those on paper, `window` being told its index.
+/// Compares the forces and the ledger of a scheme with the paper's; `window` receives the index of the window.
 fn follows(scheme: CouplingScheme, case: Case, window: impl Fn(&mut Two, usize)) {
     let ran = run(scheme, case, 1e-13).expect("it converges");
     let (ours, ledger) = (ran.forces, ran.ledger);
@@ -285,13 +285,13 @@ fn staggered_schemes_use_the_answers_of_the_window_before() {
 }
 
 #[test]
-fn fixed_points_come_to_what_is_solved_at_once() {
+fn fixed_points_converge_to_the_direct_solution() {
     use Acceleration::{Aitken, Constant, IqnIls};
     let (serial, parallel) = (SchemeWord::FixedPointSerial, SchemeWord::FixedPointParallel);
     for case in CASES {
-        // The relaxation that meets the fixed point at once, were it not for rounding.
+        // Without rounding, this relaxation would reach the fixed point at once.
         let relaxation = 1.0 / (1.0 + added_mass(case));
-        // Quasi-Newton may stall in parallel order, whose first answer is not to its own question.
+        // Quasi-Newton may stall in parallel order, where the first answer belongs to another request.
         for (word, acceleration) in [
             (serial, Constant),
             (serial, Aitken),
@@ -311,7 +311,7 @@ fn fixed_points_come_to_what_is_solved_at_once() {
 
 /// M and the point move as one from the second window on; before, the point is at rest.
 #[test]
-fn a_continuum_that_follows_comes_to_velocities_that_are_equal() {
+fn a_continuum_that_follows_converges_to_equal_velocities() {
     for case in CASES {
         for word in [SchemeWord::FixedPointSerial, SchemeWord::FixedPointParallel] {
             let keys = |keys: &mut SchemeKeys| {
@@ -370,7 +370,7 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
                 );
             } else if factor.abs() < 0.97 {
                 assert!(found <= 1.0 + 1e-9, "{found}");
-                // From about 1 m to 1e-9 m, give or take the first decades.
+                // From about 1 m to 1e-9 m, with a margin of some decades.
                 let repeats = run(scheme, case, 1e-9).expect("it converges").repeats;
                 let most = 2.0 + (1e-12f64).ln() / factor.abs().ln();
                 assert!((repeats as f64) <= most, "{repeats} of {most}, {factor}");

@@ -1,8 +1,8 @@
 //! Two elastic strips with a row of grains between them ("Two FE bodies and a sheared layer" of the coupling page).
 //!
-//! Problem: the lower strip is held at its base and by its sides in x; on its top ten disks are glued in the middle of its
-//! elements, on each rests a grain, and on each grain a disk that is glued to the bottom of the upper strip, which only
-//! the grains hold in y. The upper strip is pressed on its top; mass damping brings all to rest.
+//! Problem: the lower strip is held at its base, and in x at its sides. Ten disks are glued on its top in the middle of its
+//! elements. On each disk rests a grain, and on each grain a disk that is glued to the bottom of the upper strip. Only the
+//! grains hold the upper strip in y. A pressure acts on its top; mass damping brings all to rest.
 //!
 //! ```text
 //!      | | | | | p
@@ -13,9 +13,9 @@
 //!     |~~~~~~~~~|  lower strip, clamped base
 //! ```
 //!
-//! Exact answer: uniaxial strain. Both interfaces carry p; the lower strip yields u = p L / M with M = E (1 - nu) /
-//! ((1 + nu)(1 - 2 nu)), and the top of the upper one goes down by twice the overlap p dx t / kn and as much again of its own more. Tolerance 1e-3 as in
-//! the static patch; what the disks change of a uniform traction is the mapping's ripple.
+//! Exact answer: uniaxial strain. Both interfaces carry p; the lower strip is compressed by u = p L / M with M = E (1 - nu) /
+//! ((1 + nu)(1 - 2 nu)). The top of the upper one sinks further, by twice the overlap p dx t / kn and by its own compression u. Tolerance
+//! 1e-3 as in the static patch: the disks disturb a uniform traction by the mapping's ripple.
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
 use harness::scene::{POISSON, SPACING_M, YOUNG_PA, head, interface, participant, strip};
@@ -24,7 +24,7 @@ const PRESSURE_PA: f64 = 100e6;
 const HEIGHT_M: f64 = 2e-3;
 const STIFFNESS_PA: f64 = 1e11;
 
-/// A strip between walls, damped, with a step of its own.
+/// A damped strip between walls, with its own step.
 fn damped(name: &str, base: &str, step_s: f64, keys: &str) -> String {
     let time = format!(
         "time = {{ step_s = {step_s:?}, damping = 0.5, mass_damping_per_s = 6e5 }}\n{keys}"

@@ -1,14 +1,13 @@
 //! The scheme `velocity`: equal velocities at the end of each window (Gravouil and Combescure 2001).
 //!
 //! Problem: the split bar of [`super::split_bar`], the three pieces of [`super::several`], the static patch of
-//! [`super::static_patch`], and an elastic bar of ten elements held at its far end with a mass on the other.
+//! [`super::static_patch`], and an elastic bar of ten elements, held at one end and with a mass at the other.
 //!
-//! Exact answer: errors of the split bar against the lattice in one piece, computed by an independent program of sixty
-//! lines (dense matrices, another language): 1.0343e-1 at theta = 1, 6.247e-4 with a tenth of the step; 1.1296e-1 and
+//! Exact answer: an independent program of sixty lines (dense matrices, another language) computed the errors of the split bar
+//! against the lattice in one piece: 1.0343e-1 at theta = 1, 6.247e-4 with a tenth of the step; 1.1296e-1 and
 //! 2.520e-3 at theta = 0.5. Its energy at theta = 1 ends at 5.03 % and rises by 3.73 % of its start in the worst window. For a
-//! linear continuum one repeat closes the velocity gap to rounding. Differentiated once, the energy
-//! a.(M - h^2/4 K).a / 2 + v.K v / 2 of both sides together does not rise at theta = 1 but by -h^2/8 of what a.K a jumps by
-//! between two windows.
+//! linear continuum one repeat closes the velocity gap to rounding. At theta = 1 the energy of the differentiated equations,
+//! a.(M - h^2/4 K).a / 2 + v.K v / 2 of both sides together, rises only by -h^2/8 times the jump of a.K a between two windows.
 
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::window_matrix::{Operator, TransmissionCondition};
@@ -56,7 +55,7 @@ fn the_split_bar_has_the_errors_of_an_independent_program() {
 }
 
 #[test]
-fn the_energy_of_the_split_bar_falls_but_for_less_than_four_per_cent_in_a_window() {
+fn the_energy_of_the_split_bar_rises_by_less_than_four_per_cent_per_window() {
     let left = split(1.0, STEP_S);
     let sides = ["bar.mechanical_j", "chain.energy_j"].map(|side| &left.signals[side]);
     let energy = |i: usize| (sides[0][i] + sides[1][i]) / mechanical_j();
@@ -85,7 +84,7 @@ fn pulls(bar: &UnitBar, x: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..n).map(pull).collect()
 }
 
-/// Of the bar whose end has this acceleration: a.(M - h^2/4 K).a / 2 + v.K v / 2, and h^2/8 a.K a.
+/// a.(M - h^2/4 K).a / 2 + v.K v / 2 of the bar whose end has this acceleration, and h^2/8 a.K a.
 fn differentiated(bar: &UnitBar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
     let n = bar.elements;
     let inner = pulls(bar, |i| state[i]);
@@ -99,8 +98,8 @@ fn differentiated(bar: &UnitBar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
     [moving - correction, correction]
 }
 
-/// Largest rise of the differentiated energy of both sides in a window, over its largest value, less what the corrected
-/// part jumps by where the line of velocities bends. Masses in motion meet a bar at rest.
+/// Largest rise of the differentiated energy of both sides in a window, over its largest value, without the jump of the corrected
+/// part where the line of velocities bends. Masses in motion meet a bar at rest.
 fn rises(cfl: f64, substeps: u32, boundary_inertia: BoundaryInertia) -> f64 {
     let bar = UnitBar {
         elements: 10,
@@ -124,7 +123,7 @@ fn rises(cfl: f64, substeps: u32, boundary_inertia: BoundaryInertia) -> f64 {
         let a_end = (speeds[1] - speeds[0]) / window_s;
         let jump = [a_end, a_last].map(|a| differentiated(&bar, &before.continuum, a)[1]);
         let energy = differentiated(&bar, &joint.continuum, a_end)[0] + wall;
-        // Both sides are together from the end of the first window on.
+        // From the end of the first window on, both sides have the same velocity.
         if let Some(last) = last {
             rise = rise.max(energy - last + jump[0] - jump[1]);
         }
@@ -215,20 +214,20 @@ fn two_bars_with_a_chain_between_them_take_one_repeat() {
     );
     for joint in 0..2 {
         assert!(fine[joint] < coarse[joint], "{coarse:?} {fine:?}");
-        // What is left is the implicit chain's own damping.
+        // The remaining error is the implicit chain's own damping.
         let apart = (fine[joint] / default[joint] - 1.0).abs();
         assert!(apart < 0.1, "{fine:?} {default:?}");
     }
 }
 
-/// Each wall feels the other inside a window of the short bar between them, which is nearly rigid over it.
+/// The short bar between the walls is nearly rigid over a window, so each wall feels the other within it.
 #[test]
 fn two_walls_on_one_bar_close_both_gaps() {
     let more = ("repeats_max = 60", "repeats_max = 200");
     let text = several::two_walls("velocity").replace(more.0, more.1);
     let left = several::run(&text);
     let repeats = left.number("repeats_mean");
-    println!("{repeats:.1} repeats a window");
+    println!("{repeats:.1} repeats per window");
     assert!(repeats > 1.5, "the walls feel each other: {repeats}");
     for name in ["above", "below"] {
         let gap = left.number(&format!("interfaces.{name}.gap_max_rel"));
@@ -236,7 +235,7 @@ fn two_walls_on_one_bar_close_both_gaps() {
     }
 }
 
-/// Continuum and mapping in full: 11 nodes, 23 points, edges that are held sideways.
+/// Continuum and mapping in full: 11 nodes, 23 points, sides held in x.
 #[test]
 fn the_static_patch_settles_on_its_answer() {
     for substeps in [1, 10, 30] {
@@ -263,7 +262,7 @@ fn windows_are_halved_and_the_last_one_is_short() {
 }
 
 #[test]
-fn what_cannot_follow_is_refused_by_name() {
+fn participants_that_cannot_follow_are_refused_by_name() {
     let text = schemes::scenario("velocity", 10, 60, false);
     let staggered = ["participant.bar.config.grouping=staggered"];
     let left = run_in_process(&text, &staggered).expect("it is valid");
@@ -286,9 +285,9 @@ fn what_cannot_follow_is_refused_by_name() {
     }
 }
 
-/// A plastic bar does not answer by its own impedance.
+/// A plastic bar does not answer with its own impedance.
 #[test]
-fn a_plastic_bar_is_not_finished_wrong() {
+fn a_plastic_bar_ends_as_not_converged() {
     let text = schemes::scenario("velocity", 30, 120, true);
     let once = ["interface.glue.repeats_max=1"];
     let left = run_in_process(&text, &once).expect("it is valid");
@@ -297,9 +296,9 @@ fn a_plastic_bar_is_not_finished_wrong() {
     assert!(error.to_string().contains("dual-schur-secant"), "{error}");
 }
 
-/// Accepted all the same, it bore another force at the end than the body gave.
+/// In accepted windows the bar carries another force at the end than the body's.
 #[test]
-fn the_residual_is_about_the_force_that_the_bar_bore() {
+fn the_residual_compares_with_the_force_that_the_bar_carried() {
     let text = schemes::scenario("velocity", 30, 120, true);
     let accepted = [
         "interface.glue.repeats_max=1",

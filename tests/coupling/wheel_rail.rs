@@ -1,9 +1,9 @@
 //! The shipped bonded layer between wheel and rail against the rail alone under the same wheel.
 //!
-//! A layer of 0.3 mm that is as stiff as the rail must hardly change how the wheel is carried. Expected, from a quasi-static
-//! model of the project's own (condensed rail, damped disks): over means of 1 mm, |x| <= 9 mm, L2 distance of the pressure at
-//! most 8 %, peak within 10 %, approach larger by 0 to 2.5 %; in the cycle, lateral force at D = 0 within 6 % of the rail
-//! alone's 591.6 N.
+//! A layer of 0.3 mm that is as stiff as the rail must hardly change the contact of the wheel. Expected, from the project's own
+//! quasi-static model (condensed rail, damped disks): over means of 1 mm, |x| <= 9 mm, L2 distance of the pressure at
+//! most 8 %, peak within 10 %, approach larger by 0 to 2.5 %; in the cycle, lateral force at D = 0 within 6 % of 591.6 N, the
+//! force with the rail alone.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use harness::runs::read_csv;
 use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 
-/// A shipped scene in short; its summary, and what it left in the scratch folder.
+/// Runs a shipped scene into the scratch folder and returns its summary.
 fn run(work: &Path, scene: &str, sets: &[&str]) -> Value {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let mut command = thirdbody(work);
@@ -23,14 +23,14 @@ fn run(work: &Path, scene: &str, sets: &[&str]) -> Value {
         command.args(["--set", set]);
     }
     let output = command.output().expect("the program starts");
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{printed}");
     let summary = parse_json(&output.stdout);
     assert_eq!(summary["warnings"], serde_json::json!([]), "{scene}");
     summary
 }
 
-/// Mean pressures of 1 mm at x = -9, -8, .., 9 mm (Pa), of surface nodes that are 0.2 mm apart there.
+/// Mean pressures over 1 mm at x = -9, -8, .., 9 mm (Pa), of surface nodes 0.2 mm apart.
 fn means(profile: &Path) -> Vec<f64> {
     let columns = read_csv(profile);
     let mut sums = vec![0.0; 19];
@@ -78,7 +78,7 @@ fn a_matched_layer_carries_the_wheel_like_the_rail_alone() {
     assert!((last / 591.6 - 1.0).abs() < 0.06, "{lateral:?}");
 }
 
-/// Lateral force on the wheel where it passes D = 0 (N), the start of its motion left out.
+/// Lateral force on the wheel where it passes D = 0 (N), without the start of its motion.
 fn at_zero(signals: &Path) -> Vec<f64> {
     let columns = read_csv(signals);
     let (x, force) = (

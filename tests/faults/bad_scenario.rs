@@ -1,4 +1,4 @@
-//! Bad input: each is refused with what, where and what to do; nothing is left running or in shared memory.
+//! Bad input: each message says what is wrong, where, and what to do; no process and no shared memory is left.
 
 use std::process::Command;
 
@@ -55,9 +55,9 @@ fn an_unknown_key_names_its_line_and_its_neighbour() {
     );
 }
 
-/// The suites run a program that was built without the feature `vtkhdf`.
+/// The suites run a program built without the feature `vtkhdf`.
 #[test]
-fn a_format_of_fields_that_the_program_does_not_have_is_refused_with_how_to_build_it() {
+fn a_field_format_that_is_not_built_in_is_refused_with_the_build_command() {
     let with = |word: &str| format!("output.fields_format = \"{word}\"\nthickness_m = 1e-3");
     text_refused(
         "thickness_m = 1e-3",
@@ -134,7 +134,7 @@ fn a_window_above_the_inertial_time_is_refused_with_the_bound() {
 }
 
 #[test]
-fn a_run_that_would_never_end_is_refused_with_what_makes_it_long() {
+fn a_run_that_would_never_end_is_refused_with_the_keys_that_make_it_long() {
     let keys = ["steps", "run.end_s", "wheel.cycles"];
     refused(&["run.end_s=1e30"], 2, &keys);
 }
@@ -235,7 +235,7 @@ fn a_folder_with_something_in_it_is_never_written_to() {
 }
 
 #[test]
-fn a_scenario_that_does_not_exist_says_where_it_was_looked_for() {
+fn a_missing_scenario_is_refused_with_the_folder_that_was_searched() {
     let work = Scratch::new("nowhere");
     let output = run(thirdbody(work.path()).args(["run", "nowhere"]));
     fails(&output, 2, &["nowhere", "scenarios/"]);
@@ -264,7 +264,7 @@ fn control_characters_and_names_that_look_like_options_are_refused() {
     );
 }
 
-/// A file of the user's under the name of the link is not ours to replace.
+/// The program must not replace a user's file that has the name of the link.
 #[test]
 fn a_file_of_the_user_called_latest_stays() {
     let work = Scratch::new("latest");

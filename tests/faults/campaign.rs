@@ -1,4 +1,4 @@
-//! The fault campaign itself, in its short form, and what is left of one that is interrupted.
+//! The fault campaign in its short form, and the leftovers of an interrupted one.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 fn campaign(trials: &str) -> Command {
     let mut command = Command::new(program("faults"));
     command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    // Nothing is kept in the cache of whoever runs the tests.
+    // The campaign leaves the user's cache alone.
     command.env("XDG_CACHE_HOME", "").env("HOME", "");
     command.args(["--json", "--trials", trials]);
     command
@@ -39,7 +39,7 @@ fn a_trial_of_every_fault_ends_right() {
     }
 }
 
-/// A campaign that is ended when dropped.
+/// A campaign; dropping it ends the process.
 struct Running(Child);
 
 impl Drop for Running {
@@ -79,7 +79,7 @@ fn an_interrupted_campaign_leaves_nothing() {
     let status = running.0.wait().expect("it is our child");
     println!("ended {:?} after the interrupt", start.elapsed());
     assert_eq!(status.code(), Some(130));
-    // Participants of its runs, which are no children of its own, were killed: on a busy machine that takes them some milliseconds.
+    // The participants of its runs are not its children. They were killed, which takes some milliseconds on a busy machine.
     let start = Instant::now();
     while !processes_of(&folder).is_empty() && start.elapsed() < Duration::from_secs(1) {
         std::thread::sleep(Duration::from_millis(5));

@@ -36,16 +36,16 @@ fn every_shipped_scene_is_valid() {
                 "{}",
                 String::from_utf8_lossy(&output.stderr)
             );
-            let told = String::from_utf8_lossy(&output.stdout);
-            let waits = told.contains("takes longer than 8 s and a check does not wait for it");
-            assert!(told.contains("cost: about") || waits, "{told}");
+            let printed = String::from_utf8_lossy(&output.stdout);
+            let waits = printed.contains("takes longer than 8 s and a check does not wait for it");
+            assert!(printed.contains("cost: about") || waits, "{printed}");
             checked += 1;
         }
     }
     assert!(checked >= 2);
 }
 
-/// Every row of a suite holds, and there are at least so many.
+/// Every row of a suite holds, and the suite has at least `rows` rows.
 fn suite_holds(arguments: &[&str], rows: usize) {
     let output = thirdbody(&[&["validate", "--json"], arguments].concat());
     let text = String::from_utf8_lossy(&output.stdout);
@@ -58,7 +58,7 @@ fn suite_holds(arguments: &[&str], rows: usize) {
 }
 
 #[test]
-fn the_verification_scenes_give_what_they_must() {
+fn the_verification_scenes_hold() {
     suite_holds(&[], 10);
 }
 
@@ -86,8 +86,8 @@ fn valid_scenes_end_without_a_warning() {
 fn a_suite_without_a_chosen_case_is_refused() {
     let output = thirdbody(&["validate", "--suite", "scenes", "--only", "nothing"]);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("--only nothing"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(printed.contains("--only nothing"), "{printed}");
 }
 
 #[test]

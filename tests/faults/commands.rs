@@ -1,4 +1,4 @@
-//! Participants that are programs of somebody's: where they start, what they leave behind, and what is said of one that ends.
+//! Participants that are the user's programs: their working folder, their leftovers, and the report of one that ends.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -10,10 +10,10 @@ use harness::scene::{bar, body, glue, head};
 
 use crate::scene::fails;
 
-/// The steps are long, and what they lose is not what is looked at here.
+/// The steps are long, and these tests do not judge the energy error.
 const COARSE: &str = "plausible = { energy_balance_rel = [1e300, 1e300] }";
 
-/// A bar with a body at its end, the bar being served by this command; in a folder of its own.
+/// Writes the scene of a bar with a body at its end to this folder; this command serves the bar.
 pub fn scene(folder: &Path, command: &[&str], windows: u32) {
     let end = format!("end_s = {:?}", 2.5 * f64::from(windows));
     let text = [
@@ -50,7 +50,7 @@ fn succeeds(output: Output) -> Output {
     output
 }
 
-/// Processes of this machine that were started with this word.
+/// Number of processes with this word in their command line.
 fn started_with(word: &str) -> usize {
     let processes = std::fs::read_dir("/proc")
         .expect("a Linux machine")
@@ -62,7 +62,7 @@ fn started_with(word: &str) -> usize {
         .count()
 }
 
-/// A script that starts another program beside the bar, and the word that this one was started with, which no other has.
+/// A script that starts the bar and another program, and an argument of that program that no other process has.
 fn behind_a_shell(test: u32) -> (String, String) {
     let sleep = format!("{}.{test}", 100_000 + std::process::id());
     let node = program("verification-node");
@@ -81,7 +81,7 @@ fn a_program_behind_a_shell_takes_part_and_leaves_nothing() {
 }
 
 #[test]
-fn whatever_a_program_has_started_ends_with_a_coordinator_that_is_killed() {
+fn children_of_a_program_end_when_the_coordinator_is_killed() {
     let work = Scratch::new("killed-shell");
     let (script, sleep) = behind_a_shell(2);
     scene(work.path(), &["bash", "-c", &script], 2_000_000);
@@ -115,7 +115,7 @@ fn a_program_that_ends_is_reported_with_its_last_words() {
 }
 
 #[test]
-fn a_command_starts_in_the_folder_of_its_scenario_whoever_repeats_it() {
+fn a_command_starts_in_the_folder_of_its_scenario_also_when_repeated_elsewhere() {
     let work = Scratch::new("folder");
     let scenario = work.path().join("scenario");
     std::fs::create_dir(&scenario).expect("the folder is writable");

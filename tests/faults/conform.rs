@@ -1,4 +1,4 @@
-//! Every participant that is wrong in one way is rejected by the name of the rule that it breaks.
+//! Each participant with one fault is rejected by the name of the rule that it breaks.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<ConformRow> {
         watch: Watch::default(),
         only: only.iter().map(|word| word.to_string()).collect(),
     };
-    conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tried")
+    conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tested")
 }
 
 fn broken(rows: &[ConformRow]) -> Vec<String> {
@@ -121,10 +121,9 @@ fn points_that_are_mixed_up_are_rejected() {
     }
 }
 
-/// A rail that is clamped gives back what it stored under a load that comes and goes; its masses and its damping bear one that comes
-/// at once.
+/// A clamped rail returns the stored energy of a load that comes and goes; its inertia and its damping carry a sudden load.
 #[test]
-fn losses_that_come_back_are_rejected() {
+fn dissipated_energy_that_comes_back_is_rejected() {
     let path = crate::scene::folder("quick").join("scenario.toml");
     let text = std::fs::read_to_string(path).expect("it ships");
     for (harm, expected) in [
@@ -152,7 +151,7 @@ fn a_rule_that_does_not_exist_is_refused_by_name() {
     fails(&output, 2, &["--only repeat", "did you mean `repeats`?"]);
 }
 
-/// `thirdbody conform` of the bar in a process of its own, started with these words after its kind.
+/// `thirdbody conform` of the bar as a separate process, started with these words after its kind.
 fn conform_process(work: &Path, words: &[&str]) -> (Option<i32>, String) {
     let node = program("verification-node").display().to_string();
     let mut command = thirdbody(work);
@@ -164,7 +163,7 @@ fn conform_process(work: &Path, words: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_process_is_tried_with_its_frames_and_its_end() {
+fn a_process_is_tested_with_its_frames_and_its_shutdown() {
     let work = Scratch::new("conform");
     let node = program("verification-node").display().to_string();
     crate::commands::scene(work.path(), &[&node, "bar"], 20);

@@ -1,4 +1,4 @@
-//! Participants that are wrong in one way each: none may end a run as if nothing were.
+//! Participants with one fault each: no run with one of them may end as if it were sound.
 
 use coordinator::run::session::Ended;
 use harness::broken::harmed;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::scene::folder;
 
-/// `quick`, cut short, its rail being wrong in this way.
+/// A short `quick` whose rail has this fault.
 fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
     let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
     let text = harmed(&text, ["rail", harm]);
@@ -18,7 +18,7 @@ fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
     (left.ended, summary)
 }
 
-/// A bar with a chain that comes against its end.
+/// A bar with a chain that hits its end.
 fn bar_and_body() -> String {
     [
         head("foreign", 1.0, ""),
@@ -36,7 +36,7 @@ fn codes(summary: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn a_sound_rail_behind_another_name_is_no_alarm() {
+fn a_sound_rail_under_another_name_raises_no_alarm() {
     for scheme in ["dual-schur", "dual-schur-cheap", "velocity"] {
         let scheme = format!("interface.layer-base.scheme={scheme}");
         let (ended, summary) = with_rail("nothing", &[&scheme]);
@@ -71,7 +71,7 @@ fn a_cadence_needs_participants_that_can_be_resumed() {
     }
 }
 
-/// Harms of the handshake, each with words of the refusal.
+/// Faults in the handshake, each with words of the refusal.
 const REFUSED: [(&str, &str); 7] = [
     ("nan-length", "length (m) NaN"),
     ("nan-mass", "mass (kg) NaN"),
@@ -83,7 +83,7 @@ const REFUSED: [(&str, &str); 7] = [
 ];
 
 #[test]
-fn numbers_that_cannot_be_are_refused_at_the_handshake() {
+fn impossible_numbers_are_refused_at_the_handshake() {
     for (harm, words) in REFUSED {
         let (ended, summary) = with_rail(harm, &[]);
         let message = summary["message"].as_str().expect("a text");
@@ -95,19 +95,19 @@ fn numbers_that_cannot_be_are_refused_at_the_handshake() {
 }
 
 #[test]
-fn surfaces_in_other_units_or_places_are_warned_of() {
+fn surfaces_in_other_units_or_places_raise_a_warning() {
     let (_, summary) = with_rail("far-away", &[]);
     assert!(codes(&summary).contains(&"surface_distance"), "{summary:#}");
     let (_, summary) = with_rail("weightless", &[]);
     assert!(codes(&summary).contains(&"weightless"), "{summary:#}");
-    // Whatever their places, a crown that is a thousand times as large is another one.
+    // Wherever it lies, a crown a thousand times as large is another shape.
     let (ended, summary) = with_rail("millimetres", &[]);
     assert!(codes(&summary).contains(&"surface_offset"), "{summary:#}");
     assert_eq!(ended.summary.exit_code, 8, "{summary:#}");
 }
 
 #[test]
-fn masses_that_do_not_fit_the_columns_are_warned_of() {
+fn masses_that_do_not_fit_the_columns_raise_a_warning() {
     for (harm, said) in [("heavy", true), ("light", true), ("nothing", false)] {
         let (ended, summary) = with_rail(harm, &[]);
         assert_eq!(
@@ -119,9 +119,9 @@ fn masses_that_do_not_fit_the_columns_are_warned_of() {
     }
 }
 
-/// The bar is thrown into and comes back: what it stored it gives back.
+/// The chain hits the bar, and the bar returns the stored energy.
 #[test]
-fn losses_that_come_back_are_warned_of() {
+fn dissipated_energy_that_comes_back_raises_a_warning() {
     for (harm, said) in [("tenth-stored", true), ("nothing", false)] {
         let left = run_in_process(&harmed(&bar_and_body(), ["bar", harm]), &[]);
         let summary = left.expect("it is valid").ended.summary.value();
@@ -134,7 +134,7 @@ fn losses_that_come_back_are_warned_of() {
 }
 
 #[test]
-fn a_layer_whose_forces_are_not_those_of_its_state_is_found() {
+fn a_layer_whose_forces_contradict_its_state_is_found() {
     let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
     for (harm, code) in [
         ("silent", "no_force"),
@@ -154,7 +154,7 @@ fn a_layer_whose_forces_are_not_those_of_its_state_is_found() {
     }
 }
 
-/// Nothing in a run asks for one thing twice by itself.
+/// A run by itself never makes the same request twice.
 #[test]
 fn answers_with_noise_are_found_by_asking_twice() {
     let node = program("verification-node").display().to_string();
@@ -187,14 +187,14 @@ fn answers_with_noise_are_found_by_asking_twice() {
         assert_eq!(said, harm == "noise", "{participant} {harm}: {summary:#}");
         hashes.push(summary["hashes"]["exchange"].clone());
     }
-    // What is asked for twice is in no log.
+    // The log does not hold the repeated requests.
     let left = run_in_process(&harmed(&bar_and_body(), ["bar", "nothing"]), &[]);
     let plain = left.expect("it is valid").ended.summary.value();
     assert_eq!(hashes[2], plain["hashes"]["exchange"]);
 }
 
 #[test]
-fn answers_that_are_not_those_of_the_state_that_is_kept_are_found_by_their_work() {
+fn answers_of_another_state_than_the_kept_one_are_found_by_their_work() {
     let cheap = "interface.layer-base.scheme=dual-schur-cheap";
     for (harm, sets) in [
         ("totals", &[][..]),
@@ -213,13 +213,13 @@ fn answers_that_are_not_those_of_the_state_that_is_kept_are_found_by_their_work(
             summary["status"], summary["message"]
         );
         assert!(said, "{harm} {sets:?}: {summary:#}");
-        // What contradicts itself has ended in an error, and keeps its results.
+        // A contradiction ends the run with an error; the results are kept.
         assert_eq!(ended.summary.exit_code, 3, "{harm} {sets:?}: {found:?}");
     }
 }
 
 #[test]
-fn a_report_with_a_number_that_is_none_is_told() {
+fn nan_in_a_report_raises_a_warning_or_ends_the_run() {
     let (ended, summary) = with_rail("nan-signal", &[]);
     assert!(codes(&summary).contains(&"not_a_number"), "{summary:#}");
     assert_eq!(ended.summary.exit_code, 0, "{summary:#}");

@@ -1,6 +1,6 @@
-//! Outputs that cannot be written: exit code 9, a message that names the file, and what was valid is kept.
+//! Outputs that cannot be written: exit code 9, a message that names the file, and valid output is kept.
 //!
-//! A limit on the size of files stands for a full disk. It holds for shared memory too, so that the solvers run as threads.
+//! A limit on the size of files stands for a full disk. It also applies to shared memory, so the solvers run as threads.
 
 use std::fs::File;
 use std::os::unix::fs::symlink;
@@ -11,10 +11,10 @@ use harness::runs::{Scratch, parse_json, program, thirdbody};
 
 use crate::scene::{completed, fails, folder, short_quick};
 
-/// The same command where no file can become longer than so many blocks of 512 bytes.
+/// Runs the same command with files limited to `blocks` blocks of 512 bytes.
 fn limited(command: &Command, blocks: u32) -> Output {
     let mut shell = Command::new("sh");
-    // The signal of a file that is too long would end the program before it can say anything.
+    // Without the trap, the signal for a too long file would end the program before it can print anything.
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
     shell
         .args(["-c", &script, "sh"])
@@ -26,7 +26,7 @@ fn limited(command: &Command, blocks: u32) -> Output {
     shell.output().expect("there is a shell")
 }
 
-/// A run that no file of more than so many blocks fits into ends because of this one.
+/// A run with files limited to `blocks` blocks ends because of this file.
 fn ends_for_want_of(file: &str, work: &Path, run: &Command, blocks: u32) {
     let output = limited(run, blocks);
     fails(&output, 9, &["error[write-failed]", file, "File too large"]);

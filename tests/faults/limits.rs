@@ -1,4 +1,4 @@
-//! Limits of the machine and of sizes: named before anything is lost, with what to do.
+//! Limits of the machine and of sizes: the message names the limit and the cure before anything is lost.
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -11,7 +11,7 @@ use nix::unistd::mkfifo;
 
 use crate::scene::{fails, folder, short_quick};
 
-/// Output of a command that must not hang on what it is given.
+/// Output of a command that must not hang.
 fn promptly(command: &mut Command) -> Output {
     let start = Instant::now();
     let mut child = command
@@ -71,18 +71,18 @@ fn a_pipe_is_neither_a_scenario_nor_a_mesh() {
 }
 
 #[test]
-fn a_scenario_without_end_is_not_read() {
+fn an_oversized_scenario_is_not_read() {
     let work = Scratch::new("long-scenario");
     let file = std::fs::File::create(work.path().join("long.toml")).expect("the folder is ours");
-    // A hole: the disk holds none of it.
-    file.set_len(100 << 20).expect("holes are free");
+    // A sparse file takes no space on the disk.
+    file.set_len(100 << 20).expect("sparse files are free");
     let mut check = thirdbody(work.path());
     let output = promptly(check.args(["check", "long.toml"]));
     fails(&output, 2, &["long.toml", "104857600", "at most"]);
 }
 
 #[test]
-fn too_few_open_files_are_told_before_the_start() {
+fn a_limit_of_too_few_open_files_is_refused_before_the_start() {
     let work = Scratch::new("open-files");
     let run = short_quick(work.path(), &[]);
     let mut shell = Command::new("sh");
@@ -142,7 +142,7 @@ fn a_log_that_the_disk_has_no_room_for_is_refused_before_the_first_window() {
 }
 
 #[test]
-fn a_log_that_repeats_could_fill_the_disk_with_is_a_warning() {
+fn a_log_that_may_fill_the_disk_through_repeats_is_a_warning() {
     let work = Scratch::new("little-room");
     let sets = [
         "interface.layer-base.scheme=fixed-point-serial",
@@ -155,6 +155,6 @@ fn a_log_that_repeats_could_fill_the_disk_with_is_a_warning() {
     let warnings = summary["warnings"].as_array().expect("a list");
     let found = warnings.iter().find(|found| found["code"] == "log_space");
     let text = found.and_then(|found| found["text"].as_str());
-    let text = text.expect("it is told").to_string();
+    let text = text.expect("it is reported").to_string();
     assert!(text.contains("the log needs about"), "{text}");
 }

@@ -11,10 +11,10 @@ use nix::unistd::Pid;
 
 use crate::scene::{Running, completed, fails, gone_within, shared_memory_of, short_quick};
 
-/// The longest that an end may take once a peer is lost.
+/// The longest time from the loss of a peer to the end of the run.
 const PROMPT: Duration = Duration::from_secs(2);
 
-/// A run of `quick` that goes on for long enough, in the midst of its windows.
+/// A long run of `quick`, in the middle of its windows.
 fn in_the_midst(work: &Path, sets: &[&str]) -> Running {
     let mut all = vec!["run.end_s=1e-3", "run.output.flush_every_windows=10"];
     all.extend(sets);
@@ -54,12 +54,12 @@ fn killing_either_node_ends_the_run_with_its_name() {
     }
 }
 
-/// A participant that is killed while it makes a file of a connection leaves it half made; nobody waits for that file if the coordinator
-/// has all of its own by then: four services, the data and the wake-ups of its end.
+/// A participant that is killed while it creates a file of the connection leaves the file incomplete. Nobody waits for it if the
+/// coordinator has all of its own files by then: four services, the data and the wake-ups of its end.
 #[test]
 fn a_connection_is_whole_before_its_participant_begins() {
     let work = Scratch::new("whole");
-    // Nothing but the shell's own words: it counts as soon as it runs.
+    // Only shell built-ins: the script counts as soon as it runs.
     let find = r#"while read -r line; do case $line in *prefix*) p=${line#*: \"}; p=${p%%\"*};; esac; done < "$THIRDBODY_SESSION""#;
     let count = "for f in /dev/shm/$p*; do case $f in *.dynamic|*.data|*.ev_mgmt) n=$((n + 1));; esac; done";
     let script =
@@ -90,7 +90,7 @@ fn killing_the_coordinator_ends_its_children_and_keeps_the_log() {
     assert_eq!(shared_memory_of(coordinator), Vec::<String>::new());
 }
 
-/// Words that start a program in a PID namespace of its own; none where the system does not let us.
+/// Words that start a program in its own PID namespace; `None` where the system does not allow it.
 fn unshare() -> Option<Vec<&'static str>> {
     let pid = ["unshare", "--pid", "--fork", "--mount-proc", "--kill-child"];
     let as_user = ["--user", "--map-current-user"];
@@ -109,7 +109,7 @@ fn unshare() -> Option<Vec<&'static str>> {
     found
 }
 
-/// Files in shared memory of the run in this folder.
+/// Number of files in shared memory of the run in this folder.
 fn shared_memory_in(out: &Path) -> usize {
     let session =
         std::fs::read_to_string(out.join("logs/rail.session.json")).expect("it is written");
@@ -122,7 +122,7 @@ fn shared_memory_in(out: &Path) -> usize {
     own.count()
 }
 
-/// Two hosts may share `/dev/shm` and know no process of each other.
+/// Two hosts may share `/dev/shm` without seeing each other's processes.
 #[test]
 fn a_run_in_another_pid_namespace_is_spared_while_it_lives() {
     let Some(words) = unshare() else { return };
@@ -160,7 +160,7 @@ fn a_run_in_another_pid_namespace_is_spared_while_it_lives() {
     let mut running = elsewhere(work.path());
     send(running.child.id() as i32, Signal::SIGKILL);
     running.child.wait().expect("it was killed");
-    // The system ends all of a namespace whose first process was killed, which takes a moment.
+    // When the first process of a namespace is killed, the system ends the others, which takes a moment.
     let start = Instant::now();
     while shared_memory_in(&work.path().join("out")) > 0 {
         assert!(start.elapsed() < Duration::from_secs(20), "its files stay");
@@ -185,7 +185,7 @@ fn a_participant_in_a_pid_namespace_of_its_own_takes_part() {
 }
 
 #[test]
-fn a_stopped_node_is_told_from_a_dead_one() {
+fn a_stopped_node_is_reported_as_alive_but_stopped() {
     let work = Scratch::new("stopped");
     let running = in_the_midst(work.path(), &["run.deadlines.answer_s=1"]);
     let pids = running.participants();
@@ -204,8 +204,8 @@ fn a_stopped_node_is_told_from_a_dead_one() {
     gone_within(&pids, PROMPT);
 }
 
-/// A plastic rail under 211 grains tells its compliance anew in most windows, and the layer is told 178 000 numbers each time: 11 pieces,
-/// of which 4 wait at most. On a busy machine the layer does not look for longer than the coordinator's patience of 50 ms.
+/// A plastic rail under 211 grains sends a new compliance in most windows, and the layer receives 178 000 numbers each time: 11 pieces,
+/// of which at most 4 wait. On a busy machine the layer may not read for longer than the coordinator's patience of 50 ms.
 #[test]
 fn a_node_that_stands_still_in_the_middle_of_a_long_frame_is_waited_for() {
     let [alone, stopped] = [Scratch::new("alone"), Scratch::new("still")];
@@ -257,7 +257,7 @@ fn an_interrupt_keeps_the_valid_part() {
 #[test]
 fn an_interrupt_does_not_wait_for_a_stopped_node() {
     let work = Scratch::new("interrupted-stopped");
-    // With checkpoints a window in progress has two seconds to end, which a stopped node does not use.
+    // With checkpoints a window in progress has two seconds to end; the coordinator does not spend them on a stopped node.
     let often = [
         "run.checkpoint_every_windows=20",
         "run.deadlines.answer_s=60",

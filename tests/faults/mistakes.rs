@@ -1,5 +1,5 @@
-//! The typical mistakes of the book: each is made, and the message must be the one on the page. And the pages of causes and cures as the
-//! command prints them.
+//! The typical mistakes of the book: the test makes each, and the message must be the one on the page. The command prints the pages of
+//! causes and cures.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use harness::runs::{Scratch, thirdbody};
 
 use crate::scene::{fails, folder};
 
-/// A mistake of the page: lines of `quick` taken out and put in, and the message that follows.
+/// A mistake of the page: lines removed from and added to `quick`, and the message that follows.
 struct Mistake<'a> {
     title: &'a str,
     change: &'a str,
@@ -46,7 +46,7 @@ fn mistakes(page: &str) -> Vec<Mistake<'_>> {
         .collect()
 }
 
-/// `quick` with the change of a mistake: the lines that come in the place of those that go, which are a part of the scene.
+/// `quick` with the change of a mistake: the new lines replace the old ones, which occur once in the scene.
 fn changed(change: &str) -> String {
     let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
     let lines = |sign: char| {
@@ -58,7 +58,7 @@ fn changed(change: &str) -> String {
     text.replace(&old, &new)
 }
 
-/// The message of `check`, with its lines whole, without spaces at the ends of its lines.
+/// The exit code and the message of `check`, with whole lines and without trailing spaces.
 fn message(text: &str) -> (Option<i32>, String) {
     let work = Scratch::new("mistake");
     std::fs::write(work.path().join("scenario.toml"), text).expect("the folder is writable");
@@ -76,7 +76,7 @@ fn message(text: &str) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_messages_of_typical_mistakes_are_those_of_the_page() {
+fn the_messages_of_typical_mistakes_match_the_pages() {
     let pages = ["keys", "values", "names-and-files", "scene"];
     let pages = pages.map(|name| page(&format!("{BOOK}/howto/mistakes/{name}.md")));
     let mistakes = Vec::from_iter(pages.iter().flat_map(|page| mistakes(page)));
@@ -108,13 +108,13 @@ fn explain_prints_the_entry_of_a_code_and_proposes_the_nearest() {
             listed.lines().any(|line| line.starts_with(code)),
             "{code}: {listed}"
         );
-        let told = explain(&[code]);
-        let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        let entry = told.split_once("\n\n").expect("code and text").1;
+        let printed = explain(&[code]);
+        let printed = String::from_utf8_lossy(&printed.stdout).into_owned();
+        let entry = printed.split_once("\n\n").expect("code and text").1;
         let pages = ["errors", "findings"].map(|name| page(&format!("{BOOK}/reference/{name}.md")));
         assert!(
             pages.iter().any(|page| page.contains(entry.trim())),
-            "{told}"
+            "{printed}"
         );
     }
     let unknown = explain(&["peer-list"]);

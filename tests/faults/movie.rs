@@ -1,11 +1,11 @@
-//! `report --movie` through the command: a page that needs nothing else, of what there is.
+//! `report --movie` through the command: one self-contained page of the fields that exist.
 
 use std::path::Path;
 use std::process::Output;
 
 use harness::runs::{Scratch, thirdbody};
 
-/// A small rail under its wheel, held and rubbed for a moment.
+/// A small rail under its wheel: a short hold and a short motion.
 const SCENE: &str = r#"
 [run]
 name = "</script><b>rail & wheel"
@@ -30,7 +30,7 @@ fn movie(folder: &Path) -> Output {
     command.output().expect("it starts")
 }
 
-/// A folder with the run `out`, whose fields are this far apart (s).
+/// A folder with the run `out`; its fields are `every` apart (s).
 fn ran(name: &str, every: &str) -> Scratch {
     let work = Scratch::new(name);
     std::fs::write(work.path().join("scenario.toml"), SCENE).expect("the folder is writable");
@@ -56,8 +56,8 @@ fn a_run_becomes_one_page_with_a_frame_for_each_moment() {
     let output = movie(work.path());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    let told = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(told.trim(), "out/movie.html");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(printed.trim(), "out/movie.html");
     let page = page(work.path());
     assert!(page.len() < 5_000_000 && page.contains("<h1>hostile</h1>"));
     // Four moments in ramp and hold, ten in 5e-5 s of motion.
@@ -66,7 +66,7 @@ fn a_run_becomes_one_page_with_a_frame_for_each_moment() {
     assert!(!work.path().join("out/report.html").exists());
 }
 
-/// A run directory may come from somebody else: its scenario is read as it is.
+/// A run directory may come from another user: the report reads its scenario as it is.
 #[test]
 fn a_name_from_elsewhere_ends_no_element_of_the_page() {
     let work = ran("movie-hostile", "5e-6");
@@ -81,7 +81,7 @@ fn a_name_from_elsewhere_ends_no_element_of_the_page() {
 }
 
 #[test]
-fn few_moments_say_how_there_will_be_more() {
+fn a_page_of_few_moments_says_how_to_get_more() {
     let work = ran("movie-few", "1.0");
     assert!(movie(work.path()).status.success());
     // A hundredth of 0.09 ms.
@@ -89,7 +89,7 @@ fn few_moments_say_how_there_will_be_more() {
 }
 
 #[test]
-fn a_run_cut_short_shows_what_there_is_and_one_without_fields_says_what_to_do() {
+fn a_run_cut_short_is_shown_and_a_run_without_fields_is_refused_with_the_key() {
     let work = ran("movie-cut", "5e-6");
     let fields = work.path().join("out/fields");
     let file = fields.join("rail-hold-1.vtu");

@@ -1,11 +1,11 @@
-//! What somebody meets on the first day: slips that are named with what was meant, and words that are explained.
+//! A user's first day: messages answer a slip with the word that was meant, and `explain` explains words.
 
 use harness::runs::{Scratch, thirdbody};
 
 use crate::scene::fails;
 
 #[test]
-fn slips_are_named_with_what_was_meant() {
+fn slips_are_refused_with_the_word_that_was_meant() {
     let work = Scratch::new("slips");
     let study = "scenarios/studies/quick-bonded";
     let copied = thirdbody(work.path())
@@ -66,15 +66,15 @@ fn slips_are_named_with_what_was_meant() {
             .output()
             .expect("it starts");
         fails(&said, 2, words);
-        let told = String::from_utf8_lossy(&said.stderr).into_owned();
-        assert!(!told.contains("os error"), "{command:?}: {told}");
+        let printed = String::from_utf8_lossy(&said.stderr).into_owned();
+        assert!(!printed.contains("os error"), "{command:?}: {printed}");
     }
 }
 
 #[test]
 fn codes_keys_and_results_are_explained() {
     let work = Scratch::new("words");
-    for (word, told) in [
+    for (word, expected) in [
         (
             "warning[long_window]:",
             "- Do: lower `interface.<name>.substeps`",
@@ -111,7 +111,7 @@ fn codes_keys_and_results_are_explained() {
             .expect("it starts");
         let text = String::from_utf8_lossy(&said.stdout).into_owned();
         assert!(
-            said.status.success() && text.contains(told),
+            said.status.success() && text.contains(expected),
             "{word}: {text}"
         );
     }
@@ -122,7 +122,7 @@ fn codes_keys_and_results_are_explained() {
     assert!(String::from_utf8_lossy(&listed.stdout).contains("wheel-rail-coupled"));
 }
 
-/// A run ends in what people ask for first, and in all of it on request; an export tells what it will be.
+/// A run prints the results that people ask for first, and all of them on request.
 #[test]
 fn a_run_ends_in_six_figures_and_what_comes_next() {
     let work = Scratch::new("ends");
@@ -175,7 +175,7 @@ fn a_copied_scene_says_what_its_keys_are() {
         let read = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("it is there");
         let text = read(work.path().join("mine/scenario.toml"));
         assert!(text.lines().any(|own| own.starts_with(line)), "{text}");
-        // Above each line, and the keys are those of the scene.
+        // The comments stand above the lines, and the keys are the scene's.
         let mut own: toml::Table = text.parse().expect("it is TOML");
         let run = own["run"].as_table_mut().expect("a table");
         assert_eq!(run.remove("derived_from"), Some(shipped.into()));

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::scene::folder;
 
-/// A shipped scene with these overrides, for ten windows of `quick` unless they say otherwise.
+/// Runs a shipped scene with these overrides and arguments: exit code, summary, output.
 fn run(scene: &str, sets: &[&str], more: &[&str]) -> (Option<i32>, Value, Output) {
     let work = Scratch::new("plausible");
     let mut command = thirdbody(work.path());
@@ -27,16 +27,17 @@ fn run(scene: &str, sets: &[&str], more: &[&str]) -> (Option<i32>, Value, Output
     (output.status.code(), summary, output)
 }
 
+/// Ten windows of `quick`.
 const SHORT: &str = "run.end_s=6e-6";
 
-/// Codes of the warnings, but for that of a run which ends before its loads are on: tests of it are below.
+/// Codes of the warnings except `unreached`, which has its own tests below.
 fn codes(summary: &Value) -> Vec<&str> {
     let warnings = summary["warnings"].as_array().expect("a list");
     let codes = warnings.iter().filter_map(|w| w["code"].as_str());
     codes.filter(|code| *code != "unreached").collect()
 }
 
-/// Keys that a run ended before.
+/// Keys whose effect the run ended before.
 fn unreached(summary: &Value) -> Vec<&str> {
     let warnings = summary["warnings"].as_array().expect("a list").iter();
     let unreached = warnings.filter(|warning| warning["code"] == "unreached");
@@ -60,10 +61,10 @@ fn a_layer_of_another_shape_than_its_rail_is_suspect() {
         warning["value"].as_f64() > warning["bound"].as_f64(),
         "{warning}"
     );
-    let told = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stderr);
     assert!(
-        told.contains("warning[surface_offset]: layer-base: the shape"),
-        "{told}"
+        printed.contains("warning[surface_offset]: layer-base: the shape"),
+        "{printed}"
     );
 
     let (code, summary, _) = crown("0.25", &[]);
@@ -75,9 +76,9 @@ fn a_layer_of_another_shape_than_its_rail_is_suspect() {
     assert_eq!((code, &summary["warnings"]), (Some(0), &json!([])));
 }
 
-/// Grains on a bare surface whose points lie 8 mm apart (20 elements) press 713 MPa on the rail where 1 018 are right.
+/// Grains on a bare surface whose points lie 8 mm apart (20 elements) press on the rail with 713 MPa instead of 1 018.
 #[test]
-fn points_much_wider_apart_than_the_nodes_are_warned_of() {
+fn points_much_wider_apart_than_the_nodes_raise_a_warning() {
     let loose = "participant.third-body.config.sample.glued=false";
     let spacing = "participant.third-body.config.sample.surface.spacing_m";
     let found = |spacing_m: &str| {
@@ -107,11 +108,11 @@ fn bounds_out_of_order_are_refused_by_their_key() {
         ),
     ] {
         let (code, _, output) = run("quick", &[SHORT, set], &[]);
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(code, Some(2), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(code, Some(2), "{printed}");
         assert!(
-            told.contains(key) && told.contains("rising order"),
-            "{told}"
+            printed.contains(key) && printed.contains("rising order"),
+            "{printed}"
         );
     }
 }
@@ -126,15 +127,15 @@ fn interfaces_inside_out_are_refused() {
         ],
         &[],
     );
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(code, Some(2), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(code, Some(2), "{printed}");
     for part in ["below", "lower.top", "third-body.lid", "face the same way"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
 }
 
 #[test]
-fn windows_accepted_without_convergence_are_counted_against_the_run() {
+fn windows_accepted_without_convergence_make_the_run_suspect() {
     let (code, summary, _) = run(
         "quick",
         &[
@@ -184,17 +185,17 @@ fn a_wheel_that_moves_at_once_under_its_load_is_suspect() {
 }
 
 #[test]
-fn a_rail_too_heavy_to_come_to_rest_is_told() {
+fn a_rail_too_heavy_to_come_to_rest_raises_a_warning() {
     let heavy = "participant.rail.config.material.density_kg_per_m3=1e7";
     let alone = "participant.third-body.config.wheel.cycles=0.0";
     let (code, summary, _) = run("quick", &[heavy, alone], &[]);
-    // The approach is 2.7 % below that of a rail of steel.
-    let told = vec!["unusual_value", "wheel_drift"];
-    assert_eq!((code, codes(&summary)), (Some(0), told));
+    // The approach is 2.7 % below a steel rail's.
+    let expected = vec!["unusual_value", "wheel_drift"];
+    assert_eq!((code, codes(&summary)), (Some(0), expected));
 }
 
 #[test]
-fn a_rough_tolerance_and_a_layer_under_stress_are_told() {
+fn a_rough_tolerance_and_a_layer_under_stress_raise_warnings() {
     let rough = "participant.third-body.config.solver.tolerance=0.05";
     let (_, summary, _) = run("quick", &["run.end_s=6e-5", rough], &[]);
     assert_eq!(codes(&summary), ["contact_residual"]);
@@ -206,49 +207,49 @@ fn a_rough_tolerance_and_a_layer_under_stress_are_told() {
             .arg("check")
             .arg(folder("quick"))
             .args(["--set", &set]);
-        let told = check.output().expect("the program starts");
-        let told = [told.stdout, told.stderr].concat();
-        let told = String::from_utf8_lossy(&told).into_owned();
-        let flat: Vec<&str> = told.split_whitespace().collect();
+        let printed = check.output().expect("the program starts");
+        let printed = [printed.stdout, printed.stderr].concat();
+        let printed = String::from_utf8_lossy(&printed).into_owned();
+        let flat: Vec<&str> = printed.split_whitespace().collect();
         flat.join(" ").contains("sample.press_pa: the layer")
     };
     assert!(advised("[1e10]"));
     assert!(!advised("[1e9, 5e7]"), "the last pressure counts");
 }
 
-/// What `check` prints of a scene with this override, and its exit code.
+/// The exit code and the output of `check` for a scene with this override.
 fn checked(scene: &str, set: &str) -> (Option<i32>, String) {
     let work = Scratch::new("checked");
     let mut check = thirdbody(work.path());
     check.arg("check").arg(folder(scene)).args(["--set", set]);
     let output = check.output().expect("the program starts");
-    let told = [output.stdout, output.stderr].concat();
+    let printed = [output.stdout, output.stderr].concat();
     (
         output.status.code(),
-        String::from_utf8_lossy(&told).into_owned(),
+        String::from_utf8_lossy(&printed).into_owned(),
     )
 }
 
-/// Geometry, masses and keys are known before the first window: `check` warns of them by the code that the run has, and ends as it would.
+/// Geometry, masses and keys are known before the first window: `check` warns of them with the codes and the exit code of the run.
 #[test]
-fn check_warns_of_what_a_run_would_be_suspect_for() {
+fn check_gives_the_warnings_and_the_exit_code_of_the_run() {
     let crown = "participant.third-body.config.sample.crown_radius_m=0.15";
-    let (code, told) = checked("quick", crown);
-    assert_eq!(code, Some(8), "{told}");
-    assert!(told.contains("warning[surface_offset]"), "{told}");
+    let (code, printed) = checked("quick", crown);
+    assert_eq!(code, Some(8), "{printed}");
+    assert!(printed.contains("warning[surface_offset]"), "{printed}");
     let (code, summary, _) = run("quick", &[SHORT, crown], &[]);
     assert_eq!((code, codes(&summary)), (Some(8), vec!["surface_offset"]));
-    let (code, told) = checked("quick", "run.seed=2");
+    let (code, printed) = checked("quick", "run.seed=2");
     assert_eq!(
-        (code, told.contains("warning[")),
+        (code, printed.contains("warning[")),
         (Some(0), false),
-        "{told}"
+        "{printed}"
     );
 }
 
-/// 102.5 for 102.5 GPa, and a width of 40 mm as 40.
+/// 102.5 for 102.5 GPa, and 7.8 for 7.8 g/cm3.
 #[test]
-fn a_unit_that_was_mistaken_is_guessed() {
+fn a_mistaken_unit_is_guessed() {
     for (set, meant) in [
         (
             "participant.rail.config.material.young_pa=102.5",
@@ -259,25 +260,25 @@ fn a_unit_that_was_mistaken_is_guessed() {
             "was 7.8 g/cm3 meant, 7.8e3 kg/m3?",
         ),
     ] {
-        let (_, told) = checked("quick", set);
+        let (_, printed) = checked("quick", set);
         assert!(
-            told.contains("warning[unusual_value]") && told.contains(meant),
-            "{told}"
+            printed.contains("warning[unusual_value]") && printed.contains(meant),
+            "{printed}"
         );
         let (_, summary, _) = run("quick", &[SHORT, set], &[]);
         assert!(codes(&summary).contains(&"unusual_value"), "{summary}");
     }
 }
 
-/// A scene that ships under no such name is none to be held against.
+/// No shipped scene has this name, so there is nothing to compare with.
 #[test]
 fn an_origin_that_is_not_shipped_is_a_key_without_effect() {
-    let (code, told) = checked("quick", "run.derived_from=quik");
-    assert_eq!(code, Some(0), "{told}");
+    let (code, printed) = checked("quick", "run.derived_from=quik");
+    assert_eq!(code, Some(0), "{printed}");
     assert!(
-        told.contains("warning[unused_key]: run.derived_from")
-            && told.contains("did you mean `quick`?"),
-        "{told}"
+        printed.contains("warning[unused_key]: run.derived_from")
+            && printed.contains("did you mean `quick`?"),
+        "{printed}"
     );
 }
 
@@ -285,11 +286,11 @@ fn an_origin_that_is_not_shipped_is_a_key_without_effect() {
 fn a_tolerance_below_rounding_is_refused() {
     let set = "participant.third-body.config.solver.tolerance=1e-100";
     let (code, _, output) = run("quick", &[SHORT, set], &[]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(code, Some(2), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(code, Some(2), "{printed}");
     assert!(
-        told.contains("solver.tolerance") && told.contains("1e-100"),
-        "{told}"
+        printed.contains("solver.tolerance") && printed.contains("1e-100"),
+        "{printed}"
     );
 }
 
@@ -305,7 +306,7 @@ fn a_key_without_meaning_is_a_warning_of_the_summary() {
 }
 
 #[test]
-fn energies_that_nobody_tells_are_said_to_be_missing() {
+fn energies_that_no_participant_reports_are_marked_as_missing() {
     let (code, summary, _) = run("verification/block-under-wheel", &[], &[]);
     assert_eq!(code, Some(0));
     let block = &summary["participants"]["block"];
@@ -316,7 +317,7 @@ fn energies_that_nobody_tells_are_said_to_be_missing() {
     assert_eq!(summary["participants"]["rail"].get("ledger"), None);
 }
 
-/// The peak of 957 MPa at 0.5 ms is not that of the hold, 1 053 MPa; at 0.8 ms the hold is over, and only the motion is to come.
+/// The peak of 957 MPa at 0.5 ms is not the hold's, 1 053 MPa. At 0.8 ms the hold is over, and only the motion is to come.
 #[test]
 fn results_of_the_hold_are_left_out_of_a_run_that_ends_before_it() {
     let keys = |names: &[&str]| {
@@ -351,14 +352,14 @@ fn results_of_the_hold_are_left_out_of_a_run_that_ends_before_it() {
         );
     }
     let check = |sets: &[&str]| {
-        let work = Scratch::new("foretold");
+        let work = Scratch::new("predicted");
         let mut check = thirdbody(work.path());
         check
             .arg("check")
             .arg(folder("wheel-rail-fe-small"))
             .args(sets);
-        let told = check.output().expect("the program starts").stdout;
-        String::from_utf8_lossy(&told)
+        let printed = check.output().expect("the program starts").stdout;
+        String::from_utf8_lossy(&printed)
             .matches("warning[unreached]")
             .count()
     };
@@ -366,9 +367,9 @@ fn results_of_the_hold_are_left_out_of_a_run_that_ends_before_it() {
     assert_eq!(check(&[]), 0);
 }
 
-/// The wheel is the grains' own, the pressures are the rail's; so it is with the force through the interface.
+/// The grains report the wheel, the rail reports the pressures, and the force is the interface's.
 #[test]
-fn results_of_a_hold_are_left_out_whoever_tells_them() {
+fn results_of_a_hold_are_left_out_whichever_participant_reports_them() {
     let of_hold = ["approach_m", "p_max_gauss_pa", "interface_force_n"];
     let (_, summary, _) = run("quick", &["run.end_s=2e-4"], &[]);
     let wheel = ["cycles", "hold_s", "ramp_s"];
@@ -378,9 +379,9 @@ fn results_of_a_hold_are_left_out_whoever_tells_them() {
     assert!(gone.all(Value::is_null), "{summary}");
 }
 
-/// A load that changes, a feed, a wear time and fields that come after the end; what stays constant beyond it changes nothing.
+/// A load that changes after the end, a ramp and fields that come after it; a table that stays constant beyond it raises no warning.
 #[test]
-fn tables_ramps_and_fields_after_the_end_are_told_by_key() {
+fn tables_ramps_and_fields_after_the_end_are_reported_by_key() {
     let loaded = |table: &str| {
         let set = format!(
             "participant.bar.config.boundary.top={{ {table}, load_direction = [0.0, -1.0] }}"
@@ -407,7 +408,7 @@ fn tables_ramps_and_fields_after_the_end_are_told_by_key() {
 
 /// The time of a static analysis counts increments.
 #[test]
-fn increments_that_never_came_are_told_by_key() {
+fn increments_that_never_came_are_reported_by_key() {
     let (code, summary, _) = run("verification/block-under-wheel", &["run.end_s=3.0"], &[]);
     let keys = ["cycles", "load_n"].map(|key| format!("participant.block.config.wheel.{key}"));
     assert_eq!(
@@ -417,7 +418,7 @@ fn increments_that_never_came_are_told_by_key() {
     assert_eq!(summary["results"]["p0_pa"], Value::Null);
 }
 
-/// The only cycle, of 3 kHz, ends at 1.133 ms; half of it has no area.
+/// The only cycle, of 3 kHz, ends at 1.133 ms; half a cycle has no area.
 #[test]
 fn a_loop_that_is_not_closed_has_no_area() {
     let wheel = ["frequency_hz=3000.0", "cycles=1.0"];

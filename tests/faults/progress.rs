@@ -1,4 +1,4 @@
-//! Progress on stderr: a block on a terminal, a few lines elsewhere, objects for programs, nothing when it is to be quiet.
+//! Progress on stderr: a block on a terminal, a few lines elsewhere, objects for programs, nothing with `--quiet`.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,12 +9,12 @@ use serde_json::Value;
 use crate::scene::{fails, short_quick};
 
 /// Standard error of a short `quick` with these arguments.
-fn told(work: &Path, arguments: &[&str], sets: &[&str]) -> String {
+fn stderr_of(work: &Path, arguments: &[&str], sets: &[&str]) -> String {
     let output = short_quick(work, sets).args(arguments).output();
     let output = output.expect("the program starts");
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{stderr}");
-    // stdout is what it is without progress.
+    // Progress does not change stdout.
     assert_eq!(parse_json(&output.stdout)["status"], "completed");
     stderr
 }
@@ -22,7 +22,7 @@ fn told(work: &Path, arguments: &[&str], sets: &[&str]) -> String {
 #[test]
 fn a_pipe_gets_a_line_for_every_tenth_of_a_run() {
     let work = Scratch::new("lines");
-    let stderr = told(work.path(), &[], &["run.end_s=4e-4"]);
+    let stderr = stderr_of(work.path(), &[], &["run.end_s=4e-4"]);
     let lines: Vec<&str> = stderr.lines().collect();
     assert!((1..=11).contains(&lines.len()), "{stderr}");
     let last = lines[lines.len() - 1];
@@ -47,9 +47,9 @@ fn a_pipe_gets_a_line_for_every_tenth_of_a_run() {
 fn quiet_runs_still_warn() {
     let work = Scratch::new("quiet");
     let whole = ["run.end_s=1.8e-3"];
-    assert_eq!(told(work.path(), &["--quiet"], &whole), "");
+    assert_eq!(stderr_of(work.path(), &["--quiet"], &whole), "");
     let work = Scratch::new("quiet-warns");
-    let warned = told(
+    let warned = stderr_of(
         work.path(),
         &["--quiet"],
         &["run.plausible.energy_balance_rel=[1e-12, 1.0]"],
@@ -65,11 +65,13 @@ fn quiet_runs_still_warn() {
 fn programs_get_one_object_a_line() {
     let work = Scratch::new("objects");
     let warns = ["run.plausible.energy_balance_rel=[1e-12, 1.0]"];
-    let stderr = told(work.path(), &["--json-lines"], &warns);
+    let stderr = stderr_of(work.path(), &["--json-lines"], &warns);
     let objects: Vec<Value> = stderr.lines().map(|l| parse_json(l.as_bytes())).collect();
     let all = &objects;
     let of = |event: &'static str| all.iter().filter(move |object| object["event"] == event);
-    let last = of("progress").next_back().expect("the run's end is told");
+    let last = of("progress")
+        .next_back()
+        .expect("the run's end is reported");
     assert_eq!(last["done_rel"], 1.0);
     for key in [
         "t_s",
@@ -110,9 +112,9 @@ fn programs_get_one_object_a_line() {
 }
 
 #[test]
-fn programs_are_told_of_replays_and_of_words_that_are_none() {
+fn replays_and_unknown_words_are_reported_to_programs() {
     let work = Scratch::new("replayed");
-    told(work.path(), &["--quiet"], &[]);
+    stderr_of(work.path(), &["--quiet"], &[]);
     let run = |arguments: &[&str]| {
         let mut command = Command::new(program("thirdbody"));
         let output = command.args(arguments).current_dir(work.path()).output();
@@ -121,7 +123,13 @@ fn programs_are_told_of_replays_and_of_words_that_are_none() {
     let replayed = run(&["replay", "out", "--node", "third-body", "--json-lines"]);
     assert!(replayed.status.success());
     let lines = String::from_utf8_lossy(&replayed.stderr).into_owned();
-    let count = parse_json(lines.lines().last().expect("its end is told").as_bytes());
+    let count = parse_json(
+        lines
+            .lines()
+            .last()
+            .expect("its end is reported")
+            .as_bytes(),
+    );
     assert!(count["event"] == "count" && count["things"] == "messages");
     assert!(count["done"] == count["total"] && count["total"].as_u64() > Some(0));
     assert!(run(&["replay", "out", "--quiet"]).stderr.is_empty());
@@ -131,7 +139,7 @@ fn programs_are_told_of_replays_and_of_words_that_are_none() {
     assert!(error["event"] == "error" && error["code"] == "usage");
 }
 
-/// A terminal that knows the codes which move the cursor up and clear what is below.
+/// A terminal that knows the codes that move the cursor up and clear the lines below it.
 #[derive(Default)]
 struct Screen {
     lines: Vec<String>,
@@ -188,8 +196,8 @@ impl Screen {
     }
 }
 
-/// On a terminal of 80 columns the block is redrawn where it stands, and what is told meanwhile is above it. The terminal is that of
-/// `script` (util-linux).
+/// On a terminal of 80 columns the block is redrawn in place, and messages that come meanwhile stand above it. `script` (util-linux)
+/// provides the terminal.
 #[test]
 fn a_terminal_gets_one_block_that_never_wraps() {
     let work = Scratch::new("block");
@@ -241,7 +249,7 @@ fn a_terminal_gets_one_block_that_never_wraps() {
 }
 
 #[test]
-fn a_long_set_up_is_told_while_it_lasts() {
+fn a_long_set_up_is_reported_while_it_lasts() {
     let work = Scratch::new("prepares");
     let node = program("verification-node").display().to_string();
     let late = format!("sleep 1.3; exec {node} bar");
@@ -253,14 +261,14 @@ fn a_long_set_up_is_told_while_it_lasts() {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{stderr}");
     let objects = stderr.lines().map(|line| parse_json(line.as_bytes()));
-    let told: Vec<Value> = objects
+    let events: Vec<Value> = objects
         .filter(|object| object["event"] == "prepares")
         .collect();
-    assert_eq!(told.len(), 1, "{stderr}");
-    assert_eq!(told[0]["participant"], "bar");
-    assert_eq!(told[0]["limit_s"], 300.0);
+    assert_eq!(events.len(), 1, "{stderr}");
+    assert_eq!(events[0]["participant"], "bar");
+    assert_eq!(events[0]["limit_s"], 300.0);
     assert!(
-        told[0]["waited_s"]
+        events[0]["waited_s"]
             .as_f64()
             .is_some_and(|s| (1.0..1.3).contains(&s)),
         "{stderr}"

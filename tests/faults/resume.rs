@@ -1,5 +1,5 @@
-//! Runs that are cut off: killed at any instant, interrupted, or with damaged checkpoints. Resuming is always possible,
-//! and ends with the bits of the run that nobody touched.
+//! Runs that are cut off: killed at any instant, interrupted, or with damaged checkpoints. They can always be resumed, and end with the
+//! bits of an undisturbed run.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::scene::{Running, completed, fails, gone_within, short_quick};
 
-/// A checkpoint every other window, so that many kills fall into the writing of one.
+/// A checkpoint every other window, so that many kills hit while one is written.
 const OFTEN: [&str; 3] = [
     "run.end_s=2e-4",
     "run.checkpoint_every_windows=2",
@@ -94,7 +94,7 @@ fn a_run_that_was_killed_at_any_instant_resumes_to_the_same_bits() {
 }
 
 #[test]
-fn an_interrupted_run_resumes_from_the_window_that_it_ended_with() {
+fn an_interrupted_run_resumes_from_its_last_window() {
     let reference = Scratch::new("never-interrupted");
     let rare = ["run.checkpoint_every_windows=1000000", "run.end_s=3e-4"];
     let whole = completed(&mut short_quick(reference.path(), &rare))["hashes"].clone();
@@ -115,7 +115,7 @@ fn an_interrupted_run_resumes_from_the_window_that_it_ended_with() {
     assert_eq!(hashes(&resume(work.path(), "out", "again", &[])), whole);
 }
 
-/// The resumed run becomes the latest as soon as it begins, and still has to find the one that it goes on with.
+/// The resumed run becomes the latest as soon as it begins, and must still find the run that it continues.
 #[test]
 fn the_latest_run_resumes_by_that_name() {
     let work = Scratch::new("resume-latest");
@@ -133,7 +133,7 @@ fn the_latest_run_resumes_by_that_name() {
 }
 
 #[test]
-fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
+fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_used() {
     let work = Scratch::new("damaged-checkpoint");
     let out = work.path().join("out");
     let whole = completed(&mut short_quick(work.path(), &OFTEN))["hashes"].clone();
@@ -158,7 +158,7 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
         said.contains(&format!("goes on from out/checkpoints/{}", name(&files[0]))),
         "{said}"
     );
-    // A log that was cut before the checkpoints makes both useless; the run begins again.
+    // A log cut before the checkpoints makes both useless; the run begins again.
     let log = std::fs::read(out.join("exchange.mcap")).expect("it was written");
     std::fs::write(out.join("exchange.mcap"), &log[..log.len() / 2]).expect("writable");
     let output = resume(work.path(), "out", "short-log", &[]);
@@ -227,7 +227,7 @@ fn a_checkpoint_of_another_build_of_this_version_is_refused_by_name() {
 fn foreign() -> String {
     as_programs(
         &[
-            // At a Courant number of 0.9 the bar keeps its energies to 12 % only.
+            // At a Courant number of 0.9 the energy error of the bar is 12 %.
             head(
                 "foreign",
                 1.0,
@@ -242,7 +242,7 @@ fn foreign() -> String {
 }
 
 #[test]
-fn foreign_programs_resume_with_leave_only() {
+fn foreign_programs_resume_only_with_permission() {
     let work = Scratch::new("foreign-resume");
     let node = program("verification-node").display().to_string();
     std::fs::write(work.path().join("scene.toml"), foreign()).expect("writable");
@@ -258,7 +258,7 @@ fn foreign_programs_resume_with_leave_only() {
     assert_eq!(hashes(&output), whole);
 }
 
-/// Rows of signals.csv: the header, then one a window.
+/// Rows of signals.csv: the header, then one row per window.
 fn rows(out: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(out.join("signals.csv")).expect("it was written");
     text.lines().map(String::from).collect()
@@ -272,7 +272,7 @@ fn write_rows(out: &Path, rows: &[String]) {
     std::fs::write(out.join("signals.csv"), text).expect("writable");
 }
 
-/// A row that lost two cells, a digit, and half of all rows: what came before the damage is gone on with.
+/// Damage: a row without two cells, a changed digit, half of all rows. The run continues from before the damage.
 #[test]
 fn a_damaged_table_is_not_carried_on() {
     let work = Scratch::new("damaged-table");
@@ -290,8 +290,8 @@ fn a_damaged_table_is_not_carried_on() {
     damaged[1][7] = changed(&sound[7]);
     damaged[2].truncate(sound.len() / 2);
     damaged[3][between] = changed(&sound[between]);
-    let told = [&begins, &begins, &begins, &before];
-    for (index, (damaged, told)) in damaged.iter().zip(told).enumerate() {
+    let expected = [&begins, &begins, &begins, &before];
+    for (index, (damaged, expected)) in damaged.iter().zip(expected).enumerate() {
         assert!(*damaged != sound);
         write_rows(&out, damaged);
         let output = resume(work.path(), "out", &format!("again-{index}"), &[]);
@@ -300,7 +300,7 @@ fn a_damaged_table_is_not_carried_on() {
             said.contains("signals.csv differs from what the run had written until then"),
             "{said}"
         );
-        assert!(said.contains(told), "{index}: {said}");
+        assert!(said.contains(expected), "{index}: {said}");
         let again = parse_json(&output.stdout);
         assert_eq!(
             (&again["hashes"], &again["tables"]),
@@ -309,7 +309,7 @@ fn a_damaged_table_is_not_carried_on() {
     }
 }
 
-/// A rail after its hold: its field and its traction are carried over, and are those that were written.
+/// A rail after its hold: the resumed run takes over its field and its traction as they were written.
 #[test]
 fn a_damaged_field_or_profile_is_not_carried_on() {
     let work = Scratch::new("damaged-field");
@@ -348,7 +348,7 @@ fn a_damaged_field_or_profile_is_not_carried_on() {
     }
 }
 
-/// A disk of a table that falls on another one of it.
+/// A disk of a table falls on another disk of the same table.
 const FALLS: &str = r#"
 [run]
 name = "falls"
@@ -401,7 +401,7 @@ fn a_table_of_grains_that_has_changed_is_refused_with_or_without_a_checkpoint() 
     );
     std::fs::write(work.path().join("out/manifest.json"), "{}").expect("writable");
     refused(
-        "untold",
+        "unknown",
         &[
             "manifest.json lacks the hashes",
             "run the scenario from its start",

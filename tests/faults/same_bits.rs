@@ -1,4 +1,4 @@
-//! Same scenario, same build: same bits, whatever the threads, the transport and the company.
+//! Same scenario, same build: same bits, for any number of threads, any transport and beside other runs.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ fn threads_and_transport_change_no_bit() {
 }
 
 #[test]
-fn couples_of_rolling_have_the_same_bits_on_any_threads() {
+fn rolling_couples_have_the_same_bits_on_any_number_of_threads() {
     let sets = [
         "participant.third-body.config.sample.glued=false",
         "participant.third-body.config.law.rolling.coefficient=0.2",
@@ -47,7 +47,7 @@ fn couples_of_rolling_have_the_same_bits_on_any_threads() {
 }
 
 #[test]
-fn bonds_that_heal_have_the_same_bits_on_any_threads() {
+fn healing_bonds_have_the_same_bits_on_any_number_of_threads() {
     let sets = [
         "participant.third-body.config.law.kind=cohesion",
         "participant.third-body.config.law.cn_pa_per_m=6.4e15",
@@ -62,8 +62,8 @@ fn bonds_that_heal_have_the_same_bits_on_any_threads() {
     assert_eq!(run(&sets, "1"), run(&sets, "2"));
 }
 
-/// 4 050 disks in 12 000 contacts, above the 8 192 from which the contact solver cuts its problem, on a strip of 5 040 elements,
-/// above the 5 000 from which two threads share them.
+/// 4 050 disks in 12 000 contacts on a strip of 5 040 elements. From 8 192 contacts on, the contact solver divides its problem; from
+/// 5 000 elements on, two threads share them.
 fn large_scene(folder: &Path) {
     let (radius, columns, rows) = (0.1e-3, 90, 45);
     let d = 2.0 * radius * (1.0 - 1e-6);
@@ -116,7 +116,7 @@ tolerance_rel = 1e-5
 }
 
 #[test]
-fn threads_change_no_bit_where_there_is_work_for_them() {
+fn threads_change_no_bit_of_a_scene_large_enough_to_use_them() {
     let work = Scratch::new("large");
     large_scene(work.path());
     let run = |threads: &str, out: &str, transport: &str| {
@@ -136,10 +136,10 @@ fn threads_change_no_bit_where_there_is_work_for_them() {
     assert_eq!(inside[0], inside[1], "four threads in one process");
 }
 
-/// Four layers under one rail, processes of one to two threads or threads of one process, listed in either order: the numbers are the same.
-/// `hashes.state` is over the participants as they are listed, each of which keeps its own.
+/// Four layers under one rail, as processes with one or two threads or as threads of one process, listed in either order, give the same
+/// numbers. `hashes.state` covers the participants in listed order; each participant keeps its own hash.
 #[test]
-fn where_several_layers_run_and_how_they_are_listed_changes_no_bit() {
+fn places_and_order_of_several_layers_change_no_bit() {
     let run = |scene: &Path, sets: &[&str], threads: &str| {
         let work = Scratch::new("layers");
         let mut command = thirdbody(work.path());
@@ -189,7 +189,7 @@ fn where_several_layers_run_and_how_they_are_listed_changes_no_bit() {
     }
 }
 
-/// The rail is in equilibrium: in the hold its patches bear its load together, as compression, none of them far from a quarter.
+/// The rail is in equilibrium: in the hold its four patches carry the load in compression, each about a quarter.
 #[test]
 fn patches_under_one_rail_share_its_load() {
     let work = Scratch::new("shares");
@@ -198,16 +198,18 @@ fn patches_under_one_rail_share_its_load() {
     command.args(["--json", "--out", "out", "--set", "run.end_s=2e-4"]);
     let summary = completed(&mut command);
     let results = &summary["results"];
-    let borne = [1, 2, 3, 4].map(|patch| {
+    let carried = [1, 2, 3, 4].map(|patch| {
         let of = |name: &str| results[format!("patch-{patch}.{name}")].as_f64();
         assert!(of("p0_1mm_pa") > Some(2e8), "{results}");
         of("interface_force_n").expect("there is a hold")
     });
-    let sum: f64 = borne.iter().sum();
-    assert!((sum / 5000.0 - 1.0).abs() < 1e-3, "{borne:?}");
+    let sum: f64 = carried.iter().sum();
+    assert!((sum / 5000.0 - 1.0).abs() < 1e-3, "{carried:?}");
     assert!(
-        borne.iter().all(|force| (force / 1250.0 - 1.0).abs() < 0.1),
-        "{borne:?}"
+        carried
+            .iter()
+            .all(|force| (force / 1250.0 - 1.0).abs() < 0.1),
+        "{carried:?}"
     );
     for layer in 1..=4 {
         let disks = &results[format!("third-body-{layer}.disks")];
@@ -216,7 +218,7 @@ fn patches_under_one_rail_share_its_load() {
 }
 
 #[test]
-fn nor_do_they_along_a_given_velocity() {
+fn threads_and_transport_change_no_bit_with_the_velocity_scheme() {
     let velocity = "interface.layer-base.scheme=velocity";
     let first = run(&[velocity], "1");
     assert_ne!(first, run(&[], "1"), "another scheme");
@@ -225,7 +227,7 @@ fn nor_do_they_along_a_given_velocity() {
 }
 
 #[test]
-fn nor_do_they_where_the_rail_follows_the_grains() {
+fn threads_and_transport_change_no_bit_where_the_rail_follows_the_grains() {
     let sets = [
         "interface.layer-base.scheme=fixed-point-serial",
         "interface.layer-base.dirichlet=continuum",
@@ -251,7 +253,7 @@ fn another_seed_and_one_ulp_of_load_change_both_hashes() {
 }
 
 #[test]
-fn two_runs_at_the_same_time_do_not_hear_each_other() {
+fn two_runs_at_the_same_time_do_not_disturb_each_other() {
     let works = [Scratch::new("one"), Scratch::new("other")];
     let start = |path: &Path| {
         short_quick(path, &[])

@@ -14,7 +14,7 @@ pub fn folder(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// `thirdbody run quick --out <work>/out --json`, cut short to about 100 windows, with more `--set`s.
+/// `thirdbody run quick --out <work>/out --json`, shortened to about 100 windows, with more `--set`s.
 pub fn short_quick(work: &Path, sets: &[&str]) -> Command {
     let mut command = thirdbody(work);
     command
@@ -40,18 +40,18 @@ pub fn completed(command: &mut Command) -> Value {
     parse_json(&output.stdout)
 }
 
-/// Asserts an exit code and that stderr says all of these.
+/// Asserts an exit code and that stderr contains all of these words.
 pub fn fails(output: &Output, code: i32, words: &[&str]) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{stderr}");
-    // Long lines are wrapped for the terminal; what counts is that every word is there.
+    // Long lines are wrapped for the terminal; only the words count.
     let flat: String = stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     for word in words {
         assert!(flat.contains(word), "no `{word}` in: {stderr}");
     }
 }
 
-/// A run in the background that is ended when dropped.
+/// A run in the background; dropping it ends the process.
 pub struct Running {
     /// The coordinator.
     pub child: Child,
@@ -92,7 +92,7 @@ impl Running {
         std::fs::read_to_string(self.out.join("logs/coordinator.log")).unwrap_or_default()
     }
 
-    /// Process ids of the participants, as the log gives them.
+    /// Process ids of the participants, from the log.
     pub fn participants(&self) -> Vec<i32> {
         self.log()
             .lines()
@@ -122,7 +122,7 @@ impl Running {
     }
 }
 
-/// Waits until none of these processes is left, at most `limit`.
+/// Waits at most `limit` until all these processes have ended.
 pub fn gone_within(pids: &[i32], limit: Duration) {
     let start = Instant::now();
     let alive = |pid: &i32| {

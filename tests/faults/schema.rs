@@ -1,5 +1,5 @@
-//! `check --schema`: the schema takes every shipped scene, and whatever it refuses the program refuses, too. What the program
-//! refuses for a key, a type or a word the schema refuses as well.
+//! `check --schema`: the schema accepts every shipped scene, and the program refuses every scene that the schema refuses. The schema
+//! refuses every unknown key, wrong type and unknown word that the program refuses.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -51,7 +51,7 @@ fn as_json(text: &str) -> Value {
     serde_json::to_value(table).expect("TOML is JSON")
 }
 
-/// The verdict of the program on a scenario beside the file of a scene.
+/// The verdict of the program on a scenario in the folder of this scene.
 fn verdict(path: &Path, scenario: &Value) -> Result<(), Error> {
     let text = toml::to_string(scenario).expect("it came from TOML");
     let source = ScenarioSource {
@@ -69,7 +69,7 @@ fn is_of_form(error: &Error) -> bool {
         .contains(&error.code())
 }
 
-/// JSON pointers of everything in a value.
+/// JSON pointers to all parts of a value.
 fn places(value: &Value, place: &str, found: &mut Vec<String>) {
     found.push(place.to_string());
     match value {
@@ -92,7 +92,7 @@ fn places(value: &Value, place: &str, found: &mut Vec<String>) {
     }
 }
 
-/// A scenario with one place changed, in all ways that are tried there.
+/// Copies of a scenario, each with another value at this place.
 fn mutants(scenario: &Value, place: &str) -> Vec<Value> {
     let with = |value: Value| {
         let mut mutant = scenario.clone();
@@ -158,7 +158,7 @@ fn schema_and_program_agree_on_changed_scenes() {
     let (mut refused, mut taken) = (0, 0);
     for (path, text) in scenes() {
         let scenario = as_json(&text);
-        // Meshes of a thousand elements and more take long to build for each of the mutants.
+        // Building a mesh of a thousand elements or more for each mutant takes long.
         if text.len() > 4_000 || verdict(&path, &scenario).is_err() {
             continue;
         }
@@ -191,9 +191,9 @@ fn schema_and_program_agree_on_changed_scenes() {
     );
 }
 
-/// With `dual-schur` it would end as not-converged once it flows; the secant follows it.
+/// With `dual-schur` the run would stop converging once the body flows; the secant scheme follows the flow.
 #[test]
-fn a_body_that_yields_is_warned_of_where_its_compliance_is_taken_as_constant() {
+fn a_plastic_body_raises_a_warning_with_a_scheme_of_constant_compliance() {
     let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
     let quick = quick.display().to_string();
     let warned = |scheme: &str, yields: bool| {

@@ -1,4 +1,4 @@
-//! Scenes and studies inside the program: the same bits as from the source tree, in any folder, to be listed and copied.
+//! Scenes and studies inside the program: they give the bits of the source tree in any folder, and can be listed and copied.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -46,17 +46,17 @@ fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
     assert_eq!(manifest["scenario_file"], "quick (built in)");
 }
 
-/// The paper's rail takes minutes to pack, and nothing is kept in this cache.
+/// The paper's rail takes minutes to pack, and this cache is empty.
 #[test]
 fn a_check_does_not_wait_for_a_sample_that_takes_minutes() {
     let work = Scratch::new("unpacked");
-    let told = printed(work.path(), &["check", "wheel-rail-de"]);
+    let text = printed(work.path(), &["check", "wheel-rail-de"]);
     let words = "cost: not predicted, the set-up of participant rail takes longer than 8 s";
-    assert!(told.contains(words), "{told}");
-    assert!(!told.contains("cost: about"), "{told}");
+    assert!(text.contains(words), "{text}");
+    assert!(!text.contains("cost: about"), "{text}");
 }
 
-/// A sample that another build prepared is not used: the folder has the name of this one.
+/// The cache folder has the name of the build, so a sample of another build is not used.
 #[test]
 fn samples_are_kept_by_build() {
     let work = Scratch::new("by-build");
@@ -78,7 +78,7 @@ fn samples_are_kept_by_build() {
     );
 }
 
-/// Rows of the signals, as many as there were windows; the traction of the end of the hold, in the run directory and beside the fields.
+/// The signals have one row per window. The traction at the end of the hold is in the run directory and among the fields.
 #[test]
 fn every_table_of_a_run_can_be_checked_by_its_summary() {
     let work = Scratch::new("tables");
@@ -100,9 +100,9 @@ fn every_table_of_a_run_can_be_checked_by_its_summary() {
     assert_eq!(tables["profile.csv"], tables[hold]);
 }
 
-/// A byte of a field that is flipped changes pictures and nothing else.
+/// A flipped bit in a field changes only pictures.
 #[test]
-fn a_report_names_a_field_that_was_changed() {
+fn a_report_names_a_changed_field() {
     let work = Scratch::new("flipped");
     let summary = run(
         work.path(),
@@ -127,9 +127,9 @@ fn a_report_names_a_field_that_was_changed() {
     );
 }
 
-/// The scenario's own hash holds the place of the mesh; what was computed does not.
+/// The scenario's hash covers the path of the mesh; the hashes of the results do not.
 #[test]
-fn a_mesh_inside_the_program_is_found_again_by_a_replay() {
+fn a_replay_finds_a_mesh_inside_the_program() {
     const SCENE: &str = "verification/pressurised-cylinder";
     const NODE: &str = "cylinder";
     let work = Scratch::new("mesh");
@@ -146,9 +146,9 @@ fn a_mesh_inside_the_program_is_found_again_by_a_replay() {
     fails(&without, 2, &[SCENE, "--cache DIR", "thirdbody new"]);
 }
 
-/// A damaged file of the cache is written anew: a mesh is not what somebody left under its name.
+/// The program rewrites a damaged file of the cache and never uses a foreign file under the mesh's name.
 #[test]
-fn a_damaged_mesh_in_the_cache_is_mended() {
+fn a_damaged_mesh_in_the_cache_is_repaired() {
     const SCENE: &str = "verification/pressurised-cylinder";
     let work = Scratch::new("mended");
     let first = run(work.path(), SCENE, "first", &[]);
@@ -160,7 +160,7 @@ fn a_damaged_mesh_in_the_cache_is_mended() {
     std::fs::write(&mesh, "$MeshFormat").expect("writable");
     let second = run(work.path(), SCENE, "second", &[]);
     assert_eq!(first["hashes"], second["hashes"]);
-    assert_eq!(std::fs::read(&mesh).expect("it is mended"), whole);
+    assert_eq!(std::fs::read(&mesh).expect("it is repaired"), whole);
 }
 
 #[test]
@@ -226,18 +226,18 @@ fn a_mistyped_scene_or_study_is_proposed() {
 }
 
 #[test]
-fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
+fn a_copy_keeps_its_comments_and_runs_as_edited() {
     let work = Scratch::new("copy");
-    let told = printed(work.path(), &["new", "quick", "mine"]);
+    let shown = printed(work.path(), &["new", "quick", "mine"]);
     for word in ["mine/scenario.toml", "check mine", "run mine", "report"] {
-        assert!(told.contains(word), "no `{word}` in {told}");
+        assert!(shown.contains(word), "no `{word}` in {shown}");
     }
     let file = work.path().join("mine/scenario.toml");
     let text = std::fs::read_to_string(&file).expect("it was copied");
     let shipped = folder("quick").join("scenario.toml");
     let shipped = std::fs::read_to_string(shipped).expect("it ships");
     let own = "name = \"mine\"\nderived_from = \"quick\"";
-    // Its lines and comments are all there; between them it says what the keys are.
+    // All lines and comments are there; comments between them explain the keys.
     let shipped = shipped.replacen("name = \"quick\"", own, 1);
     let kept = |line: &&str| shipped.lines().any(|own| own == *line);
     assert!(text.lines().filter(kept).eq(shipped.lines()), "{text}");
@@ -248,7 +248,7 @@ fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
     let built_in = ["run.end_s=6e-5", "run.seed=2"];
     let theirs = run(work.path(), "quick", "theirs", &built_in);
     assert_eq!(ours["hashes"]["state"], theirs["hashes"]["state"]);
-    // What differs from the shipped scene is told, in the file or on the command line, and once more where a run is repeated.
+    // The manifest lists all differences from the shipped scene: from the file, the command line and a repeated run.
     let changed = |run: &str| {
         let manifest = std::fs::read(work.path().join(run).join("manifest.json")).expect("it ran");
         parse_json(&manifest)["changed"].clone()
@@ -264,13 +264,16 @@ fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
     );
     let again = serde_json::json!({ "run.seed": ["1", "3"], "run.end_s": [null, "0.00006"] });
     assert_eq!(changed("third"), again);
-    let told = printed(work.path(), &["compare", "third", "theirs"]);
+    let shown = printed(work.path(), &["compare", "third", "theirs"]);
     assert!(
-        told.contains("run.seed") && !told.contains("run.end_s"),
-        "{told}"
+        shown.contains("run.seed") && !shown.contains("run.end_s"),
+        "{shown}"
     );
     let everything = printed(work.path(), &["compare", "third", "theirs", "--all"]);
-    assert!(everything.lines().count() > told.lines().count(), "{told}");
+    assert!(
+        everything.lines().count() > shown.lines().count(),
+        "{shown}"
+    );
     printed(work.path(), &["report", "theirs"]);
     let page = std::fs::read_to_string(work.path().join("theirs/report.html")).expect("a page");
     let place = work
@@ -290,9 +293,9 @@ fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
     fails(&crate_scene, 2, &["new-node rust"]);
 }
 
-/// A folder goes before the built-in scene of its name, and says so.
+/// A folder takes precedence over the built-in scene of its name, and a note says so.
 #[test]
-fn a_folder_of_the_name_of_a_scene_goes_before_it() {
+fn a_folder_with_the_name_of_a_scene_takes_precedence() {
     let work = Scratch::new("before");
     printed(work.path(), &["new", "quick"]);
     let check = ["check", "quick", "--no-start"];
@@ -322,7 +325,7 @@ fn studies_budgets_and_suites_work_in_any_folder() {
     let suite = printed(work.path(), &["validate", "--json"]);
     assert!(suite.matches("\"holds\":true").count() >= 10, "{suite}");
     printed(work.path(), &["new", "studies/quick-bonded", "mine"]);
-    // A study that is changed must not choose by what came of another one.
+    // A changed study must not choose by the results of another study.
     let copied = |file: &str| work.path().join("mine").join(file).is_file();
     assert!(copied("study.toml") && !copied("study.json"));
 }

@@ -1,4 +1,4 @@
-//! Runs behind a simulated network: what right means is in [`harness::campaign::simulated::schedule`].
+//! Runs over a simulated network: [`harness::campaign::simulated::schedule`] defines a right end.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -21,7 +21,7 @@ fn counts(wrap: fn(Box<dyn Link>) -> Box<dyn Link>, count: u64) -> Counts {
 }
 
 #[test]
-fn thousands_of_schedules_end_bit_equal_or_say_why() {
+fn thousands_of_schedules_end_bit_equal_or_with_a_named_fault() {
     let counts = counts(|link| link, asked("THIRDBODY_SCHEDULES", SCHEDULES));
     println!(
         "{} completed, {} named, {} of them resumed, {} wrong, {:.0} a minute",
@@ -36,11 +36,10 @@ fn thousands_of_schedules_end_bit_equal_or_say_why() {
     assert!(counts.completed > 100 && counts.named > 100 && counts.resumed > 100);
 }
 
-/// An end of a connection that takes whatever comes for what is due: the planted bug of a program that does not look at turns
-/// and headers.
+/// An end of a connection that takes any frame for the expected one: the planted bug of a program that ignores turns and headers.
 struct Credulous {
     link: Box<dyn Link>,
-    /// True for the end that asks: it speaks before it hears.
+    /// True for the asking end: it sends before it receives.
     asks: Option<bool>,
     asked: VecDeque<Header>,
     heard: u64,
@@ -89,7 +88,7 @@ impl Link for Credulous {
 }
 
 #[test]
-fn a_program_that_takes_whatever_comes_is_found_out() {
+fn a_program_that_accepts_any_frame_is_detected() {
     let credulous = |link| -> Box<dyn Link> {
         Box::new(Credulous {
             link,

@@ -1,4 +1,4 @@
-//! Suites of one's own: seeds, references, numbers that are only told, warnings that may be there, and runs that are kept.
+//! The user's own suites: seeds, references, numbers that are only printed, allowed warnings, and runs that are kept.
 
 use std::path::Path;
 
@@ -7,9 +7,9 @@ use serde_json::Value;
 
 use crate::scene::fails;
 
-/// A load on three layers of grains, held against the first of them, and one that should be warned of and is not.
+/// A load on three layers of grains, compared with the first of them, and a case whose expected warning does not come.
 const EXPECTED: &str = r#"
-text = "Three draws of `one` layer."
+text = "Three realisations of `one` layer."
 [[case]]
 name = "three seeds"
 source = "nobody"
@@ -31,7 +31,7 @@ expected = 8000.0
 tolerance_rel = 1e-12
 [[case.number]]
 path = "results.approach_m"
-of = "that of the first seed"
+of = "approach of the first seed"
 tolerance_rel = 1e-12
 [[case.number]]
 path = "profile.pressure_pa"
@@ -60,7 +60,7 @@ fn validated(work: &Path) -> (Option<i32>, Vec<Value>) {
 }
 
 #[test]
-fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
+fn expectations_are_judged_for_every_seed_and_runs_are_kept() {
     let work = Scratch::new("own-suite");
     let scene = work.path().join("scenarios/paper/layer");
     let mut new = thirdbody(work.path());
@@ -87,8 +87,8 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     );
     assert_eq!(approach["basis"], "calibrated");
     assert_eq!(row("results.load_n")["holds"], true);
-    // One of the three is the reference itself, and the others are not.
-    assert_eq!(row("that of the first seed")["holds"], false);
+    // Only one of the three seeds is the reference itself.
+    assert_eq!(row("approach of the first seed")["holds"], false);
     let distance = row("distance from the first seed");
     assert_eq!(distance["seeds"][0], 0.0, "{distance}");
     assert!(distance["seeds"][1].as_f64() > Some(0.05), "{distance}");
@@ -101,7 +101,7 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     );
     let page = std::fs::read_to_string(work.path().join("kept/validation.html")).expect("a page");
     for words in [
-        "Three draws of <code>one</code> layer.",
+        "Three realisations of <code>one</code> layer.",
         "does not hold",
         "<svg",
         "calibrated",
@@ -109,7 +109,7 @@ fn what_must_hold_holds_for_every_seed_and_runs_are_kept() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    // Three seeds, the first of which is the reference too, and two more: none is run again.
+    // Three seeds, the first of which is also the reference, and two more cases: each runs once.
     let attempts = || {
         let tasks = std::fs::read_dir(work.path().join("kept/tasks")).expect("tasks");
         let files = tasks.flatten().map(|task| task.path().join("attempts"));
@@ -132,12 +132,12 @@ fn a_case_with_half_a_reference_is_refused() {
         .output();
     assert!(copied.is_ok_and(|copied| copied.status.success()));
     let case = "[[case]]\nname = \"half\"\nsource = \"nobody\"\n";
-    let told = "[[case.number]]\npath = \"results.load_n\"\ntold = true\n";
+    let block = "[[case.number]]\npath = \"results.load_n\"\ntold = true\n";
     for (keys, why) in [
         ("reference_scene = \".\"\n", "write reference = []"),
         ("reference = []\n", "goes with numbers without `expected`"),
     ] {
-        let text = format!("{case}{keys}{told}");
+        let text = format!("{case}{keys}{block}");
         std::fs::write(scene.join("expected.toml"), text).expect("writable");
         let refused = thirdbody(work.path())
             .args(["validate", "--suite", "paper"])

@@ -1,9 +1,9 @@
-//! A step of 1.01 times the stability limit, insisted on with `unsafe_step = true`: the command says who diverged, at which
-//! step and by which criterion, and ends with 3.
+//! A step of 1.01 times the stability limit, forced with `unsafe_step = true`: the command reports the participant that diverged, the
+//! step and the criterion, and exits with 3.
 //!
 //! The strip of `verification/strip-under-traction` without its mass damping, which would move the limit; the traction acts
-//! at once. h = 1.01 sqrt(2/b)/omega_max; the fastest mode grows from what the traction puts into it, at b = 1 only by
-//! a factor of 1.08 a step (1.33 at b = 0.5), so that it takes longer to outgrow ten times the work of the traction.
+//! at once. h = 1.01 sqrt(2/b)/omega_max. The traction excites the fastest mode, which grows by a factor of 1.33 per step at b = 0.5
+//! and of only 1.08 at b = 1: there it takes longer to exceed ten times the work of the traction.
 
 use harness::runs::{Scratch, thirdbody};
 
@@ -12,7 +12,7 @@ use crate::scene::{fails, folder};
 /// sqrt(2)/omega_max of the strip (s) at b = 1: 9.5177e-8 s at b = 0.5, by power iteration.
 const LIMIT_AT_ONE: f64 = 6.730e-8;
 
-/// Steps from the start until the run is found to have diverged.
+/// Steps from the start until the run reports divergence.
 fn found(damping: f64) -> u64 {
     let work = Scratch::new("unstable");
     let step = 1.01 * LIMIT_AT_ONE / damping.sqrt();
@@ -46,7 +46,7 @@ fn found(damping: f64) -> u64 {
 }
 
 #[test]
-fn an_unstable_step_is_found_by_its_energy_and_told() {
+fn an_unstable_step_is_found_by_its_energy_and_reported() {
     for (damping, most) in [(0.5, 100), (0.75, 100), (1.0, 160)] {
         let step = found(damping);
         assert!(step <= most, "b = {damping}: step {step}");

@@ -1,7 +1,7 @@
 //! Damaged input of every kind: an error or a sound result, never a panic, and never memory beyond the limit of this process.
 //!
-//! Each target begins with inputs that ship and changes them at random: bits, bytes, pieces that are cut out, repeated or swapped
-//! with another input, and words that the format knows. A seed makes every execution repeatable; `THIRDBODY_FUZZ=100` runs a
+//! Each target starts from shipped inputs and changes them at random: bits, bytes, pieces that are cut out, repeated or swapped
+//! with another input, and words of the format. A seed makes every execution repeatable; `THIRDBODY_FUZZ=100` runs a
 //! hundred times as many.
 
 mod mutate;
@@ -17,12 +17,12 @@ use mutate::Mutator;
 /// Address space of this process (bytes): inputs of kilobytes must not ask for gigabytes. A request beyond it ends the process.
 const MEMORY: u64 = 3 << 30;
 
-/// Runs a target on so many changed inputs; `read` tells if it took one.
+/// Runs a target on this many changed inputs; `read` returns true if the target accepts one.
 fn fuzz(name: &str, executions: u64, corpus: &[Vec<u8>], mut read: impl FnMut(&[u8]) -> bool) {
     setrlimit(Resource::RLIMIT_AS, MEMORY, MEMORY).expect("a lower limit is always allowed");
     for input in corpus {
         let text = String::from_utf8_lossy(&input[..input.len().min(2000)]);
-        assert!(read(input), "{name}: this is sound: {text}");
+        assert!(read(input), "{name}: a sound input is refused: {text}");
     }
     let more = std::env::var("THIRDBODY_FUZZ").map_or(1, |n| n.parse().expect("a number"));
     let mut mutator = Mutator::new(name);

@@ -1,6 +1,6 @@
 //! Random changes of inputs.
 
-/// Words that readers treat in their own way.
+/// Words that readers treat specially.
 const WORDS: [&str; 26] = [
     "0",
     "-1",
@@ -30,11 +30,11 @@ const WORDS: [&str; 26] = [
     "\u{202e}",
 ];
 
-/// Makes changed inputs; the same name gives the same ones.
+/// Makes changed inputs; the same name gives the same inputs.
 pub struct Mutator(u64);
 
 impl Mutator {
-    /// A sequence of its own for each name.
+    /// Each name has its own sequence.
     pub fn new(name: &str) -> Mutator {
         let seed = name.bytes().fold(2026, |seed: u64, byte| {
             seed.wrapping_mul(31).wrapping_add(byte.into())
@@ -94,7 +94,7 @@ impl Mutator {
         }
     }
 
-    /// Another number in place of one, eight bytes of it or its digits.
+    /// Replaces the rest of a number by a word.
     fn number(&mut self, input: &mut Vec<u8>) {
         let digits: Vec<usize> = (0..input.len())
             .filter(|i| input[*i].is_ascii_digit())

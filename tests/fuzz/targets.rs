@@ -1,4 +1,4 @@
-//! The readers of everything that comes from outside, and sound inputs of each.
+//! The readers of all external input, and sound inputs for each.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ pub fn scenarios() -> Vec<Vec<u8>> {
     all
 }
 
-/// A scenario up to the checks of its solvers.
+/// Reads a scenario, up to the checks of its solvers.
 pub fn scenario(bytes: &[u8]) -> bool {
     accepted(&String::from_utf8_lossy(bytes), &[])
 }
@@ -60,7 +60,7 @@ fn accepted(text: &str, overrides: &[String]) -> bool {
     match parse(source) {
         Ok(loaded) => checked(&loaded),
         Err(error) => {
-            // What a person reads must be made without a fault, too.
+            // Printing the error must not panic either.
             let _ = format!("{error}{error:?}");
             false
         }
@@ -111,7 +111,7 @@ pub fn with_override(bytes: &[u8]) -> bool {
     accepted(text, &[String::from_utf8_lossy(bytes).into_owned()])
 }
 
-/// Frames as bytes: their header's numbers, then their payload.
+/// Frames as bytes: the numbers of the header, then the payload.
 pub fn frames() -> Vec<Vec<u8>> {
     let header = |kind: Kind| Header {
         run_id: 7,
@@ -161,7 +161,7 @@ fn to_bytes(frame: &Frame) -> Vec<u8> {
         .collect()
 }
 
-/// A frame through everything that reads one.
+/// Passes a frame to all its readers.
 pub fn frame(bytes: &[u8]) -> bool {
     let words = bytes.chunks_exact(8);
     let mut words = words.map(|word| u64::from_le_bytes(word.try_into().expect("eight bytes")));
@@ -207,7 +207,7 @@ pub fn frame(bytes: &[u8]) -> bool {
     sound
 }
 
-/// Meshes of both forms.
+/// Meshes of both formats.
 pub fn meshes() -> Vec<Vec<u8>> {
     let mut all = shipped("cylinder.msh");
     assert!(!all.is_empty());
@@ -228,12 +228,12 @@ pub fn logs() -> Vec<Vec<u8>> {
     vec![std::fs::read(run.out.join("exchange.mcap")).expect("the run wrote it")]
 }
 
-/// A log, strictly, tolerantly and summed up.
+/// Reads a log strictly, tolerantly and as a summary.
 pub fn log(path: &Path, bytes: &[u8]) -> bool {
     std::fs::write(path, bytes).expect("the folder is ours");
     let strictly = exchange_log::read(path).is_ok_and(|mut log| log.all(|entry| entry.is_ok()));
     if let Ok(entries) = exchange_log::recover(path) {
-        assert!(entries.count() < 100_000, "more than was ever written");
+        assert!(entries.count() < 100_000, "more entries than were written");
     }
     let _ = exchange_log::summarize(path, true);
     strictly
@@ -282,7 +282,7 @@ impl CheckpointedRun {
         read(&found.path, &about(&self.loaded)).expect("it is sound")
     }
 
-    /// A checkpoint with these bytes, once as they are and once with the hash that fits them.
+    /// Reads a checkpoint with these bytes, once as they are and once with the matching hash.
     pub fn read(&self, bytes: &[u8]) -> bool {
         let path = self.out.join("fuzzed.checkpoint");
         let mut sound = false;

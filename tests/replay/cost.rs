@@ -1,7 +1,7 @@
-//! Costs of a run, a log and a replay: where the time went, what was foretold, the share of the log.
+//! Costs of a run, a log and a replay: measured times, predictions, the share of the log.
 //!
-//! Reference: the file itself, and the clocks of run and replay. The size is foreseen within 25 %, as lz4 packs no two
-//! scenes alike.
+//! Reference: the file itself, and the clocks of run and replay. The predicted size is right within 25 %: lz4 compresses every scene
+//! differently.
 
 use harness::random_log::{count, frames, write};
 use harness::runs::{Scratch, parse_json, thirdbody};
@@ -19,7 +19,7 @@ fn printed(arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
-fn foreseen_over_actual(sets: &[&str]) -> f64 {
+fn predicted_over_actual(sets: &[&str]) -> f64 {
     let scratch = Scratch::new("log-size");
     let out = scratch.path().join("run");
     let summary = conduct(&loaded(&shipped("quick"), sets), &out, 1, None)
@@ -38,7 +38,7 @@ fn foreseen_over_actual(sets: &[&str]) -> f64 {
 }
 
 #[test]
-fn the_size_of_the_log_is_foreseen() {
+fn the_predicted_size_of_the_log_is_within_25_percent() {
     let cases: [&[&str]; 4] = [
         &["run.end_s=6e-4", "interface.layer-base.scheme=velocity"],
         &["run.end_s=9e-4", "run.output.flush_every_windows=1"],
@@ -50,32 +50,32 @@ fn the_size_of_the_log_is_foreseen() {
         ],
     ];
     for sets in cases {
-        let ratio = foreseen_over_actual(sets);
-        println!("{sets:?}: foreseen over actual {ratio:.3}");
+        let ratio = predicted_over_actual(sets);
+        println!("{sets:?}: predicted over actual {ratio:.3}");
         assert!((0.75..=1.25).contains(&ratio), "{sets:?}: {ratio:.3}");
     }
 }
 
 #[test]
-fn check_tells_the_size_of_the_log_unless_there_is_none() {
-    let told = |set: &str| {
+fn check_predicts_the_size_of_the_log_if_one_is_written() {
+    let predicts = |set: &str| {
         let quick = shipped("quick");
         let arguments = ["check", &quick.to_string_lossy(), "--set", set];
         String::from_utf8_lossy(&printed(&arguments)).contains("log: about")
     };
-    assert!(told("run.output.exchange=true"));
-    assert!(!told("run.output.exchange=false"));
+    assert!(predicts("run.output.exchange=true"));
+    assert!(!predicts("run.output.exchange=false"));
 }
 
 #[test]
-fn check_tells_time_and_memory_and_what_is_uncertain() {
-    let told = |name: &str, sets: &[&str]| {
+fn check_predicts_time_and_memory_with_their_uncertainty() {
+    let checked = |name: &str, sets: &[&str]| {
         let scene = shipped(name);
         let scene = scene.to_string_lossy();
         let arguments = [["check", &scene].as_slice(), sets].concat();
         String::from_utf8_lossy(&printed(&arguments)).into_owned()
     };
-    let everybody = ["cost: about", "uncertain", "memory: about"];
+    let always = ["cost: about", "uncertain", "memory: about"];
     let coupled = [
         "cost: rail: ",
         " element_steps",
@@ -83,9 +83,9 @@ fn check_tells_time_and_memory_and_what_is_uncertain() {
         "contact_iterations",
         "cost: coupler: ",
     ];
-    let quick = told("quick", &[]);
-    let alone = told("verification/bouncing-disk", &[]);
-    for word in everybody {
+    let quick = checked("quick", &[]);
+    let alone = checked("verification/bouncing-disk", &[]);
+    for word in always {
         assert!(
             quick.contains(word) && alone.contains(word),
             "{word}: {quick}{alone}"
@@ -93,7 +93,7 @@ fn check_tells_time_and_memory_and_what_is_uncertain() {
     }
     assert!(coupled.iter().all(|word| quick.contains(word)), "{quick}");
     assert!(!alone.contains("cost: coupler"), "{alone}");
-    assert!(!told("quick", &["--no-start"]).contains("cost"));
+    assert!(!checked("quick", &["--no-start"]).contains("cost"));
     // A run that is refused has no cost.
     let scratch = Scratch::new("refused");
     let naive = [
@@ -145,8 +145,8 @@ fn the_parts_of_the_wall_add_up() {
     for key in ["solve_wall_s", "own_wall_s", "wait_s", "share"] {
         assert!(number(&coupling[key]) > 0.0, "{key}: {coupling}");
     }
-    // The union of solves is no more than their sum, and each participant was at work or waited, from its greeting to its end.
-    let participants = value["participants"].as_object().expect("they are told");
+    // The union of the solves is at most their sum, and each participant works or waits from its greeting to its end.
+    let participants = value["participants"].as_object().expect("a table");
     let solves: f64 = participants
         .values()
         .map(|p| number(&p["solve_wall_s"]))
@@ -165,34 +165,34 @@ fn the_parts_of_the_wall_add_up() {
 }
 
 #[test]
-fn a_run_tells_how_wrong_its_prediction_was() {
-    let scratch = Scratch::new("foretold");
+fn a_run_reports_the_error_of_its_prediction() {
+    let scratch = Scratch::new("predicted");
     let sets = ["run.end_s=1e-3"];
     let scene = loaded(&shipped("wheel-rail-fe-small"), &sets);
     let value = conduct(&scene, &scratch.path().join("run"), 1, None)
         .summary
         .value();
-    let told = &value["prediction"];
-    let Some(foretold_s) = told["wall_s"].as_f64() else {
+    let found = &value["prediction"];
+    let Some(predicted_s) = found["wall_s"].as_f64() else {
         let windows_s = value["windows_wall_s"].as_f64();
         assert!(
             windows_s.is_some_and(|s| s < 1.5),
-            "nothing is foretold: {value:#}"
+            "no prediction: {value:#}"
         );
         return;
     };
-    let ratio = foretold_s / value["wall_s"].as_f64().expect("a number");
-    assert_eq!(told["wall_over_actual"].as_f64(), Some(ratio));
-    let ends = ["wall_low_s", "wall_high_s"].map(|key| told[key].as_f64().expect("a number"));
-    assert!((ends[0]..=ends[1]).contains(&foretold_s), "{told}");
-    let memory = told["memory_over_actual"].as_f64().expect("a number");
-    // Tests beside this one grow in the same process.
-    assert!(memory > 0.0 && memory <= 1.0, "{told}");
-    println!("time foretold over actual {ratio:.3}, memory {memory:.3}");
+    let ratio = predicted_s / value["wall_s"].as_f64().expect("a number");
+    assert_eq!(found["wall_over_actual"].as_f64(), Some(ratio));
+    let ends = ["wall_low_s", "wall_high_s"].map(|key| found[key].as_f64().expect("a number"));
+    assert!((ends[0]..=ends[1]).contains(&predicted_s), "{found}");
+    let memory = found["memory_over_actual"].as_f64().expect("a number");
+    // Other tests use memory in the same process.
+    assert!(memory > 0.0 && memory <= 1.0, "{found}");
+    println!("predicted over actual: time {ratio:.3}, memory {memory:.3}");
 }
 
 #[test]
-fn a_replay_tells_its_time_and_that_of_the_run() {
+fn a_replay_reports_its_time_and_the_time_of_the_run() {
     let scratch = Scratch::new("replay-cost");
     let out = scratch.path().join("run");
     let sets = ["run.end_s=1e-4".to_string()];
@@ -214,7 +214,7 @@ fn a_replay_tells_its_time_and_that_of_the_run() {
 }
 
 #[test]
-fn what_is_around_a_message_is_small() {
+fn the_overhead_of_a_message_is_small() {
     let scratch = Scratch::new("random-log");
     let path = scratch.path().join("exchange.mcap");
     for doubles in [100, 1_000, 10_000] {
@@ -222,7 +222,7 @@ fn what_is_around_a_message_is_small() {
         let stats = write(&path, &frames(doubles), messages).expect("the folder is writable");
         assert_eq!(stats.messages, messages as u64);
         assert_eq!(count(&path).expect("it was closed"), stats.messages);
-        // Random mantissas: nothing packs.
+        // Random mantissas do not compress.
         let size = stats.bytes as f64 / (8 * messages * doubles) as f64;
         assert!((0.9..1.2).contains(&size), "{doubles} doubles: {size}");
     }

@@ -1,5 +1,5 @@
-//! Logs that are not what their run wrote: damaged, cut off, with a part twice, changed, or of nothing. No verb takes one for
-//! sound, and what is valid of it is used.
+//! Logs that differ from what their run wrote: damaged, cut off, with a repeated part, changed, or empty. No verb takes one for sound,
+//! and each uses the valid part.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Output, Stdio};
@@ -60,7 +60,7 @@ impl Run {
         recorder.finish().expect("writable");
     }
 
-    /// A verb on the run; what it writes goes to a folder of its own.
+    /// A verb on the run, with a separate folder for its output.
     fn verb(&self, words: &[&str]) -> Output {
         let results = Scratch::new("verb");
         let mut verb = thirdbody(self.work.path());
@@ -71,7 +71,7 @@ impl Run {
         verb.output().expect("it starts")
     }
 
-    /// Asserts an exit code and that the verb says these words.
+    /// Asserts an exit code and that the verb prints these words.
     fn says(&self, words: &[&str], code: i32, expected: &[&str]) -> String {
         let output = self.verb(words);
         let said = said(&output);
@@ -123,12 +123,12 @@ fn damage_inside_a_log_has_code_6_in_every_verb() {
     for verb in ["inspect", "replay", "export", "resume"] {
         run.says(&[verb, "--recover"], 0, &[]);
     }
-    // Of what comes before the first window nothing can be compared.
+    // Messages before the first window cannot be compared.
     flipped(chunks[0]);
     let found = run.says(&["replay"], 6, &["nothing was compared"]);
     assert!(!found.contains("identical"), "{found}");
     run.says(&["replay", "--recover"], 8, &["nothing was compared"]);
-    // A length that reaches beyond the end is no end of a killed writer, in a file that has lost its end neither.
+    // A length that reaches beyond the end is not the end of a killed writer, also not in a file without its end.
     let (start, _) = chunks[chunks.len() / 2];
     for length in [run.bytes.len(), run.bytes.len() * 3 / 4] {
         let mut bytes = run.bytes[..length].to_vec();
@@ -140,7 +140,7 @@ fn damage_inside_a_log_has_code_6_in_every_verb() {
 }
 
 #[test]
-fn the_torn_end_of_a_killed_writer_is_not_damage() {
+fn the_torn_end_of_a_killed_writers_log_is_not_damage() {
     let run = Run::new("torn");
     let chunks = run.chunks();
     let (start, end) = chunks[chunks.len() / 2];
@@ -154,7 +154,7 @@ fn the_torn_end_of_a_killed_writer_is_not_damage() {
         for verb in verbs {
             run.says(&[verb], 0, &[]);
         }
-        // The run came to its end, so that its log was whole.
+        // The run came to its end, so its log was whole.
         run.says(&["inspect"], 6, &["cut off"]);
         run.says(&["inspect", "--recover"], 0, &["cut off"]);
         // A run that was killed has no summary.
@@ -164,7 +164,7 @@ fn the_torn_end_of_a_killed_writer_is_not_damage() {
         run.says(&["inspect"], 0, &["the log ends early", "cut off"]);
         std::fs::rename(&away, &summary).expect("it is there");
     }
-    // A writer that was killed at once leaves nothing; the run begins again.
+    // A writer killed at once leaves no log; the run begins again.
     for length in [0, 5, 100] {
         run.put(&run.bytes[..length]);
         run.says(&["resume"], 0, &["begins again"]);
@@ -178,7 +178,7 @@ fn the_torn_end_of_a_killed_writer_is_not_damage() {
 }
 
 #[test]
-fn a_chunk_that_is_there_twice_is_damage() {
+fn a_repeated_chunk_is_damage() {
     let run = Run::new("twice");
     let chunks = run.chunks();
     let last = chunks[chunks.len() - 1].1;
@@ -206,7 +206,7 @@ fn a_replay_of_nothing_is_not_identical() {
     assert!(!found.contains("identical"), "{found}");
 }
 
-/// Place of the last message of this sender and kind in the middle of a run.
+/// Index of the last message of this sender and kind in the first half of a run.
 fn in_the_middle(entries: &[Entry], sender: &str, kind: Kind) -> usize {
     let half = &entries[..entries.len() / 2];
     let found = half.iter().rposition(|entry| match entry {
@@ -217,7 +217,7 @@ fn in_the_middle(entries: &[Entry], sender: &str, kind: Kind) -> usize {
 }
 
 #[test]
-fn a_whole_log_that_is_not_consumed_is_a_departure() {
+fn a_log_that_is_not_read_to_its_end_is_a_departure() {
     let run = Run::new("unconsumed");
     run.rewrite(|entries| {
         let place = in_the_middle(entries, "rail", Kind::Report);
@@ -226,7 +226,7 @@ fn a_whole_log_that_is_not_consumed_is_a_departure() {
     run.says(&["replay", "--node", "rail"], 7, &["has no answer"]);
     run.says(&["replay", "--node", "coupler"], 7, &["departs"]);
     run.says(&["replay", "--node", "third-body"], 0, &[]);
-    // One window more than the coupler has to do.
+    // One window more than the coupler has.
     run.rewrite(|entries| {
         let ends: Vec<usize> = (0..entries.len())
             .filter(|place| matches!(entries[*place], Entry::WindowEnd(_)))
@@ -241,7 +241,7 @@ fn a_whole_log_that_is_not_consumed_is_a_departure() {
         }));
     });
     run.says(&["replay", "--node", "coupler"], 7, &["the replay its end"]);
-    // A run that ended in the midst of a window closed its log as well.
+    // A run that ended in the middle of a window closed its log as well.
     run.rewrite(|entries| entries.truncate(entries.len() - 2));
     run.says(&["replay"], 0, &["bitwise identical"]);
 }
@@ -285,12 +285,12 @@ fn the_final_state_is_compared() {
     run.says(&["replay"], 7, &expected);
     run.says(&["replay", "--from", "75"], 7, &expected);
     run.says(&["replay", "--node", "third-body"], 0, &[]);
-    // The state after a part of the run is another one.
+    // After a part of the run the state is another one.
     run.put(&run.bytes[..run.chunks()[3].1]);
     run.says(&["replay"], 0, &[]);
 }
 
-/// A run in the background that is ended when dropped.
+/// A run in the background; dropping it ends the process.
 struct Running(Child);
 
 impl Drop for Running {
@@ -301,7 +301,7 @@ impl Drop for Running {
 }
 
 #[test]
-fn a_log_that_is_taken_away_during_the_run_is_an_output_that_failed() {
+fn a_log_lost_during_the_run_ends_it_as_output_failed() {
     type Harm = fn(&Path) -> std::io::Result<()>;
     let harms: [(&str, Harm); 3] = [
         ("removed", |log| std::fs::remove_file(log)),
@@ -345,7 +345,7 @@ fn a_log_that_is_taken_away_during_the_run_is_an_output_that_failed() {
 }
 
 #[test]
-fn two_participants_that_count_their_own_windows_repeat_none() {
+fn participants_that_count_their_own_windows_are_no_repeats() {
     let work = Scratch::new("own-windows");
     let path = work.path().join("log.mcap");
     let mut recorder =

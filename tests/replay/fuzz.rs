@@ -1,5 +1,4 @@
-//! Damaged logs: whatever is wrong with the bytes, reading gives an error or exactly what was written, never a panic
-//! and never another stream.
+//! Damaged logs: for any damage, reading gives an error or exactly the written messages, never a panic and never another stream.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -9,7 +8,7 @@ use harness::runs::{Left, run_in_process};
 
 use crate::scenario;
 
-/// A log of a plastic bar with repeats and halved windows, as a run wrote it, in several chunks.
+/// A log of a plastic bar with repeats and halved windows, written by a run in several chunks.
 fn real_log() -> (Left, Vec<u8>) {
     let sets = ["run.end_s=90.0", "run.output.flush_every_windows=5"];
     let left = run_in_process(&scenario(), &sets)
@@ -19,7 +18,7 @@ fn real_log() -> (Left, Vec<u8>) {
     (left, bytes)
 }
 
-/// Messages that a reader got, and the damage that it was told of.
+/// Messages that a reader got, and the damage that was reported to it.
 struct Got {
     provenance: Provenance,
     entries: Vec<Entry>,
@@ -61,7 +60,7 @@ fn tolerantly(path: &Path) -> Result<Got, LogError> {
 
 type Way = fn(&Path) -> Result<Got, LogError>;
 
-/// Reads bytes in every way there is and compares with what was written. Returns whether damage was reported.
+/// Reads bytes in every way and compares with the written messages. Returns whether damage was reported.
 fn judge(path: &Path, bytes: &[u8], whole: &Got, what: &str) -> bool {
     std::fs::write(path, bytes).expect("the folder is writable");
     let ways: [(&str, Way); 2] = [("read", strictly), ("recover", tolerantly)];
@@ -86,7 +85,7 @@ fn judge(path: &Path, bytes: &[u8], whole: &Got, what: &str) -> bool {
         assert_eq!(got.entries.len(), whole.entries.len(), "{name}: {what}");
         assert!(got.provenance == whole.provenance, "{name}: {what}");
     }
-    // What `inspect --recover` says of it.
+    // The reader of `inspect --recover`.
     let summary = catch_unwind(AssertUnwindSafe(|| exchange_log::summarize(path, true)));
     assert!(summary.is_ok(), "inspect panics: {what}");
     reported
@@ -153,7 +152,7 @@ fn a_log_cut_at_any_record_gives_its_valid_beginning() {
     }
     assert!(
         lengths.is_sorted(),
-        "a longer file never gives less: {lengths:?}"
+        "a longer file never gives fewer messages: {lengths:?}"
     );
     assert_eq!(lengths.last(), Some(&whole.entries.len()));
 }

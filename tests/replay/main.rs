@@ -1,4 +1,4 @@
-//! Replay of logged runs: bit for bit where nothing changed, and the first departure named where something did.
+//! Replay of logged runs: bit for bit without a change, and with the first departure named after a change.
 
 mod cost;
 mod damage;
@@ -73,7 +73,7 @@ fn replay(recording: &Recording, who: &str) -> Replayed {
     replayed.expect("the participants start")
 }
 
-/// Each participant and the coupler repeat their messages, and no message of the log belongs to nobody.
+/// Each participant and the coupler repeat their messages, and every message of the log belongs to one of them.
 fn repeats_every_bit(recording: &Recording, participants: &[&str]) {
     let mut compared = 0;
     for who in participants {
@@ -93,7 +93,7 @@ fn both_solvers_and_the_coupler_repeat_every_bit() {
     repeats_every_bit(&recording, &["bar", "body"]);
 }
 
-/// A strip that is pressed and goes to and fro on a layer between crowned faces.
+/// A strip that is pressed on a layer between crowned faces and moves to and fro.
 #[test]
 fn a_reciprocating_strip_its_layer_and_the_coupler_repeat_every_bit() {
     let scene = include_str!("../../scenarios/two-rails-reciprocating/scenario.toml");
@@ -110,7 +110,7 @@ fn a_reciprocating_strip_its_layer_and_the_coupler_repeat_every_bit() {
     repeats_every_bit(&recording, &["lower", "third-body", "upper"]);
 }
 
-/// The plastic bar does not answer by its own impedance, so that windows are repeated here too.
+/// The plastic bar does not answer with its own impedance, so windows are repeated here too.
 #[test]
 fn both_sides_of_a_velocity_and_the_coupler_repeat_every_bit() {
     let (_left, recording) = logged_with(&[
@@ -177,7 +177,7 @@ fn one_flipped_bit_of_an_answer_is_named_exactly() {
 }
 
 #[test]
-fn a_changed_solver_departs_at_its_first_other_answer() {
+fn a_changed_solver_departs_at_its_first_different_answer() {
     let (_left, mut recording) = logged();
     recording.loaded.scenario.participant[0]
         .config
@@ -187,9 +187,9 @@ fn a_changed_solver_departs_at_its_first_other_answer() {
     assert_eq!(mismatch.kind, "Motion");
 }
 
-/// The log of a run whose coordinator was killed: what was flushed is replayed.
+/// The log of a run whose coordinator was killed: the flushed part is replayed.
 #[test]
-fn the_command_replays_a_shipped_run_and_what_is_left_of_a_cut_log() {
+fn the_command_replays_a_shipped_run_and_the_rest_of_a_cut_log() {
     let work = Scratch::new("command");
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
     let out = work.path().join("out");
@@ -225,8 +225,8 @@ fn the_command_replays_a_shipped_run_and_what_is_left_of_a_cut_log() {
     }
 }
 
-/// From a checkpoint everything repeats; another friction drifts in open loop, departs when it must not, and passes
-/// within a tolerance that is wide enough only.
+/// From a checkpoint everything repeats; another friction drifts in open loop. A tolerance passes equal messages, and must be
+/// finite and not negative.
 #[test]
 fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
     let work = Scratch::new("what-if");
@@ -269,11 +269,11 @@ fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
         std::fs::read_to_string(work.path().join("out/replay-drift.svg")).expect("it was drawn");
     assert!(svg.contains("open loop"));
     let (code, _) = replay(&["--tolerance", "1e-12"]);
-    assert_eq!(code, Some(0), "what is equal is within any tolerance");
-    // Nothing departs by more than NaN: every log would pass.
-    for none in ["nan", "inf", "-1"] {
+    assert_eq!(code, Some(0), "equal messages are within any tolerance");
+    // No difference exceeds NaN: every log would pass.
+    for refused in ["nan", "inf", "-1"] {
         let mut command = thirdbody(work.path());
-        command.args(["replay", "out", "--tolerance", none]);
+        command.args(["replay", "out", "--tolerance", refused]);
         let output = command.output().expect("it starts");
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{message}");

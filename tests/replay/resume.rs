@@ -1,4 +1,4 @@
-//! Resuming: from every checkpoint of a run, on other threads, everything ends bit for bit as without the break.
+//! Resuming: from every checkpoint of a run, on another number of threads, the run ends bit for bit as without the break.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::scenario;
 
-/// Runs in this process, from the start or from where `run_from` is told.
+/// Runs in this process, from the start or from the window of a checkpoint in a folder.
 pub(crate) fn conduct(
     loaded: &Loaded,
     out: &Path,
@@ -63,7 +63,7 @@ pub(crate) fn shipped(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Parts that two runs must have in common: hashes, results, and every file but those that hold wall-clock times.
+/// Two runs must have equal hashes, results and files, except files with wall-clock times.
 fn assert_same(one: &Ended, other: &Ended) {
     let (a, b) = (one.summary.value(), other.summary.value());
     for key in [
@@ -109,8 +109,8 @@ fn assert_same(one: &Ended, other: &Ended) {
     }
 }
 
-/// Resumes from every checkpoint of a whole run; returns how many there were, how many of them in the middle of
-/// a halved window, and what the whole run's summary says.
+/// Resumes from every checkpoint of a whole run; returns the number of checkpoints, the number in the middle of a halved window, and
+/// the whole run's summary.
 pub(crate) fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize, Value) {
     let scratch = Scratch::new(name);
     let whole = conduct(loaded, &scratch.path().join("whole"), 1, None);
@@ -180,7 +180,7 @@ fn solvers_that_run_alone_resume() {
 }
 
 #[test]
-fn a_force_over_time_goes_on_where_it_was() {
+fn a_force_over_time_continues_where_it_was() {
     let sets = [
         "participant.bar.config.boundary.top={ load_table = [[0.0, 1.0], [1e-6, 2.0], [4e-6, -1.0]], load_direction = [0.0, -1.0] }",
         "run.output.exchange=true",
@@ -191,9 +191,9 @@ fn a_force_over_time_goes_on_where_it_was() {
     assert!(resume_from_all(&scene, "resume-table").0 > 3);
 }
 
-/// Past the hold: means, traction and field files are those of the whole run.
+/// After the hold: means, traction and field files equal the whole run's.
 #[test]
-fn outputs_of_phases_that_had_ended_are_carried_over() {
+fn outputs_of_finished_phases_are_carried_over() {
     let sets = ["run.checkpoint_every_windows=1900"];
     assert_eq!(
         resume_from_all(&loaded(&shipped("quick"), &sets), "resume-outputs").0,

@@ -1,7 +1,7 @@
-//! Resuming what the shipped scenes do not hold: every scheme, several interfaces, plastic rails, rigid clusters, a strip
-//! that repeats.
+//! Resuming runs that the shipped scenes do not cover: every scheme, several interfaces, plastic rails, rigid clusters, a periodic
+//! strip.
 //!
-//! Exact answer: the run that was not cut off, bit for bit, whatever the number of threads.
+//! Exact answer: the run that was not cut off, bit for bit, for any number of threads.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ use scenario::load::Loaded;
 use super::resume::{loaded, resume_from_all, shipped};
 use super::several;
 
-/// A scenario text with overrides; it is read once, so its file need not stay.
+/// A scenario text with overrides; it is read once, so its file may go.
 fn scene(text: &str, sets: &[&str]) -> Loaded {
     let scratch = Scratch::new("resume-scene");
     let file = scratch.path().join("scenario.toml");
@@ -82,7 +82,7 @@ fn a_layer_that_repeats_between_two_rails_resumes() {
 }
 
 #[test]
-fn a_strip_that_goes_to_and_fro_on_its_layer_resumes() {
+fn a_strip_that_reciprocates_on_its_layer_resumes() {
     let sets = [
         "participant.upper.config.time.end_s=4e-5",
         "participant.upper.config.boundary.top={ load_table = [[0.0, 0.0], [1e-5, -1000.0]], motion = { amplitude_m = 1e-6, frequency_hz = 5e4, start_s = 1.5e-5 } }",
@@ -153,7 +153,7 @@ fn a_plastic_rail_resumes() {
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
 }
 
-/// Couples, attractions, shared springs, feet and what has come off the steel are part of the state.
+/// Couples, attractions, shared springs, feet and the mass detached from the steel are part of the state.
 #[test]
 fn loose_grains_that_resist_rolling_on_bare_steel_resume() {
     let scene = short_quick(&[
@@ -168,9 +168,9 @@ fn loose_grains_that_resist_rolling_on_bare_steel_resume() {
     assert!(detached.is_some_and(|mass| mass > 0.0), "{detached:?}");
 }
 
-/// Checkpoints lie within the time that a pair is pressed before it has a bond, and while bonds grow.
+/// Checkpoints fall into the time that a pair is pressed before it has a bond, and into the growth of bonds.
 #[test]
-fn bonds_that_heal_resume_in_the_middle_of_it() {
+fn bonds_resume_in_the_middle_of_healing() {
     let cohesion = "participant.third-body.config.law={ kind = \"cohesion\", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e15, ct_pa_per_m = 6.4e15, w_j_per_m2 = 39.0, b_pa_m_s = 0.0, p = 1.0, h_prime = \"one\", alert_m = 1e-9, healing = { time_s = 2e-3, pressure_pa = 1e7 } }";
     let (count, _, summary) = resume_from_all(&short_quick(&[cohesion]), "resume-healing");
     assert!(count >= 2, "{count}");
@@ -184,13 +184,13 @@ fn bonds_that_heal_resume_in_the_middle_of_it() {
 }
 
 #[test]
-fn a_rail_along_given_velocities_resumes() {
+fn a_rail_under_the_velocity_scheme_resumes() {
     let scene = short_quick(&["interface.layer-base.scheme=velocity"]);
     let (count, _, _) = resume_from_all(&scene, "resume-velocity");
     assert!(count >= 2, "{count}");
 }
 
-/// Disks on a floor, alone; `sample` are further keys of the sample.
+/// Disks on a floor, without coupling; `sample` holds further keys of the sample.
 fn heap(disks: &str, sample: &str) -> Loaded {
     let text = format!(
         r#"
@@ -219,7 +219,7 @@ disks = [
 }
 
 #[test]
-fn a_strip_that_repeats_resumes() {
+fn a_periodic_strip_resumes() {
     let disks = (0..30).fold(String::new(), |mut text, i| {
         let (column, row) = (i % 6, i / 6);
         let x = 1e-3 * (2.05 * f64::from(column) + 0.9 * f64::from(row % 2));

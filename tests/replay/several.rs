@@ -7,7 +7,7 @@ use harness::scene;
 use super::resume::shipped;
 use super::{recording, repeats_every_bit, run_in_process};
 
-/// Bar, chain, bar, and beside them a pair that shares nothing with them.
+/// Bar, chain, bar, and a separate pair.
 pub(crate) fn scenario() -> String {
     let soft = "velocity_m_per_s = 1.0\nyield_elongation_m = 0.1\nhardening_ratio = 0.05";
     let bar = |name: &str| scene::bar(name, 20, 0.9, soft);
@@ -32,7 +32,7 @@ pub(crate) fn scenario() -> String {
 }
 
 #[test]
-fn a_layer_that_repeats_its_rails_and_the_coupler_repeat_every_bit() {
+fn a_periodic_layer_its_rails_and_the_coupler_repeat_every_bit() {
     let scene = shipped("verification/layer-that-repeats").join("scenario.toml");
     let text = std::fs::read_to_string(scene).expect("it is shipped");
     let left = run_in_process(&text, &["run.end_s=1.5e-5", "run.output.exchange=true"]);

@@ -1,7 +1,7 @@
-//! The trace of a run: a valid file of trace events whose times are those of summary.json.
+//! The trace of a run: a valid file of trace events whose times add up to the times of summary.json.
 //!
-//! Reference: the totals that each participant counts for itself, in integer nanoseconds like the spans that are drawn. Both pass
-//! through a double of seconds or microseconds, whose rounding over these times is far below the bound of 10 ns a participant.
+//! Reference: the totals that each participant counts, in integer nanoseconds like the drawn spans. Both pass through a double of
+//! seconds or microseconds, whose rounding over these times is far below the bound of 10 ns per participant.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::resume::{conduct, loaded, shipped};
 
-/// Times (s) that sums of the trace may be off.
+/// Largest error of a sum of the trace (s).
 const ROUNDING_S: f64 = 1e-8;
 
 /// An event: its times (ns) and itself.
@@ -49,7 +49,7 @@ fn export(folder: &Path, words: &[&str]) -> Output {
     command.output().expect("the command runs")
 }
 
-/// Reads a trace as strictly as the format asks for.
+/// Reads a trace as strictly as the format demands.
 fn read(path: &Path) -> Trace {
     let value = parse_json(&std::fs::read(path).expect("it was written"));
     let mut trace = Trace {
@@ -85,7 +85,7 @@ fn read(path: &Path) -> Trace {
                     .or_default()
                     .push((times, event.clone()));
             }
-            other => panic!("{other:?} is no kind of event that is written: {event}"),
+            other => panic!("{other:?} is not a known kind of event: {event}"),
         }
     }
     for events in trace.threads.values() {
@@ -97,7 +97,7 @@ fn read(path: &Path) -> Trace {
 }
 
 #[test]
-fn work_and_waits_add_up_to_those_of_the_summary() {
+fn work_and_waits_add_up_to_the_times_of_the_summary() {
     for transport in ["shm", "channel"] {
         let scratch = Scratch::new("trace");
         let summary = short(&scratch, &[&format!("run.transport={transport}")]);
@@ -107,7 +107,7 @@ fn work_and_waits_add_up_to_those_of_the_summary() {
         let trace = read(&scratch.path().join("run/trace.json"));
         assert_eq!(trace.processes.len(), 3);
         for name in ["rail", "third-body"] {
-            let told = |key: &str| summary["participants"][name][key].as_f64().expect("a time");
+            let expected = |key: &str| summary["participants"][name][key].as_f64().expect("a time");
             let is_setup = |event: &Value| event["name"] == "set-up";
             for (key, found) in [
                 (
@@ -117,14 +117,13 @@ fn work_and_waits_add_up_to_those_of_the_summary() {
                 ("setup_wall_s", trace.spent_s(name, 1, is_setup)),
                 ("wait_s", trace.spent_s(name, 2, |_| true)),
             ] {
-                let off = found - told(key);
+                let off = found - expected(key);
                 assert!(
                     off.abs() < ROUNDING_S,
                     "{transport} {name} {key}: {off:e} s"
                 );
             }
-            // What a participant says of its time is of the same clock as what the coordinator says: the set-up was over when its
-            // answer was there.
+            // Participants and coordinator use the same clock: the set-up is over when the answer arrives.
             let welcome = trace.threads[&(0, 2)].iter();
             let mut welcome =
                 welcome.filter(|(_, event)| event["name"] == format!("wait for {name}"));
@@ -136,7 +135,7 @@ fn work_and_waits_add_up_to_those_of_the_summary() {
 }
 
 #[test]
-fn events_name_windows_and_some_of_them_can_be_chosen() {
+fn events_name_windows_and_a_range_can_be_chosen() {
     let scratch = Scratch::new("trace-windows");
     let summary = short(&scratch, &[]);
     let advances = |trace: &Trace| -> Vec<u64> {
@@ -176,7 +175,7 @@ fn events_name_windows_and_some_of_them_can_be_chosen() {
 }
 
 #[test]
-fn times_change_no_bit_of_the_exchange_and_may_be_missing() {
+fn the_log_of_times_changes_no_bit_and_may_be_missing() {
     let scratch = Scratch::new("trace-missing");
     let summary = short(&scratch, &[]);
     let other = Scratch::new("trace-unlogged");
@@ -195,7 +194,7 @@ fn times_change_no_bit_of_the_exchange_and_may_be_missing() {
 }
 
 #[test]
-fn the_beginning_of_a_run_that_was_killed_is_drawn_as_the_coordinator_saw_it() {
+fn the_trace_of_a_killed_run_shows_the_times_of_the_coordinator() {
     let scratch = Scratch::new("trace-killed");
     short(&scratch, &["run.end_s=1.4e-3"]);
     let file = scratch.path().join("run/timing.mcap");

@@ -36,7 +36,7 @@ pub struct Config {
     pub step_s: f64,
     /// Newmark's gamma, 0.5 to 1.
     pub damping: f64,
-    /// Mass on the right end besides its own (kg).
+    /// Additional mass on the right end (kg).
     #[serde(default)]
     pub end_mass_kg: f64,
     /// True for a held left end.
@@ -47,7 +47,7 @@ pub struct Config {
     pub velocity_m_per_s: f64,
     /// A pulse exp(-((x - centre) / width)^2) (m) that travels right at the start.
     pub pulse: Option<Pulse>,
-    /// Answer NaN in windows of more steps than this, to see what comes of it.
+    /// Answer NaN in windows of more steps than this, to test the reaction.
     #[serde(default)]
     pub nan_above_substeps: Option<u32>,
     /// Order of operations in a step.
@@ -132,7 +132,7 @@ impl Bar {
         bar
     }
 
-    /// The same without yielding: columns are those of the elastic body, since a unit force would make a soft bar yield.
+    /// The same bar without yielding, for the columns: a unit force would make a soft bar yield.
     fn elastic(&self) -> Bar {
         let mut elastic = Bar::new(Config {
             yield_elongation_m: None,
@@ -177,8 +177,8 @@ impl Bar {
         kinetic + strain
     }
 
-    /// The same less b h^2 a.M a / 4, which is what the scheme keeps at b = 0.5: the free vibration of velocity Verlet
-    /// conserves it to rounding, while kinetic plus strain energy swings by (omega h)^2 / 4.
+    /// The mechanical energy less b h^2 a.M a / 4, which the scheme conserves at b = 0.5: the free vibration of velocity Verlet
+    /// keeps it to rounding, while kinetic plus strain energy oscillates by (omega h)^2 / 4.
     fn energy_j(&self, state: &State) -> f64 {
         let a = self.acceleration(&state.u, &state.plastic, &[]);
         let inertia: f64 = self.mass.iter().zip(&a).map(|(m, a)| m * a * a).sum();
@@ -186,7 +186,7 @@ impl Bar {
         self.mechanical_j(state) - 0.25 * b * h * h * inertia
     }
 
-    /// Moves the plastic elongations to where the stress is admissible: return mapping of a bar with kinematic
+    /// Updates the plastic elongations until the stress is admissible: return mapping of a bar with kinematic
     /// hardening, |k (e - e_p) - k' e_p| <= k e_y with k' = k r / (1 - r).
     fn yield_where_due(&self, u: &[f64], plastic: &mut [f64]) {
         let Some(limit) = self.config.yield_elongation_m else {

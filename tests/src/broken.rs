@@ -1,4 +1,4 @@
-//! A solver that is wrong in one way: another one with one of its answers spoilt.
+//! A solver with one fault: another solver with one spoilt answer.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,19 +19,19 @@ pub struct Config {
     config: Value,
 }
 
-/// The ways of being wrong.
+/// The faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Harm {
-    /// None at all.
+    /// No fault.
     Nothing,
-    /// A tributary length that is no number.
+    /// A tributary length of NaN.
     NanLength,
-    /// A mass that is no number.
+    /// A mass of NaN.
     NanMass,
     /// A mass below zero.
     NegativeMass,
-    /// Places in millimetres.
+    /// Coordinates in millimetres.
     Millimetres,
     /// A surface 1 m above.
     FarAway,
@@ -45,17 +45,17 @@ pub enum Harm {
     AsymmetricColumns,
     /// Displacements since the start instead of increments.
     Totals,
-    /// Repeats of a window with a substep less, although it is committed with all.
+    /// Repeats of a window with one substep less, although it is committed with all substeps.
     ShortRepeats,
-    /// Repeats of a window that answer 1 % more.
+    /// Repeats of a window with answers 1 % too large.
     LargeRepeats,
-    /// Repeats of a window that begin where the one before ended.
+    /// Repeats of a window that start from the end of the previous try.
     Forgets,
-    /// A signal that is no number.
+    /// A signal of NaN.
     NanSignal,
-    /// An energy that is no number.
+    /// An energy of NaN.
     NanEnergy,
-    /// A ledger that is twice the right one.
+    /// A ledger of twice the right values.
     DoubleLedger,
     /// A ledger without its interface's work.
     NoInterfaceWork,
@@ -63,33 +63,33 @@ pub enum Harm {
     HalfColumns,
     /// A report that lacks its last energy.
     ShortReport,
-    /// Windows of a few substeps at most, whatever is asked for.
+    /// Windows of a few substeps at most, for any request.
     OneLength,
     /// Motions and forces of the wrong sign.
     Against,
     /// Stored energies of half the size.
     HalfStored,
-    /// Fields that are written after another window.
+    /// Fields written after an additional window.
     FieldsMove,
-    /// A checkpoint that is taken up without effect.
+    /// A checkpoint that is restored without effect.
     LazyRestore,
     /// A hash that is the same for every state.
     OneHash,
     /// A farewell that counts no steps.
     NoSteps,
-    /// The points of another set for one that does not exist.
+    /// The points of another set for a set that does not exist.
     AnySet,
-    /// Answers that differ from life to life.
+    /// Answers that differ from one instance to the next.
     OddLives,
-    /// Velocities that are followed half way.
+    /// Prescribed velocities that are halved.
     HalfVelocity,
-    /// A boundary that is rigid whatever is announced.
+    /// A boundary that is rigid for any compliance.
     AlwaysRigid,
     /// Solves that never converge.
     NeverConverges,
-    /// Loads of neighbours for those of the points that are selected.
+    /// The first points instead of the selected ones.
     WrongPoints,
-    /// A capability that is claimed: running alone.
+    /// A capability that is only claimed: running alone.
     ClaimsAlone,
     /// Masses a hundred times too large.
     Heavy,
@@ -97,36 +97,36 @@ pub enum Harm {
     Light,
     /// Motions and forces with 1e-3 of noise.
     Noise,
-    /// A tenth of the stored energies, the rest being told as dissipated.
+    /// A tenth of the stored energies, with the rest reported as dissipated.
     TenthStored,
     /// A kinetic energy of zero.
     NoKinetic,
     /// Three times the dissipated energies.
     TripleDissipated,
-    /// A layer that answers no force, keeps no ledger and holds no load.
+    /// A layer that answers with zero force, has no ledger and reports no load.
     Silent,
-    /// A layer that answers half the force from window 60 on.
+    /// A layer that answers with half the force from window 60 on.
     Halves,
-    /// A layer that answers the force of window 60 from then on.
+    /// A layer that answers with the same force from window 60 on.
     Freezes,
     /// A layer that adds three tenths of each normal force to the tangential one.
     Tangential,
-    /// No harm, but no columns either.
+    /// Sound, but without columns.
     NoColumns,
-    /// No harm, but each window is asked for once.
+    /// Sound, but each window can be requested only once.
     NoRollback,
-    /// No harm, but on rigid boundaries only.
+    /// Sound, but only on rigid boundaries.
     RigidOnly,
-    /// No harm, but no step of its own: half a second is one inside.
+    /// Sound, but without a declared step; its internal step is half a second.
     NoStep,
-    /// No harm, but points without masses.
+    /// Sound, but with points without mass.
     Weightless,
 }
 
-/// Longest window of one that has one length.
+/// Longest window (substeps) with [`Harm::OneLength`].
 const LENGTH: u32 = 5;
 
-/// Step inside one that says it has none (s).
+/// Internal step with [`Harm::NoStep`] (s).
 const INSIDE_S: f64 = 0.5;
 
 static LIVES: AtomicU64 = AtomicU64::new(0);
@@ -149,16 +149,16 @@ pub fn harmed(text: &str, [participant, harm]: [&str; 2]) -> String {
 struct Broken {
     /// Requests so far.
     requests: u64,
-    /// The force that is answered for ever.
+    /// The frozen force.
     frozen: Vec<f64>,
     node: Box<dyn Node>,
     harm: Harm,
-    /// Increments of the last answer, and their sum over what was committed.
+    /// Increments of the last answer, and their sum over the committed windows.
     last: Vec<f64>,
     total: Vec<f64>,
     set: String,
     life: u64,
-    /// A window was asked for and not accepted yet.
+    /// A window was requested and not accepted yet.
     asked: bool,
 }
 
@@ -187,7 +187,7 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
 }
 
 impl Broken {
-    /// The window, perhaps shorter than is asked for.
+    /// The window, perhaps shorter than requested.
     fn window(&self, window: &Window) -> Window {
         let steps = (window.t1_s - window.t0_s) / INSIDE_S;
         let substeps = match self.harm {
@@ -201,14 +201,14 @@ impl Broken {
         }
     }
 
-    /// Numbers that are off by up to 1e-3, each time otherwise.
+    /// Changes numbers by up to 1e-3, each time differently.
     fn disturb(&mut self, numbers: &mut [f64]) {
         self.requests += 1;
         let factor = 1.0 + 1e-3 * (self.requests as f64).sin();
         numbers.iter_mut().for_each(|number| *number *= factor);
     }
 
-    /// Refuses a second window before the first is accepted, where none can be repeated.
+    /// Refuses a second window before the first is accepted, if windows cannot be repeated.
     fn ask_once(&mut self) -> Result<(), NodeError> {
         if self.asked && self.harm == Harm::NoRollback {
             return Err(NodeError::configuration("a window twice"));
@@ -220,29 +220,29 @@ impl Broken {
 
 impl Node for Broken {
     fn describe(&self) -> Description {
-        let mut told = self.node.describe();
+        let mut description = self.node.describe();
         match self.harm {
-            Harm::NegativeStep => told.step_s = told.step_s.map(|step| -step),
-            Harm::ZeroStep => told.step_s = Some(0.0),
-            Harm::ClaimsAlone => told.capabilities.alone = true,
-            Harm::NoColumns => told.capabilities.columns = false,
+            Harm::NegativeStep => description.step_s = description.step_s.map(|step| -step),
+            Harm::ZeroStep => description.step_s = Some(0.0),
+            Harm::ClaimsAlone => description.capabilities.alone = true,
+            Harm::NoColumns => description.capabilities.columns = false,
             Harm::NoRollback => {
-                told.capabilities.rollback = false;
-                told.capabilities.resume = false;
+                description.capabilities.rollback = false;
+                description.capabilities.resume = false;
             }
             Harm::RigidOnly => {
-                told.capabilities.compliant_boundary = false;
-                told.capabilities.rigid_boundary = true;
+                description.capabilities.compliant_boundary = false;
+                description.capabilities.rigid_boundary = true;
             }
-            Harm::NoStep => told.step_s = None,
-            Harm::Silent => told.ledger.clear(),
-            Harm::TenthStored => told.ledger.push(Term {
+            Harm::NoStep => description.step_s = None,
+            Harm::Silent => description.ledger.clear(),
+            Harm::TenthStored => description.ledger.push(Term {
                 name: "lost_j".into(),
                 role: Role::Dissipated,
             }),
             _ => {}
         }
-        told
+        description
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
@@ -301,12 +301,12 @@ impl Node for Broken {
             return Err(NodeError::configuration("a boundary that yields"));
         }
         let rigid = vec![0.0; compliance.len()];
-        let told = if self.harm == Harm::AlwaysRigid {
+        let given = if self.harm == Harm::AlwaysRigid {
             &rigid
         } else {
             compliance
         };
-        self.node.set_boundary(window_s, told)
+        self.node.set_boundary(window_s, given)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -323,9 +323,9 @@ impl Node for Broken {
                     substeps: window.substeps - 1,
                     ..*window
                 };
-                let told = self.node.advance(&short, force)?;
+                let short_answer = self.node.advance(&short, force)?;
                 self.node.advance(window, force)?;
-                increments = told;
+                increments = short_answer;
             }
             Harm::LargeRepeats if repeat => increments.iter_mut().for_each(|du| *du *= 1.01),
             Harm::Against => increments.iter_mut().for_each(|du| *du *= -1.0),
@@ -396,8 +396,8 @@ impl Node for Broken {
         let mut report = self.node.commit(window, displacement)?;
         let sums = self.total.iter_mut().zip(&self.last);
         sums.for_each(|(total, du)| *total += du);
-        let told = self.node.describe();
-        let signals = told.signals.len();
+        let description = self.node.describe();
+        let signals = description.signals.len();
         match self.harm {
             Harm::NanSignal => report[0] = f64::NAN,
             Harm::NanEnergy => report[signals] = f64::NAN,
@@ -407,7 +407,7 @@ impl Node for Broken {
             Harm::Silent => report.truncate(signals),
             Harm::TenthStored => {
                 let mut lost = 0.0;
-                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let energies = report[signals..].iter_mut().zip(&description.ledger);
                 for (joules, _) in energies.filter(|(_, term)| term.role == Role::Stored) {
                     lost += 0.9 * *joules;
                     *joules *= 0.1;
@@ -415,17 +415,17 @@ impl Node for Broken {
                 report.push(lost);
             }
             Harm::HalfStored => {
-                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let energies = report[signals..].iter_mut().zip(&description.ledger);
                 let stored = energies.filter(|(_, term)| term.role == Role::Stored);
                 stored.for_each(|(joules, _)| *joules *= 0.5);
             }
             Harm::NoKinetic => {
-                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let energies = report[signals..].iter_mut().zip(&description.ledger);
                 let moved = energies.filter(|(_, term)| term.name.contains("kinetic"));
                 moved.for_each(|(joules, _)| *joules = 0.0);
             }
             Harm::TripleDissipated => {
-                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let energies = report[signals..].iter_mut().zip(&description.ledger);
                 let lost = energies.filter(|(_, term)| term.role == Role::Dissipated);
                 lost.for_each(|(joules, _)| *joules *= 3.0);
             }

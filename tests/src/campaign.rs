@@ -1,10 +1,10 @@
-//! The fault campaign: runs of the program, started as a user starts them, that are killed, stopped, starved and damaged at random
-//! instants, and thousands of simulated ones.
+//! The fault campaign: runs of the program, started as by a user, that are killed, stopped, starved and damaged at random
+//! instants, and thousands of simulated runs.
 //!
-//! The scene is `quick`, cut short, with many checkpoints and short deadlines. Instants come from a seed: handshake, windows,
-//! checkpoints and the finish in turn. Each row is right if all of its trials are, if faults are found in time (99th percentile),
-//! and if no process and no file in shared memory is left of a trial at its end. A trial that ends before its fault comes must
-//! have completed bit-equal. "Bit-equal" means that the hashes of exchange and state are those of the undisturbed run.
+//! The scene is a short `quick` with many checkpoints and short deadlines. Instants come from a seed: handshake, windows,
+//! checkpoints and the finish in turn. A row is right if all its trials are right, if faults are found in time (99th percentile),
+//! and if a trial leaves no process and no file in shared memory. A trial that ends before its fault comes must
+//! complete bit-equal. "Bit-equal" means that the hashes of exchange and state equal the undisturbed run's.
 //!
 //! | fault | rule, and bound of the time until all has ended |
 //! |---|---|
@@ -20,14 +20,14 @@
 //! | a full disk | [`surroundings::disk`] |
 //! | full shared memory | [`surroundings::shared_memory`], 1 s |
 //! | a closed terminal | [`surroundings::terminal`], 1 s |
-//! | a run beside it with process numbers of its own | [`surroundings::namespace`] |
-//! | a study begun twice at once | [`surroundings::studies`] |
+//! | a second run with its own process numbers | [`surroundings::namespace`] |
+//! | a study started twice at once | [`surroundings::studies`] |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
 //! | a damaged table | [`damage::table`] |
-//! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
+//! | a simulated network | [`simulated::schedule`], 500 schedules per trial |
 //!
-//! - [`trial`]: one run of the program, and all that it started; [`row`]: the trials of a fault, counted;
-//! - [`kills`], [`stops`], [`surroundings`], [`damage`]: the faults; `resumes`: runs that go on afterwards;
+//! - [`trial`]: one run of the program and its processes; [`row`]: the trials of a fault, counted;
+//! - [`kills`], [`stops`], [`surroundings`], [`damage`]: the faults; `resumes`: the resumed runs;
 //! - [`simulated`]: runs in simulated time.
 
 pub mod damage;
@@ -51,7 +51,7 @@ use scenario::error::{Error, Refusal};
 use simulated::run_schedules;
 use terminal::tell_progress;
 
-/// Simulated schedules for each trial of the other rows.
+/// Simulated schedules per trial of the other rows.
 const SCHEDULES: u64 = 500;
 
 /// Circumstances of a campaign.
@@ -74,11 +74,11 @@ const SIMULATED: &str = "simulated network";
 /// One trial of a fault.
 type Fault = fn(&mut FaultTrial) -> FaultResult;
 
-/// Bound of the time (s) until a fault is found that leaves nothing to wait for, and of one that a deadline finds.
+/// Bounds of the time (s) until a fault is found: at once, or by a deadline.
 const AT_ONCE: Option<f64> = Some(1.0);
 const BY_DEADLINE: Option<f64> = Some(ANSWER_S + 1.0);
 
-/// Names, bounds of the time until the fault is found, where there is something to find, and how they are tried.
+/// Names of the faults, bounds of the time until they are found, if there is something to find, and their trials.
 const FAULTS: [(&str, Option<f64>, Fault); 18] = [
     ("rail killed", AT_ONCE, |t| kills::participant(t, "rail")),
     ("third-body killed", AT_ONCE, |t| {
@@ -144,7 +144,7 @@ pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
     Ok(rows)
 }
 
-/// Runs the trials of the row of this number in the table, as many at a time as the machine has cores.
+/// Runs the trials of the row with this number in the table, one per core at a time.
 fn run_row(
     campaign: &Campaign,
     undisturbed: &UndisturbedRun,

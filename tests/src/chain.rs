@@ -1,9 +1,9 @@
-//! Masses and springs along x, implicit theta scheme, one step a window; the first mass, the last one or both are glued
+//! Masses and springs along x, implicit theta scheme, one step per window; the first mass, the last one or both are glued
 //! to the wall.
 //!
 //! With (M + (theta H)^2 K) v = M v_0 - H K (q_0 + theta (1 - theta) H v_0) + impulses for the free masses. A glued
-//! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; what it needs beyond the springs is the wall's
-//! impulse -p, and v_g = a_g + W_g p. Component 1 follows a_g and carries nothing.
+//! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; the wall's impulse -p gives the rest of its momentum
+//! balance, and v_g = a_g + W_g p. Component 1 follows a_g and carries no force.
 
 use kit::read_table;
 use nalgebra::{DMatrix, DVector};
@@ -21,7 +21,7 @@ pub struct Config {
     pub x_m: f64,
     /// Mass of the first one, set `end` (kg).
     pub glued_mass_kg: f64,
-    /// Mass of the last one, set `far` (kg); that of a free one when absent.
+    /// Mass of the last one, set `far` (kg); a free mass when absent.
     pub far_mass_kg: Option<f64>,
     /// Distance between neighbours (m); it only places the set `far`.
     #[serde(default)]
@@ -42,21 +42,21 @@ pub struct Config {
     pub velocity_m_per_s: f64,
     /// End of the run (s).
     pub end_s: f64,
-    /// Answer NaN in windows longer than this (s), to see what comes of it.
+    /// Answer NaN in windows longer than this (s), to test the reaction.
     #[serde(default)]
     pub nan_above_window_s: Option<f64>,
-    /// Masses of the glued points that are not in the equations here (kg), told at the greeting.
+    /// Masses of the glued points that are not in the equations here (kg), declared in the greeting.
     #[serde(default)]
     pub point_mass_kg: Option<f64>,
-    /// Report something else in some windows, to see what comes of it.
+    /// Report a wrong number in some windows, to test the reaction.
     #[serde(default)]
     pub misreport: Option<Misreport>,
-    /// From this window on, claim that the contact solve was starved (to see it refused).
+    /// From this window on, claim that the contact solve was starved, to test the refusal.
     #[serde(default)]
     pub starve_from_window: Option<u64>,
 }
 
-/// A number of the reports of some windows that is not the chain's.
+/// A wrong number in the reports of some windows.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Misreport {
@@ -64,7 +64,7 @@ pub struct Misreport {
     pub windows: [u64; 2],
     /// Index of the number: four signals, interface work, energy.
     pub entry: usize,
-    /// The number; not a number where there is none.
+    /// The number; NaN when absent.
     pub value: Option<f64>,
 }
 
@@ -150,7 +150,7 @@ impl Chain {
         force
     }
 
-    /// Motion of a mass in units of its end velocity (s), and its motion besides (m).
+    /// Motion of a mass as a factor on its end velocity (s), and the rest of its motion (m).
     fn motion(&self, mass: usize) -> (f64, f64) {
         let (h, theta) = (self.window_s, self.config.theta);
         match self.glued.contains(&mass) {
@@ -165,7 +165,7 @@ impl Chain {
         let (h, theta) = (self.window_s, self.config.theta);
         let (n, k) = (self.mass.len(), self.glued.len());
         let start = &self.committed;
-        // Positions at theta, without what the unknown velocities add.
+        // Positions at theta, without the part of the unknown velocities.
         let known: Vec<f64> = (0..n)
             .map(|i| start.q[i] + theta * self.motion(i).1)
             .collect();

@@ -1,9 +1,9 @@
-//! The files of a crate that name each other, read off the sources.
+//! The files of a crate that name each other, read from the sources.
 //!
-//! File A names file B when A holds the name of an item that is defined in B: in a `use`, in a path, in the body of a macro.
-//! A path that goes through a re-export names both the file of the re-export and that of the definition, as a reader who follows it
+//! File A names file B when A contains the name of an item defined in B: in a `use`, in a path, in the body of a macro.
+//! A path through a re-export names both the file of the re-export and the file of the definition, since a reader who follows it
 //! opens both. A parent that names an item of its child (also by `pub use child::Item`) and a child that names one of its parent
-//! (`super::Item`) both count; `mod child;` alone does not. Comments, strings, attributes, method calls and what
+//! (`super::Item`) both count; `mod child;` alone does not. Comments, strings, attributes, method calls and code that
 //! `#[cfg(test)]` leaves out do not count.
 //!
 //! - `token`: the code as words and marks; `module`: modules with what they define, import and name;
@@ -25,7 +25,7 @@ pub struct FileGraph {
 }
 
 impl FileGraph {
-    /// Reads the graph off the sources of a crate; its programs may call the library `crate_name`.
+    /// Reads the graph from the sources of a crate; its programs may call the library `crate_name`.
     pub fn of(crate_name: &str, sources: &Sources) -> FileGraph {
         let modules = Modules::read(crate_name, sources);
         let mut graph = FileGraph::default();
@@ -38,7 +38,7 @@ impl FileGraph {
         graph
     }
 
-    /// Groups of files each of which leads to each other, the largest first.
+    /// Groups of files that all lead to each other, the largest first.
     pub fn circles(&self) -> Vec<BTreeSet<String>> {
         let reached: BTreeMap<&String, BTreeSet<&String>> = self
             .edges
@@ -74,7 +74,7 @@ impl FileGraph {
         reached
     }
 
-    /// The names by which the files of a circle hold together, an edge a line.
+    /// The names that connect the files of a circle, one edge per line.
     pub fn describe(&self, circle: &BTreeSet<String>) -> String {
         let mut text = format!("circle of {} files\n", circle.len());
         for file in circle {

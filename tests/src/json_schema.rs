@@ -1,9 +1,9 @@
-//! A validator for the part of JSON Schema (draft 2020-12) that `check --schema` uses. A keyword that it does not know is
-//! an error of the schema, so that none is passed over in silence.
+//! A validator for the part of JSON Schema (draft 2020-12) that `check --schema` uses. An unknown keyword is an error of the
+//! schema, so no keyword is ignored silently.
 
 use serde_json::{Map, Value};
 
-/// Keywords that only describe, and those that are looked at together with another one.
+/// Keywords that only describe, and keywords that are handled together with another one.
 const PASSED: [&str; 8] = [
     "$schema",
     "$defs",
@@ -15,10 +15,10 @@ const PASSED: [&str; 8] = [
     "additionalProperties",
 ];
 
-/// The places (JSON pointers) at which a value does not follow a schema; none if it does.
+/// The places (JSON pointers) at which a value does not follow a schema; empty if it follows the schema.
 ///
 /// # Panics
-/// The schema has a keyword that this validator does not know, or one with a value that means nothing.
+/// The schema has an unknown keyword, or a keyword with an invalid value.
 pub fn faults(schema: &Value, value: &Value) -> Vec<String> {
     let mut visit = Visit {
         root: schema,
@@ -116,7 +116,7 @@ impl<'a> Visit<'a> {
     }
 }
 
-/// A keyword that needs nothing but its argument.
+/// A keyword that needs only its argument.
 fn alone(keyword: &str, argument: &Value, value: &Value) -> bool {
     let count = || value.as_array().map(|items| items.len() as f64);
     match keyword {
@@ -137,7 +137,7 @@ fn alone(keyword: &str, argument: &Value, value: &Value) -> bool {
     }
 }
 
-/// The type of a value. A number with a fraction of zero is not whole: TOML tells the two apart.
+/// The type of a value. A float with a fraction of zero is not an integer: TOML distinguishes the two.
 fn is_of_type(word: &Value, value: &Value) -> bool {
     match word.as_str().expect("a type") {
         "object" => value.is_object(),

@@ -1,4 +1,4 @@
-//! The uniform lattice in one piece, which bars and chains that are glued to each other are measured against: masses of
+//! The uniform lattice in one piece, the reference for glued bars and chains: masses of
 //! 1 kg and springs of 1 N/m, 1 m apart, with a pulse exp(-((x - 50) / 10)^2) m that travels right.
 
 /// A lattice with free ends.
@@ -6,11 +6,11 @@
 pub struct Lattice<'a> {
     /// Masses.
     pub nodes: usize,
-    /// Those of half the mass: a glued point has none, so that a joint keeps the half of its one element.
+    /// Nodes of half the mass: a glued point has no mass, so a joint keeps the half mass of its one element.
     pub halves: &'a [usize],
-    /// From this node on all are at rest at the start, where the pulse is zero but for rounding.
+    /// From this node on all nodes start at rest; the pulse is zero there to rounding.
     pub at_rest: usize,
-    /// Step of the central differences (s), much shorter than the steps that are measured.
+    /// Step of the central differences (s), much shorter than the steps under test.
     pub step_s: f64,
 }
 

@@ -1,20 +1,20 @@
-//! Means that the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
+//! Tools that the suites share: small solvers with answers on paper for their coupled motion, and functions to run scenarios.
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
-//! - [`broken`]: any of the solvers with one of its answers spoilt;
+//! - [`broken`]: any of the solvers with one spoilt answer;
 //! - [`campaign`]: runs of the program that are killed, stopped, starved and damaged, counted;
-//! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
+//! - [`chain`]: masses and springs, implicit, the side on the wall; one mass is a rigid body;
 //! - [`json_schema`]: a validator of JSON Schemas;
-//! - [`lattice`]: what bars and chains are pieces of, in one piece;
+//! - [`lattice`]: the lattice of bars and chains in one piece;
 //! - [`mapped_line`]: nodes and points with a mapping between them;
 //! - [`pages`]: the lists in the committed pages, written from the tables beside the code;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`reference`]: tables of keys and of verbs for the book;
 //! - [`random_log`]: exchange logs of random messages;
-//! - [`scene`]: texts of scenes of these;
-//! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
-//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left;
-//! - [`source`]: the product's own code without its tests and comments, for tests that judge it: [`filegraph`], the files
+//! - [`scene`]: texts of scenes with these solvers;
+//! - [`window_matrix`]: one window of each scheme as a matrix, the reference for the schemes themselves;
+//! - [`runs`]: running a scenario text in-process or over shared memory, and reading its output;
+//! - [`source`]: the product's code without tests and comments, for tests that judge it: [`filegraph`], the files
 //!   that name each other.
 
 pub mod bar;
@@ -35,7 +35,7 @@ pub mod source;
 pub mod window_matrix;
 
 use coordinator::participants::{Registry, ShippedSolver};
-// Hands in the identity of the build.
+// Linked for the identity of the build.
 use coupler as _;
 
 /// The verification solvers with the shipped ones.

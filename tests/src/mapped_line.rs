@@ -21,7 +21,7 @@ pub struct MappedLine {
 }
 
 impl MappedLine {
-    /// So many nodes and two thirds as many points; `shape` is `flat`, or `curved` like a crown.
+    /// `count` nodes and two thirds as many points; `shape` is `flat`, or `curved` like a crown.
     pub fn new(kind: MappingKind, shape: &str, count: usize) -> Result<MappedLine, MappingError> {
         let height = |x: f64| match shape {
             "flat" => 0.0,

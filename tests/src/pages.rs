@@ -1,5 +1,5 @@
-//! Parts of the committed pages that are written from the tables beside the code. `cargo run --release -p tests --bin pages` writes them,
-//! and a test holds the pages against them.
+//! Parts of the committed pages that come from the tables beside the code. `cargo run --release -p tests --bin pages` writes them,
+//! and a test compares the pages with them.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ const OPEN: &str = "<!-- list: ";
 /// Closes it.
 const CLOSE: &str = "<!-- end of list -->";
 
-/// The pages that have such parts, from the root of the repository.
+/// The pages with such parts, from the root of the repository.
 const PAGES: [&str; 9] = [
     "scenarios/README.md",
     "scenarios/book/src/reference/errors.md",
@@ -30,7 +30,7 @@ const PAGES: [&str; 9] = [
     "scenarios/book/src/reference/keys-interface.md",
 ];
 
-/// A page as it stands and as it should.
+/// A page as it is and as it should be.
 pub struct Page {
     /// Its file.
     pub path: PathBuf,
@@ -43,7 +43,7 @@ pub struct Page {
 /// All pages with written parts.
 ///
 /// # Panics
-/// A page is missing, or has a part that is not closed or has no list.
+/// A page is missing, or has a part without an end or without a list.
 pub fn pages() -> Vec<Page> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = |name: &str| {
@@ -91,7 +91,7 @@ fn list(name: &str) -> String {
     }
 }
 
-/// The bounds of all checks, of the coupler's first.
+/// The bounds of all checks, the coupler's first.
 fn bounds() -> String {
     let heading =
         "| key | value that is judged | bounds | valid | wrong |\n|---|---|---|---|---|\n"
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pages_hold_what_the_tables_beside_the_code_say() {
+    fn pages_match_the_tables_beside_the_code() {
         for page in pages() {
             assert!(
                 page.stands == page.written,

@@ -24,7 +24,7 @@ pub struct Config {
     pub thickness_m: f64,
     /// Mass of the whole row (kg).
     pub mass_kg: f64,
-    /// Masses of the points that are not in the equations here (kg), told at the greeting.
+    /// Masses of the points that are not in the equations here (kg), declared in the greeting.
     #[serde(default)]
     pub point_mass_kg: Vec<f64>,
     /// Traction on the row (Pa).

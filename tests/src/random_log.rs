@@ -1,4 +1,4 @@
-//! Exchange logs of random messages, written through the recorder as in a run, lz4 and checksums included.
+//! Exchange logs of random messages, written through the recorder as in a run, with lz4 and checksums.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use exchange_log::{Entry, Exchange, LogError, LogStats, Provenance, Recorder, re
 use lab::random::Random;
 use protocol::{Frame, Header, Kind};
 
-/// Messages of a window, as of one continuum and one layer.
+/// Messages per window, as with one continuum and one layer.
 const PER_WINDOW: usize = 10;
 /// Windows between two flushes, as in a run.
 const FLUSH_EVERY: u64 = 100;
 
-/// As many different messages of so many doubles as a chunk holds, so that none is packed as the copy of another. Mantissas are
-/// random, so that nothing packs.
+/// Different messages of `doubles` doubles, as many as fit a chunk, so that none compresses as a copy of another. Random mantissas do
+/// not compress.
 pub fn frames(doubles: usize) -> Vec<Frame> {
     let mut random = Random::new(1);
     let mut frame = |_| {
@@ -22,7 +22,7 @@ pub fn frames(doubles: usize) -> Vec<Frame> {
     (0..(200_000 / doubles).max(20)).map(&mut frame).collect()
 }
 
-/// Writes so many messages, each a copy of one of the frames.
+/// Writes `messages` messages, each a copy of one of the frames.
 pub fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, LogError> {
     let mut recorder = Recorder::create(path, &Provenance::default(), FLUSH_EVERY)?;
     let said: Vec<&Frame> = frames.iter().cycle().take(messages).collect();

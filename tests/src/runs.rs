@@ -1,4 +1,4 @@
-//! Running a scenario text in-process or over shared memory, and reading what it left.
+//! Running a scenario text in-process or over shared memory, and reading its output.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use scenario::load::parse;
 use scenario::source::ScenarioSource;
 use serde_json::Value;
 
-/// A folder of its own below the system's temporary one, removed when dropped.
+/// A new folder below the system's temporary one, removed when dropped.
 pub struct Scratch {
     path: PathBuf,
 }
@@ -46,7 +46,7 @@ impl Drop for Scratch {
     }
 }
 
-/// Files and summary that a run left.
+/// Files and summary of a run.
 pub struct Left {
     /// The end of the run: error, exit code, results.
     pub ended: Ended,
@@ -102,7 +102,7 @@ pub fn run_over_shared_memory(text: &str, overrides: &[&str]) -> Result<Left, Er
     run_text(&as_programs(text), overrides)
 }
 
-/// Runs a scenario text in-process and over shared memory, to the same bits; returns what the second left.
+/// Runs a scenario text in-process and over shared memory, to the same bits; returns the second run.
 pub fn run_both_ways(text: &str, overrides: &[&str]) -> Left {
     let inside = run_in_process(text, overrides).expect("it is valid");
     let outside = run_over_shared_memory(text, overrides).expect("it is valid");
@@ -184,7 +184,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
     })
 }
 
-/// Columns of a table that a run left, by name; none where it left none.
+/// Columns of a table of a run by name; empty if there is no table.
 pub fn read_csv(path: &Path) -> BTreeMap<String, Vec<f64>> {
     Table::read_whole_rows(path).columns.into_iter().collect()
 }
@@ -205,11 +205,11 @@ pub fn program(name: &str) -> PathBuf {
     path
 }
 
-/// The command `thirdbody`, in a folder of its own.
+/// The command `thirdbody`, started in this folder.
 pub fn thirdbody(folder: &Path) -> Command {
     let mut command = Command::new(program("thirdbody"));
     command.current_dir(folder);
-    // Nothing is kept in the cache of whoever runs the tests.
+    // The tests leave the user's cache alone.
     command.env("XDG_CACHE_HOME", folder.join("cache"));
     command
 }

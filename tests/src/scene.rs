@@ -1,7 +1,7 @@
-//! Texts of scenes: the head, participants one by one, and what joins them; a scene is their [`concat`](slice::concat).
+//! Texts of scenes: the head, participants one by one, and interfaces; a scene is their [`concat`](slice::concat).
 //!
-//! Bars and chains are made of masses of 1 kg and springs of 1 N/m, 1 m apart, so that waves run at 1 m/s and the
-//! critical step of a bar is 1 s. The last argument of each function are further keys, one on a line.
+//! Bars and chains consist of masses of 1 kg and springs of 1 N/m, 1 m apart, so waves run at 1 m/s and the
+//! critical step of a bar is 1 s. The last argument of each function holds further keys, one per line.
 
 /// Young's modulus of a strip (Pa).
 pub const YOUNG_PA: f64 = 102.5e9;
@@ -33,7 +33,7 @@ pub fn bar(name: &str, elements: u32, step_s: f64, keys: &str) -> String {
     )
 }
 
-/// Free masses behind a glued one at `x_m`, [`crate::chain`]; the keys tell the mass of the glued one.
+/// Free masses behind a glued one at `x_m`, [`crate::chain`]; the keys give the mass of the glued one.
 pub fn chain(name: &str, x_m: f64, count: u32, keys: &str) -> String {
     let unit = "spacing_m = 1.0\nmass_kg = 1.0\nstiffness_n_per_m = 1.0";
     participant(
@@ -43,7 +43,7 @@ pub fn chain(name: &str, x_m: f64, count: u32, keys: &str) -> String {
     )
 }
 
-/// A rigid body at `x_m` that moves and is stepped by implicit Euler: a chain of one mass, participant `body`.
+/// A moving rigid body at `x_m` with implicit Euler steps: a chain of one mass, participant `body`.
 pub fn body(x_m: f64, mass_kg: f64, velocity_m_per_s: f64, keys: &str) -> String {
     let start = format!("x_m = {x_m:?}\nvelocity_m_per_s = {velocity_m_per_s:?}");
     participant(
@@ -53,7 +53,7 @@ pub fn body(x_m: f64, mass_kg: f64, velocity_m_per_s: f64, keys: &str) -> String
     )
 }
 
-/// An elastic strip, 4 mm wide; the keys tell its time step and what acts on it.
+/// An elastic strip, 4 mm wide; the keys give its time step and its loads.
 pub fn strip(name: &str, [base, sides]: [&str; 2], height_m: f64, keys: &str) -> String {
     let held = format!("base = \"{base}\"\nsides = \"{sides}\"");
     let mesh =
@@ -63,7 +63,7 @@ pub fn strip(name: &str, [base, sides]: [&str; 2], height_m: f64, keys: &str) ->
     participant(name, "fem", &format!("{held}\n{mesh}\n{material}\n{keys}"))
 }
 
-/// A row of masses on a strip, 4 mm wide and 1 mm thick, pressed by a traction in y: [`crate::plate`], participant
+/// A row of masses on a strip, 4 mm wide and 1 mm thick, under a traction in y: [`crate::plate`], participant
 /// `plate`.
 pub fn plate(points: u32, traction_pa: f64, end_s: f64) -> String {
     let row = format!("points = {points}\nwidth_m = 4e-3\ny_m = 0.0\nthickness_m = 1e-3");

@@ -1,4 +1,4 @@
-//! The code of a crate as tokens: without comments, without what `#[cfg(test)]` leaves out.
+//! The code of a crate as tokens, without comments and without code that `#[cfg(test)]` leaves out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub fn read_sources(crate_folder: &Path) -> Sources {
     sources
 }
 
-/// Files that a crate is compiled from: the library, the program, programs in `bin`.
+/// True for a file from which a crate is compiled: the library, the program, programs in `bin`.
 pub fn is_root(file: &str) -> bool {
     matches!(file, "lib.rs" | "main.rs") || file.starts_with("bin/")
 }
@@ -77,8 +77,7 @@ pub fn folder_of_modules(file: &str) -> String {
     }
 }
 
-/// The tokens of a text without comments (documentation is one) and without items, fields and statements that
-/// `#[cfg(test)]` or `#[test]` marks.
+/// The tokens of a text without comments, documentation, and items, fields and statements that `#[cfg(test)]` or `#[test]` marks.
 pub fn product_code(file: &str, text: &str) -> Vec<TokenTree> {
     let stream: TokenStream = text
         .parse()
@@ -96,8 +95,8 @@ pub fn code_lines(file: &str, text: &str) -> usize {
         .count()
 }
 
-/// Lines of product code of a crate. Files of the modules `tests` are left out; a file that only tests use under another name
-/// counts, for it is read as the product is.
+/// Lines of product code of a crate. Files of the modules `tests` are left out; a file with another name counts, even if only tests
+/// use it.
 pub fn crate_lines(sources: &Sources) -> usize {
     let files = sources.iter().filter(|(file, _)| !is_of_tests(file));
     files.map(|(file, text)| code_lines(file, text)).sum()
@@ -200,8 +199,8 @@ fn asks_for_test(condition: &TokenTree) -> bool {
     }
 }
 
-/// The index behind what an attribute that ends at `at` marks: an item ends with its `;` or its braces, a field, variant or
-/// statement also with its `,`.
+/// The index behind the code that an attribute marks, which ends at `at`: an item ends with its `;` or its braces, a field,
+/// variant or statement also with its `,`.
 fn end_of_marked(tokens: &[TokenTree], mut at: usize) -> usize {
     while let Some(next) = tokens.get(at..).and_then(attribute) {
         at += next.length;

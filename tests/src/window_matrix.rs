@@ -1,7 +1,7 @@
-//! One window of each scheme as a matrix, written by hand for a linear continuum and a linear wall: the reference that the schemes
-//! themselves are compared with.
+//! One window of each scheme as a matrix, written by hand for a linear continuum and a linear wall: the reference for the schemes
+//! themselves.
 //!
-//! The two sides are closed forms of [`scheme::predict`]; the schemes are not used here.
+//! The two sides are closed forms of [`scheme::predict`]; this module does not use the schemes.
 
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -10,11 +10,11 @@ use scheme::predict::growth::spectral_radius;
 use scheme::predict::response::Response;
 use scheme::predict::sprung_mass::{Masses, Motion, Solved, SprungMass};
 
-/// The transmission condition of a scheme, which distinguishes it for a linear continuum and a linear wall.
+/// The transmission condition of a scheme, its only distinction for a linear continuum and a linear wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransmissionCondition {
-    /// The force of a window is the one under which both sides end in the same place: what the exact and secant dual Schur
-    /// schemes and a converged fixed point come to.
+    /// Under the force of a window both sides end in the same place: the exact and secant dual Schur schemes and a converged
+    /// fixed point.
     Exact,
     /// One solve on a compliance that is this many times the true one.
     Believed(f64),
@@ -22,15 +22,15 @@ pub enum TransmissionCondition {
     LateForce,
     /// Force and motion act one window late.
     LateBoth,
-    /// The velocity goes in a straight line to one at which the force at the end is that of the wall.
+    /// The velocity changes linearly to a value at which the force at the end equals the wall's.
     Velocity,
-    /// The continuum follows the velocity of the wall one window late, the wall takes the force of that.
+    /// The continuum follows the velocity of the wall one window late, and the wall takes the resulting force.
     LateVelocity,
     /// Velocity and force reach the other side one window late.
     LateVelocityAndForce,
 }
 
-/// Both sides and what the coupler keeps between windows.
+/// Both sides and the coupler's state between windows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// The continuum's displacements and velocities.
@@ -41,7 +41,7 @@ pub struct Joint {
     pub lambda: f64,
     /// Motion of the interface in the last window (m).
     pub motion: f64,
-    /// Position of the interface as the wall takes it (m).
+    /// Position of the interface on the wall's side (m).
     pub position: f64,
 }
 
@@ -50,7 +50,7 @@ pub struct Joint {
 pub struct Operator<'a> {
     /// The continuum's window.
     pub response: &'a Response,
-    /// The wall's.
+    /// The wall's window.
     pub wall: SprungMass,
     /// Length of the window (s).
     pub window_s: f64,
@@ -70,7 +70,7 @@ impl Operator<'_> {
         let (h, c) = (self.window_s, self.response.compliance());
         let coasted = carry * &start.continuum;
         let q_0 = interface.dot(&start.continuum);
-        // The increment without any force in the window.
+        // The increment without a force in the window.
         let free = interface.dot(&coasted) - q_0;
         let rigid = |du: f64| Motion {
             free: du / h,
@@ -107,7 +107,7 @@ impl Operator<'_> {
         }
     }
 
-    /// One window along a straight line of velocities: with the acceleration a the continuum answers
+    /// One window with a linear velocity: under the acceleration a the continuum answers
     /// lambda_0 + S a = lambda_0 + (S / H) (v - v_0).
     fn led(&self, start: &Joint) -> Joint {
         let (h, response) = (self.window_s, self.response);
@@ -130,7 +130,7 @@ impl Operator<'_> {
         }
     }
 
-    /// One window in which the continuum goes to the velocity that the wall had, and the wall bears its force.
+    /// One window in which the continuum reaches the velocity that the wall had, and the wall carries its force.
     fn pushed(&self, start: &Joint) -> Joint {
         let (h, response) = (self.window_s, self.response);
         let v_0 = response.speed(&start.continuum);
@@ -197,8 +197,7 @@ fn unpack(packed: &DVector<f64>) -> Joint {
     }
 }
 
-/// The masses under an impulse p (N s) that the wall bears while it moves as it may. They obey A v_g + p = R; A and R are read off
-/// two motions that are imposed on them.
+/// The masses under an impulse p (N s) on the freely moving wall. They obey A v_g + p = R; two imposed motions give A and R.
 fn pushed(wall: &SprungMass, start: &Joint, window_s: f64, p: f64) -> Solved {
     let imposed = |free: f64| {
         let rigid = Motion {

@@ -1,4 +1,4 @@
-//! `run --budget`: what is chosen, told, and refused.
+//! `run --budget`: its choices, reports and refusals.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use harness::runs::{Scratch, parse_json, thirdbody};
 
 use crate::rows::{command, printed, shipped, study, words};
 
-/// Six seeds, so that bounds can be told.
+/// Six seeds, enough for bounds.
 const SEEDS: &str = "[reference]\nset = [\"interface.layer-base.substeps=1\"]\nperturb = 1\n\
     [[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 6\n\
     [[vary]]\nkey = \"interface.layer-base.substeps\"\nvalues = [9, 3]\n\
@@ -29,7 +29,7 @@ fn run(work: &Scratch, study: &Path, budget: &str, sets: &[&str]) -> Output {
     run.output().expect("the program starts")
 }
 
-/// Runs of 60 us cost their set-up, and differ by chance: gives the settings the costs of longer ones.
+/// Gives the settings the costs of longer runs: runs of 60 us cost their set-up and differ by chance.
 fn with_costs(path: &Path) {
     let text = fs::read_to_string(path).expect("it was written");
     let mut study = parse_json(text.as_bytes());
@@ -64,8 +64,8 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
             .to_string();
         (
             set,
-            expected.expect("it is told"),
-            bound.expect("it is told"),
+            expected.expect("it is in the summary"),
+            bound.expect("it is in the summary"),
         )
     };
     let (set, expected, bound) = chosen("error=90%");
@@ -74,7 +74,7 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
         expected > 0.0 && expected < bound && bound < 0.9,
         "{expected:e} {bound:e}"
     );
-    // What is expected of nine substeps is too much now.
+    // Now the expected error of nine substeps is too large.
     let less = format!("height={expected:e}");
     let (set, _, finer) = chosen(&less);
     assert_eq!(set, "interface.layer-base.substeps=3");
@@ -113,9 +113,10 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
     );
 }
 
-/// Settings of a study of one key at a time say what the keys have that others vary: otherwise a scene with any value of those were covered.
+/// In a study of one key at a time each setting also holds the keys that other settings vary: otherwise it would cover a scene with any
+/// value of these keys.
 #[test]
-fn a_setting_has_all_that_is_varied() {
+fn a_stored_setting_has_every_varied_key() {
     let work = Scratch::new("study-complete");
     let keys = SEEDS.replace("values = [9, 3]", "values = [3]")
         + "[[vary]]\nkey = \"interface.layer-base.tolerance_rel\"\nvalues = [1e-4]\n";

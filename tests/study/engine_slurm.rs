@@ -1,5 +1,5 @@
-//! The engine for Slurm, before a stand-in for its programs: what is asked of it, and that what it loses is done all the same. A real one is
-//! tried by tests/slurm.
+//! The engine for Slurm, with a stand-in for Slurm's programs: its requests, and that tasks which Slurm loses are still done. tests/slurm
+//! tests it with a real Slurm.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -9,8 +9,8 @@ use harness::runs::Scratch;
 
 use crate::rows::{SUBSTEPS, command, lasting, printed, rows, study, words};
 
-/// `sbatch` starts every index of an array at once in a process of its own; indices that LOST names are listed as running the first
-/// time, and nobody does them.
+/// `sbatch` starts every index of an array at once in its own process. The first time, an index that LOST names is listed as running,
+/// but no process computes it.
 const SBATCH: &str = r#"#!/bin/sh
 d=$(dirname "$0")/state; mkdir -p "$d"
 job=$(( $(ls "$d" | grep -c '^asked-') + 1 ))
@@ -95,7 +95,7 @@ fn said(work: &Scratch, file: &str) -> String {
 }
 
 #[test]
-fn an_array_gives_the_rows_of_the_local_engine_whatever_slurm_loses() {
+fn an_array_gives_the_rows_of_the_local_engine_also_when_slurm_loses_tasks() {
     let work = Scratch::new("study-slurm");
     let file = study(&work, SUBSTEPS);
     let more = [
@@ -110,11 +110,14 @@ fn an_array_gives_the_rows_of_the_local_engine_whatever_slurm_loses() {
     let mut run = command(&work, "run", &file, &more);
     let output = through_slurm(&work, run.env("LOST", "2").env("FORGOTTEN", "1"));
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
-    let told = words(&output);
-    assert!(told.contains("submitted 5 tasks as job array 1"), "{told}");
+    let notes = words(&output);
     assert!(
-        told.contains("task 2: 1_2 is RUNNING and shows no sign of life"),
-        "{told}"
+        notes.contains("submitted 5 tasks as job array 1"),
+        "{notes}"
+    );
+    assert!(
+        notes.contains("task 2: 1_2 is RUNNING and shows no sign of life"),
+        "{notes}"
     );
     assert_eq!(said(&work, "cancelled").lines().next(), Some("1_2"));
     let asked = said(&work, "asked-1");

@@ -1,4 +1,4 @@
-//! The local engine: what the rows hold, that nothing is done twice, and that failures are rows.
+//! The local engine: the content of the rows, no work done twice, and failures as rows.
 
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -43,7 +43,7 @@ fn rows_hold_errors_floors_costs_and_hashes() {
         assert!(number(row, "element_steps") > 0.0 && number(row, "contact_iterations") > 0.0);
         assert!(number(row, "messages") > 0.0 && number(row, "cpu_s") > 0.0);
     }
-    // The point with the reference's value is the reference's run; the perturbed ones are others, and their distance is the floor.
+    // The point with the reference's value shares the reference's run; the perturbed runs are others, and their distance is the floor.
     assert_eq!(rows[5]["id"], rows[0]["id"]);
     assert_eq!(number(&rows[5], "error_height"), 0.0);
     let perturbed = [1, 2].map(|k| number(&rows[k], "error_height"));
@@ -51,14 +51,14 @@ fn rows_hold_errors_floors_costs_and_hashes() {
     let floor = perturbed[0].max(perturbed[1]);
     assert!(floor > 0.0 && floor < 1e-9, "{floor:e}");
     assert!(rows.iter().all(|row| number(row, "floor_height") == floor));
-    // Longer windows err more and do less.
+    // Longer windows have larger errors and less work.
     let errors = [3, 4].map(|k| number(&rows[k], "error_height"));
     assert!(
         errors[0] > errors[1] && errors[1] > 1e3 * floor,
         "{errors:?}, floor {floor:e}"
     );
     assert!(number(&rows[3], "messages") < 0.2 * number(&rows[0], "messages"));
-    // A run that is done keeps what is measured, and no log of what was said.
+    // A finished run keeps its measured quantities, and no exchange log.
     let run = work
         .path()
         .join("out/tasks")
@@ -72,7 +72,7 @@ fn rows_hold_errors_floors_costs_and_hashes() {
         "digest.txt",
         "study.json",
     ] {
-        // One scene has too few for a bound, which `run --budget` says; the study is kept all the same.
+        // One scene is too few for a bound, as `run --budget` reports; the study is kept anyway.
         assert!(work.path().join("out").join(file).is_file(), "{file}");
     }
 }
@@ -97,9 +97,9 @@ fn without_a_reference_there_are_values_and_no_errors() {
     assert_eq!(rows.len(), 2);
     for row in &rows {
         assert_eq!((&*row["role"], &*row["status"]), ("point", "completed"));
-        assert!(!row["warnings"].is_empty(), "a run so short is warned of");
+        assert!(!row["warnings"].is_empty(), "so short a run has warnings");
         assert!(!row.contains_key("error_height") && !row.contains_key("cpu_rel"));
-        // The value is that of the run, to the bit.
+        // The value equals the run's, bit for bit.
         let run = work.path().join("out/tasks").join(&row["id"]).join("run");
         let summary = parse_json(&fs::read(run.join("summary.json")).expect("it ran"));
         assert_eq!(
@@ -163,23 +163,23 @@ fn without_a_reference_there_are_values_and_no_errors() {
     assert!(out("maps.svg").is_file());
 }
 
-/// Three cases of the scene make two runs: an interval of three would be narrower than that of two.
+/// Three cases of the scene make two runs: an interval from three values would be narrower than from two.
 #[test]
-fn cases_that_make_the_same_run_are_one_draw() {
+fn cases_of_the_same_run_count_as_one_realisation() {
     let work = Scratch::new("study-draws");
     let draws = "[[vary]]\nkey = \"draw\"\nscene = true\ncase = [\
         { value = \"a\", set = [\"run.seed=1\"] }, { value = \"b\", set = [\"run.seed=1\"] }, { value = \"c\", set = [\"run.seed=2\"] }]\n";
     let file = study(&work, &format!("{draws}{VALUES}"));
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
-    let told = "(2 runs, scatter";
+    let expected = "(2 runs, scatter";
     assert!(
-        text.contains(told) && text.contains("; 1 more have the bits"),
+        text.contains(expected) && text.contains("; 1 more have the bits"),
         "{text}"
     );
 }
 
 #[test]
-fn without_a_floor_there_is_nothing_to_choose_by() {
+fn without_a_noise_floor_there_is_no_study_to_choose_by() {
     let work = Scratch::new("study-floorless");
     let file = study(&work, &SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
@@ -194,7 +194,7 @@ fn without_a_floor_there_is_nothing_to_choose_by() {
 }
 
 #[test]
-fn what_is_done_is_not_done_again_and_work_repeats_exactly() {
+fn finished_tasks_are_not_repeated_and_work_repeats_exactly() {
     let work = Scratch::new("study-again");
     let file = study(&work, SUBSTEPS);
     printed(&mut command(&work, "run", &file, &[]), 0);
@@ -209,9 +209,9 @@ fn what_is_done_is_not_done_again_and_work_repeats_exactly() {
 }
 
 #[test]
-fn a_killed_study_goes_on_where_it_was() {
+fn a_killed_study_continues_where_it_was() {
     let work = Scratch::new("study-killed");
-    // Long enough to be killed within.
+    // Long enough to be killed during the run.
     let file = study(
         &work,
         &SUBSTEPS.replace("substeps=1\"", "substeps=1\", \"run.end_s=4e-4\""),
@@ -250,7 +250,7 @@ fn a_killed_study_goes_on_where_it_was() {
         rows.iter().all(|row| row["status"] == "completed"),
         "{rows:?}"
     );
-    // One run, that of the one job, was under way and is begun again; or it had not begun yet.
+    // The run of the one job was under way and starts again, or had not started yet.
     assert!(
         (5.0..=6.0).contains(&attempts),
         "{attempts} attempts for 5 runs"
@@ -258,7 +258,7 @@ fn a_killed_study_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_run_that_fails_is_a_row_with_its_reason_and_a_suspect_one_is_outside_of_the_front() {
+fn a_failed_run_is_a_row_with_its_reason_and_a_suspect_run_is_outside_the_front() {
     let work = Scratch::new("study-fails");
     let tables = "[reference]\nset = []\nperturb = 0\n\
         [[vary]]\nkey = \"participant.third-body.config.solver.tolerance\"\nvalues = [-1.0, 1e-3]\n\
@@ -301,7 +301,7 @@ fn a_run_that_fails_is_a_row_with_its_reason_and_a_suspect_one_is_outside_of_the
         text.contains("outside of the fronts") && text.contains("failed   1"),
         "{text}"
     );
-    // Failed runs are done again only when that is asked for.
+    // Failed runs are repeated only with `--retry`.
     printed(&mut command(&work, "run", &file, &["--retry"]), 0);
     let again: Vec<String> = crate::rows::rows(&work)
         .iter()
@@ -348,7 +348,7 @@ fn a_damaged_run_is_a_row_that_says_what_to_do() {
 }
 
 #[test]
-fn a_load_that_the_reference_does_not_have_is_told() {
+fn a_load_that_the_reference_does_not_have_is_reported() {
     let work = Scratch::new("study-load");
     let load = "[[vary]]\nkey = \"participant.third-body.config.wheel.load_n\"\nvalues = [4000.0, 8000.0]\n";
     let file = study(
@@ -356,9 +356,9 @@ fn a_load_that_the_reference_does_not_have_is_told() {
         &SUBSTEPS.replace("[[vary]]", &format!("{load}[[vary]]")),
     );
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
-    let told = "config.wheel.load_n = 4000 is not the load of the reference";
-    assert_eq!(text.matches(told).count(), 1, "{text}");
-    // A scene has a reference of its own.
+    let expected = "config.wheel.load_n = 4000 is not the load of the reference";
+    assert_eq!(text.matches(expected).count(), 1, "{text}");
+    // Each scene has its own reference.
     let work = Scratch::new("study-load-scene");
     let scene = load.replace("values", "scene = true\nvalues");
     let file = study(
@@ -412,7 +412,7 @@ fn a_task_that_is_not_as_planned_is_refused_and_others_run_by_themselves() {
 }
 
 #[test]
-fn what_a_scene_does_not_need_does_not_exist() {
+fn a_run_has_only_the_outputs_that_its_scene_needs() {
     let work = Scratch::new("study-alone");
     let run = |scene: &str, out: &str, sets: &[&str]| {
         let mut run = thirdbody(work.path());

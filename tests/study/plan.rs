@@ -1,4 +1,4 @@
-//! What is told before any run of a study is made: plans, refusals, and what a budget takes.
+//! Messages before the first run of a study: plans, refusals, and the requirements of a budget.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn refused(work: &Scratch, verb: &str, tables: &str) -> String {
 }
 
 #[test]
-fn a_measure_that_no_run_reports_is_refused_before_a_run_is_made() {
+fn a_measure_that_no_run_reports_is_refused_before_the_first_run() {
     let work = Scratch::new("study-mistyped");
     for (of, norm, meant) in [
         ("signals.wheel_ym", "l2", "did you mean `wheel_y_m`?"),
@@ -38,7 +38,7 @@ fn a_measure_that_no_run_reports_is_refused_before_a_run_is_made() {
         said.contains("the old name of `results.traction_ratio_mean`"),
         "{said}"
     );
-    // Other scenes have this result, and this one has no such table: its first run tells.
+    // Other scenes have this result, and this one has no such table: its first run shows that.
     for (of, norm) in [("results.p0_pa", "at"), ("profile.p_pa", "l2")] {
         let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";
         let new = format!("of = \"{of}\"\nnorm = \"{norm}\"");
@@ -50,7 +50,7 @@ fn a_measure_that_no_run_reports_is_refused_before_a_run_is_made() {
 
 /// The runs end at 60 us, and the layer is 20 mm wide.
 #[test]
-fn an_instant_beyond_the_run_and_bins_that_hide_the_surface_are_refused_before_a_run_is_made() {
+fn an_instant_beyond_the_run_and_bins_that_hide_the_surface_are_refused_before_the_first_run() {
     let work = Scratch::new("study-beyond");
     let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";
     for (new, said) in [
@@ -82,7 +82,7 @@ fn a_result_of_a_full_cycle_is_refused_where_no_wheel_makes_one() {
     let said = refused(&work, "run", &tables);
     let words = ["results.loop_area_j is of a full cycle", "wheel.cycles = 1"];
     assert!(words.iter().all(|word| said.contains(word)), "{said}");
-    // The run is cut before a cycle is over, which 1.8e-3 s and a faster wheel are not.
+    // The run ends before a cycle is over; with 1.8e-3 s and a faster wheel it does not.
     let wheel = "participant.third-body.config.wheel";
     let cycle = format!("{wheel}.cycles=1.0");
     let whole = [
@@ -98,7 +98,7 @@ fn a_result_of_a_full_cycle_is_refused_where_no_wheel_makes_one() {
 }
 
 #[test]
-fn a_plan_shows_what_a_check_refuses() {
+fn a_plan_shows_the_refusals_of_a_check() {
     let work = Scratch::new("study-refused");
     let key = "interface.layer-base.substeps";
     for (new, said) in [
@@ -116,7 +116,7 @@ fn a_plan_shows_what_a_check_refuses() {
         let words = refused(&work, "plan", &tables);
         assert!(words.contains(said) && words.contains("--set"), "{words}");
     }
-    // A study goes on without such a value, and a reference that is refused ends it.
+    // A study continues without such a value, but a refused reference ends it.
     let tables = SUBSTEPS.replace("substeps=1\"", "substeps=0\"");
     let words = refused(&work, "run", &tables);
     assert!(
@@ -126,15 +126,15 @@ fn a_plan_shows_what_a_check_refuses() {
 }
 
 #[test]
-fn a_plan_tells_what_a_budget_takes() {
+fn a_plan_reports_what_a_budget_needs() {
     let work = Scratch::new("study-plan-budget");
-    let told = |tables: &str| {
+    let planned = |tables: &str| {
         let output = command(&work, "plan", &study(&work, tables), &[]).output();
         let output = output.expect("the program starts");
         assert!(output.status.success(), "{}", words(&output));
         words(&output)
     };
-    let few = told(SUBSTEPS);
+    let few = planned(SUBSTEPS);
     assert!(
         few.contains("not for `run --budget`: 1 combinations"),
         "{few}"
@@ -145,7 +145,7 @@ fn a_plan_tells_what_a_budget_takes() {
     );
     let seeds = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 3\n";
     let load = "[[vary]]\nkey = \"participant.third-body.config.wheel.load_n\"\nscene = true\nvalues = [4e3, 8e3]\n";
-    let enough = told(&format!("{SUBSTEPS}{seeds}{load}"));
+    let enough = planned(&format!("{SUBSTEPS}{seeds}{load}"));
     // Six scenes less a mean and a slope leave four degrees of freedom.
     for word in [
         "6 scenes, 5 would do",
@@ -154,12 +154,12 @@ fn a_plan_tells_what_a_budget_takes() {
     ] {
         assert!(enough.contains(word), "{word} in {enough}");
     }
-    let no_floor = told(&SUBSTEPS.replace("perturb = 2", "perturb = 0"));
+    let no_floor = planned(&SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     assert!(
         no_floor.contains("no floor of noise is known"),
         "{no_floor}"
     );
-    assert!(!told(VALUES).contains("run --budget"));
+    assert!(!planned(VALUES).contains("run --budget"));
 }
 
 #[test]

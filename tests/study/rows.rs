@@ -26,12 +26,12 @@ pub fn study(work: &Scratch, tables: &str) -> PathBuf {
     path
 }
 
-/// The substeps against those of the reference, which are 1.
+/// The substeps against a reference with 1 substep.
 pub const SUBSTEPS: &str = "[reference]\nset = [\"interface.layer-base.substeps=1\"]\nperturb = 2\n\
     [[vary]]\nkey = \"interface.layer-base.substeps\"\nvalues = [9, 3, 1]\n\
     [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"l2\"\n";
 
-/// Friction and thickness, for nothing but what comes of them.
+/// Values for two frictions, without a reference.
 pub const VALUES: &str = "[[vary]]\nkey = \"participant.third-body.config.law.friction\"\nvalues = [0.1, 0.3]\n\
     [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"max\"\n\
     [[measure]]\nname = \"grains\"\nof = \"results.disks\"\n";
@@ -55,7 +55,7 @@ pub fn printed(command: &mut Command, code: i32) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// All that a command said.
+/// All output of a command.
 pub fn words(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     text(&output.stdout) + &text(&output.stderr)
@@ -97,7 +97,7 @@ pub fn number(row: &Row, column: &str) -> f64 {
         .unwrap_or_else(|_| panic!("{column} is `{}`", row[column]))
 }
 
-/// Columns that do not repeat: times, memory, and how often a run was begun.
+/// Columns that do not repeat: times, memory, and the number of attempts.
 const TIMES: [&str; 6] = [
     "attempts",
     "wall_s",

@@ -1,4 +1,4 @@
-//! The shipped studies: all their tasks are valid, and the one to choose by covers its scene.
+//! The shipped studies: all their tasks are valid, and the stored study covers its scene.
 
 use coordinator::run::check::check;
 use scenario::load::load;
@@ -27,7 +27,7 @@ fn every_task_of_every_shipped_study_is_valid() {
                 checked.expect_err("it is refused")
             );
         }
-        // One that `tune` left may have a setting, its reference, and no chance to look at.
+        // A study of `tune` may have only one setting and its reference, and no random scenes.
         let is_tuned = entry.file_name().to_string_lossy().starts_with("tuned-");
         assert!(runs(&tasks).len() > if is_tuned { 1 } else { 10 });
         studies += 1;
@@ -38,7 +38,7 @@ fn every_task_of_every_shipped_study_is_valid() {
     assert!(runs(&tasks).len() >= 40);
 }
 
-/// `run SCENE --budget` knows these scenes for any seed, with the errors that are told of their files.
+/// `run SCENE --budget` covers these scenes for any seed, with the errors that their files state.
 #[test]
 fn tuned_scenes_have_a_setting_for_any_seed() {
     let folders = std::fs::read_dir(shipped("studies")).expect("they ship");
@@ -58,7 +58,7 @@ fn tuned_scenes_have_a_setting_for_any_seed() {
             .expect("it was tuned to less");
         assert_ne!(chosen.setting.set, study.reference, "{name}");
         assert_eq!(study.reference_misses.len(), study.measures.len(), "{name}");
-        // The file that tells how it was made has the settings that it has.
+        // The study file has the settings of the stored study.
         let plan = Plan::read(&shipped(&format!("studies/{name}")), false, &[]).expect("a study");
         let tasks = plan.tasks().expect("its scene can be read");
         let seeds = study.scene_keys[0].values.len();
@@ -68,7 +68,7 @@ fn tuned_scenes_have_a_setting_for_any_seed() {
 }
 
 #[test]
-fn the_stored_study_has_settings_for_loads_and_seeds_that_it_has_not_seen() {
+fn the_stored_study_has_settings_for_new_loads_and_seeds() {
     let study = StoredStudy::read(&shipped("studies/quick-bonded")).expect("it ships");
     let scene = |load_n: f64| {
         let sets = [

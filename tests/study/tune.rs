@@ -1,4 +1,4 @@
-//! `thirdbody tune` and `study new`: what they find, write, keep and refuse.
+//! `thirdbody tune` and `study new`: their results, files and refusals.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::rows::{printed, words};
 
-/// `thirdbody tune` in a folder, for what it finds.
+/// `thirdbody tune`, which writes its study to the folder `found`.
 fn tune(work: &Scratch, scene: &str, arguments: &[&str]) -> Command {
     let mut command = thirdbody(work.path());
     command.args(["--quiet", "tune", scene, "--no-run", "--study", "found"]);
@@ -22,20 +22,24 @@ fn study(work: &Scratch) -> Value {
     parse_json(&text)
 }
 
-/// What is measured of a wheel on grains.
+/// Measures of a wheel on grains.
 const MEASURES: [&str; 3] = ["pressure", "height", "friction"];
 
-/// The errors of a run against another one, by `compare` with the study that was found.
+/// The errors of a run against another one, by `compare` with the found study.
 fn errors(work: &Scratch, run: &Path, reference: &Path) -> [f64; 3] {
     let mut compare = thirdbody(work.path());
     compare.arg("compare").args([run, reference]);
     compare.args(["--study", "found", "--json"]);
-    let told = parse_json(printed(&mut compare, 0).as_bytes());
-    let error = |name: &str| told["measures"][name]["error"].as_f64().expect("a number");
+    let compared = parse_json(printed(&mut compare, 0).as_bytes());
+    let error = |name: &str| {
+        compared["measures"][name]["error"]
+            .as_f64()
+            .expect("a number")
+    };
     MEASURES.map(error)
 }
 
-/// Number of times that the runs of `tune` were begun, all together.
+/// Number of attempts of all runs of `tune`.
 fn attempts(work: &Scratch) -> usize {
     let tasks = fs::read_dir(work.path().join("found/tasks")).expect("it is there");
     let attempts = tasks
@@ -46,13 +50,13 @@ fn attempts(work: &Scratch) -> usize {
         .sum::<usize>()
 }
 
-/// Grains on a rigid base, with a bound that a first setting keeps: it is stored with its noise and with what its reference misses, `run
-/// --budget` takes it for a seed that was not looked at, whose error against its own reference is below the bound; another load is refused.
+/// Grains on a rigid base, with a bound that the first setting keeps. The setting is stored with its noise and the error of its reference.
+/// `run --budget` uses it for a new seed, whose error against its own reference is below the bound; another load is refused.
 #[test]
-fn a_setting_is_found_stored_and_taken_for_other_seeds() {
+fn a_setting_is_found_stored_and_used_for_other_seeds() {
     let work = Scratch::new("tune-layer");
     let arguments = ["--error", "40%", "--within", "10min"];
-    // A folder that has the name of the scene and holds none.
+    // A folder with the name of the scene, but without a scene.
     fs::create_dir(work.path().join("layer-alone")).expect("it is writable");
     let first = printed(&mut tune(&work, "layer-alone", &arguments), 0);
     assert!(
@@ -66,7 +70,7 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     let found = study(&work);
     let scenes = found["scene_keys"][0]["values"].as_array().expect("seeds");
     assert!(scenes.len() >= 4 && found["seedless"] == false, "{found:#}");
-    // The file beside it is that of the study.
+    // The file beside it describes the study.
     let file = fs::read_to_string(work.path().join("found/study.toml")).expect("it is kept");
     let file: toml::Table = file.parse().expect("it is a study");
     let seeds = file["vary"][0]["values"].as_array().expect("seeds");
@@ -102,8 +106,8 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     let chosen = run("chosen", &[], &budget);
     assert!(chosen.status.success(), "{}", words(&chosen));
     let summary = fs::read(work.path().join("chosen/summary.json")).expect("it was written");
-    let told = parse_json(&summary)["budget"].clone();
-    let reference = told["reference"].as_array().expect("overrides");
+    let promised = parse_json(&summary)["budget"].clone();
+    let reference = promised["reference"].as_array().expect("overrides");
     let reference: Vec<String> = reference
         .iter()
         .filter_map(|set| set.as_str().map(String::from))
@@ -111,7 +115,7 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     assert!(run("reference", &reference, &[]).status.success());
     let [chosen, reference] = ["chosen", "reference"].map(|name| work.path().join(name));
     let errors = errors(&work, &chosen, &reference);
-    let bounds = MEASURES.map(|name| told["errors"][name]["bound"].as_f64());
+    let bounds = MEASURES.map(|name| promised["errors"][name]["bound"].as_f64());
     for (error, bound) in errors.iter().zip(bounds) {
         let bound = bound.expect("a bound");
         assert!((1e-9..bound).contains(error), "{error} {bound}");
@@ -124,7 +128,7 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
         "{said}"
     );
 
-    // Nothing is done twice: all runs are there, and one that is lost is done again.
+    // Nothing is done twice: all runs are there, and a lost one is repeated.
     let before = attempts(&work);
     let second = printed(&mut tune(&work, "layer-alone", &arguments), 0);
     assert_eq!((attempts(&work), second), (before, first));
@@ -132,20 +136,20 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
     let lost = tasks.next().expect("a task").expect("it is readable");
     fs::remove_file(lost.path().join("task.json")).expect("it is done");
     printed(&mut tune(&work, "layer-alone", &arguments), 0);
-    // Another cost of the lost one may have another setting looked at.
+    // Another cost of the lost run may make `tune` try another setting.
     assert!((before + 1..2 * before).contains(&attempts(&work)));
 }
 
-/// Without grains no seed changes anything: one scene tells the error of all.
+/// Without grains no seed changes anything: one scene gives the error for all seeds.
 #[test]
-fn a_scene_without_chance_is_measured_once() {
+fn a_scene_without_randomness_is_measured_once() {
     let work = Scratch::new("tune-seedless");
     let arguments = ["--error", "5%", "--within", "10min"];
-    let told = printed(
+    let printed_text = printed(
         &mut tune(&work, "verification/block-under-wheel", &arguments),
         0,
     );
-    assert!(told.contains("with any seed"), "{told}");
+    assert!(printed_text.contains("with any seed"), "{printed_text}");
     let found = study(&work);
     assert_eq!(found["seedless"], true);
     let setting = found["settings"]
@@ -158,7 +162,7 @@ fn a_scene_without_chance_is_measured_once() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn arguments_without_sense_are_refused() {
     let work = Scratch::new("tune-refused");
     let refused = |scene: &str, arguments: &[&str], why: &str| {
         let output: Output = tune(&work, scene, arguments).output().expect("it starts");
@@ -188,7 +192,7 @@ fn what_makes_no_sense_is_refused() {
     assert!(!work.path().join("found/study.json").exists());
 }
 
-/// A study of all choices that a scene has, which `study plan` accepts, in a folder of its own.
+/// A study of all choices of a scene, in its own folder.
 #[test]
 fn a_study_of_a_scene_is_written() {
     let work = Scratch::new("study-new");
@@ -203,8 +207,8 @@ fn a_study_of_a_scene_is_written() {
         let mut new = thirdbody(work.path());
         let folder = scene.replace('/', "-");
         new.args(["--quiet", "study", "new", scene, &folder]);
-        let told = printed(&mut new, 0);
-        let head = told.lines().nth(1).expect("a list");
+        let printed_text = printed(&mut new, 0);
+        let head = printed_text.lines().nth(1).expect("a list");
         for choice in choices {
             assert!(head.split(',').any(|column| column == *choice), "{head}");
         }

@@ -1,4 +1,4 @@
-//! Steps of a run alone that end above the tolerance: stopped, or accepted and counted.
+//! Steps of an uncoupled run that end above the tolerance: they stop the run, or are accepted and counted.
 
 use protocol::{Node, Window};
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use crate::dem_support::{build, close, scene};
 
 const R: f64 = 1e-3;
 
-/// A column of disks on a wall that a single sweep cannot solve.
+/// A column of disks on a wall, which a single sweep cannot solve.
 fn hasty(policy: Value) -> Value {
     let disk = |i: u32| json!({"x_m": 0.0, "y_m": R * (1.0 + 2.0 * f64::from(i)), "radius_m": R});
     let sample = json!({
@@ -37,12 +37,12 @@ fn a_step_above_the_tolerance_stops_the_run_or_is_accepted_and_makes_it_suspect(
     let mut accepting = build(&hasty(json!("accept")));
     accepting
         .advance_alone(&window)
-        .expect("what does not converge is accepted");
+        .expect("steps that do not converge are accepted");
     let findings = accepting.finish().expect("the run can end").findings;
     let found = findings
         .iter()
         .find(|finding| finding.code == "not_converged");
-    let found = found.expect("it is told");
+    let found = found.expect("it is reported");
     close("share", found.value, 1.0, 0.0);
     assert!(
         found.suspect && found.text.starts_with("4 of 4 steps"),

@@ -1,4 +1,4 @@
-//! Adhesion: an attraction N_c within a range d, for which contact and friction hold shifted: r_n + N_c >= 0, |r_t| <= mu (r_n + N_c).
+//! Adhesion: an attraction N_c within a range d, which shifts contact and friction: r_n + N_c >= 0, |r_t| <= mu (r_n + N_c).
 //!
 //! ```text
 //!   -------         N_c (1 - 1e-6) hangs, N_c (1 + 1e-6) falls with 1e-6 of N_c / m
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Closed forms of a mass point under constant forces, for which theta = 1/2 is exact, and the shifted law of Radjai, Preechawuttipong and
-//! Peyroux (2001). Tolerances are rounding where nothing else is said.
+//! Peyroux (2001). Tolerances are rounding unless stated otherwise.
 
 use dem_node::Dem;
 use protocol::Node;
@@ -65,7 +65,7 @@ fn a_disk_hangs_by_its_pull_off_force_and_falls_by_a_millionth_more() {
 }
 
 #[test]
-fn a_thrown_disk_rises_by_what_attraction_and_weight_leave_it() {
+fn a_thrown_disk_rises_against_attraction_and_weight_to_the_exact_height() {
     let pull_off = 5.0 * mass(R) * G;
     let escape = (2.0 * (pull_off / mass(R) + G) * RANGE).sqrt();
     for share in [0.5, 0.999, 1.001, 2.0] {
@@ -84,7 +84,7 @@ fn a_thrown_disk_rises_by_what_attraction_and_weight_leave_it() {
         } else {
             (0.5 * speed * speed - pull_off * RANGE / mass(R)) / G
         };
-        // Half way between two looks the disk is a (5 h)^2 / 8 below its apex; the step that leaves the range ends a h v beyond it.
+        // Half way between two samples the disk is a (5 h)^2 / 8 below its apex; the step that leaves the range ends a h v beyond it.
         let edge = (speed * speed - escape * escape).max(0.0).sqrt() * H * pull_off / mass(R) / G;
         let slowing = if share < 1.0 {
             G + pull_off / mass(R)
@@ -121,7 +121,7 @@ fn friction_and_couple_hold_for_the_weight_and_the_attraction() {
 }
 
 #[test]
-fn at_rest_the_spring_bears_weight_and_attraction() {
+fn at_rest_the_spring_carries_weight_and_attraction() {
     let (weight, k) = (mass(R) * G, 1e4 * mass(R) * G / R);
     let springs = json!({"contact_stiffness_pa": k / 1e-3, "tangential_stiffness_ratio": 1.0, "damping": 0.3});
     let mut dem = disks(
@@ -140,7 +140,7 @@ fn at_rest_the_spring_bears_weight_and_attraction() {
     close("force on the floor", on_floor, -weight, 1e-6 * weight);
 }
 
-/// Two disks that meet and part, at many phases of the step: what they have afterwards is never more than before, and every joule is told.
+/// Two disks that meet and part, at many phases of the step: their energy never grows, and the ledger accounts for every joule.
 #[test]
 fn a_pair_that_meets_and_parts_gains_nothing() {
     let weight = mass(R) * G;
@@ -172,7 +172,7 @@ fn a_pair_that_meets_and_parts_gains_nothing() {
     }
 }
 
-/// Dropped side by side they come to lie together, whatever the solver.
+/// Dropped side by side, the grains settle together in the same way with either solver.
 #[test]
 fn a_cluster_of_grains_is_the_same_by_sweeps_and_by_conjugate_gradients() {
     let weight = mass(R) * G;
@@ -201,7 +201,7 @@ fn a_cluster_of_grains_is_the_same_by_sweeps_and_by_conjugate_gradients() {
     }
 }
 
-/// Over corners of +-0.02 rad, at which it lies on two segments, a disk is attracted by one of them: N_c, wherever it is.
+/// At corners of +-0.02 rad a disk lies on two segments, but only one attracts it: N_c at any place.
 #[test]
 fn a_polyline_attracts_a_disk_where_it_is_nearest() {
     let weight = mass(R) * G;
@@ -246,7 +246,7 @@ fn a_polyline_attracts_a_disk_where_it_is_nearest() {
 }
 
 #[test]
-fn what_adhesion_cannot_go_with_is_refused_by_name() {
+fn keys_that_exclude_adhesion_are_refused_by_name() {
     let refused = |more: Value| {
         let sample = json!({"kind": "disks", "disks": thrown(0.0)});
         refusal(&scene(law(1.0, more), H, sample, json!({})))
@@ -261,7 +261,8 @@ fn what_adhesion_cannot_go_with_is_refused_by_name() {
     );
 }
 
-/// No force at all: at rest on a floor, two in flight side by side, and a disk that goes with the floor. Each keeps its potential -N_c d.
+/// No force at all: a disk at rest on a floor, two in flight side by side, and a disk that moves with the floor. Each pair keeps its
+/// potential -N_c d.
 #[test]
 fn a_pair_that_touches_without_a_force_keeps_its_potential() {
     let disk = |x: f64, vx: f64, vy: f64| json!({"x_m": x, "y_m": R, "radius_m": R, "vx_m_per_s": vx, "vy_m_per_s": vy});

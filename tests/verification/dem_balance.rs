@@ -1,9 +1,9 @@
 //! Energy and momentum balances of free motion with impacts, friction and spin.
 //!
 //! The ledger's terms add up to an identity of the scheme for every theta, so the tolerance is the rounding of the steps:
-//! 400 with rigid contacts, up to 20 000 with compliant ones. What springs lose while their contacts turn is of first order
-//! in the step: over 1e-3 of the energy in steps of 2e-6 s, a fall on a layer at 10 m/s lost 4.4 %.
-//! An isolated group keeps its momentum, and spin and orbit together their angular momentum, since both disks of a contact
+//! 400 with rigid contacts, up to 20 000 with compliant ones. The loss of springs while their contacts turn is of first order
+//! in the step: over 1e-3 of the energy in steps of 2e-6 s; a fall on a layer at 10 m/s lost 4.4 %.
+//! An isolated group keeps its momentum and the angular momentum of spin and orbit together, since both disks of a contact
 //! turn about the same point: to rounding, 1e-12.
 
 use protocol::Node;
@@ -163,7 +163,7 @@ fn falling_disks_close_the_ledger_with_the_work_of_their_weight() {
 }
 
 #[test]
-fn weight_is_that_of_the_real_mass_whatever_the_scale() {
+fn weight_comes_from_the_real_mass_at_any_mass_scale() {
     let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": R}]});
     let overrides = json!({"gravity_m_per_s2": [0.0, -9.81], "mass_scale": 50.0});
     let mut dem = build(&scene(
@@ -181,10 +181,10 @@ fn weight_is_that_of_the_real_mass_whatever_the_scale() {
     );
 }
 
-/// Rest and a motion that nothing changes have no energies but those that a solve leaves by its tolerance: 1e-19 J of 1e-7 J here, of which
-/// no balance and no share means anything.
+/// Rest and a constant motion change no energies, except by the tolerance of the solver: 1e-19 J of 1e-7 J here, for which balances and
+/// shares are meaningless.
 #[test]
-fn what_only_bears_its_weight_has_no_energies() {
+fn disks_that_only_carry_their_weight_have_no_energies() {
     let slope = json!([{"x_m": 0.6 * R, "y_m": -0.8 * R, "nx": -0.6, "ny": 0.8}]);
     let rolls = json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": R, "vx_m_per_s": 0.08, "vy_m_per_s": 0.06, "spin_rad_per_s": -100.0}]);
     let floor = json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
@@ -220,7 +220,7 @@ fn what_only_bears_its_weight_has_no_energies() {
         }
         assert_eq!(dem.finish().expect("it ends").findings, []);
     }
-    // A fall by a thousandth of the radius is one.
+    // A fall by a thousandth of the radius has energies.
     let disks = json!([{"x_m": 0.0, "y_m": 1.001 * R, "radius_m": R}]);
     let sample = json!({"kind": "disks", "disks": disks, "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]});
     let law = json!({"kind": "signorini"});

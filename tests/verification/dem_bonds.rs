@@ -3,7 +3,7 @@
 //! Escape (E = kinetic energy of the relative motion over w l, b = 0, h' = 1): below 1/2 the bond stays elastic and opens to
 //! sqrt(2E) delta_0; below 1 the work w (1 - delta_0^2/(2u^2)) stops it at u = delta_0/sqrt(a), a = 2(1 - E); above, they part.
 //! The same holds along the contact with Ct and the mass 1/W_tt = m/6 of two disks. Reference: closed form, tabulated in
-//! the project's own `reference/bond_escape.csv`. Tolerances: implicit Euler damps omega h/2 a radian, 2e-4 here, and the
+//! the project's own `reference/bond_escape.csv`. Tolerances: implicit Euler damps omega h/2 per radian, 2e-4 here, and the
 //! turning point of weak bonds is 1/(1 - E) times as sensitive; centres that slide 1 um past each other turn by 0.4 %.
 
 use dem_node::Dem;
@@ -84,7 +84,7 @@ fn two_disks_escape_their_bond_with_the_energy_w() {
         let mut dem = build(&scene(rigid(), h, sample, json!({})));
         let ([opening, _], left) = widest(&mut dem, 20_000);
         if escape == 1.0 {
-            // At E = 1 the scheme's damping decides, at a thousandth of the strength.
+            // At E = 1 the scheme's damping decides, with a thousandth of the strength.
             assert!(
                 energy == 1.0 || opening > 15.0 * (W / CN).sqrt(),
                 "E = {energy}: {opening}"
@@ -99,9 +99,9 @@ fn two_disks_escape_their_bond_with_the_energy_w() {
     assert_eq!(held, 7);
 }
 
-/// One pair parts with 1.5 w l and the other stays at rest.
+/// One pair parts with 1.5 w l, and the other stays at rest.
 #[test]
-fn the_mean_adhesion_is_that_of_all_bonds_at_the_start() {
+fn the_mean_adhesion_counts_all_bonds_of_the_start() {
     let speed = (3.0 * W * AREA / (0.5 * mass(R))).sqrt();
     let apart = |v: f64| json!({"vx_m_per_s": 0.5 * v});
     let mut sample = pair(0.5e-6, apart(-speed), apart(speed));
@@ -144,7 +144,7 @@ fn shear_breaks_a_bond_with_the_same_energy() {
 }
 
 #[test]
-fn bonds_are_born_at_rest_whatever_gap_they_span() {
+fn bonds_are_born_at_rest_at_any_gap() {
     for (law, gap) in [
         (rigid(), 1.5e-6),
         (rigid(), 0.0),
@@ -252,7 +252,7 @@ fn decohesion_dissipates_w_for_each_bond_that_opens() {
 }
 
 #[test]
-fn equal_runs_leave_equal_bits_and_bonds_are_part_of_them() {
+fn equal_runs_give_equal_bits_which_include_the_bonds() {
     let hash = || {
         let mut config = scene(compliant(), 5e-11, clump(), json!({}));
         config["solver"]["tolerance"] = json!(1e-9);
@@ -286,7 +286,7 @@ fn a_long_step_is_reported_against_the_bond_limit() {
     assert_eq!((results["bonds"], results["bonds_broken"]), (1.0, 0.0));
 }
 
-/// A grain on the first of two glued disks, its gap to the second one 30 um, under a wheel that has pressed and moves aside.
+/// A grain on the first of two glued disks, 30 um from the second one, under a wheel that presses and then moves sideways.
 ///
 /// ```text
 ///   ______ -> wheel
@@ -294,8 +294,8 @@ fn a_long_step_is_reported_against_the_bond_limit() {
 ///   (G) (G)
 /// ```
 ///
-/// The grain's centre stands 0.3 R beside that of the disk below. With one bond it turns about the contact and rolls under the
-/// wheel; with two it stays, and the wheel slides on it with the whole of its friction.
+/// The grain's centre is 0.3 R beside the centre of the disk below. With one bond it turns about the contact and rolls under the
+/// wheel; with two it stays, and the wheel slides on it with full friction.
 fn ridden(bonds_min: u32) -> Report {
     let (x, y) = (0.3 * R, (4.0f64 - 0.09).sqrt() * R);
     let reach = 2.0 * R + 30e-6;
@@ -326,7 +326,7 @@ fn a_grain_with_a_single_bond_rolls_and_one_with_two_stays() {
 }
 
 #[test]
-fn every_grain_of_a_layer_has_the_bonds_that_it_must_have() {
+fn every_grain_of_a_layer_has_its_least_number_of_bonds() {
     let config = |bonds_min: u32| {
         let mut law = compliant();
         law["contact_stiffness_pa"] = json!(2.255e11);
@@ -361,15 +361,15 @@ fn every_grain_of_a_layer_has_the_bonds_that_it_must_have() {
     assert_eq!((spans(&loose), spans(&held)), (0, 4));
     assert_eq!(held.state().bonds.len(), loose.state().bonds.len() + 4);
     assert!(held.state().bonds.is_sorted_by_key(|b| (b.a, b.b)));
-    // They are in the contact problem from the first step on, at rest.
+    // The bonds are in the contact problem from the first step on, at rest.
     let report = march(&mut held, 0, 50);
     close("speed", report.signal("speed_max_m_per_s"), 0.0, 1e-9);
 }
 
-/// Under the policy `accept` a window stands whose contact solve was starved, here the very first one: no solution has said
-/// how far adhesion falls.
+/// Under the policy `accept` a window with a starved contact solve is kept, here the very first one: no solution determines
+/// the loss of adhesion.
 #[test]
-fn a_starved_window_that_is_accepted_leaves_the_bonds_as_they_were() {
+fn an_accepted_starved_window_leaves_the_bonds_unchanged() {
     let disks: Vec<Value> = (0..5)
         .map(|i| json!({"x_m": 0.0, "y_m": 2.0 * R * f64::from(i), "radius_m": R, "glued": i == 0, "vy_m_per_s": 3.0}))
         .collect();

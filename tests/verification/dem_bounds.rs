@@ -1,7 +1,7 @@
 //! Bounds on the step and on the keys.
 //!
-//! t_i = d sqrt(rho/P): d = 2 mm, rho = 7800 kg/m3 x 4, P = 1 MPa give 3.533e-4 s by hand; refused above it, warned
-//! above 0.05 of it. The mass scale counts, the wheel's travel per step has its own bound of 0.01 r.
+//! t_i = d sqrt(rho/P): d = 2 mm, rho = 7800 kg/m3 x 4, P = 1 MPa give 3.533e-4 s by hand; a step above t_i is refused, and
+//! a step above 0.05 t_i raises a warning. The mass scale counts; the wheel's travel per step has its own bound of 0.01 r.
 
 use dem_node::check;
 use protocol::Node;
@@ -40,7 +40,7 @@ fn a_step_above_the_inertial_time_is_refused_and_named() {
 }
 
 #[test]
-fn a_step_above_a_twentieth_of_it_is_warned_about() {
+fn a_step_above_a_twentieth_of_the_inertial_time_raises_a_warning() {
     let below = build(&one_disk(0.049 * T_I)).describe();
     assert!(below.warnings.is_empty(), "{:?}", below.warnings);
     close(
@@ -54,7 +54,7 @@ fn a_step_above_a_twentieth_of_it_is_warned_about() {
 }
 
 #[test]
-fn a_fast_wheel_is_warned_about() {
+fn a_fast_wheel_raises_a_warning() {
     let mut config = one_disk(1e-6);
     config["wheel"] = json!({
         "load_n": 1.0, "mass_kg": 1.0, "amplitude_m": 1e-2, "frequency_hz": 300.0,
@@ -70,7 +70,7 @@ fn a_fast_wheel_is_warned_about() {
 /// By hand: H = d = 2 mm, V = 2 pi 300 x 0.01 = 18.8496 m/s, rho = 31 200 kg/m3, P = 1 MPa; I = V/H x t_i = 3.329495,
 /// rho H (2 pi 300)^2 A = 62.4 x 3 553 057.6 x 0.01 = 2.217108 MPa.
 #[test]
-fn scaled_masses_are_told_by_inertial_number_and_pressure() {
+fn scaled_masses_are_reported_by_inertial_number_and_pressure() {
     let mut config = one_disk(1e-6);
     config["wheel"] = json!({
         "load_n": 1.0, "mass_kg": 1.0, "amplitude_m": 1e-2, "frequency_hz": 300.0,
@@ -85,7 +85,7 @@ fn scaled_masses_are_told_by_inertial_number_and_pressure() {
 }
 
 #[test]
-fn windows_are_held_to_the_same_bounds() {
+fn windows_have_the_same_bounds() {
     let mut config = one_disk(1e-6);
     config["time"] = json!({"pressure_pa": 1e6});
     config["sample"]["disks"]
@@ -154,9 +154,9 @@ fn wrong_keys_are_named_with_their_value() {
     }
 }
 
-/// By hand: L sqrt(2 rho / P) = 8 mm x sqrt(2 x 7.8e6 / 1e9) = 1.0 ms of a cycle of 3.33 ms at a mass scale of 1000, 0.095 of one at 100.
+/// By hand: L sqrt(2 rho / P) = 8 mm x sqrt(2 x 7.8e6 / 1e9) = 1.0 ms of a cycle of 3.33 ms at a mass scale of 1000, 0.095 cycles at 100.
 #[test]
-fn grains_that_are_too_heavy_to_leave_in_time_are_told_of() {
+fn grains_too_heavy_to_leave_in_time_are_reported() {
     let advice = |mass_scale: f64, flow: bool| {
         let mut config = scene(
             json!({
@@ -178,8 +178,8 @@ fn grains_that_are_too_heavy_to_leave_in_time_are_told_of() {
         if flow {
             config["flow"] = json!({"wear_s": 4e-3});
         }
-        let told = check(&config, &setting(1)).expect("it is valid");
-        told.into_iter().find(|text| text.contains("pressed out"))
+        let texts = check(&config, &setting(1)).expect("it is valid");
+        texts.into_iter().find(|text| text.contains("pressed out"))
     };
     let text = advice(1000.0, true).expect("1.0 ms are 0.30 of a cycle");
     assert!(text.contains("0.30 of a cycle"), "{text}");

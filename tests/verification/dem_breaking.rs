@@ -1,12 +1,12 @@
-//! Bonds that break: no energy comes of it, in any mode and at any overlap, and what they take is the energy of their surface.
+//! Breaking bonds never add energy, in any mode and at any overlap, and they take the energy of their surface.
 //!
 //! ```text
 //!   (O)(O) ->    pulled       ^(O)(O)v  sheared by spin      both at once, and sheared while pressed
 //! ```
 //!
 //! Exact: a bond that opens slowly takes w l, l = r1 r2/(r1 + r2) x thickness, with h' = 1 and w l / 2 with h' = a (Raous, Cangémi
-//! and Cocou 1999), whatever gap it was made at; the implicit step takes 3/4 of the step's part of delta_0 less, and
-//! adhesion below 1e-4 counts as none, which leaves 5e-5. A pair that flies apart with the energy E keeps E - w l.
+//! and Cocou 1999), at any initial gap. The implicit step takes 3/4 of the step's part of delta_0 less, and
+//! adhesion below 1e-4 counts as zero, an error of 5e-5. A pair that flies apart with the energy E keeps E - w l.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ fn law(springs: bool, h_prime: &str) -> Value {
     law
 }
 
-/// Two disks with a gap, which part at the velocity `pull` along their line and shear at `shear` (m/s) by their spin.
+/// Two disks with a gap, which part at the velocity `pull` along their line; their spin shears the contact at `shear` (m/s).
 fn pair(gap: f64, pull: f64, shear: f64) -> Value {
     let disk = |side: f64| {
         json!({
@@ -48,8 +48,8 @@ fn pair(gap: f64, pull: f64, shear: f64) -> Value {
     json!({"kind": "disks", "disks": [disk(-1.0), disk(1.0)]})
 }
 
-/// Cohesion over w l of a pair that nothing slows and that moves `part` of delta_0 in a step, once its bond is broken, and
-/// the least that any step dissipated.
+/// Cohesion over w l after the bond of a pair broke that moves at constant speed, `part` of delta_0 per step, and
+/// the smallest dissipation of any step.
 fn taken(law: Value, gap: f64, direction: [f64; 2], part: f64) -> (f64, f64) {
     let speed = 0.1;
     let [pull, shear] = direction.map(|share| share * speed);
@@ -92,7 +92,7 @@ fn a_bond_takes_its_surface_energy_in_every_mode_and_at_every_overlap() {
             let of = |part: f64| taken(law(springs, "one"), gap, mode, part);
             let [(coarse, least), (fine, _)] = [of(1.0 / 250.0), of(1.0 / 500.0)];
             let what = format!("{mode:?} from {gap:e}, springs {springs}");
-            // First order, and what both steps say of a step of nothing.
+            // First order, and the extrapolation of both steps to zero.
             let order = (1.0 - coarse) / (1.0 - fine);
             assert!((1.9..2.1).contains(&order), "{what}: {coarse} {fine}");
             close(&what, 2.0 * fine - coarse, 1.0 - 5e-5, 1e-4);
@@ -102,7 +102,7 @@ fn a_bond_takes_its_surface_energy_in_every_mode_and_at_every_overlap() {
 }
 
 #[test]
-fn a_brittle_bond_takes_half_of_it() {
+fn a_brittle_bond_takes_half_its_surface_energy() {
     for (mode, gap) in [
         ([1.0, 0.0], -10e-6),
         ([0.0, 1.0], -10e-6),
@@ -122,7 +122,7 @@ fn kinetic(gap: f64, [pull, shear]: [f64; 2]) -> f64 {
 
 /// The pair flies or spins apart with a multiple of w l, at a fiftieth of the bond's bound on the step.
 #[test]
-fn a_pair_that_breaks_keeps_what_its_surface_does_not_take() {
+fn a_pair_that_breaks_keeps_its_energy_less_the_surface_energy() {
     let limit = 1.0 / (3.0 * AREA * CN * 2.0 / mass(R)).sqrt();
     for (gap, springs) in [
         (-10e-6, true),
@@ -142,7 +142,7 @@ fn a_pair_that_breaks_keeps_what_its_surface_does_not_take() {
             let after = dem.state().kinetic(dem.bodies()) / (W * AREA);
             // Rigid grains that meet lose the energy of their approach.
             let approach = kinetic(gap, [pull.min(0.0) * unit, 0.0]) / (W * AREA);
-            // Springs rebound with exp(-pi h omega / 2) of their speed, kn being l Cn.
+            // Springs rebound with exp(-pi h omega / 2) of their speed, with kn = l Cn.
             let rebound = (-std::f64::consts::PI / 50.0 / 3f64.sqrt()).exp();
             let stopped = approach * if springs { 1.0 - rebound } else { 1.0 };
             close(&what, after, 3.0 - stopped, 0.03);
@@ -172,7 +172,7 @@ fn turning(step: f64, end: f64) -> Dem {
     dem
 }
 
-/// After a whole turn nothing has opened, slipped or broken.
+/// After a whole turn no bond has opened, slipped or broken.
 #[test]
 fn bonds_turn_with_their_grains() {
     let start = turning(1e-9, 0.0);
@@ -184,10 +184,10 @@ fn bonds_turn_with_their_grains() {
     close("energy", after, before, 0.01 * before);
 }
 
-/// What detection finds otherwise as the same three disks turn is of first order in the step, and the velocities foretell it to higher order: of
-/// it a thousandth is left, and a half of the step leaves less than a quarter of that.
+/// As the same three disks turn, the change that detection finds is of first order in the step. The velocities predict it to higher order:
+/// a thousandth remains, and with half the step less than a quarter of that.
 #[test]
-fn the_turning_of_normals_is_foreseen() {
+fn the_turning_of_normals_is_predicted_to_higher_order() {
     let [coarse, fine] = [4e-8, 2e-8].map(|step| {
         let dem = turning(step, 4e-6);
         let ledger = &dem.state().ledger;
@@ -198,7 +198,7 @@ fn the_turning_of_normals_is_foreseen() {
     assert!(coarse[1] < 2e-3 * coarse[0], "{coarse:?}");
 }
 
-/// A pair that has come apart once meets at its surfaces, one that has not at the gap of its bond.
+/// A pair that came apart once meets at its surfaces; otherwise it meets at the gap of its bond.
 #[test]
 fn a_broken_pair_touches_at_its_reference_until_it_has_come_apart() {
     let spun = |gap: f64| {
@@ -234,9 +234,9 @@ fn a_broken_pair_touches_at_its_reference_until_it_has_come_apart() {
 }
 
 #[test]
-fn steps_above_the_bound_of_bonds_are_judged_where_bonds_are_loaded() {
+fn steps_above_the_bound_of_bonds_count_only_where_bonds_are_loaded() {
     let limit = 1.0 / (3.0 * AREA * CN * 2.0 / mass(R)).sqrt();
-    // Energy over w l: sqrt(2 E) delta_0 is reached.
+    // Energy E over w l: the opening reaches sqrt(2 E) delta_0.
     let found = |energy: f64, step: f64| {
         let unit = (energy * W * AREA / kinetic(0.0, [1.0, 0.0])).sqrt();
         let mut dem = build(&scene(
@@ -266,8 +266,8 @@ fn steps_above_the_bound_of_bonds_are_judged_where_bonds_are_loaded() {
     assert!(load > 0.5, "{load}");
 }
 
-/// A bonded block of rows of four grains between two glued rows, the upper of which moves: its velocity over x from its middle (m/s,
-/// m/s; 1/s). Returns the last report, the bonds that broke, the results and the codes of the findings.
+/// A bonded block of rows of four grains between two glued rows. The upper row moves with this velocity over x from its middle (m/s,
+/// m/s; 1/s). Returns the last report, the number of broken bonds, the results and the codes of the findings.
 fn torn(
     rows: i32,
     [vx, vy, turn]: [f64; 3],
@@ -320,9 +320,9 @@ fn torn(
     (report, born - left, outcome.results, codes.collect())
 }
 
-/// What the bonds took over the surface that they gave up, sum of l w (1 - a): of first order in the step.
+/// Energy of the bonds over their lost surface energy, sum of l w (1 - a): of first order in the step.
 #[test]
-fn a_block_that_is_torn_takes_its_surface_energy() {
+fn a_torn_block_takes_its_surface_energy() {
     let limit = 1.0 / (3.0 * AREA * CN * 2.0 / mass(R)).sqrt();
     for (what, rows, velocity) in [
         ("pulled", 5, [0.0, 4.0, 0.0]),
@@ -342,8 +342,8 @@ fn a_block_that_is_torn_takes_its_surface_energy() {
                 "{what}: {:e}",
                 report.imbalance(0.0)
             );
-            let told = codes.iter().any(|code| code == "bond_step");
-            assert_eq!(told, part > 1.0, "{what}: {codes:?}");
+            let warned = codes.iter().any(|code| code == "bond_step");
+            assert_eq!(warned, part > 1.0, "{what}: {codes:?}");
             results["bond_energy_rel"]
         };
         let (short, long) = (share(0.05), share(1.5));

@@ -7,8 +7,8 @@
 //!   =======
 //! ```
 //!
-//! Reference: the impact of a rigid body as a 2x2 problem, statics of a block on a slope, and conservation laws, worked out
-//! in each case. Tolerance: the true residual 1e-12, or rounding where contacts do not couple.
+//! Reference: the impact of a rigid body as a 2x2 problem, statics of a block on a slope, and conservation laws, each derived
+//! in its test. Tolerance: the true residual 1e-12, or rounding where contacts do not couple.
 
 use dem_node::{Dem, config};
 use protocol::{Node, Setting};
@@ -48,14 +48,14 @@ fn bar_inertia(a: f64) -> f64 {
     2.0 * mass(R) * (0.5 * R * R + a * a)
 }
 
-/// v_x, v_y and spin (rad/s) of the body that the first disk stands for.
+/// v_x, v_y and spin (rad/s) of the body of the first disk.
 fn motion(dem: &Dem) -> [f64; 3] {
     let [vx, vy, _] = dem.state().velocities[0];
     [vx, vy, dem.state().velocity_of(dem.bodies(), 0)[2]]
 }
 
 #[test]
-fn a_falling_bar_is_hit_at_one_end_as_the_two_by_two_problem_says() {
+fn a_bar_that_lands_on_one_end_follows_the_two_by_two_problem() {
     for degrees in [10.0f64, 35.0, 70.0, 120.0] {
         for friction in [0.0, 0.1, 1.0] {
             let (a, speed) = (3.0 * R, 0.7);
@@ -238,12 +238,12 @@ fn locked_rotation_is_infinite_inertia() {
 }
 
 #[test]
-fn a_locked_direction_holds_and_the_books_still_close() {
+fn a_locked_direction_holds_and_the_ledger_still_closes() {
     let law = json!({"kind": "coulomb", "friction": 0.3});
     for (locked, axis) in [("x", 0), ("y", 1)] {
         let mut config = dumbbell(3.0 * R, 0.6, 0.0, law.clone(), json!({"locked": [locked]}));
         config["gravity_m_per_s2"] = json!([3.0, -G]);
-        // Momentum and energy balance whatever is left of the residual.
+        // Momentum and energy balance at any residual.
         config["solver"]["tolerance"] = json!(1e-8);
         config["sample"]["disks"]
             .as_array_mut()
@@ -272,7 +272,7 @@ fn a_locked_direction_holds_and_the_books_still_close() {
     }
 }
 
-/// Four disks around a centre at (0, R + h) on a slope that gravity makes.
+/// Four disks around a centre at (0, R + h), on a slope made by the direction of gravity.
 fn block(b: f64, h: f64, tangent: f64) -> Dem {
     let theta = tangent.atan();
     let sample = json!({
@@ -289,7 +289,7 @@ fn block(b: f64, h: f64, tangent: f64) -> Dem {
 }
 
 #[test]
-fn a_block_tips_where_its_weight_leaves_its_feet() {
+fn a_block_tips_when_its_weight_leaves_its_feet() {
     for (b, h) in [(R, R), (2.0 * R, 3.0 * R)] {
         // The feet touch at x = +-b, the centre of mass is R + h above: it tips above tan = b / (R + h).
         let threshold = b / (R + h);
@@ -382,7 +382,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
 }
 
 #[test]
-fn what_clusters_do_not_go_with_is_refused_by_key() {
+fn keys_that_exclude_clusters_are_refused() {
     let law = json!({"kind": "coulomb", "friction": 0.3});
     let bar = |changes: Value| dumbbell(3.0 * R, 0.5, 0.0, law.clone(), changes);
     let mut glued = bar(json!({}));
@@ -412,9 +412,9 @@ fn what_clusters_do_not_go_with_is_refused_by_key() {
     }
 }
 
-/// Exact: a free body of mass M and radius of gyration k that a resting disk m hits plastically in its centre goes on with m v/(m + M).
+/// Exact: a disk m with the velocity v hits a resting body of mass M plastically in its centre; both continue with m v/(m + M).
 #[test]
-fn a_mass_of_its_own_is_that_of_a_cluster_without_a_drive() {
+fn a_given_mass_also_counts_for_a_cluster_without_a_drive() {
     let bar = |x: f64| json!({"x_m": x, "y_m": 0.0, "radius_m": R, "cluster": "bar"});
     let ball = json!({"x_m": -3.0 * R, "y_m": 0.0, "radius_m": R, "vx_m_per_s": 1.0});
     for times in [0.5, 3.0] {
@@ -443,7 +443,7 @@ fn bonded_law(more: Value) -> Value {
     law
 }
 
-/// A rod of three disks below two glued ones, bonded at its ends: each bond bears half of the weight, m g / (2 l Cn) open.
+/// A rod of three disks below two glued ones, bonded at its ends: each bond carries half the weight, opened by m g / (2 l Cn).
 #[test]
 fn a_rod_hangs_on_the_bonds_at_its_ends() {
     let glued = |x: f64| json!({"x_m": x, "y_m": 2.0 * R, "radius_m": R, "glued": true});
@@ -468,10 +468,10 @@ fn a_rod_hangs_on_the_bonds_at_its_ends() {
     assert!(report.imbalance(mass(R) * G * opening) < 1e-9);
 }
 
-/// A square of four disks and a triangle of three, bonded at one pair, thrown against each other's motion: together they keep momentum and
-/// angular momentum, and the ledger knows where the energy is.
+/// A square of four disks and a triangle of three, bonded at one pair, with different velocities: together they keep momentum and
+/// angular momentum, and the ledger accounts for the energy.
 #[test]
-fn bonded_clumps_keep_what_nothing_outside_changes() {
+fn bonded_clumps_keep_momentum_and_angular_momentum() {
     let square = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]]
         .map(|[x, y]| member(x * R, y * R, "square"));
     let height = 3.0f64.sqrt();
@@ -518,14 +518,14 @@ fn keeps_momentum(mut dem: Dem) {
     let scale = mass(R) * 0.02;
     close("momentum x", end[0], start[0], 1e-12 * scale);
     close("momentum y", end[1], start[1], 1e-12 * scale);
-    // The levers are those of the start of a step, which the bodies leave as they turn.
+    // A step uses the levers of its start, from which the bodies turn away.
     close("angular momentum", end[2], start[2], 1e-5 * start[2].abs());
     assert_eq!(dem.state().bonds.len(), 1);
 }
 
-/// One disk is the same alone and as a cluster, with couples that resist its rolling too.
+/// One disk moves alike alone and as a cluster, also with couples that resist its rolling.
 #[test]
-fn a_cluster_of_one_disk_rolls_as_the_disk_does() {
+fn a_cluster_of_one_disk_rolls_like_the_disk() {
     let run = |disk: Value| {
         let (sin, cos) = 20.0f64.to_radians().sin_cos();
         let law = json!({"kind": "coulomb", "friction": 0.9, "rolling": {"coefficient": 0.1}});
@@ -543,7 +543,7 @@ fn a_cluster_of_one_disk_rolls_as_the_disk_does() {
     assert!(alone[0] > 0.0);
 }
 
-/// A bar and a triangle that fall on each other, two disks and a floor, in this order of the disks and the clusters.
+/// A bar and a triangle that fall on each other, two disks and a floor, with the disks and the clusters in this order.
 fn heap(law: &Value, order: [usize; 7], clusters: [usize; 2]) -> Dem {
     let disks = [
         member(0.0, 2.0 * R, "bar"),
@@ -568,7 +568,7 @@ fn heap(law: &Value, order: [usize; 7], clusters: [usize; 2]) -> Dem {
     build(&scene(law.clone(), 1e-6, sample, over))
 }
 
-/// Whichever disk bears the mass of its cluster: bonds at any of them, healing, adhesion, dampers, couples and rebounds.
+/// Any disk may carry the mass of its cluster: with bonds at any disk, healing, adhesion, dampers, couples and rebounds.
 #[test]
 fn the_order_of_disks_and_clusters_changes_nothing() {
     let springs =
@@ -615,9 +615,9 @@ fn the_order_of_disks_and_clusters_changes_nothing() {
     }
 }
 
-/// Bonded at its end a bar gives way by turning: 1/m = 1/M + a^2/I, beside a disk as heavy as nothing that moves.
+/// A bar bonded at its end yields by turning: 1/m = 1/M + a^2/I, against a disk of infinite mass.
 #[test]
-fn the_step_limit_of_a_bond_knows_the_lever_of_a_cluster() {
+fn the_step_limit_of_a_bond_depends_on_its_lever_on_a_cluster() {
     for (at, lever, locked) in [
         (0.0, 2.0 * R, json!([])),
         (4.0 * R, 2.0 * R, json!([])),
@@ -643,7 +643,7 @@ fn the_step_limit_of_a_bond_knows_the_lever_of_a_cluster() {
     }
 }
 
-/// `bonds_min` bonds disks of clusters to their neighbours, and none to its own cluster.
+/// `bonds_min` bonds disks of clusters to their neighbours, but never to their own cluster.
 #[test]
 fn no_bond_is_made_within_a_cluster() {
     let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1e-3,

@@ -5,8 +5,8 @@
 //!    O  fixed
 //! ```
 //!
-//! b = 0, h' = 1: stress Cn u to u = delta_0 = sqrt(w/Cn), then w^2/(Cn u^3); peak sqrt(w Cn); work w in the end, of which
-//! w delta_0^2/(2 u^2) is left at u. h' = a: all is lost at delta_0, work w/2. Viscous: b a' = w - a Cn u^2.
+//! b = 0, h' = 1: stress Cn u up to u = delta_0 = sqrt(w/Cn), then w^2/(Cn u^3); peak sqrt(w Cn); total work w, of which
+//! w delta_0^2/(2 u^2) remains at u. h' = a: all adhesion is lost at delta_0, work w/2. Viscous: b a' = w - a Cn u^2.
 //! References: closed forms of Raous, Cangémi and Cocou (1999) with one normal opening, and the project's own tables
 //! `reference/czm_pulloff_b0.csv` (the closed form) and `reference/czm_visc_V100_b1e-06.csv` (Runge-Kutta in 60 000 steps).
 //! Tolerances: a step opens 3e-4 delta_0 and the scheme is of first order: 1e-3; brittle work may miss one step, 6e-4 w.
@@ -54,13 +54,13 @@ fn row(report: &Report) -> [f64; 4] {
     ["opening_m", "adhesion", "stress_pa", "work_j_per_m2"].map(|name| report.signal(name))
 }
 
-/// Rows of a table whose lines begin with `#` or its header's first name where they are no numbers.
+/// The rows of numbers of a table; lines with `#` and the header are skipped.
 fn table(text: &str) -> Vec<Vec<f64>> {
     let numbers = |line: &str| line.split(',').map(str::parse).collect::<Result<_, _>>();
     text.lines().filter_map(|line| numbers(line).ok()).collect()
 }
 
-/// The value of a column at an opening, between the rows.
+/// The value of a column at an opening, interpolated between the rows.
 fn at(rows: &[[f64; 4]], opening: f64, column: usize) -> f64 {
     let after = rows.partition_point(|row| row[0] < opening);
     let before = match after {
@@ -137,7 +137,7 @@ fn a_viscous_bond_follows_its_differential_equation() {
     assert!(compared >= 90, "{compared} rows");
 }
 
-/// Adhesion at 3 delta_0 of V = 0.1 m/s, b = 1e-3 Pa m s with n steps of the law itself.
+/// Adhesion at 3 delta_0 for V = 0.1 m/s, b = 1e-3 Pa m s, with n steps of the law itself.
 fn adhesion_in(steps: u32) -> f64 {
     let law = dem_kernel::law::cohesion::Cohesion {
         normal: CN,
@@ -198,7 +198,7 @@ fn a_bond_lasts_beyond_the_reach_of_detection() {
 }
 
 #[test]
-fn what_a_drive_or_a_bond_cannot_do_is_refused_by_name() {
+fn impossible_drives_and_bonds_are_refused_by_name() {
     let refused = |change: fn(&mut Value)| {
         let mut config = scene();
         change(&mut config);

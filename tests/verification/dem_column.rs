@@ -1,4 +1,4 @@
-//! A column of disks under gravity, and how fast Gauss-Seidel solves it.
+//! A column of disks under gravity, and the rate at which Gauss-Seidel solves it.
 //!
 //! ```text
 //!   O   f = mg
@@ -7,11 +7,11 @@
 //!  ===
 //! ```
 //!
-//! Forces: exact; reference column.csv of the project's own tables. Tolerance 1e-6: what
-//! rounding leaves of a gap over the step (1e-13 m/s of the 1e-3 m/s that a step of gravity makes) times n^2 = 400.
+//! Forces: exact; reference column.csv of the project's own tables. Tolerance 1e-6: the rounding
+//! of a gap over the step (1e-13 m/s of the 1e-3 m/s of a step of gravity) times n^2 = 400.
 //! Rate: the n x n matrix W of a column on a fixed floor is tridiagonal; Gauss-Seidel contracts by cos^2(pi / 2n)
-//! a sweep (Young 1954: the square of Jacobi's), whatever the order of the contacts. Reference: gs_column_rate.csv.
-//! Tolerance 1e-4: what the growth of the impulses still adds to the ratio after 6 n^2 sweeps.
+//! per sweep (Young 1954: the square of Jacobi's), for any order of the contacts. Reference: gs_column_rate.csv.
+//! Tolerance 1e-4: the growth of the impulses still changes the ratio by this much after 6 n^2 sweeps.
 
 use dem_node::Dem;
 use protocol::{Node, Window};
@@ -32,7 +32,7 @@ fn stack(n: usize) -> Vec<Value> {
 }
 
 #[test]
-fn each_contact_of_a_column_carries_what_stands_on_it() {
+fn each_contact_of_a_column_carries_the_weight_above_it() {
     let sample = json!({
         "kind": "disks",
         "disks": stack(20),
@@ -63,7 +63,7 @@ fn each_contact_of_a_column_carries_what_stands_on_it() {
     );
 }
 
-/// A column of n disks on a glued one: such a window answers `converged = false` instead of failing.
+/// A column of n disks on a glued one: a window of a coupled run answers `converged = false` instead of failing.
 fn glued_column(n: usize, solver: Value) -> Dem {
     let mut disks = stack(n);
     disks.push(json!({"x_m": 0.0, "y_m": -RADIUS, "radius_m": RADIUS, "glued": true}));
@@ -80,7 +80,7 @@ fn glued_column(n: usize, solver: Value) -> Dem {
 }
 
 #[test]
-fn forces_of_the_last_window_are_the_first_guess_whatever_its_length() {
+fn forces_of_the_last_window_are_the_first_guess_at_any_length() {
     let solver =
         json!({"kind": "nsgs", "tolerance": 1e-6, "max_iterations": 20_000, "min_iterations": 1});
     let mut dem = glued_column(10, solver);
@@ -99,7 +99,7 @@ fn forces_of_the_last_window_are_the_first_guess_whatever_its_length() {
         start += length;
         sweeps.push(answer.iterations);
     }
-    // Cold 409 sweeps; then only what the first window left within its tolerance has to be repaired: 45 and 43.
+    // A cold start takes 409 sweeps; later windows only correct the remainder within the tolerance: 45 and 43.
     assert!(
         sweeps[0] > 300 && sweeps[1] < 80 && sweeps[2] < 80,
         "{sweeps:?}"

@@ -1,10 +1,10 @@
 //! Compliant contacts against the exact solution of implicit Euler, and against statics.
 //!
-//! Normal: two disks approach head on and meet a spring kn. In the step the gap g becomes g + h u', the force is
-//! -kn (g + h u') while that is negative, so with m_eff = m/2: u' = (u - h kn g / m_eff) / (1 + h^2 kn / m_eff).
-//! Tangential: a disk on a floor under its weight is pushed sideways; the spring d and the slip velocity
+//! Normal: two disks approach head on and meet a spring kn. In the step the gap g becomes g + h u', and the force is
+//! -kn (g + h u') while the gap is negative, so with m_eff = m/2: u' = (u - h kn g / m_eff) / (1 + h^2 kn / m_eff).
+//! Tangential: a disk on a floor under its weight starts sideways; the spring d and the slip velocity
 //! u_t = v - w obey u_t' = (u_t - h kt d (3/m)) / (1 + h^2 kt 3/m), d' = d + h u_t'.
-//! Slip: the spring is clipped at mu r_n / kt; a disk that is pushed without spin ends rolling at 2/3 of its speed, as any
+//! Slip: the spring is clipped at mu r_n / kt; a disk that starts without spin ends rolling at 2/3 of its speed, as any
 //! sliding disk does (Coriolis 1835).
 //! Statics: a column between floor and wheel shortens by (n + 1) F / kn.
 //! Tolerances: rounding and the solver's true residual of 1e-12.

@@ -1,14 +1,15 @@
-//! Results of the wheel's motion cycle by cycle.
+//! Results of the wheel's motion for each cycle.
 //!
 //! ```text
-//!   =====  -> D(t)      a wheel of friction mu slides on two disks that neither move nor turn, under a load that grows:
+//!   =====  -> D(t)      a wheel of friction mu slides on two disks that neither move nor turn, under a growing load:
 //!    O O                F_T = mu N(t) against its motion, at each moment
 //!   =====
 //! ```
 //!
-//! Exact by statics: with N linear over time, |F_T| at D = 0 is mu N there, and the work of a cycle is mu times the path 4 A times N at its
-//! middle, as the rest of N is odd about that; a step has the load of its end, half a step later. Tolerance: the true residual 1e-12.
-//! A sheared layer loses grains by cycles; there the reference is the difference of the signals at their ends, straight between steps.
+//! Exact by statics: with N linear over time, |F_T| at D = 0 is mu N, and the work of a cycle is mu times the path 4 A times N at its
+//! middle, since the rest of N is odd about the middle; a step has the load of its end, half a step later. Tolerance: the true residual
+//! 1e-12. A sheared layer loses grains in each cycle; there the reference is the difference of the signals at the ends of the cycle,
+//! linear between steps.
 
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
@@ -19,7 +20,7 @@ use crate::dem_support::{Report, THICKNESS, build, close, march, scene, setting}
 const RADIUS: f64 = 1e-3;
 const FRICTION: f64 = 0.3;
 const AMPLITUDE: f64 = 1e-4;
-/// Steps before the motion, and of a cycle: a multiple of 4, so that the wheel turns round between two steps.
+/// Steps before the motion, and steps of a cycle: a multiple of 4, so that the wheel reverses between two steps.
 const BEFORE: u32 = 20;
 const CYCLE: u32 = 1000;
 const STEP: f64 = 1e-4;
@@ -53,7 +54,7 @@ fn slider(cycles: f64) -> Value {
     )
 }
 
-/// Row of a cycle: work, |F_T| at D = 0, |F_T|/F_N.
+/// The row of a cycle: work, |F_T| at D = 0, |F_T|/F_N.
 fn expected(cycle: u32) -> [f64; 3] {
     let at = |periods: f64| load_at(f64::from(BEFORE) + periods * f64::from(CYCLE));
     let first = f64::from(cycle);
@@ -112,7 +113,7 @@ fn a_sliding_wheel_has_the_work_and_the_friction_of_each_cycle() {
         !results.contains_key("cycle_wear_kg"),
         "no flows are followed"
     );
-    // It slides all the way, but for the step in which it turns back.
+    // It slides all the way, except in the step in which it reverses.
     for name in ["slip_amplitude_m", "slip_by_work_m"] {
         close(name, results[name], AMPLITUDE, 1e-4 * AMPLITUDE);
     }
@@ -124,9 +125,10 @@ fn a_sliding_wheel_has_the_work_and_the_friction_of_each_cycle() {
     );
 }
 
-/// The same under a constant load on springs: of the amplitude each contact takes F/k, with F = mu N and k = kt of two contacts together.
+/// The same under a constant load on springs: the contacts deflect by F/k of the amplitude, with F = mu N and k = kt of two contacts
+/// together.
 #[test]
-fn what_the_springs_of_the_contacts_take_is_no_slip() {
+fn the_deflection_of_the_contact_springs_is_no_slip() {
     let taken = 0.3 * AMPLITUDE;
     let stiffness = FRICTION * LOAD / taken;
     let mut config = slider(3.5);
@@ -151,11 +153,11 @@ fn a_run_that_ends_within_its_first_cycle_has_no_loop() {
     assert!(!results.contains_key("loop_area_j") && !results.contains_key("full_cycles"));
 }
 
-/// The value of a signal at a time, straight between the reports at the ends of all steps.
+/// The value of a signal at a time, linear between the reports at the ends of all steps.
 fn at(reports: &[Report], time: f64, value: impl Fn(&Report) -> f64) -> f64 {
     let steps = time / FLOW_STEP;
     let before = steps as usize;
-    // The first report is that of the first step.
+    // The first report belongs to the first step.
     let [a, b] = [before - 1, before].map(|k| value(&reports[k]));
     a + steps.fract() * (b - a)
 }
@@ -212,7 +214,7 @@ fn cycles_of_a_sheared_layer_are_the_differences_of_its_signals() {
         0.5 * (zeros[0] + zeros[1]),
         1e-6 * at_zero,
     );
-    // Means over time: of each step the part that lies in the cycle.
+    // Means over time: each step counts with its part inside the cycle.
     let mean = |value: &dyn Fn(&Report) -> f64, counts: &dyn Fn(&Report) -> bool| {
         let shared = |step: usize| {
             let [from, to] = [step, step + 1].map(|step| step as f64 * FLOW_STEP);
@@ -244,9 +246,9 @@ fn cycles_of_a_sheared_layer_are_the_differences_of_its_signals() {
     assert!(held > 0.0 && ratio > 0.0);
 }
 
-/// Third body per length against grains counted one by one between the ends of the middle of the zone.
+/// Third body per length, compared with grains counted one by one in the middle half of the zone.
 #[test]
-fn third_body_per_length_is_that_of_the_grains_there() {
+fn third_body_per_length_equals_the_counted_grains() {
     let mut dem = build(&sheared(followed()));
     let start = march(&mut dem, 0, 150);
     let [left, right] = crate::dem_flow::zone(&start);

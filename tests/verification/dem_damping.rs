@@ -1,11 +1,12 @@
-//! Springs that rebound: with a damper of their own, and by the time step alone.
+//! Springs that rebound: with a damper, and with the damping of the time step alone.
 //!
 //! ```text
 //!   V ->  (O)(O)  <- V       two disks meet and part
 //! ```
 //!
-//! Exact: a damper for the restitution e leaves e V, the contact ending where its force vanishes (Schwager and Poschel 2007); the
-//! implicit step alone leaves exp(-pi h omega / 2) V, omega = sqrt(2 kn/m). Tolerances: of first order in the step.
+//! Exact: with a damper for the restitution e the disks part with e V, where the contact ends when its force vanishes (Schwager and
+//! Poschel 2007); with the implicit step alone they part with exp(-pi h omega / 2) V, omega = sqrt(2 kn/m). Tolerances: of first order
+//! in the step.
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -20,7 +21,7 @@ fn omega() -> f64 {
     (2.0 * STIFFNESS_PA * THICKNESS / mass(R)).sqrt()
 }
 
-/// Speed over the one before of two disks that have met, in steps of h omega, and the last report.
+/// Speed of two disks after their contact over the speed before, in steps of h omega, the last report and the results.
 fn meet(
     damping: Option<f64>,
     h_omega: f64,
@@ -58,7 +59,7 @@ fn a_damper_leaves_its_restitution_of_the_speed() {
 }
 
 #[test]
-fn the_step_alone_leaves_what_the_results_say() {
+fn without_a_damper_the_rebound_is_near_the_reported_restitution() {
     for h_omega in [0.03, 0.1, 0.3, 1.0] {
         let speeds = (0..8).map(|k| meet(None, h_omega, f64::from(k) / 8.0));
         for (speed, report, results) in speeds {
@@ -80,9 +81,9 @@ fn the_step_alone_leaves_what_the_results_say() {
     );
 }
 
-/// Two disks whose bond is as stiff in tension as in compression. Exact, of an oscillator with the damping ratio z that begins with the
+/// Two disks whose bond is as stiff in tension as in compression. Exact, for an oscillator with the damping ratio z that starts with the
 /// velocity 2 V: 2 V exp(-z w t) (cos w_d t - z w / w_d sin w_d t), w_d = w sqrt(1 - z^2); along the bond w^2 = 2 k/m, across it
-/// w_t^2 = 6 k_t/m, as both disks turn, and z_t = z w_t / w. Of first order in the step, so extrapolated from two.
+/// w_t^2 = 6 k_t/m, since both disks turn, and z_t = z w_t / w. Of first order in the step, so extrapolated from two steps.
 #[test]
 fn a_damped_bond_rings_as_an_oscillator() {
     let (zeta, radius_m) = (0.3, R);
@@ -137,7 +138,7 @@ fn a_damped_bond_rings_as_an_oscillator() {
 }
 
 #[test]
-fn dampers_need_springs_and_a_restitution_that_they_can_give() {
+fn dampers_need_springs_and_a_possible_restitution() {
     let with = |law: Value| {
         let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": R}]});
         refusal(&scene(law, 1e-6, sample, json!({})))
@@ -156,16 +157,16 @@ fn dampers_need_springs_and_a_restitution_that_they_can_give() {
     );
 }
 
-/// Codes and values of what is found at the end.
+/// Codes and values of the findings at the end.
 fn found(dem: &mut dem_node::Dem) -> Vec<(String, f64)> {
     let findings = dem.finish().expect("it ends").findings.into_iter();
     findings.map(|found| (found.code, found.value)).collect()
 }
 
-/// What the scheme takes is held against the flight, not against what the rebound leaves over: h omega = 0.002 takes 0.6 % of the energy.
-/// Thrown, dropped to be back where it was, or carried along by a common speed.
+/// The loss of the scheme is compared with the energy of the flight, not with the rest after the rebound: h omega = 0.002 loses 0.6 % of
+/// it. The disk is thrown, dropped and back at its height, or moves with a common speed.
 #[test]
-fn a_rebound_that_keeps_its_energy_is_no_loss_of_the_scheme() {
+fn a_rebound_that_keeps_its_energy_reports_no_loss_of_the_scheme() {
     let omega = (STIFFNESS_PA * THICKNESS / mass(R)).sqrt();
     let drop = 1e-4;
     let gravity = V * V / (2.0 * drop);
@@ -217,8 +218,7 @@ fn a_rebound_that_keeps_its_energy_is_no_loss_of_the_scheme() {
     }
 }
 
-/// A cluster of these disks that falls on the floor: speed of the lowest of them along the normal after the hit over that before, and
-/// what is found.
+/// A cluster of these disks falls on the floor: normal speed of its lowest disk after the hit over the speed before, and the findings.
 fn landed(damping: f64, disks: &[[f64; 2]]) -> (f64, Vec<(String, f64)>) {
     let step = 2e-3 / omega();
     let members: Vec<Value> = disks
@@ -235,9 +235,9 @@ fn landed(damping: f64, disks: &[[f64; 2]]) -> (f64, Vec<(String, f64)>) {
     (speed / V, found(&mut dem))
 }
 
-/// 1/m = 1/M + a^2/I: whatever the lever, and whichever disk is hit.
+/// 1/m = 1/M + a^2/I: for any lever and any disk that is hit.
 #[test]
-fn a_cluster_that_is_hit_off_its_centre_rebounds_as_the_damper_says() {
+fn a_cluster_hit_off_its_centre_rebounds_with_the_restitution_of_its_damper() {
     for e in [0.2, 0.3, 0.6, 0.9] {
         for bar in [
             vec![[0.0, 0.0], [2.0, 2.0]],
@@ -251,9 +251,9 @@ fn a_cluster_that_is_hit_off_its_centre_rebounds_as_the_damper_says() {
     }
 }
 
-/// n dampers for m_i beside n springs: zeta' = zeta sum sqrt(m_i) / sqrt(n M). The warning has what comes of it, and what to ask for.
+/// n dampers for m_i beside n springs: zeta' = zeta sum sqrt(m_i) / sqrt(n M). The warning gives the actual restitution and the cure.
 #[test]
-fn a_landing_on_several_dampers_is_warned_of_with_what_it_leaves() {
+fn a_landing_on_several_dampers_raises_a_warning_with_the_actual_restitution() {
     let row = |n: u32| (0..n).map(|k| [2.0 * f64::from(k), 0.0]);
     let block: Vec<[f64; 2]> = row(4).chain(row(4).map(|[x, _]| [x, 2.0])).collect();
     for e in [0.2, 0.3, 0.6] {

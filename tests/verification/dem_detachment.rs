@@ -1,12 +1,12 @@
-//! Detachment: friction takes layers off a bare surface, whose steel comes as grains.
+//! Detachment: friction takes layers off a bare surface, whose steel becomes grains.
 //!
 //! ```text
-//!        v ->              a slider under the load N passes over a strip that repeats: on each segment friction does the work mu N l,
-//!        ( S )             which takes mu N / (e t) layers of the depth d off it, the same everywhere
+//!        v ->              a slider under the load N passes over a periodic strip: on each segment friction does the work mu N l,
+//!        ( S )             which detaches mu N / (e t) layers of the depth d, the same everywhere
 //!   .____.____.____.
 //! ```
 //!
-//! Masses are those of what has gone, d l t rho a layer, to rounding: between the line and its reference, in grains, and waiting.
+//! The detached mass is d l t rho per layer, to rounding: between the line and its reference, in grains, and waiting.
 
 use dem_node::Dem;
 use protocol::Node;
@@ -23,7 +23,7 @@ const LENGTH: f64 = 10.0 * R;
 /// Depth of a layer over R.
 const THIN: f64 = 1e-4;
 
-/// A slider that does not turn, and what comes off under it: `layers` of `depth` each time that it has passed.
+/// A slider that does not turn; each pass detaches `layers` of `depth`.
 fn slider(layers: f64, depth: f64) -> Value {
     let energy = MU * LOAD / (layers * THICKNESS);
     let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "cluster": "slider"}]);
@@ -51,14 +51,14 @@ fn uniform_sliding_takes_the_same_depth_everywhere() {
     let steps = LENGTH / (SPEED * H);
     let report = march(&mut dem, 0, steps.round() as u32);
     let work = dem.state().worn.done[0];
-    // It presses by its springs first, and layers let it sink.
+    // At first the slider compresses its springs, and detached layers let it sink.
     close("work", work, MU * LOAD * LENGTH, 2e-3 * work);
     assert!(
         report.imbalance(work) < 1e-9,
         "{:e}",
         report.imbalance(work)
     );
-    // The two segments that it starts between have been passed in part twice.
+    // The slider passes the two segments of its start partly twice.
     let depths: Vec<f64> = (0..10).map(|k| dem.state().worn.depth(k)).collect();
     let whole = depths
         .iter()
@@ -77,7 +77,7 @@ fn uniform_sliding_takes_the_same_depth_everywhere() {
     );
 }
 
-/// Sixty times as deep: as much a pass as six disks of the slider's size, in grains of a fifth.
+/// Layers sixty times as deep: a pass detaches the mass of six disks of the slider's size, as grains of a fifth of its size.
 fn deep() -> Value {
     let mut config = slider(5.5, 60.0 * THIN * R);
     config["sample"]["disks"] = json!([
@@ -87,7 +87,7 @@ fn deep() -> Value {
 }
 
 #[test]
-fn what_comes_off_comes_as_grains_and_nothing_is_lost() {
+fn detached_steel_comes_as_grains_without_loss_of_mass() {
     let mut dem = build(&deep());
     let store = dem.state().feed.waiting;
     let fed = &dem.bodies().radii[3..dem.bodies().free];
@@ -126,7 +126,7 @@ fn what_comes_off_comes_as_grains_and_nothing_is_lost() {
 }
 
 #[test]
-fn a_resumed_surface_goes_on_as_an_unbroken_one() {
+fn a_resumed_surface_continues_like_an_unbroken_one() {
     let mut whole = build(&deep());
     march(&mut whole, 0, 2500);
     assert!(whole.state().worn.mass > 0.0);
@@ -141,9 +141,9 @@ fn a_resumed_surface_goes_on_as_an_unbroken_one() {
     assert_eq!(whole.results, resumed.results);
 }
 
-/// Under a body that does not yield, window by window and each asked for twice, it is what it is alone.
+/// Coupled to a rigid body, with each window requested twice, the surface wears as in an uncoupled run.
 #[test]
-fn a_coupled_surface_stays_as_deep_as_it_is() {
+fn a_coupled_surface_wears_like_an_uncoupled_one() {
     let mut alone = build(&deep());
     let mut config = deep();
     config["time"] = json!({"pressure_pa": 1.0});
@@ -177,12 +177,12 @@ fn a_coupled_surface_stays_as_deep_as_it_is() {
     }
 }
 
-/// A third of a segment is the most: then nothing more goes, and the run is told so.
+/// The limit is a third of a segment: then no more layers are detached, and the run reports it.
 #[test]
-fn nothing_goes_beyond_a_third_of_a_segment() {
+fn no_layer_is_detached_beyond_a_third_of_a_segment() {
     let mut config = slider(100.0, 0.02 * R);
     config["time"]["end_s"] = json!(0.05);
-    // As many layers as one wants are no more work.
+    // Any number of layers takes no more computing time.
     let mut soft = config.clone();
     soft["detachment"]["energy_j_per_m2"] = json!(1e-200);
     let mut soft = build(&soft);
@@ -208,26 +208,26 @@ fn nothing_goes_beyond_a_third_of_a_segment() {
 }
 
 #[test]
-fn detachment_that_cannot_be_is_refused() {
-    let told = |change: fn(&mut Value), expected: &str| {
+fn impossible_detachment_is_refused() {
+    let refused = |change: fn(&mut Value), expected: &str| {
         let mut config = slider(5.5, THIN * R);
         change(&mut config);
         let message = refusal(&config);
         assert!(message.contains(expected), "{expected}: {message}");
     };
-    told(
+    refused(
         |config| config["detachment"]["energy_j_per_m2"] = json!(0.0),
         "detachment.energy_j_per_m2",
     );
-    told(
+    refused(
         |config| config["detachment"]["depth_m"] = json!(0.5 * R),
         "detachment.depth_m",
     );
-    told(
+    refused(
         |config| config["gravity_m_per_s2"] = json!([0.0, -9.81]),
         "gravity",
     );
-    told(
+    refused(
         |config| config["sample"]["surface"] = json!(null),
         "bare surfaces",
     );

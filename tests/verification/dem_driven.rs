@@ -1,8 +1,8 @@
-//! Driven clusters: rough walls and single bodies that are moved or pushed along x and along y.
+//! Driven clusters: rough walls and single bodies with prescribed motions or forces along x and y.
 //!
 //! ```text
 //!    v_x = V  ->  o-o-o-o-o-o   F_y = -P     free:       m (v' - v) = h F - h c v'  (theta = 1)
-//!                 o   o  o  o                prescribed: v = V, whatever the grains do
+//!                 o   o  o  o                prescribed: v = V, for any force of the grains
 //!    =========================
 //! ```
 //!
@@ -63,23 +63,23 @@ fn a_damped_mass_under_a_constant_force_follows_its_recursion() {
 }
 
 #[test]
-fn a_dragged_disk_rubs_with_its_weight_and_load_and_the_drive_pays_for_it() {
+fn a_dragged_disk_rubs_under_its_weight_and_load_and_the_drive_does_the_work() {
     let (speed, load, friction, g) = (0.2, 3e-3, 0.3, 9.81);
     let drive = json!({"velocity_m_per_s": [speed, "free"], "force_n": ["free", -load]});
     let overrides = json!({"gravity_m_per_s2": [0.0, -g]});
     let mut dem = build(&single(0.0, coulomb(friction), drive, overrides));
     let report = march(&mut dem, 0, 50);
-    let borne = load + mass(R) * g;
-    let near = 1e-9 * borne;
-    close("force_y", report.signal("top_force_y_n"), borne, near);
+    let carried = load + mass(R) * g;
+    let near = 1e-9 * carried;
+    close("force_y", report.signal("top_force_y_n"), carried, near);
     close(
         "force_x",
         report.signal("top_force_x_n"),
-        -friction * borne,
+        -friction * carried,
         near,
     );
     close("x", report.signal("top_x_m"), 50.0 * STEP * speed, 1e-15);
-    let work = friction * borne * 50.0 * STEP * speed;
+    let work = friction * carried * 50.0 * STEP * speed;
     close("work", report.energy("walls"), work, 1e-9 * work);
     close("friction", report.energy("friction"), work, 1e-9 * work);
     close("balance", report.imbalance(0.0), 0.0, 1e-11);
@@ -87,7 +87,7 @@ fn a_dragged_disk_rubs_with_its_weight_and_load_and_the_drive_pays_for_it() {
 }
 
 #[test]
-fn a_prescribed_way_down_bears_the_weight_of_the_cluster() {
+fn a_prescribed_descent_carries_the_weight_of_the_cluster() {
     let g = 9.81;
     let drive = json!({"velocity_m_per_s": [0.0, -0.1]});
     let overrides = json!({"gravity_m_per_s2": [0.0, -g]});
@@ -95,14 +95,14 @@ fn a_prescribed_way_down_bears_the_weight_of_the_cluster() {
     let report = march(&mut dem, 0, 30);
     let way = 30.0 * STEP * 0.1;
     close("y", report.signal("top_y_m"), 1.0 + R - way, 1e-14);
-    // The weight does m g h, and the drive takes it all up.
+    // The weight does the work m g h, and the drive absorbs it.
     let fallen = mass(R) * g * way;
     close("weight", report.energy("weight"), fallen, 1e-9 * fallen);
     close("walls", report.energy("walls"), -fallen, 1e-9 * fallen);
 }
 
 #[test]
-fn a_load_over_time_is_that_of_its_table() {
+fn a_load_over_time_follows_its_table() {
     let table = json!([[0.0, 0.0], [100.0 * STEP, -2.0e-3], [200.0 * STEP, -1.0e-3]]);
     let drive = json!({"velocity_m_per_s": [0.0, "free"], "load_table": table});
     let mut dem = build(&single(0.0, coulomb(0.3), drive, json!({})));
@@ -142,7 +142,7 @@ fn pressed_strip() -> Value {
 }
 
 #[test]
-fn a_row_as_wide_as_the_strip_packs_what_lies_under_it_and_every_slice_bears_its_load() {
+fn a_row_as_wide_as_the_strip_packs_the_grains_below_and_every_slice_carries_its_load() {
     let config = pressed_strip();
     let mut dem = build(&config);
     let mut report = march(&mut dem, 0, 1000);
@@ -162,14 +162,14 @@ fn a_row_as_wide_as_the_strip_packs_what_lies_under_it_and_every_slice_bears_its
 }
 
 #[test]
-fn a_cluster_that_is_driven_further_than_half_a_grain_in_a_step_is_told() {
-    let told = |speed: f64| {
+fn a_cluster_driven_further_than_half_a_grain_per_step_raises_a_warning() {
+    let warned = |speed: f64| {
         let drive = json!({"velocity_m_per_s": [speed, "free"]});
         let config = single(0.0, coulomb(0.3), drive, json!({}));
         protocol::Node::describe(&build(&config)).warnings
     };
-    assert_eq!(told(0.49 * R / STEP), Vec::<String>::new());
-    let fast = told(0.6 * R / STEP);
+    assert_eq!(warned(0.49 * R / STEP), Vec::<String>::new());
+    let fast = warned(0.6 * R / STEP);
     assert!(
         fast.len() == 1 && fast[0].contains("0.600 of the smallest radius"),
         "{fast:?}"
@@ -177,21 +177,21 @@ fn a_cluster_that_is_driven_further_than_half_a_grain_in_a_step_is_told() {
 }
 
 #[test]
-fn what_a_drive_cannot_mean_is_refused_by_its_key() {
-    let told = |drive: Value| refusal(&single(0.0, coulomb(0.3), drive, json!({})));
-    let both = told(json!({"velocity_m_per_s": [1.0, "free"], "force_n": [2.0, 1.0]}));
+fn meaningless_drives_are_refused_by_their_key() {
+    let refused = |drive: Value| refusal(&single(0.0, coulomb(0.3), drive, json!({})));
+    let both = refused(json!({"velocity_m_per_s": [1.0, "free"], "force_n": [2.0, 1.0]}));
     assert!(
         both.contains("drive.force_n") && both.contains("along x"),
         "{both}"
     );
-    let table = told(json!({"load_table": [[0.0, 1.0]]}));
+    let table = refused(json!({"load_table": [[0.0, 1.0]]}));
     assert!(
         table.contains("drive.load_table") && table.contains("2 directions"),
         "{table}"
     );
-    let idle = told(json!({"velocity_m_per_s": [1.0, 0.0], "mass_kg": 1.0}));
+    let idle = refused(json!({"velocity_m_per_s": [1.0, 0.0], "mass_kg": 1.0}));
     assert!(idle.contains("clusters[0].drive"), "{idle}");
-    let word = told(json!({"velocity_m_per_s": [1.0, "loose"]}));
+    let word = refused(json!({"velocity_m_per_s": [1.0, "loose"]}));
     assert!(
         word.contains("velocity_m_per_s") && word.contains("\"free\""),
         "{word}"
@@ -210,7 +210,7 @@ fn what_a_drive_cannot_mean_is_refused_by_its_key() {
 }
 
 #[test]
-fn a_force_over_time_has_come_into_play_with_its_last_change() {
+fn a_force_over_time_is_reached_with_its_last_change() {
     let table = json!([[0.0, 1.0], [0.5, 2.0], [3.0, 2.0]]);
     let drive = json!({"velocity_m_per_s": [0.1, "free"], "load_table": table});
     let dem = build(&single(0.0, coulomb(0.3), drive, json!({})));
@@ -218,9 +218,9 @@ fn a_force_over_time_has_come_into_play_with_its_last_change() {
     assert_eq!(dem.describe().moments, [(key.to_string(), 0.5)].into());
 }
 
-/// Between a driven disk and one that is held no force of a rigid contact is the right one, with or without friction; on springs a bond opens.
+/// Between a driven and a held disk a rigid contact has no correct force, with or without friction; on springs the bond opens.
 #[test]
-fn a_rigid_bond_under_a_prescribed_motion_is_refused_for_what_it_is() {
+fn a_rigid_bond_under_a_prescribed_motion_is_refused_with_its_cause() {
     for friction in [0.0, 0.3] {
         for springs in [false, true] {
             let mut law = json!({"kind": "cohesion", "friction": friction, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1e-3,

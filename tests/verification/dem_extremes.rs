@@ -1,8 +1,8 @@
 //! Extremes, each with its outcome: right, refused by name, or detected.
 //!
 //! Answers are statics and momentum: a column carries its weight, an inelastic blow keeps m v, a free disk flies straight.
-//! A column of two disks with masses m below M has W_12^2/(W_11 W_22) = M/(M + m): Gauss-Seidel contracts by 1e-6 a sweep at
-//! M/m = 1e6, which is no convergence, and conjugate gradients need two iterations. t_i = d sqrt(rho/P) (see `dem_bounds`).
+//! A column of two disks with masses m below M has W_12^2/(W_11 W_22) = M/(M + m): at M/m = 1e6 Gauss-Seidel gains 1e-6 per
+//! sweep, which is no convergence, and conjugate gradients need two iterations. t_i = d sqrt(rho/P) (see `dem_bounds`).
 
 use dem_node::Dem;
 use protocol::{FaultCode, Node, Window};
@@ -29,7 +29,7 @@ fn rigid() -> Value {
     json!({"kind": "signorini"})
 }
 
-/// A heavy disk on a light one on the floor; what its contacts carry.
+/// A heavy disk on a light one on the floor; the forces of their contacts.
 fn top_heavy(kind: &str, ratio: f64, iterations: usize) -> Result<[f64; 2], protocol::NodeError> {
     let small = R / ratio.sqrt();
     let sample = json!({"kind": "disks", "walls": floor(), "disks": [
@@ -97,7 +97,7 @@ fn a_radius_ratio_of_100_settles_without_overlap() {
 }
 
 #[test]
-fn steps_from_a_hundredth_to_a_hundred_inertial_times_have_their_outcomes() {
+fn steps_from_a_hundredth_to_a_hundred_inertial_times_pass_warn_or_are_refused() {
     // d = 2 mm, rho = 7800 kg/m3, P = 1 Pa.
     let inertial = 2.0 * R * 7800f64.sqrt();
     let of = |part: f64| scene(rigid(), part * inertial, one_disk(R), json!({}));
@@ -131,7 +131,7 @@ fn friction_of_0_slides_and_of_10_rolls() {
     }
 }
 
-/// A layer of elastic grains on a rigid base under its wheel, as in `scenarios/extremes/grains`; `changes` are made to the wheel.
+/// A layer of elastic grains on a rigid base under its wheel, as in `scenarios/extremes/grains`; `changes` apply to the wheel.
 fn layer_under_wheel(friction: f64, changes: Value) -> Dem {
     let law = json!({
         "kind": "coulomb", "friction": friction, "contact_stiffness_pa": 2.255e11, "tangential_stiffness_ratio": 0.5,
@@ -167,8 +167,8 @@ fn layer_scene(law: Value, changes: Value, seed: Option<u64>) -> Value {
     scene(law, 6.12e-7, sample, overrides)
 }
 
-/// Plain sweeps circle round the solution of some steps, at a true residual of 1e-4 to 2e-3; that the solution is there the
-/// sweeps at a fraction of their length show.
+/// Plain sweeps circle around the solution of some steps, at a true residual of 1e-4 to 2e-3; under-relaxed sweeps show that the
+/// solution exists.
 #[test]
 fn friction_of_5_and_10_among_grains_carries_the_wheel() {
     for friction in [5.0, 10.0] {
@@ -187,10 +187,10 @@ fn friction_of_5_and_10_among_grains_carries_the_wheel() {
     }
 }
 
-/// Sweeps of all manners stand at a true residual of 4e-4 after 20 000 in a step of the third layer, and of 9e-3 after 5 000 in one of
-/// the sixth: only pivoting ends them.
+/// Sweeps of all kinds stall at a true residual of 4e-4 after 20 000 in a step of the third layer, and of 9e-3 after 5 000 in a step of
+/// the sixth: only pivoting solves these steps.
 #[test]
-fn rigid_grains_on_which_sweeps_stand_carry_the_wheel() {
+fn rigid_grains_on_which_sweeps_stall_carry_the_wheel() {
     for (seed, friction) in [(3, 0.3), (6, 0.6)] {
         let law = json!({"kind": "coulomb", "friction": friction});
         let mut dem = build(&layer_scene(law, json!({}), Some(seed)));
@@ -199,7 +199,7 @@ fn rigid_grains_on_which_sweeps_stand_carry_the_wheel() {
     }
 }
 
-/// Plain sweeps, and averages of them, stand at a true residual of 1.2e-4 to 9e-4 in some steps of rigid grains: modes with
+/// Plain sweeps and their averages stall at a true residual of 1.2e-4 to 9e-4 in some steps of rigid grains: modes with
 /// eigenvalues of 0.9998 and of 1.0001.
 #[test]
 fn rigid_grains_with_friction_up_to_1_carry_the_wheel() {
@@ -218,7 +218,7 @@ fn rigid_grains_with_friction_up_to_1_carry_the_wheel() {
     }
 }
 
-/// Two bonded disks that leave each other at 20 m/s.
+/// Two bonded disks that separate at 20 m/s.
 fn parted(w: f64) -> Value {
     let law = json!({
         "kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 4e14, "ct_pa_per_m": 4e14, "w_j_per_m2": w,
@@ -232,7 +232,7 @@ fn parted(w: f64) -> Value {
 }
 
 #[test]
-fn a_strength_of_0_is_refused_one_of_1_pa_is_nothing_and_1e12_pa_holds() {
+fn a_strength_of_0_is_refused_1_pa_is_negligible_and_1e12_pa_holds() {
     let message = refusal(&parted(0.0));
     assert!(message.contains("law.w_j_per_m2"), "{message}");
     let strength = |pascal: f64| pascal * pascal / 4e14;
@@ -271,7 +271,7 @@ fn a_lone_disk_without_gravity_flies_straight() {
 }
 
 #[test]
-fn no_disk_is_refused_by_name() {
+fn a_sample_without_free_disks_is_refused_by_name() {
     for disks in [
         json!([]),
         json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": R, "glued": true}]),
@@ -352,9 +352,9 @@ fn held(changes: Value) -> (Report, Vec<String>) {
     (report, texts.collect())
 }
 
-/// The ledger is exact but for the solver's residual: what springs lose as their contacts turn, 4 % here, is in it.
+/// The ledger is exact to the solver's residual: it includes the loss of springs as their contacts turn, 4 % here.
 #[test]
-fn a_wheel_dropped_on_a_layer_keeps_its_books_and_is_told_not_to_be_at_rest() {
+fn a_wheel_dropped_on_a_layer_keeps_its_ledger_and_is_reported_as_not_at_rest() {
     let of_the_wheel = |warnings: &[String]| {
         let about = |w: &&String| w.starts_with("the wheel is not at rest");
         warnings.iter().find(about).cloned()
@@ -362,24 +362,24 @@ fn a_wheel_dropped_on_a_layer_keeps_its_books_and_is_told_not_to_be_at_rest() {
     let (report, warnings) = held(json!({"vy_m_per_s": -10.0, "cycles": 0.0}));
     let imbalance = report.imbalance(0.5);
     assert!(imbalance < 1e-5, "{imbalance:e}");
-    let told = of_the_wheel(&warnings).expect("it bounces");
+    let text = of_the_wheel(&warnings).expect("it bounces");
     for part in [" m/s", "of its 1500 N", "wheel.hold_s", "wheel.vy_m_per_s"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(text.contains(part), "{part}: {text}");
     }
     let (_, warnings) = held(json!({"ramp_s": 4e-4, "hold_s": 2e-4, "cycles": 0.0}));
     assert_eq!(of_the_wheel(&warnings), None);
 }
 
 #[test]
-fn a_wheel_that_presses_near_the_ends_of_its_layer_is_told() {
-    let told = |load: f64| {
+fn a_wheel_that_presses_near_the_ends_of_its_layer_raises_a_warning() {
+    let warns = |load: f64| {
         let (_, warnings) = held(json!({"load_n": load, "cycles": 0.0}));
         warnings
             .iter()
             .any(|w| w.contains("sample.half_width_m at least"))
     };
-    assert!(told(1500.0));
-    assert!(!told(100.0));
+    assert!(warns(1500.0));
+    assert!(!warns(100.0));
 }
 
 #[test]

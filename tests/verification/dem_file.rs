@@ -1,4 +1,4 @@
-//! Grains from a file: the table gives back every bit of the sample that it was written from, and each mistake in it is refused
+//! Grains from a file: the table gives back every bit of its sample, and each mistake in it is refused
 //! by its line. Numbers are written with the shortest digits that read back as the same double.
 
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::dem_support::{build, march, refusal, scene};
 
-/// A file of its own below the system's temporary folder, removed when dropped.
+/// A new file below the system's temporary folder, removed when dropped.
 struct Table(PathBuf);
 
 impl Table {
@@ -142,7 +142,7 @@ fn mistakes_in_a_table_are_refused_by_their_line() {
 }
 
 #[test]
-fn a_file_that_is_none_is_refused() {
+fn a_missing_or_special_file_is_refused() {
     for (path, why) in [
         ("missing.csv", "No such file"),
         ("/dev/null", "a pipe or a device"),

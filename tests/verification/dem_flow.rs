@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Reference: the graph of the bonds, searched here breadth first, and masses counted grain by grain. The loose grain leaves when
-//! its straight path passes the end of the zone, and is worn T_w later. Tolerance: rounding.
+//! its straight path passes the end of the zone, and counts as wear T_w later. Tolerance: rounding.
 
 use dem_node::Dem;
 use protocol::{Node, Setting};
@@ -80,7 +80,7 @@ fn held(dem: &Dem) -> Vec<bool> {
     reached
 }
 
-/// Mass of the third body between two places (kg), the real one of the grains that are not in store.
+/// Real mass of the third body between two places (kg), without the grains in store.
 pub fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
     let present = dem.state().present(dem.bodies());
     let centres = dem.state().centres.iter().zip(held(dem));
@@ -95,7 +95,7 @@ pub fn zone(report: &Report) -> [f64; 2] {
 }
 
 #[test]
-fn masses_of_a_sheared_layer_are_those_of_its_grains_and_balance() {
+fn masses_of_a_sheared_layer_match_its_grains_and_balance() {
     let mut dem = build(&sheared(followed()));
     assert_eq!(held(&dem), [[true; 19].as_slice(), &[false]].concat());
     for window in 0..STEPS / 50 {
@@ -105,7 +105,7 @@ fn masses_of_a_sheared_layer_are_those_of_its_grains_and_balance() {
         close("third body in the zone", found, expected, 1e-12 * mass(R));
     }
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
-    // All but the loose grain, which no bond held at the start.
+    // All except the loose grain, which had no bond at the start.
     let detached = third_body(&dem, everywhere) - mass(R);
     let results = dem.finish().expect("it ends").results;
     assert!(detached > 3.5 * mass(R), "{detached:e}");
@@ -122,7 +122,7 @@ fn masses_of_a_sheared_layer_are_those_of_its_grains_and_balance() {
 }
 
 #[test]
-fn a_grain_that_flies_out_is_worn_once_and_at_its_time() {
+fn a_grain_that_flies_out_is_worn_once_and_on_time() {
     let mut dem = build(&sheared(followed()));
     let (mut left, mut worn) = (None, None);
     for step in 0..u64::from(STEPS) {
@@ -166,7 +166,7 @@ fn a_resumed_run_has_the_flows_of_an_unbroken_one() {
 }
 
 #[test]
-fn flows_that_are_not_asked_for_change_nothing() {
+fn flows_do_not_change_the_motion() {
     let [mut plain, mut followed] = [json!(null), followed()].map(|flow| build(&sheared(flow)));
     march(&mut plain, 0, 200);
     march(&mut followed, 0, 200);
@@ -183,7 +183,7 @@ fn flows_that_are_not_asked_for_change_nothing() {
     assert!(!plain.results.contains_key("flow_balance_rel"));
 }
 
-/// A participant after so many steps, and the fields of its grains and contacts.
+/// A participant after this many steps, and the fields of its grains and contacts.
 fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, [Vec<u8>; 2]) {
     let folder = std::env::temp_dir().join(format!("thirdbody-flow-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder can be made");
@@ -203,7 +203,7 @@ fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, [Vec<u8>; 2]) {
 
 /// A viewer refuses a file in which a point lacks a number.
 #[test]
-fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
+fn fields_have_a_number_for_each_disk_also_of_the_wheel() {
     let mut config = sheared(followed());
     config["wheel"]["face"] = json!("disks");
     config["sample"] = json!({
@@ -229,7 +229,7 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
     assert!(bodies.glued() > 0 && bodies.face.len() > 8);
 }
 
-/// Every bond that is left is a line with its adhesion, pressed or pulled; broken ones among them only while they press.
+/// Every remaining bond is a line with its adhesion, in compression or tension; a broken bond is drawn only while it is pressed.
 #[test]
 fn fields_have_the_adhesion_of_each_bond() {
     let (dem, [_, fields]) = fields_of(&sheared(followed()), "bonds", 100);
@@ -255,7 +255,7 @@ fn fields_have_the_adhesion_of_each_bond() {
 }
 
 #[test]
-fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
+fn fields_show_the_body_of_a_grain_and_the_time_of_its_detachment() {
     let (dem, [fields, _]) = fields_of(&sheared(followed()), "grains", 400);
     let array = |name: &str| array(&fields, name);
     let (bodies, times) = (array("body"), array("detached_s"));
@@ -276,40 +276,40 @@ fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
 
 #[test]
 fn scenes_without_first_bodies_or_contact_zone_are_refused() {
-    let told = |config: &Value, parts: &[&str]| {
+    let refused = |config: &Value, parts: &[&str]| {
         let message = refusal(config);
         for part in parts {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
     };
-    told(
+    refused(
         &sheared(json!({"wear_s": 3e-4})),
         &["flow.wear_s", "at least 3.33", "3e-4 (s)", "within a cycle"],
     );
-    told(
+    refused(
         &sheared(json!({"wear_s": 0.0})),
         &["flow.wear_s", "above 0"],
     );
     let share = json!({"wear_s": WEAR, "zone_share": 1.5});
-    told(
+    refused(
         &sheared(share),
         &["flow.zone_share", "at least 0.5 and at most 1"],
     );
     let margin = json!({"wear_s": WEAR, "margin_diameters": -1.0});
-    told(&sheared(margin), &["flow.margin_diameters"]);
+    refused(&sheared(margin), &["flow.margin_diameters"]);
     let slack = json!({"wear_s": WEAR, "hysteresis_diameters": -1.0});
-    told(&sheared(slack), &["flow.hysteresis_diameters"]);
+    refused(&sheared(slack), &["flow.hysteresis_diameters"]);
     let mut config = sheared(followed());
     config["wheel"] = json!(null);
-    told(&config, &["flow", "wheel"]);
+    refused(&config, &["flow", "wheel"]);
     let mut config = sheared(followed());
     config["law"] = json!({"kind": "coulomb", "friction": 0.3});
-    told(&config, &["flow", "cohesion"]);
+    refused(&config, &["flow", "cohesion"]);
 }
 
-/// Before the ramp of its wheel has ended a zone bears next to nothing beside the stress of what moves in it.
+/// Before the ramp of the wheel ends, the zone carries almost no load compared with the stress of its moving grains.
 #[test]
-fn the_kinetic_stress_is_judged_once_the_wheel_bears_its_load() {
+fn the_kinetic_stress_is_judged_once_the_wheel_carries_its_load() {
     for (steps, judged) in [(60, false), (STEPS, true)] {
         let mut dem = build(&sheared(followed()));
         march(&mut dem, 0, steps);

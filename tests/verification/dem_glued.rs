@@ -1,11 +1,11 @@
-//! Glued disks on a wall that yields, v_g = a_g + W_g p.
+//! Glued disks on a compliant wall, v_g = a_g + W_g p.
 //!
 //! ```text
 //!     O    grain, mass m, pressed down by its weight
 //!     o    glued disk, massless, on a wall with the 2x2 compliance W_g
 //! ```
 //!
-//! One contact, so the window is a 2x2 linear complementarity problem that is solved by hand: with
+//! One contact, so the window is a 2x2 linear complementarity problem, solved by hand: with
 //! W = diag(1/m, 3/m) + W_g in the contact frame and b = H^T v_free, sticking gives r = -W^-1 b, sliding
 //! r_n = -b_n / (W_nn + s mu W_nt), r_t = s mu r_n. The force on the wall is -r / h, and v_g = a_g - W_g r.
 //! Tolerance: rounding.
@@ -34,7 +34,7 @@ fn grain_on_glued(law: Value) -> Value {
     config
 }
 
-/// A grain that nothing is glued beside.
+/// A grain without glued disks.
 fn loose() -> Value {
     let disks = json!([{"x_m": 0.0, "y_m": RADIUS, "radius_m": RADIUS}]);
     let sample = json!({"kind": "disks", "disks": disks});
@@ -52,7 +52,7 @@ fn one_window(law: Value, w_g: [f64; 3], a_g: [f64; 2]) -> (Vec<f64>, Vec<f64>) 
     dem.set_boundary(H, &[w_g[0], w_g[1], w_g[1], w_g[2]])
         .expect("2 x 2 numbers");
     let answer = dem.solve(&window(0), &a_g).expect("it can be solved");
-    // One contact whose 2x2 block is right is solved in one sweep; the second finds nothing to change.
+    // With a correct 2x2 block one sweep solves the only contact; the second finds nothing to change.
     assert!(answer.converged && answer.iterations <= 2, "{answer:?}");
     (answer.force, answer.velocity)
 }
@@ -71,7 +71,7 @@ fn a_frictionless_grain_presses_the_wall_as_computed_by_hand() {
 }
 
 #[test]
-fn compliance_of_the_contact_adds_to_that_of_the_wall() {
+fn the_compliances_of_contact_and_wall_add_up() {
     let m = mass(RADIUS);
     let kn = 1e9 * 1e-3;
     let law = json!({"kind": "signorini", "contact_stiffness_pa": 1e9});
@@ -145,7 +145,7 @@ fn an_impulse_on_one_glued_disk_moves_the_other() {
 }
 
 #[test]
-fn a_window_can_be_repeated_without_a_trace() {
+fn a_repeated_window_leaves_no_trace() {
     let law = json!({
         "kind": "coulomb", "friction": 0.3,
         "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5,
@@ -172,7 +172,7 @@ fn a_window_can_be_repeated_without_a_trace() {
 }
 
 #[test]
-fn commit_places_the_glued_disks_at_the_displacement_it_is_given() {
+fn commit_places_the_glued_disks_at_the_given_displacement() {
     let mut dem = build(&grain_on_glued(json!({"kind": "signorini"})));
     dem.couple("base").expect("it is glued");
     dem.set_boundary(H, &[0.0; 4]).expect("2 x 2 numbers");
@@ -187,7 +187,7 @@ fn commit_places_the_glued_disks_at_the_displacement_it_is_given() {
 }
 
 #[test]
-fn a_starved_solver_says_so_when_coupled_and_stops_when_alone() {
+fn a_starved_solver_reports_it_when_coupled_and_stops_an_uncoupled_run() {
     let stack =
         |i: usize| json!({"x_m": 0.0, "y_m": RADIUS * (2 * i + 1) as f64, "radius_m": RADIUS});
     let mut disks: Vec<Value> = (0..10).map(stack).collect();
@@ -225,7 +225,7 @@ fn a_wall_that_moves_against_its_force_is_refused() {
         .expect_err("the diagonal is negative");
     assert!(error.message.contains("diagonal"), "{error}");
     let coupled = dem.set_boundary(H, &[1.0, 9e9, 9e9, 1.0]);
-    coupled.expect("it is seen when contacts meet it");
+    coupled.expect("only a contact shows it");
     let error = dem
         .solve(&window(0), &[0.0; 2])
         .expect_err("W_nt is larger than W_nn");
@@ -233,7 +233,7 @@ fn a_wall_that_moves_against_its_force_is_refused() {
 }
 
 #[test]
-fn what_only_fits_a_run_alone_is_refused_when_coupled() {
+fn keys_of_an_uncoupled_run_are_refused_when_coupled() {
     for (key, value) in [("theta", json!(0.5)), ("step_s", json!(H))] {
         let mut config = grain_on_glued(json!({"kind": "signorini"}));
         config["time"][key] = value;
@@ -251,7 +251,7 @@ fn what_only_fits_a_run_alone_is_refused_when_coupled() {
     );
 }
 
-/// A grain between two glued rows that close on it. With r_1, r_2 the impulses below and above it, contact stays closed:
+/// A grain between two glued rows that approach each other. With r_1, r_2 the impulses below and above it, contact stays closed:
 /// (r_1 - r_2) / m = a_b - w_b r_1 below and a_l + w_l r_2 = (r_1 - r_2) / m above.
 #[test]
 fn a_grain_between_base_and_lid_is_squeezed_as_computed_by_hand() {
@@ -292,10 +292,10 @@ fn a_grain_between_base_and_lid_is_squeezed_as_computed_by_hand() {
     close("v of the base", answer.velocity[3], a_b - w_b * r_1, 1e-12);
 }
 
-/// Glued disks are told of by m = rho pi r^2 b times the factor on the inertia of the grains, row by row and by
-/// ascending x; their surface has none.
+/// Glued disks are described by the masses m = rho pi r^2 b times the factor on the inertia of the grains, row by row and by
+/// ascending x; their surface has no mass.
 #[test]
-fn glued_disks_tell_masses_that_their_surface_has_not() {
+fn glued_disks_declare_masses_that_their_surface_does_not_have() {
     let mut config = grain_on_glued(json!({"kind": "signorini"}));
     config["mass_scale"] = json!(50.0);
     let rows = [(-3.0, 0.5, false), (3.0, 0.8, true), (6.0, 0.6, true)];
@@ -306,14 +306,14 @@ fn glued_disks_tell_masses_that_their_surface_has_not() {
         );
     }
     let mut dem = build(&config);
-    let told = dem.describe().point_mass_kg;
+    let declared = dem.describe().point_mass_kg;
     let expected = [("base", vec![0.5, 1.0]), ("lid", vec![0.8, 0.6])];
-    assert_eq!(told.len(), 2);
+    assert_eq!(declared.len(), 2);
     for (set, radii) in expected {
-        assert_eq!(told[set].len(), radii.len());
-        for (told, radius) in told[set].iter().zip(radii) {
+        assert_eq!(declared[set].len(), radii.len());
+        for (found, radius) in declared[set].iter().zip(radii) {
             let expected = 50.0 * mass(radius * RADIUS);
-            close(set, *told, expected, 1e-12 * expected);
+            close(set, *found, expected, 1e-12 * expected);
         }
         let surface = dem.couple(set).expect("it is glued");
         assert!(surface.mass_kg.iter().all(|mass| *mass == 0.0));
@@ -322,7 +322,7 @@ fn glued_disks_tell_masses_that_their_surface_has_not() {
 }
 
 #[test]
-fn a_lid_that_nothing_couples_stays_where_it_is() {
+fn an_uncoupled_lid_stays_where_it_is() {
     let mut config = grain_on_glued(json!({"kind": "signorini"}));
     let lid =
         json!({"x_m": 0.0, "y_m": 3.0 * RADIUS, "radius_m": RADIUS, "glued": true, "lid": true});
@@ -331,7 +331,7 @@ fn a_lid_that_nothing_couples_stays_where_it_is() {
     let mut dem = build(&config);
     dem.couple("base").expect("it is glued");
     dem.set_boundary(H, &[0.0; 4]).expect("2 x 2 numbers");
-    // The base pushes the grain against a lid that does not yield: nothing of it can move.
+    // The base pushes the grain against a rigid lid: nothing can move.
     let free = dem
         .solve(&window(0), &[0.0, 0.0])
         .expect("it can be solved");

@@ -1,11 +1,11 @@
-//! Healing: the adhesion of a pair grows by h/T in every step in which it presses with at least p on its area.
+//! Healing: the adhesion of a pair grows by h/T in every step with a pressure of at least p on its area.
 //!
 //! ```text
-//!     O    lies on the floor:  a = t/T from 0.01 on if m g >= p r d, none below (d: thickness)
+//!     O    lies on the floor:  a = t/T from 0.01 on if m g >= p r d, otherwise 0 (d: thickness)
 //!   ------ bounces on a spring k: a = pi sqrt(m/k)/T when it leaves, which costs l w a of its energy
 //! ```
 //!
-//! The bond's law is that of Raous, Cangemi and Cocou (1999) with h' = 1 and b = 0, whose separation takes w per area and adhesion.
+//! The bond follows the law of Raous, Cangemi and Cocou (1999) with h' = 1 and b = 0: separation takes w per area and adhesion.
 
 use dem_node::Dem;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ const G: f64 = 9.81;
 const H: f64 = 1e-5;
 const W: f64 = 1e-3;
 
-/// Bonds of 1e9 Pa/m, of which there are none at the start.
+/// Bonds of 1e9 Pa/m; at the start there are no bonds.
 fn law(time: f64, pressure: f64, more: Value) -> Value {
     let law = json!({"kind": "cohesion", "friction": 0.4, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": W, "b_pa_m_s": 0.0,
         "p": 1.0, "h_prime": "one", "alert_m": 1e-12, "healing": {"time_s": time, "pressure_pa": pressure}});
@@ -70,7 +70,7 @@ fn a_disk_at_rest_heals_to_the_floor_in_the_given_time_if_it_is_heavy_enough() {
 }
 
 #[test]
-fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
+fn a_bouncing_disk_loses_the_energy_of_the_bond_that_its_contact_made() {
     let (speed, area) = (0.1, R * THICKNESS);
     let k = 1e6 * THICKNESS;
     let touch = std::f64::consts::PI * (mass(R) / k).sqrt();
@@ -106,10 +106,10 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
         close("cohesion", lost, share * energy, 5e-3 * energy);
         assert!(
             dem.state().ledger.healing >= lost * (1.0 - 1e-12),
-            "no more than it took"
+            "a bond takes at most its healed energy"
         );
     }
-    // Short touches never make a bond, nor does a disk that swings under a pressure which is too low for half of the time.
+    // Short contacts never make a bond, nor does a disk that oscillates with too low a pressure half of the time.
     let weight = 20.0 * mass(R);
     let thrown = json!([{"x_m": 0.0, "y_m": R + 1e-5, "radius_m": R, "vy_m_per_s": -speed}]);
     let swinging = json!([{"x_m": 0.0, "y_m": R - 0.2 * weight / k, "radius_m": R}]);
@@ -124,9 +124,9 @@ fn a_bouncing_disk_pays_for_the_bond_that_its_touch_has_made() {
     }
 }
 
-/// Without stiffness across the bond a disk that slides is slowed by mu g (1 - a), a = t/T from t = 0.01 T on, and by mu g before.
+/// Without stiffness across the bond a sliding disk decelerates by mu g (1 - a), a = t/T from t = 0.01 T on, and by mu g before.
 #[test]
-fn friction_beside_a_bond_that_heals_is_what_the_bond_leaves() {
+fn friction_beside_a_healing_bond_falls_with_its_adhesion() {
     let (time, mu) = (0.02, 0.4);
     for springs in [true, false] {
         let mut keys = json!({"ct_pa_per_m": 0.0});
@@ -155,9 +155,9 @@ fn friction_beside_a_bond_that_heals_is_what_the_bond_leaves() {
     }
 }
 
-/// Sheared by their spins: bonds come and go, and nothing of what is lost ever comes back.
+/// Spins shear the disks: bonds come and go, and lost energy never comes back.
 #[test]
-fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
+fn a_pile_that_heals_and_breaks_loses_energy_in_every_term_and_step() {
     let disk = |k: u32| {
         let (column, row) = (f64::from(k % 5), f64::from(k / 5));
         json!({"x_m": 2.02 * R * column + 0.9 * R * (row % 2.0), "y_m": R + 1.9 * R * row, "radius_m": R * (1.0 - 0.06 * f64::from(k % 4)),
@@ -175,7 +175,7 @@ fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
         keys["w_j_per_m2"] = json!(1e-2 * weight / THICKNESS);
         let mut dem = lying(law(5e-3, 0.0, keys), G, json!(disks), over);
         let scale = 20.0 * weight * R;
-        // Rigid contacts have the mean of two velocities, whose sign may be another in a step.
+        // Rigid contacts use the mean of two velocities, whose sign may change in a step.
         let allowed = if springs == json!({}) {
             1e-6 * scale
         } else {
@@ -211,9 +211,9 @@ fn a_pile_that_heals_and_breaks_loses_energy_in_every_account_and_step() {
     }
 }
 
-/// Bonded, turning and sliding over the seams of straight polylines, a disk moves as on a half-plane.
+/// A bonded disk that turns and slides over the seams of straight polylines moves as on a half-plane.
 #[test]
-fn a_bond_goes_along_over_the_seams_of_walls_and_surfaces() {
+fn a_bond_moves_along_over_the_seams_of_walls_and_surfaces() {
     let line = [-3.0, -0.5, 0.05, 0.1, 4.0].map(|x| [x * R, 0.0]);
     let floors = [
         (
@@ -243,7 +243,7 @@ fn a_bond_goes_along_over_the_seams_of_walls_and_surfaces() {
             let of_bond = [bond.adhesion, bond.opening / R, bond.slip / R];
             [[x / R, y / R, 0.0], of_bond, state.velocities[0]]
         });
-        // On a surface the foot is where a force acts: the lever is shorter by what the disk overlaps, 2.4e-5 of its radius.
+        // On a surface the force acts at the foot: the lever is shorter by the overlap of the disk, 2.4e-5 of its radius.
         let allowed = [1e-9, if springs { 5e-5 } else { 1e-9 }];
         for (other, allowed) in moved[1..].iter().zip(allowed) {
             for (value, expected) in other.iter().flatten().zip(moved[0].iter().flatten()) {
@@ -253,10 +253,10 @@ fn a_bond_goes_along_over_the_seams_of_walls_and_surfaces() {
     }
 }
 
-/// Round a convex corner, and through a concave one on springs, a bond goes along and nothing is made. Rigid, the disk stands on both sides
-/// of a concave corner: it tears the bond to the first, and heals to the second.
+/// Round a convex corner, and through a concave one on springs, the bond moves along without gaining energy. A rigid disk stands on both
+/// sides of a concave corner: it tears the bond to the first, and heals to the second.
 #[test]
-fn a_bond_goes_round_corners_and_nothing_is_made() {
+fn a_bond_goes_round_corners_without_gaining_energy() {
     for (bend, springs) in [(0.02, true), (-0.02, true), (0.02, false), (-0.02, false)] {
         let points = [
             [-6.0 * R, 6.0 * R * bend],

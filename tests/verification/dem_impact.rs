@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Exact: momentum V m = n m v. Reference: chain_inelastic.csv of the project's own tables (closed form), n = 2, 3,
-//! 5, 10, 50. Tolerance: the solver's true residual, 1e-12, over the worst conditioned chain (n^2 = 2 500).
+//! 5, 10, 50. Tolerance: the solver's true residual, 1e-12, times the condition of the longest chain (n^2 = 2 500).
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -68,7 +68,7 @@ fn a_chain_hit_at_its_end_moves_as_one_body() {
 
 #[test]
 fn grains_that_meet_within_a_step_do_not_pass_through_each_other() {
-    // The free grain travels 3 radii in a step: the pair must be seen although it is far outside any skin.
+    // The free grain travels 3 radii in a step: detection must find the pair although it is far outside any skin.
     let mut sample = chain(2);
     sample["disks"][0]["x_m"] = json!(-2.0 * RADIUS);
     sample["disks"][0]["vx_m_per_s"] = json!(300.0);

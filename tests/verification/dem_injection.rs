@@ -1,7 +1,7 @@
-//! Grains that are fed into the middle row of the sheared layer of [`crate::dem_flow`].
+//! A feed of grains into the middle row of the sheared layer of [`crate::dem_flow`].
 //!
-//! All grains have one radius R, so that each fed grain has the mass m of the others. Reference: the n-th one comes in the
-//! first step that ends n m / rate after the start; energies balance with the work of growing.
+//! All grains have one radius R, so each fed grain has the mass m of the others. Reference: the n-th one comes in the
+//! first step that ends n m / rate after the start; energies balance with the work of growth.
 
 use dem_node::Dem;
 use protocol::Node;
@@ -30,7 +30,7 @@ fn present(dem: &Dem) -> usize {
     dem.state().present(dem.bodies())
 }
 
-/// True if a contact or a bond knows a grain in store.
+/// True if a grain in store has a contact or a bond.
 fn store_is_met(dem: &Dem) -> bool {
     let (bodies, state) = (dem.bodies(), dem.state());
     let slots = state.list.slots.iter().map(|slot| [slot.a, slot.b]);
@@ -40,7 +40,7 @@ fn store_is_met(dem: &Dem) -> bool {
 }
 
 #[test]
-fn fed_grains_come_at_their_times_and_the_masses_balance() {
+fn fed_grains_come_on_time_and_the_masses_balance() {
     let config = fed(3f64.sqrt() * R);
     let mut dem = build(&config);
     assert_eq!(present(&dem), 20);
@@ -49,7 +49,7 @@ fn fed_grains_come_at_their_times_and_the_masses_balance() {
     for step in 0..STEPS {
         let report = march(&mut dem, u64::from(step), 1);
         assert!(!store_is_met(&dem), "at {step}");
-        // Within a step: the mass due is a number like any other.
+        // To within a step, because the due mass is rounded.
         let due = |step: u32| (step.saturating_sub(START) / EVERY).min((LAST - START) / EVERY);
         let came = (present(&dem) - 20) as u32;
         assert!(
@@ -76,7 +76,7 @@ fn fed_grains_come_at_their_times_and_the_masses_balance() {
     assert!(!dem.state().feed.grows());
 }
 
-/// A layer that nothing bonds to what grows in it is lifted: the work of growing is of the size of all others.
+/// A layer without bonds to a growing grain is lifted: the work of growth is as large as the other works.
 #[test]
 fn the_work_of_growing_closes_the_balance_of_energies() {
     let mut dem = build(&fed(3f64.sqrt() * R));
@@ -88,14 +88,14 @@ fn the_work_of_growing_closes_the_balance_of_energies() {
     close("energies", report.imbalance(size + work.abs()), 0.0, 1e-9);
 }
 
-/// The loose grain looks for its two bonds where the store is.
+/// The loose grain looks for its two bonds at the place of the store.
 #[test]
-fn nothing_is_bonded_to_what_is_in_store() {
+fn nothing_is_bonded_to_a_grain_in_store() {
     assert!(!store_is_met(&build(&fed(-3.9 * R))));
 }
 
 #[test]
-fn a_resumed_feed_goes_on_as_an_unbroken_one() {
+fn a_resumed_feed_continues_like_an_unbroken_one() {
     let config = fed(3f64.sqrt() * R);
     let mut whole = build(&config);
     // While the first grain grows.
@@ -114,8 +114,8 @@ fn a_resumed_feed_goes_on_as_an_unbroken_one() {
 }
 
 #[test]
-fn feeds_that_cannot_be_are_refused() {
-    let told = |key: &str, value: Value, parts: &[&str]| {
+fn impossible_feeds_are_refused() {
+    let refused = |key: &str, value: Value, parts: &[&str]| {
         let mut config = fed(3f64.sqrt() * R);
         config["injection"][key] = value;
         let message = refusal(&config);
@@ -123,23 +123,23 @@ fn feeds_that_cannot_be_are_refused() {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
     };
-    told(
+    refused(
         "rate_kg_per_s",
         json!(0.0),
         &["injection.rate_kg_per_s", "above 0"],
     );
-    told(
+    refused(
         "rate_kg_per_s",
         json!(1e3),
         &["injection.rate_kg_per_s", "e6 grains"],
     );
-    told("start_s", json!(-1.0), &["injection.start_s", "at least 0"]);
-    told(
+    refused("start_s", json!(-1.0), &["injection.start_s", "at least 0"]);
+    refused(
         "end_s",
         json!(1e-4),
         &["injection.end_s", "1.5e-4", "1e-4 (s)"],
     );
-    told("growth_s", json!(0.0), &["injection.growth_s", "above 0"]);
+    refused("growth_s", json!(0.0), &["injection.growth_s", "above 0"]);
     let without = |change: fn(&mut Value), part: &str| {
         let mut config = fed(3f64.sqrt() * R);
         change(&mut config);
@@ -162,9 +162,9 @@ fn feeds_that_cannot_be_are_refused() {
     without(rigid, "contact_stiffness_pa");
 }
 
-/// The first grain has grown at START + EVERY steps; none can be worn before the wear time has passed.
+/// The first grain has grown after START + EVERY steps; no grain can be worn before the wear time.
 #[test]
-fn a_feed_comes_into_play_with_its_first_grain() {
+fn a_feed_is_reached_with_its_first_grain() {
     let config = fed(3f64.sqrt() * R);
     let moments = build(&config).describe().moments;
     let first = f64::from(START + EVERY) * STEP;
@@ -172,13 +172,13 @@ fn a_feed_comes_into_play_with_its_first_grain() {
     assert_eq!(config["flow"]["wear_s"], moments["flow.wear_s"]);
 }
 
-/// The fed grains leave sideways after a mean of a hundred steps, with what they move and press: masses and energies balance, and nothing meets
-/// a grain that has left, whichever way the run goes on.
+/// The fed grains leave sideways after a mean of a hundred steps, with their motion and their forces: masses and energies balance, and no
+/// contact finds a grain that has left, also in a resumed run.
 #[test]
-fn what_leaves_sideways_takes_its_mass_and_its_energy_along() {
+fn grains_that_leave_sideways_take_their_mass_and_energy_along() {
     let mut config = fed(3f64.sqrt() * R);
     config["flow"]["lateral"] = json!({ "time_s": 1e2 * STEP });
-    // What a solve leaves is in the balance: 2e-9 at 1e-6.
+    // The residual of the solver is in the balance: 2e-9 at 1e-6.
     config["solver"]["tolerance"] = json!(1e-8);
     let mut dem = build(&config);
     let middle = u64::from(STEPS / 2);

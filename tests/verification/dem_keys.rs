@@ -1,4 +1,4 @@
-//! Mistakes in `sample`, whose keys depend on its kind: each is refused by the path of the key, not of the table.
+//! Mistakes in `sample`, whose keys depend on its kind: each is refused by the path of the key, not by the path of the table.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ fn of(sample: Value) -> String {
     ))
 }
 
-/// A sample with `value` at a place given as a JSON pointer, or without it when there is no value.
+/// A sample with this value of a key in a table, given as a JSON pointer, or without the key if there is no value.
 fn changed(mut sample: Value, table: &str, key: &str, value: Option<Value>) -> Value {
     let keys = sample.pointer_mut(table).and_then(Value::as_object_mut);
     let keys = keys.expect("the table is there");
@@ -39,8 +39,8 @@ fn layer() -> Value {
     })
 }
 
-/// The message must say all of it.
-fn told(message: &str, parts: &[&str]) {
+/// The message must contain all parts.
+fn contains_all(message: &str, parts: &[&str]) {
     for part in parts {
         assert!(message.contains(part), "{part:?} is not in {message:?}");
     }
@@ -50,53 +50,53 @@ fn told(message: &str, parts: &[&str]) {
 fn a_wrong_type_is_named() {
     let word = || Some(json!("wide"));
     let message = of(changed(disks(), "/disks/3", "radius_m", word()));
-    told(
+    contains_all(
         &message,
         &["sample.disks[3].radius_m: invalid type", "\"wide\""],
     );
     let message = of(changed(disks(), "/walls/0", "nx", word()));
-    told(&message, &["sample.walls[0].nx: invalid type"]);
+    contains_all(&message, &["sample.walls[0].nx: invalid type"]);
     let message = of(changed(layer(), "", "thickness_m", word()));
-    told(&message, &["sample.thickness_m: invalid type", "\"wide\""]);
-    told(&of(json!(3)), &["sample: invalid type"]);
+    contains_all(&message, &["sample.thickness_m: invalid type", "\"wide\""]);
+    contains_all(&of(json!(3)), &["sample: invalid type"]);
 }
 
 #[test]
 fn a_missing_key_is_named() {
     let message = of(changed(disks(), "/disks/1", "radius_m", None));
-    told(&message, &["sample.disks[1].radius_m: ", "missing"]);
+    contains_all(&message, &["sample.disks[1].radius_m: ", "missing"]);
     let message = of(changed(disks(), "", "disks", None));
-    told(&message, &["sample.disks: ", "missing"]);
+    contains_all(&message, &["sample.disks: ", "missing"]);
     let message = of(changed(layer(), "", "half_width_m", None));
-    told(&message, &["sample.half_width_m: ", "missing"]);
+    contains_all(&message, &["sample.half_width_m: ", "missing"]);
     let message = of(changed(layer(), "", "kind", None));
-    told(&message, &["sample.kind: ", "missing"]);
+    contains_all(&message, &["sample.kind: ", "missing"]);
 }
 
 #[test]
 fn an_unknown_key_is_named_with_the_nearest_one() {
     let one = || Some(json!(1.0));
     let message = of(changed(disks(), "/disks/2", "raduis_m", one()));
-    told(
+    contains_all(
         &message,
         &["sample.disks[2].raduis_m: no such key", "`radius_m`"],
     );
     let message = of(changed(disks(), "", "wals", Some(json!([]))));
-    told(&message, &["sample.wals: no such key", "`walls`"]);
+    contains_all(&message, &["sample.wals: no such key", "`walls`"]);
     let message = of(changed(layer(), "", "thikness_m", one()));
-    told(
+    contains_all(
         &message,
         &["sample.thikness_m: no such key", "`thickness_m`"],
     );
 }
 
 #[test]
-fn a_word_that_is_none_of_the_choices_is_named() {
+fn a_word_outside_the_choices_is_named() {
     let word = || Some(json!("even"));
     let message = of(changed(layer(), "", "law", word()));
-    told(&message, &["sample.law: `even`", "surface_uniform"]);
+    contains_all(&message, &["sample.law: `even`", "surface_uniform"]);
     let message = of(changed(layer(), "", "kind", word()));
-    told(
+    contains_all(
         &message,
         &["sample.kind: `even`", "layer, rail, disks, file"],
     );
@@ -105,22 +105,22 @@ fn a_word_that_is_none_of_the_choices_is_named() {
 #[test]
 fn a_layer_without_free_grains_or_with_too_many_is_refused() {
     let with = |key: &str, value: f64| of(changed(layer(), "", key, Some(json!(value))));
-    told(
+    contains_all(
         &with("thickness_m", 1e-6),
         &["sample.thickness_m: ", "1e-4"],
     );
-    told(
+    contains_all(
         &with("thickness_m", 10.0),
         &["sample.thickness_m: ", "grains"],
     );
-    told(
+    contains_all(
         &with("radius_min_m", 1e-9),
         &["sample.radius_min_m: ", "grains"],
     );
 }
 
 #[test]
-fn a_wheel_that_no_step_can_follow_or_no_grain_can_carry_is_refused() {
+fn a_wheel_too_fast_for_a_step_or_too_small_for_a_grain_is_refused() {
     let with = |wheel: Value| {
         let mut all = json!({"load_n": 1.0, "mass_kg": 1e-3, "radius_m": 0.0, "ramp_s": 0.0, "hold_s": 0.0,
                              "amplitude_m": 0.0, "frequency_hz": 0.0, "cycles": 0.0});
@@ -130,15 +130,15 @@ fn a_wheel_that_no_step_can_follow_or_no_grain_can_carry_is_refused() {
         let wheel = json!({"wheel": all});
         refusal(&scene(json!({"kind": "signorini"}), 1e-4, layer(), wheel))
     };
-    told(
+    contains_all(
         &with(json!({"radius_m": 1e-5})),
         &["wheel.radius_m: ", "4e-4"],
     );
-    told(
+    contains_all(
         &with(json!({"cycles": 1.0, "frequency_hz": 1e9})),
         &["wheel.frequency_hz: ", "fewer than 20 steps"],
     );
-    told(
+    contains_all(
         &with(json!({"load_table": []})),
         &["wheel.load_table: ", "no entries"],
     );

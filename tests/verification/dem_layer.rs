@@ -1,9 +1,9 @@
-//! The pressed layer: what its recipe promises.
+//! The pressed layer and the promises of its recipe.
 //!
 //! From the project's own trials: about 840 T - 60 grains (T in mm) over |x| <= 8 mm for radii of 0.05 to 0.1 mm with
 //! p ~ r^-2; a frictionless bed at rest is jammed at 4 contacts per grain without rattlers; solid fraction of such
-//! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
-//! with the bed's height (walls pack looser).
+//! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds; the tolerance on the fraction is its
+//! trend with the bed's height (grains at walls pack looser).
 
 use dem_kernel::bodies::disk::Disk;
 use dem_node::config::DemConfig;
@@ -82,7 +82,7 @@ fn the_pressed_bed_is_dense() {
             "{}",
             bed.solid_fraction
         );
-        // 50 MPa on a mean diameter are 7 N per contact or so, 3e-8 m at this stiffness.
+        // 50 MPa on a mean diameter are about 7 N per contact, 3e-8 m at this stiffness.
         assert!(
             (2e-8..5e-8).contains(&bed.mean_overlap),
             "{:e}",
@@ -103,7 +103,7 @@ fn the_layer_follows_the_crown_with_constant_thickness() {
             .iter()
             .filter(|disk| range.contains(&disk.centre[0]));
         let highest = here.map(surface).fold(f64::NEG_INFINITY, f64::max);
-        // The shift shears the flanks by x / R; what overlaps there pushes a few grains up when the layer relaxes,
+        // The shift shears the flanks by x / R; the overlaps there push a few grains up when the layer relaxes,
         // by 3 to 5 um at 7 mm over four seeds.
         assert!(
             (highest - thickness).abs() < 6e-6,
@@ -142,7 +142,7 @@ fn rigid_grains_start_without_overlap() {
 }
 
 #[test]
-fn the_seed_decides_every_bit_and_nothing_else_does() {
+fn only_the_seed_decides_the_bits() {
     let centres = |seed: u64| -> Vec<[u64; 2]> {
         let sample = layer_of(0.15e-3, seed);
         sample
@@ -251,7 +251,7 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
 }
 
 #[test]
-fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
+fn a_lid_is_cut_from_the_same_packing_and_holds_the_disks_that_cross_its_line() {
     let thickness = 0.5e-3;
     let with_lid = LayerConfig {
         lid: true,
@@ -282,7 +282,7 @@ fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
     }
 }
 
-/// Both faces are so round that the layer is 0.3 mm thicker at its ends; the rows are cut there as in the middle.
+/// Both faces are so curved that the layer is 0.3 mm thicker at its ends; the rows are cut there as in the middle.
 #[test]
 fn base_and_lid_follow_each_its_own_crown() {
     let (thickness, half_width, [below, above]) = (0.4e-3, 2e-3, [0.02, 0.01]);
@@ -330,27 +330,27 @@ fn base_and_lid_follow_each_its_own_crown() {
     }
 }
 
-/// A coupler takes the line of each row from the layer, beside the rough disks.
+/// A coupler gets the line of each row from the layer, in addition to the rough disks.
 #[test]
-fn each_row_tells_its_own_line() {
+fn each_row_describes_its_own_line() {
     let mut lidded = config(
         json!({"lid": true, "half_width_m": 2e-3, "crown_radius_m": 0.02,
                                    "lid_crown_radius_m": 0.01, "thickness_m": 0.4e-3}),
     );
     lidded.as_object_mut().expect("a table").remove("wheel");
-    let told = build(&lidded).describe();
+    let description = build(&lidded).describe();
     for (set, height, side, crown) in [("base", 0.0, -1.0, 0.02_f64), ("lid", 0.4e-3, 1.0, 0.01)] {
-        assert!(told.smooth_m[set].len() > 30);
-        for [x, y] in &told.smooth_m[set] {
+        assert!(description.smooth_m[set].len() > 30);
+        for [x, y] in &description.smooth_m[set] {
             let line: f64 = height + side * (crown - (crown * crown - x * x).sqrt());
             assert!((y - line).abs() < 1e-15, "{set}: {y:e} for {line:e}");
         }
     }
 }
 
-/// One of several layers between two bodies is the layer at x = 0, moved: its rows, their surfaces and the ends beyond which grains are lost.
+/// A layer at another x is the layer at x = 0, moved: its rows, their surfaces and the ends beyond which grains are lost.
 #[test]
-fn a_layer_stands_where_it_is_told() {
+fn a_layer_stands_at_its_x() {
     let at = |x_m: f64| {
         let mut layer =
             config(json!({"x_m": x_m, "lid": true, "half_width_m": 2e-3, "crown_radius_m": 0.0}));
@@ -374,7 +374,7 @@ fn a_layer_stands_where_it_is_told() {
     assert_eq!(free[0], free[1]);
 }
 
-/// The half-width of a layer that is meant for 1 000 N, under a wheel of this load (m).
+/// The half-width (m) of a layer designed for 1 000 N, under a wheel with this load.
 fn half_width_under(load_n: f64) -> f64 {
     let mut changed = config(json!({"half_width_load_n": 1000.0}));
     changed["wheel"]["load_n"] = json!(load_n);
@@ -386,9 +386,9 @@ fn half_width_under(load_n: f64) -> f64 {
     }
 }
 
-/// A Hertzian line contact widens with the root of its load (Hertz 1882).
+/// A Hertzian line contact widens with the square root of its load (Hertz 1882).
 #[test]
-fn a_layer_widens_with_the_load_that_it_is_meant_for() {
+fn a_layer_widens_with_its_design_load() {
     let meant = half_width_under(1000.0);
     assert_eq!(half_width_under(4000.0), 2.0 * meant);
     assert_eq!(half_width_under(250.0), 0.5 * meant);

@@ -1,13 +1,13 @@
 //! A layer between the wheel and an elastic half-plane: load, hold, a quarter of a cycle.
 //!
 //! The half-plane answers quasi-statically, u = C lambda (Johnson, Contact Mechanics, 1985, section 2.3: a uniform load of
-//! width s sinks its middle by f (ln(L / (s/2)) + 1), at a distance x by f ln(L / x), f = 2 (1 - nu^2) / (pi E)), so
-//! that a window is v_g = -u/h + C p / h^2 without repeats. L is chosen so that 8 000 N on a crown of 300 mm sink in as
+//! width s displaces its middle by f (ln(L / (s/2)) + 1), and a point at a distance x by f ln(L / x), f = 2 (1 - nu^2) / (pi E)).
+//! A window is therefore v_g = -u/h + C p / h^2 without repeats. L is chosen so that 8 000 N on a crown of 300 mm sink in as
 //! on the finite rail.
 //!
 //! Expected: Hertz' line contact (p0 = 978 MPa, half-width 5.21 mm) spread by 0.3 mm of grains. The project's quasi-static trials give
 //! a relative L2 error of 1 mm averages of 14 to 21 % without bonds (3 seeds) and an approach of 0.0922 to 0.0945 mm; the
-//! tolerances of 25 % and 2.5 % are theirs plus scatter. Exact: momentum to rounding, |F_T| <= mu F_N, energy to 1e-3
+//! tolerances of 25 % and 2.5 % are these errors plus scatter. Exact: momentum to rounding, |F_T| <= mu F_N, energy to 1e-3
 //! (geometry of turning contacts and a true residual of 1e-4).
 
 use dem_node::Dem;
@@ -62,7 +62,7 @@ fn half_plane(surface: &Surface) -> Vec<f64> {
     compliance
 }
 
-/// The whole run; `visit` sees each window's end, forces on the wall and report.
+/// The whole run; `visit` receives each window's end, forces on the wall and report.
 fn run(dem: &mut Dem, surface: &Surface, mut visit: impl FnMut(f64, &[f64], &Report)) {
     let compliance: Vec<f64> = half_plane(surface).iter().map(|c| c / (H * H)).collect();
     dem.set_boundary(H, &compliance).expect("it is a wall");
@@ -108,7 +108,7 @@ fn distance_from_hertz(averages: &[f64; 18]) -> f64 {
 }
 
 #[test]
-fn a_layer_carries_the_wheel_like_a_hertz_contact_and_keeps_its_books() {
+fn a_layer_carries_the_wheel_like_a_hertz_contact_and_its_ledger_closes() {
     let mut dem = layer();
     let surface = dem.couple("base").expect("it is glued");
     let mut averages = [0.0; 18];

@@ -1,15 +1,15 @@
-//! Terms of the energy ledger between two steps: what detection finds otherwise than the step left it, and repairs of overlaps.
+//! Terms of the energy ledger between two steps: changes of gaps that detection finds after a step, and repairs of overlaps.
 //!
 //! ```text
-//!   (O) -> v        a pair that is pressed together passes by: its normal turns, its gap opens by (h v)^2 / (2 (r_1 + r_2))
+//!   (O) -> v        the disks of a pressed pair pass each other: the normal turns, the gap opens by (h v)^2 / (2 (r_1 + r_2))
 //!   (O)
 //!   ---- W ----     a disk that overlaps its floor is lifted against its weight and the load of a wheel
 //!     (O)
 //!   ===========
 //! ```
 //!
-//! Exact: a spring k that was left with the gap g and is found with g' has lost k (g^2 - g'^2) / 2, of which nothing is work; a
-//! repair lifts by the overlap but for a millionth of the radius, against m g and F. Tolerances: rounding of positions, 1e-16 m
+//! Exact: if a step leaves a spring k at the gap g and detection finds g', the spring has lost k (g^2 - g'^2) / 2, without any work. A
+//! repair lifts by the overlap less a millionth of the radius, against m g and F. Tolerances: rounding of positions, 1e-16 m
 //! of 1e-5 m.
 
 use dem_node::Dem;
@@ -31,20 +31,20 @@ fn passing(speed: f64) -> Value {
         {"x_m": 0.0, "y_m": 1.99 * R, "radius_m": R, "vx_m_per_s": speed},
     ]);
     let mut config = scene(law, H, json!({"kind": "disks", "disks": disks}), json!({}));
-    // Detection is then where a step begins.
+    // Detection then takes place at the start of a step.
     config["time"]["theta"] = json!(1.0);
     config
 }
 
-/// Gap of the pair where it is, and as its step left it (m).
+/// Gap of the pair at its present place, and at the end of its step (m).
 fn gaps(dem: &Dem) -> [f64; 2] {
     let [a, b] = [dem.state().centres[0], dem.state().centres[1]];
     let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
     [distance - 2.0 * R, dem.state().list.slots[0].last_gap]
 }
 
-/// Detections of nine steps, in which the pair stays together: their sum, and that of the sizes of what is beyond the opening s^2/(2 d)
-/// of a pair that passes by s at the distance d (J).
+/// Losses at detection in nine steps, in which the pair stays in contact: their sum, and the sum of their absolute deviations from the
+/// opening s^2/(2 d) of a pair that passes by s at the distance d (J).
 fn jumps(dem: &mut Dem) -> ([f64; 2], Report) {
     let mut sums = [0.0; 2];
     let mut report = None;
@@ -70,7 +70,7 @@ fn finding(dem: &mut Dem, code: &str) -> Option<Finding> {
 }
 
 #[test]
-fn a_contact_that_turns_loses_what_detection_does_not_find() {
+fn a_turning_contact_loses_the_energy_of_the_opening_at_detection() {
     let mut dem = build(&passing(200.0));
     march(&mut dem, 0, 1);
     // 20 um past each other: 0.1 um of 10 um overlap.
@@ -97,7 +97,7 @@ fn a_contact_that_turns_loses_what_detection_does_not_find() {
 }
 
 #[test]
-fn a_contact_that_does_not_turn_is_found_as_it_was_left() {
+fn detection_does_not_change_a_contact_that_does_not_turn() {
     let mut config = passing(0.0);
     config["sample"]["disks"][1]["vy_m_per_s"] = json!(-1.0);
     let mut dem = build(&config);
@@ -108,7 +108,7 @@ fn a_contact_that_does_not_turn_is_found_as_it_was_left() {
     assert_eq!(finding(&mut dem, "detection"), None);
 }
 
-/// The bounds are above what nine steps at this speed make of it, or below.
+/// The bounds lie above or below the value of nine steps at this speed.
 #[test]
 fn the_bounds_of_detection_are_keys() {
     let with = |bounds: [f64; 2]| {
@@ -126,7 +126,7 @@ fn the_bounds_of_detection_are_keys() {
 const OVERLAP: f64 = 4e-3 * R;
 const GRAVITY: f64 = 10.0;
 
-/// A disk in its floor.
+/// A disk that overlaps its floor.
 fn sunk(penetration: &str, overrides: Value) -> Value {
     let law = json!({"kind": "signorini", "penetration": penetration});
     let sample = json!({
@@ -139,7 +139,7 @@ fn sunk(penetration: &str, overrides: Value) -> Value {
 }
 
 #[test]
-fn a_repair_is_work_against_the_weight_and_booked_as_such() {
+fn a_repair_is_work_against_the_weight_and_is_listed_as_such() {
     for penetration in ["split", "projection"] {
         let report = march(&mut build(&sunk(penetration, json!({}))), 0, 1);
         let lift = OVERLAP - 1e-6 * R;
@@ -161,9 +161,9 @@ fn a_repair_is_work_against_the_load_of_a_wheel() {
         let start = dem.state().wheel.position[1];
         let report = march(&mut dem, 0, 1);
         let lift = report.signal("wheel_y_m") - start;
-        // A wheel 400 times as heavy as the disk is not lifted in full at once: the next step repairs what is left.
+        // A wheel 400 times as heavy as the disk is not lifted completely at once: the next step repairs the rest.
         assert!(lift > 0.5 * OVERLAP, "{lift:e}");
-        // Nothing moves but by the repair, so that the disk bears the load.
+        // Only the repair moves anything, so the disk carries the load.
         let work = -report.signal("wheel_fn_n") * lift;
         assert!(work < -40.0 * lift, "{work:e}");
         close("load", report.energy("wheel_load"), work, 1e-6 * work.abs());
@@ -173,7 +173,7 @@ fn a_repair_is_work_against_the_load_of_a_wheel() {
     }
 }
 
-/// A row of disks that overlap: one sweep is no repair, though the step itself has nothing to solve.
+/// A row of overlapping disks: one sweep does not repair it, although the step itself has nothing to solve.
 #[test]
 fn a_repair_that_does_not_converge_ends_the_run_by_its_name() {
     let disks: Vec<Value> = (0..20)

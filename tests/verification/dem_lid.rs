@@ -1,15 +1,15 @@
-//! Layers below a lid, a rigid plate of mass M that bears a load P and is drawn sideways: flows, feeds and stress.
+//! Layers below a lid, a rigid plate of mass M under a load P that moves sideways: flows, feeds and stress.
 //!
 //! ```text
 //!     # # # # # # # #  ->  V     lid:  v_x = V,  M v_y' = -P + (forces of the grains)
 //!      o o o o o o o o
-//!     o o o o o o o o           free grains, bonded or not; the strip repeats along x or has ends
+//!     o o o o o o o o           free grains, bonded or not; the strip is periodic along x or has ends
 //!      o o o o o o o o
 //!     # # # # # # # #           base, held
 //! ```
 //!
-//! The plate enters as a compliant boundary, v_g = a_g + W_g p, all of whose vertical components share 1/M. Reference: statics, balance
-//! of momentum, masses counted grain by grain. Tolerance: rounding, and the true residual where a force is compared.
+//! The plate is a compliant boundary, v_g = a_g + W_g p, all of whose vertical components share 1/M. Reference: statics, balance
+//! of momentum, masses counted grain by grain. Tolerance: rounding, and the true residual for forces.
 
 use dem_node::Dem;
 use protocol::{Node, Window};
@@ -119,7 +119,7 @@ fn hexagonal(rows: usize, periodic: bool) -> Value {
     sample
 }
 
-/// Weakly bonded rows whose third body is followed.
+/// Weakly bonded rows with flows of third body.
 fn followed(periodic: bool) -> Value {
     let law = json!({
         "kind": "cohesion", "friction": 0.6, "contact_stiffness_pa": STIFFNESS, "tangential_stiffness_ratio": 0.5,
@@ -139,7 +139,7 @@ fn followed(periodic: bool) -> Value {
     config
 }
 
-/// A lid of 0.01 kg under 20 N, drawn at 2 m/s.
+/// A lid of 0.01 kg under 20 N, with a velocity of 2 m/s.
 fn sheared(config: &Value) -> Pressed {
     Pressed::new(config, 0.01, 2.0)
 }
@@ -189,22 +189,22 @@ fn nothing_leaves_a_sheared_strip_and_its_masses_balance() {
     let anew = pressed.result("q_reattached_kg");
     close(
         "source",
-        source.expect("it is told"),
+        source.expect("it is reported"),
         detached,
         1e-12 * detached,
     );
     assert_eq!(anew, Some(0.0));
     close(
         "balance",
-        pressed.result("flow_balance_rel").expect("it is told"),
+        pressed.result("flow_balance_rel").expect("it is reported"),
         0.0,
         1e-15,
     );
-    let kinetic = pressed.result("flow_kinetic_rel").expect("it is told");
+    let kinetic = pressed.result("flow_kinetic_rel").expect("it is reported");
     assert!(kinetic > 0.0, "{kinetic}");
 }
 
-/// Through x = 0 and its images passes what the moves of the grains say, the seam being no place.
+/// The flow through x = 0 and its images follows from the moves of the grains; the seam has no effect.
 #[test]
 fn the_flow_through_a_section_of_a_strip_is_counted_at_all_its_images() {
     let mut pressed = sheared(&followed(true));
@@ -238,7 +238,7 @@ fn the_flow_through_a_section_of_a_strip_is_counted_at_all_its_images() {
     );
 }
 
-/// The real mass of a grain that no chain of bonds holds, 0 of another one (kg).
+/// The real mass (kg) of a grain that no chain of bonds holds, 0 for any other grain.
 fn third_body_of(dem: &Dem, grain: usize) -> f64 {
     let free = dem.bodies().free;
     let bonds = dem.state().bonds.iter().filter(|bond| bond.adhesion > 0.01);
@@ -247,10 +247,10 @@ fn third_body_of(dem: &Dem, grain: usize) -> f64 {
     if first[grain] { 0.0 } else { mass(R) }
 }
 
-/// Of a lid with ends the zone is the row from end to end, which goes where the lid goes. A loose grain that flies out below leaves when it
-/// is beyond its right end; a second one is left behind by the left end, and is worn T_w later. The lid hangs above the layer.
+/// The zone of a lid with ends is its row from end to end, which moves with the lid. A loose grain that flies out below leaves when it
+/// passes the right end; the left end leaves a second one behind, which counts as wear T_w later. The lid hangs above the layer.
 #[test]
-fn the_zone_of_a_lid_is_its_row_and_what_flies_out_is_worn() {
+fn the_zone_of_a_lid_is_its_row_and_grains_that_leave_it_are_worn() {
     let mut config = followed(false);
     let low = -4.0 * R;
     let (fast, start) = (6.0, 0.5 * LENGTH - 20.3 * R);
@@ -289,13 +289,13 @@ fn the_zone_of_a_lid_is_its_row_and_what_flies_out_is_worn() {
         |speed: f64, way: f64, ahead: f64| ((way - ahead) / (speed * STEP)).ceil() as u32 - 1;
     let out = chase(fast - 2.0, row[1] - start, 2.0 * STEP);
     let behind = chase(2.0, -0.5 * LENGTH + 0.6 * R - row[0], 0.0);
-    // The one left behind is worn first, 100 windows later.
+    // The grain left behind is worn first, 100 windows later.
     assert_eq!(events, [Some(out), Some(behind), Some(behind + 100)]);
     let results = pressed.dem.finish().expect("it ends").results;
     close("balance", results["flow_balance_rel"], 0.0, 1e-15);
 }
 
-/// What pulls the lid pulls the base, but for what the grains take up: F_lid + F_base = -dP/dt.
+/// The forces on lid and base are opposite, except for the momentum of the grains: F_lid + F_base = -dP/dt.
 #[test]
 fn forces_on_lid_and_base_differ_by_the_momentum_of_the_grains() {
     let mut pressed = sheared(&followed(true));
@@ -322,7 +322,7 @@ fn forces_on_lid_and_base_differ_by_the_momentum_of_the_grains() {
     assert!(drag > 0.1 * LOAD && weight > 0.5 * LOAD, "{drag} {weight}");
 }
 
-/// All grains have one radius R: the n-th comes in the first window that ends n m / rate after the start. The point lies at the seam.
+/// All grains have one radius R: the n-th comes in the first window that ends n m / rate after the start. The feed point lies at the seam.
 #[test]
 fn a_feed_at_the_seam_of_a_strip_counts_its_rate_times_its_time() {
     let (every, start, fed) = (80.0, 50.0, 4_u32);
@@ -353,7 +353,7 @@ fn a_feed_at_the_seam_of_a_strip_counts_its_rate_times_its_time() {
         );
         assert_eq!(report.signal("q_entered_kg"), 0.0);
     }
-    // The strip closes at the point: fed grains lie on either side of it, as deep as the layer.
+    // The strip closes at the point: fed grains lie on either side of the seam, over the depth of the layer.
     let centres = &pressed.dem.state().centres[free - fed as usize - 1..free - 1];
     for [x, y] in centres {
         let off = x.rem_euclid(LENGTH) - 0.5 * LENGTH;
@@ -364,16 +364,16 @@ fn a_feed_at_the_seam_of_a_strip_counts_its_rate_times_its_time() {
     }
     close(
         "balance",
-        pressed.result("flow_balance_rel").expect("it is told"),
+        pressed.result("flow_balance_rel").expect("it is reported"),
         0.0,
         1e-15,
     );
 }
 
-/// A feed starts in a gap between base and lid: one that touches images of disks across the seam is none, and neither is the room above
-/// the lid.
+/// A feed starts in a gap between base and lid: a place that touches images of disks across the seam is no gap, and neither is the space
+/// above the lid.
 #[test]
-fn a_grain_at_the_seam_begins_where_no_image_is() {
+fn a_grain_at_the_seam_starts_clear_of_all_images() {
     for height in [2.6 * R, 8.6 * R] {
         let mut config = followed(true);
         config["law"]["bonds_min"] = json!(2);
@@ -425,7 +425,8 @@ fn a_resumed_lid_has_the_flows_of_an_unbroken_one() {
     assert!(whole.results["q_source_kg"] > 0.0);
 }
 
-/// Columns of unbonded disks between base and lid, at rest under p: each contact bears p 2R t, and overlaps by that over its stiffness.
+/// Columns of unbonded disks between base and lid, at rest under p: each contact carries p 2R t, and overlaps by this force over its
+/// stiffness.
 fn columns(pressure: f64, stress: Value) -> Pressed {
     let sunk = pressure * 2.0 * R / STIFFNESS;
     let disk = |i: usize| {
@@ -446,8 +447,8 @@ fn columns(pressure: f64, stress: Value) -> Pressed {
     Pressed::new(&config, 0.01, 0.0)
 }
 
-/// In any region inside a lattice in balance has the pressure of its lid, and nothing sideways: it is not confined. From the lowest edge of
-/// the six rows of grains to the highest is longer than from contact to contact, 6 (2R - s) with overlaps s, by s.
+/// Any region inside a lattice in balance has the pressure of its lid, and no lateral stress, because it is not confined. The six rows of
+/// grains are higher by s from edge to edge than from contact to contact, 6 (2R - s) with overlaps s.
 #[test]
 fn the_stress_of_a_strip_is_the_pressure_on_its_lid() {
     let pressure = 1e6;
@@ -474,7 +475,7 @@ fn the_stress_of_a_strip_is_the_pressure_on_its_lid() {
             ("stress_xx_pa", 0.0),
             ("stress_xy_pa", 0.0),
         ] {
-            let found = pressed.result(name).expect("it is told");
+            let found = pressed.result(name).expect("it is reported");
             close(name, found, expected, 1e-9 * pressure);
         }
         let mean = pressed
@@ -484,9 +485,9 @@ fn the_stress_of_a_strip_is_the_pressure_on_its_lid() {
     }
 }
 
-/// The load doubles after 20 windows. At their end the stress is that of one load; without a moment it is that of the end of the run.
+/// The load doubles after 20 windows. At their end the stress belongs to one load; without a moment it belongs to the end of the run.
 #[test]
-fn the_stress_is_that_of_its_moment_and_absent_before() {
+fn the_stress_belongs_to_its_moment_and_is_absent_before() {
     let pressure = 1e6;
     let load = pressure * LENGTH * THICKNESS;
     let stress = |at: Value| json!({"cell_m": 7.2 * R, "y_m": [3.0 * R, 10.4 * R], "at_s": at});
@@ -494,21 +495,21 @@ fn the_stress_is_that_of_its_moment_and_absent_before() {
     let mut last = columns(pressure, json!({"cell_m": 7.2 * R}));
     assert_eq!(held.dem.describe().moments["stress.at_s"], 20.0 * STEP);
     for window in 0..60 {
-        let told = held.result("stress_yy_pa").is_some();
-        assert_eq!(told, window >= 20, "after {window} windows");
+        let there = held.result("stress_yy_pa").is_some();
+        assert_eq!(there, window >= 20, "after {window} windows");
         let load = if window < 20 { load } else { 2.0 * load };
         held.step(load);
         last.step(load);
     }
     close(
         "held",
-        held.result("stress_yy_pa").expect("it is told"),
+        held.result("stress_yy_pa").expect("it is there"),
         pressure,
         1e-9 * pressure,
     );
-    let end = last.result("stress_yy_pa").expect("it is told");
+    let end = last.result("stress_yy_pa").expect("it is there");
     assert!(end > 1.1 * pressure, "{end:e}");
-    // The moment goes with the checkpoint.
+    // The checkpoint holds the stress of the moment.
     let checkpoint = held.dem.checkpoint().expect("it can be packed");
     let mut resumed = columns(pressure, stress(json!(20.0 * STEP)));
     resumed
@@ -518,10 +519,10 @@ fn the_stress_is_that_of_its_moment_and_absent_before() {
     assert_eq!(resumed.result("stress_yy_pa"), held.result("stress_yy_pa"));
 }
 
-/// At rest the moments of all grains add up to those of the forces on base and lid at their contacts, so that the stress of a random layer is
-/// p (Y - y) / H with the mean heights Y and y of these contacts, weighted by their vertical forces.
+/// At rest the moments of all grains add up to the moments of the forces on base and lid at their contacts. The stress of a random layer is
+/// therefore p (Y - y) / H with the mean heights Y and y of these contacts, weighted by their vertical forces.
 #[test]
-fn the_stress_of_a_random_layer_is_that_of_the_forces_on_its_rows() {
+fn the_stress_of_a_random_layer_follows_from_the_forces_on_its_rows() {
     let (half, thickness) = (2e-3, 0.5e-3);
     let config = json!({
         "law": {"kind": "coulomb", "friction": 0.3, "damping": 0.5, "contact_stiffness_pa": 2.255e11,
@@ -557,21 +558,21 @@ fn the_stress_of_a_random_layer_is_that_of_the_forces_on_its_rows() {
         let at = positions.proximity(a, b);
         let [n, t] = slot.force;
         let force = n * at.normal[1] + t * at.normal[0];
-        // Both disks touch in the middle of their overlap.
+        // The contact point lies in the middle of the overlap.
         let height = state.centres[a][1] - (bodies.radii[a] + 0.5 * at.gap) * at.normal[1];
         moment -= force * height;
     }
     let volume = 2.0 * half * 0.9e-3 * THICKNESS;
-    let found = pressed.result("stress_yy_pa").expect("it is told");
+    let found = pressed.result("stress_yy_pa").expect("it is reported");
     close("stress", found, moment / volume, 1e-4 * pressure);
-    // The contacts lie within a widest radius of the lines that the layer was cut along.
+    // The contacts lie within a largest radius of the lines along which the layer was cut.
     let height = found * 0.9e-3 / pressure;
     assert!((height - thickness).abs() < 2.0 * 0.1e-3, "{height:e}");
 }
 
 #[test]
-fn keys_that_mean_nothing_below_a_lid_are_refused() {
-    let told = |change: &dyn Fn(&mut Value), parts: &[&str]| {
+fn keys_without_meaning_below_a_lid_are_refused() {
+    let refused = |change: &dyn Fn(&mut Value), parts: &[&str]| {
         let mut config = followed(true);
         change(&mut config);
         let message = refusal(&config);
@@ -586,12 +587,12 @@ fn keys_that_mean_nothing_below_a_lid_are_refused() {
         ("zone_mean_s", 1e-4),
     ] {
         let name = format!("flow.{key}");
-        told(
+        refused(
             &|config| config["flow"][key] = json!(value),
             &[&name, "whole lid or strip"],
         );
     }
-    told(
+    refused(
         &|config| config["stress"] = json!({"cell_m": 1e-3, "at_s": 0.0}),
         &["stress.at_s", "above 0"],
     );
@@ -601,5 +602,5 @@ fn keys_that_mean_nothing_below_a_lid_are_refused() {
         let disks = sample["disks"].as_array_mut().expect("a list");
         disks.retain(|disk| disk["lid"] == json!(false));
     };
-    told(&bare, &["flow", "wheel", "lid", "periodic_x_m"]);
+    refused(&bare, &["flow", "wheel", "lid", "periodic_x_m"]);
 }

@@ -1,12 +1,12 @@
 //! A compliant chain between two walls against its normal modes.
 //!
 //! ```text
-//!   |/\O/\O/\O/\O/\O/\|      n masses m, n + 1 springs kn, all pressed so that none opens
+//!   |/\O/\O/\O/\O/\O/\|      n masses m, n + 1 springs kn, all compressed so that no contact opens
 //! ```
 //!
 //! Mode j has the shape sin(i j pi/(n + 1)) and omega_j = 2 sqrt(kn/m) sin(j pi/(2(n + 1))) (Lagrange 1759). Implicit Euler
-//! multiplies a mode by (1 +- i h omega)/(1 + h^2 omega^2) a step: it turns by atan(h omega) and shrinks by
-//! 1/sqrt(1 + h^2 omega^2). A chain that starts at rest places with velocity v_0 in one mode is after N steps at
+//! multiplies a mode by (1 +- i h omega)/(1 + h^2 omega^2) per step: the phase turns by atan(h omega) and the amplitude shrinks by
+//! 1/sqrt(1 + h^2 omega^2). A chain that starts at its rest positions with the velocity v_0 in one mode is after N steps at
 //! (v_0/omega) rho^N sin(N atan(h omega)). Tolerance: rounding of the gaps (1e-19 m) against 1e-10 m of amplitude.
 
 use serde_json::{Value, json};
@@ -41,7 +41,7 @@ fn chain(mode: usize) -> Value {
 }
 
 #[test]
-fn a_compliant_chain_swings_in_its_normal_modes() {
+fn a_compliant_chain_oscillates_in_its_normal_modes() {
     let law = json!({"kind": "signorini", "contact_stiffness_pa": STIFFNESS});
     for mode in 1..=N {
         let quarter = 0.5 * mode as f64 * std::f64::consts::PI / (N + 1) as f64;

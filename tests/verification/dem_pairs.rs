@@ -1,4 +1,4 @@
-//! Laws by pair: contacts of two groups with friction, restitution and stiffness of their own.
+//! Laws by pair: contacts of two groups with their own friction, restitution and stiffness.
 //!
 //! Reference: a block on a slope, Newton's law of impact, Hooke's law. Tolerance: rounding, or the true residual 1e-12.
 
@@ -28,7 +28,7 @@ fn two_walls(law: Value, disk: Value, overrides: Value) -> Value {
 }
 
 #[test]
-fn a_pair_rubs_by_its_own_friction_and_others_by_that_of_the_law() {
+fn a_pair_has_its_own_friction_and_others_have_the_friction_of_the_law() {
     let law = json!({"kind": "coulomb", "friction": 0.1,
         "pairs": [{"between": ["grains", "rough"], "friction": 0.25}]});
     let (g, speed) = (9.81, 0.1);
@@ -47,7 +47,7 @@ fn a_pair_rubs_by_its_own_friction_and_others_by_that_of_the_law() {
 }
 
 #[test]
-fn a_pair_rebounds_by_its_own_restitution() {
+fn a_pair_rebounds_with_its_own_restitution() {
     let law = json!({"kind": "coulomb", "friction": 0.0, "restitution": 0.2,
         "pairs": [{"between": ["rough", "grains"], "restitution": 0.9}]});
     let disk = json!({"vy_m_per_s": -0.5});
@@ -58,7 +58,7 @@ fn a_pair_rebounds_by_its_own_restitution() {
 }
 
 #[test]
-fn a_pair_yields_by_its_own_stiffness() {
+fn a_pair_deflects_with_its_own_stiffness() {
     let law = json!({"kind": "coulomb", "friction": 0.0, "contact_stiffness_pa": 1e6,
         "tangential_stiffness_ratio": 0.5,
         "pairs": [{"between": ["grains", "rough"], "contact_stiffness_pa": 4e6}]});
@@ -77,14 +77,14 @@ fn a_pair_yields_by_its_own_stiffness() {
 }
 
 #[test]
-fn a_pair_that_is_not_there_or_cannot_be_is_refused() {
-    let told = |pairs: Value, kind: Value| {
+fn unknown_and_impossible_pairs_are_refused() {
+    let refusing = |pairs: Value, kind: Value| {
         let mut law = kind;
         law["pairs"] = pairs;
         refusal(&two_walls(law, json!({}), json!({})))
     };
     let coulomb = || json!({"kind": "coulomb", "friction": 0.1});
-    let unknown = told(json!([{"between": ["grains", "roof"]}]), coulomb());
+    let unknown = refusing(json!([{"between": ["grains", "roof"]}]), coulomb());
     assert!(
         unknown.contains("law.pairs[0].between") && unknown.contains("rough"),
         "{unknown}"
@@ -92,21 +92,21 @@ fn a_pair_that_is_not_there_or_cannot_be_is_refused() {
     let pair = json!({"between": ["grains", "rough"], "friction": 0.2});
     let mut turned = pair.clone();
     turned["between"] = json!(["rough", "grains"]);
-    let twice = told(json!([pair, turned]), coulomb());
+    let twice = refusing(json!([pair, turned]), coulomb());
     assert!(twice.contains("law.pairs[1].between"), "{twice}");
-    let rigid = told(
+    let rigid = refusing(
         json!([{"between": ["grains", "rough"], "contact_stiffness_pa": 1e6}]),
         coulomb(),
     );
     assert!(rigid.contains("contact_stiffness_pa"), "{rigid}");
-    let smooth = told(json!([pair]), json!({"kind": "signorini"}));
+    let smooth = refusing(json!([pair]), json!({"kind": "signorini"}));
     assert!(smooth.contains("law.pairs[0].friction"), "{smooth}");
-    let idle = told(json!([{"between": ["grains", "rough"]}]), coulomb());
+    let idle = refusing(json!([{"between": ["grains", "rough"]}]), coulomb());
     assert!(
         idle.contains("law.pairs[0]: has nothing of its own"),
         "{idle}"
     );
-    let fixed = told(
+    let fixed = refusing(
         json!([{"between": ["rough", "rough"], "friction": 0.2}]),
         coulomb(),
     );
@@ -117,7 +117,7 @@ fn a_pair_that_is_not_there_or_cannot_be_is_refused() {
     let springs = json!({"kind": "coulomb", "friction": 0.1, "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
     for (law, damping) in [(springs, 0.05), (coulomb(), 0.5)] {
         let damped = json!([{"between": ["grains", "rough"], "damping": damping}]);
-        let refused = told(damped, law);
+        let refused = refusing(damped, law);
         assert!(refused.contains("law.pairs[0].damping"), "{refused}");
     }
 }

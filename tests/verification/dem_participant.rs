@@ -1,4 +1,4 @@
-//! The node as a participant: what it says of itself, and the fields that it writes.
+//! The node as a participant: its description, and the fields that it writes.
 //!
 //! Pressure of a disk in a vice: sigma_yy = -2F / (pi r thickness), sigma_xx = 0, so the mean in-plane pressure is
 //! F / (pi r thickness). Reference: single_disk_diametral_F of the project's own stress_cases.csv, F = 10 N, r = 0.07 mm:
@@ -25,7 +25,7 @@ fn vice() -> Value {
     ]});
     let wheel = json!({"load_n": FORCE, "mass_kg": 0.01, "ramp_s": 1e-5, "hold_s": 1e-5});
     let law = json!({"kind": "coulomb", "friction": 0.3});
-    // Rigid contacts between a grain and a wheel of 80 000 times its mass would need as many sweeps.
+    // Rigid contacts between a grain and a wheel of 80 000 times its mass would need 80 000 sweeps.
     scene(
         law,
         1e-6,
@@ -135,7 +135,7 @@ fn a_snapshot_holds_the_pressure_of_a_disk_in_a_vice() {
     close("force on the glued disk", forces[0], FORCE, 1e-9);
     close("force of the wheel", forces[2], FORCE, 1e-9);
     assert_eq!(array(&contacts, "status"), [1.0, 1.0], "both stick");
-    // From the disk to the glued one, and to the wheel above it, which touches within the overlap.
+    // From the disk to the glued one, and to the wheel above it, whose contact point lies within the overlap.
     assert_eq!(array(&contacts, "connectivity"), [0.0, 1.0, 0.0, 2.0]);
     let top = array(&contacts, "points")[7] - y;
     let gap = array(&contacts, "gap_m")[1];

@@ -4,16 +4,16 @@
 //!   (O(O)O)     pairs and a block of disks that overlap by 0.4 % of a radius, at rest
 //! ```
 //!
-//! Exact: the repair of positions is the displacement of least w.M w / 2, so two free disks of masses m_a, m_b that overlap
+//! Exact: the repair of positions is the displacement with the least w.M w / 2, so two free disks of masses m_a, m_b that overlap
 //! by g part by g m_b/(m_a + m_b) and g m_a/(m_a + m_b), their centre of mass stays, and no velocity appears; the repair of
-//! velocities leaves the kinetic energy m_eff (g/h)^2 / 2. A millionth of a radius stays. Budget of rigid contacts: a mean
+//! velocities adds the kinetic energy m_eff (g/h)^2 / 2. A millionth of a radius stays. Budget of rigid contacts: a mean
 //! overlap of 1e-3 r, from `reference/penetration_drift.csv`: the project's own trials with 2 000 disks under the rail's mean
 //! load of 123 N/mm, mean overlap after 0.4 ms.
 //!
-//! The table says neither how its disks were packed nor what its solver's tolerance measured, so that a strip of our own, as
-//! large and without friction, meets it within a factor of 2 where overlaps come from the solver: IQS 6.5e-2, 6.5e-3 and
-//! 7.0e-3 r for its 7.0e-2, 1.2e-2 and 1.25e-2. Its rows of a mass scaled 1000-fold, 1.4e-3 r whatever the tolerance, are
-//! the overlaps of its packing, which IQS keeps; ours has none, and 6e-5 r after the load.
+//! The table states neither the packing of its disks nor the norm of its solver's tolerance. Our strip, as large and without
+//! friction, therefore agrees only within a factor of 2 where overlaps come from the solver: IQS 6.5e-2, 6.5e-3 and
+//! 7.0e-3 r for its 7.0e-2, 1.2e-2 and 1.25e-2. Its rows with a mass scaled 1000-fold, 1.4e-3 r at any tolerance, are
+//! the overlaps of its packing, which IQS keeps; ours starts without overlaps and has 6e-5 r after the load.
 
 use std::sync::LazyLock;
 
@@ -44,7 +44,7 @@ fn a_repair_of_positions_moves_by_masses_and_leaves_no_velocity() {
         let before = dem.state().kinetic(dem.bodies());
         let report = march(&mut dem, 0, 1);
         let [small, large] = [dem.state().centres[0], dem.state().centres[1]];
-        // The masses are as 1 to 4.
+        // The ratio of the masses is 1 to 4.
         close("small", small[0], -0.8 * g, 1e-6 * R);
         close("large", large[0], 3.0 * R - g + 0.2 * g, 1e-6 * R);
         let centre = (small[0] + 4.0 * large[0]) / 5.0;
@@ -56,7 +56,7 @@ fn a_repair_of_positions_moves_by_masses_and_leaves_no_velocity() {
 }
 
 #[test]
-fn iqs_keeps_an_overlap_and_a_repair_by_velocity_pays_with_speed() {
+fn iqs_keeps_an_overlap_and_a_repair_by_velocity_adds_speed() {
     let (g, h) = (4e-3 * R, 1e-5);
     let mut kept = build(&scene(law("iqs"), h, pair(g), json!({})));
     march(&mut kept, 0, 50);
@@ -105,9 +105,9 @@ fn a_block_at_rest_is_repaired_without_kinetic_energy() {
             places.proximity(slot.a as usize, slot.b as usize).gap
         };
         let deepest = list.iter().map(gap).fold(0.0, f64::min);
-        // What is left of 4e-3 R: the residual of the last repair.
+        // The rest of 4e-3 R is the residual of the last repair.
         assert!(deepest > -1e-5 * R, "{kind} {penetration}: {deepest:e}");
-        // No more than that is moved: the block grows by its overlap, it does not fly apart.
+        // The repair moves no more than that: the block grows by its overlap and does not fly apart.
         let top = dem.state().centres.iter().map(|c| c[1]).fold(0.0, f64::max);
         let height = R + 0.75f64.sqrt() * 2.0 * R * 7.0;
         close("height", top, height, 2e-3 * R);
@@ -133,7 +133,7 @@ fn pressed(penetration: &str) -> (f64, Vec<String>) {
     let outcome = dem.finish().expect("it finishes");
     close("result", outcome.results["overlap_mean_rel"], mean, 0.0);
     assert!(outcome.results["overlap_max_rel"] >= mean);
-    // The lax solver itself is told as well.
+    // The lax solver itself is also reported.
     let findings = outcome.findings.into_iter();
     let findings = findings.filter(|finding| finding.code != "contact_residual");
     (mean, findings.map(|finding| finding.text).collect())
@@ -143,21 +143,21 @@ fn pressed(penetration: &str) -> (f64, Vec<String>) {
 fn repairs_keep_the_overlap_budget_that_a_lax_solver_breaks() {
     let (mean, warnings) = pressed("iqs");
     assert!(mean > 2e-3, "IQS must sink in: {mean:e}");
-    let told = warnings
+    let warned = warnings
         .iter()
         .any(|w| w.contains("overlap") && w.contains("law.penetration"));
-    assert!(told, "{warnings:?}");
+    assert!(warned, "{warnings:?}");
     for penetration in ["gap", "split", "projection"] {
         let (mean, warnings) = pressed(penetration);
         assert!(mean < 1e-3, "{penetration}: {mean:e}");
-        // g/h repairs in the step after, and the first steps of a fall into the contacts count as well.
+        // g/h repairs in the next step, and the first steps of a fall into the contacts count as well.
         let worst = warnings.is_empty() || penetration == "gap";
         assert!(worst, "{penetration}: {warnings:?}");
     }
 }
 
 #[test]
-fn a_rebound_does_not_notice_the_repair() {
+fn a_repair_does_not_change_a_rebound() {
     let run = |penetration: &str| {
         let mut law = law(penetration);
         law["restitution"] = json!(0.7);
@@ -180,16 +180,16 @@ fn a_rebound_does_not_notice_the_repair() {
         deepest > 1e-6,
         "the step must end in the floor: {deepest:e}"
     );
-    // A rebound begins in the step after the one that enters the floor, and so does the split impulse; the projection
-    // looks at the end of each step.
+    // A rebound and a split impulse begin in the step after the one that enters the floor; the projection
+    // acts at the end of each step.
     close("speed", run("split").0, 0.7, 1e-12);
     let (speed, deepest) = run("projection");
     close("speed", speed, 0.7, 1e-12);
     assert!(deepest < 2e-6 * R, "{deepest:e}");
 }
 
-/// Strips of some 1 866 disks, 10.8 x 3.3 mm, of three seeds, pressed and released: their disks one by one, since to press one takes longer
-/// than a run.
+/// Strips of about 1 866 disks, 10.8 x 3.3 mm, with three seeds, pressed and released. They are stored as listed disks, since pressing a
+/// strip takes longer than a run.
 static STRIPS: LazyLock<[Value; 3]> = LazyLock::new(|| [1, 2, 3].map(strip));
 
 fn strip(seed: u64) -> Value {
@@ -205,7 +205,7 @@ fn strip(seed: u64) -> Value {
     json!({"kind": "disks", "disks": disks, "periodic_x_m": ends})
 }
 
-/// A sample under 123 N/mm, which grow in the first 0.1 ms of 0.4 ms.
+/// A sample under 123 N/mm, applied in the first 0.1 ms of 0.4 ms.
 fn loaded(penetration: &str, h: f64, tolerance: f64, mass_scale: f64, sample: &Value) -> Value {
     let overrides = json!({
         "mass_scale": mass_scale,
@@ -224,7 +224,7 @@ fn under_load(config: &Value) -> f64 {
 }
 
 #[test]
-fn overlaps_under_the_mean_load_are_those_of_the_table() {
+fn overlaps_under_the_mean_load_agree_with_the_table() {
     let text = include_str!("reference/penetration_drift.csv");
     let mut compared = 0;
     for row in text.lines().filter(|line| line.starts_with("IQS")) {
@@ -237,12 +237,12 @@ fn overlaps_under_the_mean_load_are_those_of_the_table() {
             panic!("{row}");
         };
         if mass_scale == 1.0 {
-            // What a lax solver leaves is one draw of a strip and of rounding.
+            // The overlap of a lax solver is one random realisation of strip and rounding.
             let overlap = |strip| under_load(&loaded("iqs", h, tolerance, 1.0, strip));
             let ratios = STRIPS.each_ref().map(|strip| overlap(strip) / expected);
             let mean = ratios.iter().sum::<f64>() / 3.0;
             println!("{row}: {ratios:?}");
-            assert!((0.5..2.0).contains(&mean), "{row}: {ratios:?} of it");
+            assert!((0.5..2.0).contains(&mean), "{row}: ratios {ratios:?}");
             compared += 1;
         }
     }
@@ -257,7 +257,7 @@ fn a_repair_keeps_the_budget_under_the_mean_load() {
     assert!(scaled < 1e-3, "mass scaled: {scaled:e}");
 }
 
-/// Disks that fall into a box and lie there.
+/// Disks that fall into a box and settle there.
 fn heap(penetration: Option<&str>) -> Value {
     let fill = json!({
         "x_m": [0.0, 12.0 * R], "y_m": [0.0, 16.0 * R], "radius_min_m": 0.4 * R, "radius_max_m": 0.6 * R,
@@ -292,7 +292,7 @@ fn unrest(penetration: Option<&str>) -> f64 {
 }
 
 #[test]
-fn a_heap_rests_by_default_and_never_where_overlaps_are_repaired_by_velocity() {
+fn a_heap_rests_by_default_but_not_with_repairs_by_velocity() {
     let (rest, agitated) = (unrest(None), unrest(Some("gap")));
     assert!(rest < 2e-4, "{rest}");
     assert!(agitated > 5.0 * rest, "{agitated} {rest}");

@@ -1,11 +1,11 @@
-//! A strip that repeats along x.
+//! A strip that is periodic along x.
 //!
 //! ```text
-//!   :O   O  O :O       what leaves on the right has entered on the left; the seam (:) is nowhere
+//!   :O   O  O :O       a disk that leaves on the right enters on the left; the seam (:) has no effect
 //!   :_________:
 //! ```
 //!
-//! Reference: invariance under translation, and the same scenes inside. Tolerance: rounding of positions, 1e-18 m over the
+//! Reference: invariance under translation, and the same scenes inside the strip. Tolerance: rounding of positions, 1e-18 m over the
 //! step, which a heap multiplies by its condition (below 1e3).
 
 use dem_kernel::contact::detect::Slot;
@@ -65,7 +65,7 @@ fn move_alike(one: &Dem, other: &Dem, tolerance: f64) {
     }
 }
 
-/// The same scene inside and across the seam after so many steps, and the report of the one inside.
+/// The same scene inside and across the seam after this many steps, and the report of the scene inside.
 #[track_caller]
 fn inside_and_across(make: fn(f64) -> Dem, places: [f64; 2], steps: u32) -> ([Dem; 2], Report) {
     let [mut inside, mut across] = places.map(make);
@@ -113,7 +113,7 @@ fn a_shifted_heap_moves_alike() {
 }
 
 #[test]
-fn a_disk_that_leaves_hits_the_one_behind_the_seam() {
+fn a_disk_that_leaves_hits_the_disk_behind_the_seam() {
     let disks = json!([
         {"x_m": 0.9 * LENGTH, "y_m": 5.0 * R, "radius_m": R, "vx_m_per_s": 1.0},
         {"x_m": 0.3 * LENGTH, "y_m": 5.0 * R, "radius_m": R},
@@ -186,7 +186,7 @@ fn bonded(x: f64) -> Dem {
 }
 
 #[test]
-fn a_bond_across_the_seam_behaves_as_inside() {
+fn a_bond_across_the_seam_behaves_as_one_inside() {
     let places = [2.0 * R, LENGTH - 0.7 * R];
     let ([inside, across], report) = inside_and_across(bonded, places, 150);
     assert!(
@@ -220,15 +220,15 @@ fn bars(x: f64) -> Dem {
 }
 
 #[test]
-fn clusters_meet_across_the_seam_as_inside() {
-    // The seam lies between the bars: each is listed whole, on either side of it.
+fn clusters_meet_across_the_seam_as_they_do_inside() {
+    // The seam lies between the bars: each is listed whole, one on either side.
     let (_, report) = inside_and_across(bars, [2.0 * R, LENGTH - 3.0 * R], 300);
     let start = bars(2.0 * R);
     let before = start.state().kinetic(start.bodies());
     assert!(report.energy("impact") > 0.01 * before, "they must meet");
 }
 
-/// A layer between a straight base and the wheel that repeats along x.
+/// A layer between a straight base and the wheel, periodic along x.
 fn layer(changes: Value) -> Value {
     let mut config = json!({
         "law": {"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 2.255e11, "tangential_stiffness_ratio": 0.5},
@@ -264,11 +264,11 @@ fn a_layer_without_ends_carries_the_wheel_everywhere() {
     let report = march(&mut dem, 0, 1000);
     close("load", report.signal("wheel_fn_n"), 1200.0, 12.0);
     close("base", report.signal("glued_fy_n"), -1200.0, 12.0);
-    // What pushes the wheel sideways pushes the base back.
+    // The lateral forces on wheel and base are opposite.
     let sideways = report.signal("wheel_ft_n") + report.signal("glued_fx_n");
     close("sideways", sideways, 0.0, 12.0);
     assert_eq!(report.signal("lost_grains"), 0.0);
-    // Quarters of the wheel: no end carries less. 7 contacts or so a quarter scatter by a third.
+    // Quarters of the wheel: no end carries less. About 7 contacts per quarter scatter by a third.
     let mut quarters = [0.0; 4];
     let wheel = dem.bodies().disks() as u32;
     for slot in dem.state().list.slots.iter().filter(|slot| slot.b == wheel) {
@@ -314,7 +314,7 @@ fn the_bed_of_a_strip_has_no_walls() {
 }
 
 #[test]
-fn what_does_not_repeat_is_refused_by_key() {
+fn keys_that_exclude_a_periodic_strip_are_refused() {
     let with = |changes: Value| {
         let mut sample = strip(json!([{"x_m": R, "y_m": R, "radius_m": R}]));
         for (key, value) in changes.as_object().into_iter().flatten() {
@@ -364,17 +364,17 @@ fn what_does_not_repeat_is_refused_by_key() {
     }
 }
 
-/// The points of a coupled row lie in the strip and stand for its whole length once; neighbours, those across the seam too, lie
-/// beside each other, with less than the widest diameter between them.
+/// The points of a coupled row lie in the strip and represent its whole length once; neighbours, also across the seam, lie
+/// beside each other, with less than the largest diameter between them.
 #[test]
 fn the_glued_rows_of_a_coupled_layer_cover_its_strip_once() {
     let mut coupled = layer(json!({"lid": true}));
     coupled["time"] = json!({"pressure_pa": 1e9});
     coupled.as_object_mut().expect("a table").remove("wheel");
     let mut dem = build(&coupled);
-    let told = dem.describe();
+    let description = dem.describe();
     for set in ["base", "lid"] {
-        assert_eq!(told.period_m[set], 4e-3);
+        assert_eq!(description.period_m[set], 4e-3);
         let row = dem.couple(set).expect("a strip can be coupled");
         assert!(row.x_m.iter().all(|x| (-2e-3..2e-3).contains(x)));
         close(set, row.length_m.iter().sum(), 4e-3, 1e-15);

@@ -1,6 +1,6 @@
 //! Problem: the same grains with `perturb_seed`, which displaces each free one by up to 1e-12 of its radius.
-//! Exact: glued grains and all radii keep their bits; no free one is displaced by more, and as good as all are by something;
-//! one seed gives one sample, and another seed another.
+//! Exact: glued grains and all radii keep their bits; no free grain moves further, and nearly all move;
+//! one seed gives one sample, and another seed another sample.
 //! Source: requirement. Tolerance: one rounding of the coordinate.
 
 use dem_node::Dem;

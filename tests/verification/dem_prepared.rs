@@ -1,4 +1,4 @@
-//! Samples that are kept in a folder: the same bits as without it, and no file is believed that is not what it was written as.
+//! Samples kept in a folder: they give the same bits as without the folder, and a changed file is never used.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::dem_support::{march, scene, setting};
 
-/// A folder of its own below the system's temporary one, removed when dropped.
+/// A new folder below the system's temporary one, removed when dropped.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -93,7 +93,7 @@ fn hash(prepared: &Prepared) -> &str {
 }
 
 #[test]
-fn a_sample_that_was_kept_is_the_one_that_was_made() {
+fn a_kept_sample_equals_the_prepared_one() {
     let rail = json!({
         "kind": "rail", "width_m": 2.1e-3, "height_m": 9e-4, "height_at": "edge", "crown_radius_m": 0.0,
         "thickness_m": null, "half_width_m": null,
@@ -176,7 +176,7 @@ fn another_seed_or_recipe_is_another_sample() {
 }
 
 #[test]
-fn a_damaged_file_is_made_anew_and_named() {
+fn a_damaged_file_is_replaced_and_named() {
     let folder = Folder::new("damaged");
     let made = prepare(&folder.0, json!({}), 1);
     let file = folder.file();
@@ -189,7 +189,9 @@ fn a_damaged_file_is_made_anew_and_named() {
     prepare(&folder.0, json!({}), 2);
     let entries = fs::read_dir(&folder.0).expect("it was made");
     let mut paths = entries.map(|entry| entry.expect("it is read").path());
-    let other = paths.find(|path| *path != file).expect("that of seed 2");
+    let other = paths
+        .find(|path| *path != file)
+        .expect("the file of seed 2");
     let cases = [
         (flipped(0), "damaged"),
         (flipped(40), "damaged"),
@@ -204,10 +206,10 @@ fn a_damaged_file_is_made_anew_and_named() {
         let anew = prepare(&folder.0, json!({}), 1);
         assert!(!from_cache(&anew));
         let named = file.display().to_string();
-        let told = &anew.warnings[..];
+        let noted = &anew.warnings[..];
         assert!(
-            told.len() == 1 && told[0].contains(&named) && told[0].contains(why),
-            "{told:?}"
+            noted.len() == 1 && noted[0].contains(&named) && noted[0].contains(why),
+            "{noted:?}"
         );
         assert_eq!(bits(&anew.sample), bits(&made.sample));
         assert_eq!(fs::read(&file).expect("it was written"), whole, "replaced");
@@ -216,7 +218,7 @@ fn a_damaged_file_is_made_anew_and_named() {
 }
 
 #[test]
-fn what_is_made_fast_is_not_kept_and_a_folder_that_is_none_only_warns() {
+fn a_quickly_made_sample_is_not_kept_and_a_missing_folder_only_warns() {
     let folder = Folder::new("fast");
     let store = SampleStore {
         folder: Some(&folder.0),
@@ -231,7 +233,7 @@ fn what_is_made_fast_is_not_kept_and_a_folder_that_is_none_only_warns() {
     assert!(
         anew.warnings
             .iter()
-            .any(|told| told.contains("cannot be kept")),
+            .any(|warning| warning.contains("cannot be kept")),
         "{:?}",
         anew.warnings
     );

@@ -12,7 +12,7 @@ use crate::dem_support::{THICKNESS, build, close, march, refusal, scene, setting
 
 const R: f64 = 1e-3;
 
-/// Rows of `<participant>-profile.csv` after so many steps, by the names of the columns.
+/// Rows of `<participant>-profile.csv` after this many steps, with the expected names of the columns.
 fn profile_of(config: &Value, steps: u32, name: &str) -> Vec<Vec<f64>> {
     let folder =
         std::env::temp_dir().join(format!("thirdbody-profile-{name}-{}", std::process::id()));
@@ -57,7 +57,7 @@ fn a_disk_counts_in_each_slice_with_its_segment_and_moves_there_with_its_velocit
 }
 
 #[test]
-fn every_slice_of_a_column_bears_what_lies_above() {
+fn every_slice_of_a_column_carries_the_weight_above() {
     let g = 9.81;
     let disk = |i: u32| json!({"x_m": 0.0, "y_m": R * (1.0 + 2.0 * f64::from(i)), "radius_m": R});
     let sample = json!({
@@ -73,7 +73,7 @@ fn every_slice_of_a_column_bears_what_lies_above() {
     let rows = profile_of(&scene(law, 1e-5, sample, overrides), 6, "column");
     let weight = 7800.0 * PI * R * R * THICKNESS * g;
     for (i, row) in rows.iter().enumerate() {
-        // A slice is a grain: half of it passes on the force from below, half the one from above, one weight less.
+        // A slice is a grain: one half has the force from below, the other half the force from above, less by one weight.
         let above = 6.0 - i as f64 - 0.5;
         let expected = above * weight / (2.0 * R * THICKNESS);
         close("stress", row[9], expected, 1e-6 * expected);
@@ -83,14 +83,14 @@ fn every_slice_of_a_column_bears_what_lies_above() {
 }
 
 #[test]
-fn the_shear_rate_of_a_row_of_speeds_is_their_slope_and_intervals_follow_each_other() {
+fn the_shear_rate_is_the_slope_of_the_speeds_and_intervals_follow_each_other() {
     let disk = |i: u32| {
         let y = 2.5 * R * f64::from(i);
         json!({"x_m": 0.0, "y_m": y, "radius_m": R, "vx_m_per_s": 40.0 * y})
     };
     let sample = json!({"kind": "disks", "disks": (0..8).map(disk).collect::<Vec<_>>()});
     let law = json!({"kind": "signorini"});
-    // Nine and a half radii a slice: 19.5 R are cut in thirds of 6.5 R between disks.
+    // The height of 19.5 R is cut into thirds of 6.5 R between disks.
     let profile = json!({"profile": {"axis": "y", "bins": 1, "start_s": 1e-9, "every_s": 2e-9}});
     let config = scene(law, 1e-9, sample, profile);
     let rows = profile_of(&config, 6, "intervals");
@@ -112,7 +112,7 @@ fn the_shear_rate_of_a_row_of_speeds_is_their_slope_and_intervals_follow_each_ot
 
 /// Disks that fly apart: the slices of a later interval are thicker, and less full.
 #[test]
-fn an_interval_that_the_end_cuts_has_no_results() {
+fn an_interval_cut_by_the_end_has_no_results() {
     let disk = |i: u32| {
         let y = 2.5 * R * f64::from(i);
         json!({"x_m": 0.0, "y_m": y, "radius_m": R, "vy_m_per_s": 40.0 * y})
@@ -128,15 +128,15 @@ fn an_interval_that_the_end_cuts_has_no_results() {
         let solid = outcome.results.get("profile_solid_fraction").copied();
         (solid, outcome.warnings)
     };
-    let (none, told) = results(3);
+    let (none, texts) = results(3);
     assert_eq!(none, None);
     assert!(
-        told.len() == 1 && told[0].contains("profile.every_s"),
-        "{told:?}"
+        texts.len() == 1 && texts[0].contains("profile.every_s"),
+        "{texts:?}"
     );
     assert_eq!(results(1).0, None, "it has not begun");
-    let (first, told) = results(4);
-    assert!(first.is_some() && told.is_empty(), "{first:?} {told:?}");
+    let (first, texts) = results(4);
+    assert!(first.is_some() && texts.is_empty(), "{first:?} {texts:?}");
     for steps in [5, 6] {
         assert_eq!(results(steps).0, first, "after {steps} steps");
     }

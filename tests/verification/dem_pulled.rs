@@ -1,9 +1,9 @@
-//! A random bonded layer that is pulled apart, against the strength that its results state.
+//! Pulling a random bonded layer apart, compared with the strength in its results.
 //!
-//! `layer_tension_pa` is the mean-field strength of a bonded bed (Rumpf 1958, in the plane): all bonds of a section bear their strength at once.
-//! In a random layer the weakest section tears first, bond by bond. Layers of 8 mm x 1 mm, seeds 1 to 3, tear at 0.65 to 0.71 of the strength of the
-//! bonds between the held ends, which is 0.55 to 0.62 of that of the whole layer; a pull three times as slow changes that by 0.5 %. The band allows
-//! three times the scatter of these seeds.
+//! `layer_tension_pa` is the mean-field strength of a bonded bed (Rumpf 1958, in the plane): all bonds of a section carry their strength at
+//! once. In a random layer the weakest section tears first, bond by bond. Layers of 8 mm x 1 mm, seeds 1 to 3, tear at 0.65 to 0.71 of the
+//! strength of the bonds between the held ends, which is 0.55 to 0.62 of the whole layer's strength; pulling three times as slowly changes
+//! this by 0.5 %. The band allows three times the scatter of these seeds.
 //!
 //! Rows of grains at the bottom and at the top are rigid clusters that loads pull apart; they do not move sideways.
 
@@ -20,12 +20,12 @@ use crate::dem_support::{THICKNESS, build, march, scene, with};
 const STIFFNESS: f64 = 2.255e11;
 /// Half-width of the layer, and its height (m).
 const SIZE: [f64; 2] = [4e-3, 1e-3];
-/// Height of the ends that are held (m): the glued row, whose bonds to the next are few, is inside the lower one.
+/// Height of the held ends (m): the lower one includes the glued row, which has few bonds to the next row.
 const END: f64 = 0.12e-3;
 /// Rise of the stress that pulls (Pa/s).
 const RATE: f64 = 1.7e13;
 const STEP: f64 = 5e-9;
-/// Opening at which the layer is torn (m); it bears its most at some 0.6 um.
+/// Opening at which the layer is torn (m); its load is largest at about 0.6 um.
 const TORN: f64 = 4e-6;
 
 fn random_layer(seed: u64) -> Sample {
@@ -51,7 +51,7 @@ fn random_layer(seed: u64) -> Sample {
     layer::prepare(&recipe, Some(STIFFNESS), false, seed).expect("the recipe works")
 }
 
-/// The layer as listed disks: those near its lower and its upper end belong to a cluster each.
+/// The layer as listed disks: the disks near its lower and its upper end form a cluster each.
 fn listed(sample: &Sample) -> Vec<Value> {
     let disks = || sample.glued.iter().chain(&sample.free);
     let top = disks()
@@ -70,7 +70,7 @@ fn listed(sample: &Sample) -> Vec<Value> {
     disks().map(place).collect()
 }
 
-/// Stress at which a layer tears, over the strength that its bonds let expect.
+/// Stress at which a layer tears, over the strength computed from its bonds.
 fn torn_share(seed: u64) -> f64 {
     let sample = random_layer(seed);
     let area = 2.0 * SIZE[0] * THICKNESS;

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Reference: pyramid.csv of the project's own tables, min_mu_disk_disk = 0.267949192431 (the lower disks touch each
-//! other without force). Tested 1 % above and below: the step can tell no less since both motions start from rest.
+//! other without force). Tested 1 % above and below: the step cannot resolve less, since both motions start from rest.
 
 use serde_json::json;
 

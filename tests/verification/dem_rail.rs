@@ -1,8 +1,8 @@
-//! The rail of grains: what its recipe promises.
+//! The rail of grains and the promises of its recipe.
 //!
-//! Exact answers are those of area arithmetic: number of disks = solid fraction times area over the mean area of a disk, pi r_min
-//! r_max for p ~ r^-2 (Renouf, Saulot and Berthier 2006, section 6: 65 mm by 20 mm of them are 73 000 disks). The 1 % are the
-//! disks along the faces: free sides pack looser, by some 1/2 of a diameter each. Moments of 1e5 draws scatter by 0.1 %.
+//! Exact answers follow from areas: number of disks = solid fraction times area over the mean area of a disk, pi r_min
+//! r_max for p ~ r^-2 (Renouf, Saulot and Berthier 2006, section 6: 65 mm by 20 mm contain 73 000 disks). The tolerance of 1 % covers
+//! the disks along the faces: free sides pack looser, by about 1/2 of a diameter each. Moments of 1e5 samples scatter by 0.1 %.
 
 use std::f64::consts::PI;
 
@@ -73,7 +73,7 @@ fn area() -> f64 {
 }
 
 #[test]
-fn the_number_of_disks_is_that_of_area_arithmetic() {
+fn the_number_of_disks_follows_from_the_area() {
     let sample = rail(json!({}), 1);
     let base = -depth();
     let inside = sample.glued.iter().filter(|disk| disk.centre[1] >= base);
@@ -91,9 +91,9 @@ fn the_number_of_disks_is_that_of_area_arithmetic() {
 }
 
 #[test]
-fn all_disks_are_inside_and_those_on_the_base_are_glued_over_the_whole_width() {
+fn all_disks_are_inside_and_the_disks_on_the_base_are_glued_over_the_whole_width() {
     let sample = rail(json!({}), 1);
-    let shrunk = sample.radii_shrunk.expect("a rail tells it");
+    let shrunk = sample.radii_shrunk.expect("a rail reports it");
     assert!((3e-4..0.01).contains(&shrunk), "{shrunk}");
     let before = |disk: &Disk| disk.radius / (1.0 - shrunk);
     let base = -depth();
@@ -127,7 +127,7 @@ fn all_disks_are_inside_and_those_on_the_base_are_glued_over_the_whole_width() {
             "a hole of {apart:e} m in the base"
         );
     }
-    // The surface is rough by grains: some stick out of the crown, and no bite is deeper than two of them.
+    // The surface has the roughness of grains: some stick out of the crown, and no dent is deeper than two grains.
     let tops = |range: std::ops::Range<f64>| {
         let here = sample
             .free
@@ -142,7 +142,7 @@ fn all_disks_are_inside_and_those_on_the_base_are_glued_over_the_whole_width() {
     }
 }
 
-/// Overlaps are 1e-3 of the smaller radius at most, whatever the law of the radii does to the packing.
+/// Overlaps are at most 1e-3 of the smaller radius, for any law of the radii.
 #[test]
 fn no_overlap_is_above_its_bound() {
     for changes in [
@@ -162,13 +162,13 @@ fn no_overlap_is_above_its_bound() {
                 touching += usize::from(gap < 1e-2 * smaller);
             }
         }
-        // A packing at rest has nearly 2 contacts a disk (Moukarzel 1998); rattlers have none.
+        // A packing at rest has nearly 2 contacts per disk (Moukarzel 1998); rattlers have no contacts.
         assert!(touching as f64 > 1.5 * disks.len() as f64, "{touching}");
     }
 }
 
 #[test]
-fn the_height_is_that_at_the_edge_or_at_the_crown() {
+fn the_height_counts_at_the_edge_or_at_the_crown() {
     let lowest = |at: &str| {
         let sample = rail(json!({"height_at": at}), 1);
         let y = sample.glued.iter().map(|disk| disk.centre[1]);
@@ -188,7 +188,7 @@ fn bits(sample: &Sample) -> Vec<[u64; 3]> {
 }
 
 #[test]
-fn the_seed_decides_every_bit_and_threads_none() {
+fn the_seed_decides_every_bit_and_threads_do_not() {
     assert_eq!(
         bits(&rail(json!({}), 7)),
         bits(&rail(json!({"seed": 7}), 3))
@@ -213,8 +213,8 @@ fn a_small_rail_carries_its_wheel_for_fifty_steps() {
     let report = march(&mut dem, 0, 50);
     assert!(report.signal("bonds") > 1000.0);
     let outcome = dem.finish().expect("it finishes");
-    let told: Vec<String> = outcome.findings.iter().map(|f| format!("{f:?}")).collect();
-    assert!(told.is_empty() && outcome.warnings.is_empty(), "{told:?}");
+    let found: Vec<String> = outcome.findings.iter().map(|f| format!("{f:?}")).collect();
+    assert!(found.is_empty() && outcome.warnings.is_empty(), "{found:?}");
     assert!(dem.describe().warnings.is_empty());
     let result = |name: &str| outcome.results[name];
     assert!((3e-4..0.01).contains(&result("radii_shrunk_rel")));
@@ -222,7 +222,7 @@ fn a_small_rail_carries_its_wheel_for_fifty_steps() {
     assert_eq!(dem.describe().sets, ["base"]);
 }
 
-/// Every law at 1e5 draws, against its first two moments by a fine quadrature of p(r).
+/// Each law with 1e5 samples, against its first two moments by a fine quadrature of p(r).
 #[test]
 fn radii_follow_their_law() {
     let laws = [
@@ -249,10 +249,13 @@ fn radii_follow_their_law() {
             });
             sums[0] / sums[1]
         };
-        for (n, told) in [(1.0, radii.mean()), (2.0, radii.mean_square())] {
+        for (n, computed) in [(1.0, radii.mean()), (2.0, radii.mean_square())] {
             let drawn = draws.iter().map(|r| r.powf(n)).sum::<f64>() / draws.len() as f64;
             assert!((drawn / exact(n) - 1.0).abs() < 0.01, "{radii:?}: {drawn}");
-            assert!((told / exact(n) - 1.0).abs() < 1e-6, "{radii:?}: {told}");
+            assert!(
+                (computed / exact(n) - 1.0).abs() < 1e-6,
+                "{radii:?}: {computed}"
+            );
         }
     }
 }
@@ -319,7 +322,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
     assert!(refusal(&changed).contains("wheel: a rail needs the wheel"));
 }
 
-/// A run of a few steps under a wheel of disks, bonded or not: as many more bonds as pairs of both that are near.
+/// A run of a few steps under a wheel of disks, bonded or not: bonding adds one bond for each near pair of wheel and rail.
 #[test]
 fn a_wheel_of_disks_stands_on_the_rail_and_may_be_bonded_to_it() {
     let mut counts = Vec::new();
@@ -339,7 +342,7 @@ fn a_wheel_of_disks_stands_on_the_rail_and_may_be_bonded_to_it() {
 }
 
 #[test]
-fn faces_that_cannot_be_are_refused() {
+fn impossible_faces_are_refused() {
     let under = |changes: Value| {
         let mut config = config(json!({}));
         for (key, value) in changes.as_object().expect("a table") {

@@ -1,13 +1,13 @@
-//! Newton's restitution with friction, which makes energy where a body turns as it is hit (Kane and Levinson 1985), and is told of.
+//! Newton's restitution with friction can add energy if a body turns as it is hit (Kane and Levinson 1985), and a finding reports it.
 //!
 //! ```text
-//!        (O) c     the lower disk of a dumbbell meets a floor in p; l leads from the centre of mass c to p
+//!        (O) c     the lower disk of a dumbbell meets a floor at p; l leads from the centre of mass c to p
 //!       /
 //!    (O)
 //!   ==p====
 //! ```
 //!
-//! Exact: an impulse P in p changes its velocity by P/M + (l x P)/I (-l_y, l_x); with e = 1 and a friction that sticks that change is
+//! Exact: an impulse P at p changes its velocity by P/M + (l x P)/I (-l_y, l_x). With e = 1 and sticking friction this change is
 //! (-v_x, -2 v_y), and the work of P is P.(v + v')/2 = P_x v_x/2 (Kelvin; Routh 1905), which is positive for some v. Tolerance: the
 //! contact solver's residual of 1e-12.
 
@@ -19,10 +19,10 @@ use crate::dem_support::{Report, build, close, march, mass, scene};
 const R: f64 = 1e-3;
 const MASS: f64 = 2e-5;
 const INERTIA: f64 = 2e-11;
-/// From the centre of mass to the point that is hit (m).
+/// From the centre of mass to the contact point (m).
 const LEVER: [f64; 2] = [-1.2e-3, -3e-3];
 
-/// The dumbbell after its impact at this velocity (m/s), and what is found.
+/// The dumbbell after its impact at this velocity (m/s), and the findings.
 fn hit(law: Value, step: f64, velocity: [f64; 2]) -> (Report, Vec<Finding>) {
     let centre = [0.0, 1e-5 - LEVER[1]];
     let disk = |side: f64| {
@@ -67,7 +67,7 @@ fn law(e: f64, friction: f64) -> Value {
     json!({"kind": "coulomb", "friction": friction, "restitution": e})
 }
 
-/// Moves so that the impulse of friction pushes it on.
+/// Velocity at which the impulse of friction drives the rod.
 const VELOCITY: [f64; 2] = [0.02, -0.3];
 
 #[test]
@@ -78,16 +78,16 @@ fn a_rod_that_friction_drives_is_suspect() {
     let (report, findings) = hit(law(1.0, 0.5), 1e-5, VELOCITY);
     close("friction", report.energy("friction"), -made, 1e-9 * made);
     close("kinetic", report.energy("kinetic"), made, 1e-9 * made);
-    // Of what is stored and what is lost it is half.
+    // It is half of the stored plus the lost energy.
     let (value, suspect) = found(&findings).expect("it is found");
     close("value", value, 0.5, 1e-9);
     assert!(suspect);
-    // What the rebound takes at e = 0.6 hides none of it.
+    // The loss of the rebound at e = 0.6 does not hide that energy.
     assert!(found(&hit(law(0.6, 0.5), 1e-5, VELOCITY).1).is_some_and(|(_, suspect)| suspect));
 }
 
 #[test]
-fn rebounds_that_take_energy_are_not() {
+fn rebounds_that_lose_energy_are_not_suspect() {
     // Without friction, sliding the other way, with springs instead, and without a rebound.
     assert_eq!(found(&hit(law(1.0, 0.0), 1e-5, VELOCITY).1), None);
     assert_eq!(found(&hit(law(1.0, 0.1), 1e-5, [-0.3, -0.3]).1), None);
@@ -103,8 +103,8 @@ fn rebounds_that_take_energy_are_not() {
 }
 
 #[test]
-fn a_disk_that_two_walls_hit_at_once_is_judged_wall_by_wall() {
-    // Spinning into a corner: friction gives to the disk at one wall what it takes at the other.
+fn a_disk_hit_by_two_walls_at_once_is_judged_wall_by_wall() {
+    // Spinning into a corner: friction at one wall gives the disk the energy that it takes at the other.
     let spinning = json!([{"x_m": 0.0, "y_m": 3.0 * R, "radius_m": R, "vy_m_per_s": -1.0, "spin_rad_per_s": 500.0}]);
     let walls = json!([
         {"x_m": 0.0, "y_m": 0.0, "nx": 1.0, "ny": 1.0}, {"x_m": 0.0, "y_m": 0.0, "nx": -1.0, "ny": 1.0},
@@ -124,7 +124,7 @@ fn a_disk_that_two_walls_hit_at_once_is_judged_wall_by_wall() {
 }
 
 #[test]
-fn an_overlap_that_the_gap_repairs_is_thrown_out_and_told_of() {
+fn an_overlap_repaired_by_the_gap_law_gains_speed_and_is_reported() {
     let sample = |y: f64| {
         json!({
             "kind": "disks", "disks": [{"x_m": 0.0, "y_m": y, "radius_m": R}],

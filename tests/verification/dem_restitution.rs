@@ -1,14 +1,14 @@
-//! Newton's restitution: LMGC90's RST.
+//! Newton's restitution, LMGC90's RST.
 //!
 //! ```text
 //!   O  falls from H, rebounds to e^2 H, e^4 H, ...         O ->  O O O O
 //!  ===
 //! ```
 //!
-//! Exact: a rebound has e times the speed of the impact, so heights shrink by e^2 (Newton). A chain of equal disks that do not
-//! touch: the n-th gets ((1 + e)/2)^(n-1) of the first one's speed (Huygens 1703 for e = 1: the cradle). A chain that touches
+//! Exact: a rebound has e times the speed of the impact, so heights shrink by e^2 (Newton). In a chain of equal disks that do not
+//! touch, the n-th gets ((1 + e)/2)^(n-1) of the first one's speed (Huygens 1703 for e = 1: the cradle). A touching chain
 //! is hit in all contacts at once: v = P + e (P - v_0), P = V/n the inelastic answer (Moreau 1988), (1 + e)/n - e for the
-//! first and (1 + e)/n for the others. Energy: without friction v is a contraction of v_0 for 0 <= e <= 1, whatever touches.
+//! first and (1 + e)/n for the others. Energy: without friction v is a contraction of v_0 for 0 <= e <= 1, for any contacts.
 //! Tolerances: speeds, the solver's true residual of 1e-12; heights, one step of gravity in the impact speed, 2e-4.
 
 use dem_kernel::random::RandomNumbers;
@@ -62,7 +62,7 @@ fn a_disk_rebounds_to_e_squared_of_its_height() {
     }
 }
 
-/// A row of disks, the first one 0.1 R away and moving, the others `apart` from each other.
+/// A row of disks: the first one moves from 0.1 R away, the others are `apart` from each other.
 fn row(n: usize, apart: f64) -> Value {
     let disk = |i: usize| {
         let away = if i == 0 { 0.1 * R } else { 0.0 };
@@ -166,7 +166,7 @@ fn restitution_never_adds_energy() {
 }
 
 #[test]
-fn names_of_lmgc90_mean_a_kind_and_an_option() {
+fn names_of_lmgc90_stand_for_a_kind_and_an_option() {
     let sample = || row(2, 0.0);
     let run = |law: Value| {
         let mut dem = build(&scene(law, 1e-5, sample(), json!({})));

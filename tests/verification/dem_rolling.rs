@@ -1,14 +1,14 @@
 //! Rolling resistance: a couple of at most mu_r r r_n against relative spin.
 //!
 //! ```text
-//!        O  M = mu_r r N      rolls without slip: a = 2/3 g (sin(theta) - mu_r cos(theta)), none if tan(theta) < mu_r
+//!        O  M = mu_r r N      rolls without slip: a = 2/3 g (sin(theta) - mu_r cos(theta)), 0 if tan(theta) < mu_r
 //!      /                      turns on the spot:  r w' = -2 mu_r g until it is at rest
-//!    /                        two of them, one on the other: I_1 w_1' = -M, I_2 w_2' = M with r = r_1 r_2/(r_1 + r_2)
+//!    /                        two disks, one on the other: I_1 w_1' = -M, I_2 w_2' = M with r = r_1 r_2/(r_1 + r_2)
 //!  / theta
 //! ```
 //!
-//! Closed forms of rigid-body mechanics with a disk's inertia m r^2/2. Implicit Euler is exact under constant couples, but for the step in which
-//! a spin ends; tolerance 1e-9 of the scale.
+//! Closed forms of rigid-body mechanics with a disk's inertia m r^2/2. Implicit Euler is exact under constant couples, except in the step in
+//! which a spin ends; tolerance 1e-9 of the scale.
 
 use dem_node::Dem;
 use serde_json::{Value, json};
@@ -69,7 +69,7 @@ fn a_rolling_disk_stops_after_its_stopping_distance() {
     let report = march(&mut dem, 0, steps);
     let way = 0.75 * speed * speed / (rolling * G);
     let [x, _] = dem.state().centres[0];
-    // A sum of end velocities lacks half a step at the first speed.
+    // The sum of end velocities misses half a step at the initial speed.
     close("way", x, way - 0.5 * speed * H, 1e-6 * way);
     assert!(
         dem.state()
@@ -83,7 +83,7 @@ fn a_rolling_disk_stops_after_its_stopping_distance() {
 }
 
 #[test]
-fn two_disks_that_press_on_each_other_come_to_turn_alike() {
+fn two_disks_pressed_together_reach_a_common_spin() {
     let (small, spin, rolling) = (0.6 * R, 40.0, 0.2);
     let law = json!({"kind": "coulomb", "friction": 0.0, "rolling": {"coefficient": rolling},
         "pairs": [{"between": ["grains", "floor"], "rolling": {"coefficient": 0.0}}]});
@@ -118,7 +118,7 @@ fn two_disks_that_press_on_each_other_come_to_turn_alike() {
     close("lower at last", lower, common, 1e-9 * spin);
 }
 
-/// Slip and roll of unequal disks act on each other: the residual holds both, and what friction and couples take is never negative.
+/// Slip and roll of unequal disks interact: the residual covers both, and the dissipation of friction and couples is never negative.
 #[test]
 fn a_pile_of_unequal_disks_comes_to_rest_and_loses_energy_at_every_step() {
     let disk = |k: u32| {
@@ -161,7 +161,7 @@ fn a_pile_of_unequal_disks_comes_to_rest_and_loses_energy_at_every_step() {
 }
 
 #[test]
-fn couples_are_refused_where_nothing_takes_them() {
+fn rolling_couples_are_refused_where_they_have_no_effect() {
     let refused = |solver: &str, coefficient: f64| {
         let law =
             json!({"kind": "coulomb", "friction": 0.4, "rolling": {"coefficient": coefficient}});

@@ -4,15 +4,15 @@
 //!   (O)  (O)  -> V cos    both turn with the same spin: opening V cos t, slip V sin t
 //! ```
 //!
-//! Exact (b = 0, h' = 1): D = Cn delta_n^2 + Ct delta_t^2 only grows, so a = min(1, w/D), the force is
-//! l a^2 (Cn delta_n, Ct delta_t), and the work l D/2 up to D = w and l (w - w^2/(2 D)) after it. In pure shear the force
+//! Exact (b = 0, h' = 1): D = Cn delta_n^2 + Ct delta_t^2 only grows, so a = min(1, w/D) and the force is
+//! l a^2 (Cn delta_n, Ct delta_t). The work is l D/2 up to D = w, and l (w - w^2/(2 D)) after that. In pure shear the force
 //! rises to l sqrt(w Ct) at s_0 = sqrt(w/Ct), then falls as l w^2/(Ct delta_t^3). Reference: closed forms of Raous, Cangémi
 //! and Cocou (1999). The contact is in the middle of the gap, R + delta_n/2 from the centres, so the slip of a path
 //! (s cos, s sin) is s sin (1 + s cos/(4R)).
-//! The disks are flywheels: they have 1e7 l w of energy, so the bond slows them by less than 1e-7. Forces of an implicit
-//! step are exact at its end; work is their sum over the ends, too large by (step/2) (force at the end) at first order.
-//! Tolerances: 1e-6 of forces in shear; 1e-4 in an oblique pull, whose arm lags by a step (1e-5 of the slip); 1e-4 of l w,
-//! for (step/s_0)^2 = 2.5e-5 at second order.
+//! The disks are flywheels with 1e7 l w of energy, so the bond slows them by less than 1e-7. The forces of an implicit
+//! step are exact at its end. The work sums the forces at the ends, so at first order it is too large by (step/2) (force at the end).
+//! Tolerances: 1e-6 for forces in shear; 1e-4 in an oblique pull, whose arm lags by a step (1e-5 of the slip); 1e-4 of l w
+//! for the work, whose second-order error is (step/s_0)^2 = 2.5e-5.
 
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub const CN: f64 = 4e14;
 pub const CT: f64 = 1.5e14;
 /// l of two disks of radius R (m2).
 pub const AREA: f64 = 0.5 * R * THICKNESS;
-/// A bond without viscosity does not notice it (m/s).
+/// A bond without viscosity does not depend on the speed (m/s).
 const SPEED: f64 = 1.0;
 
 /// The direction of a displacement: cosine along the normal and sine along the contact.
@@ -38,12 +38,12 @@ fn stiffness([cos, sin]: Direction) -> f64 {
     CN * cos * cos + CT * sin * sin
 }
 
-/// The path to D = w, the turning of an oblique pull left out (m).
+/// The path at which D = w, without the rotation in an oblique pull (m).
 pub fn critical(direction: Direction) -> f64 {
     (W / stiffness(direction)).sqrt()
 }
 
-/// Two disks of relative velocity `speed` along a direction, so heavy that m V^2/12 = 1e7 l w; a step moves them by `step` (m).
+/// Two heavy disks, m V^2/12 = 1e7 l w, with the relative velocity `speed` along a direction; a step moves them by `step` (m).
 pub fn flywheels([cos, sin]: Direction, speed: f64, step: f64, changes: Value) -> Dem {
     let disk = |x: f64, side: f64| -> Value {
         json!({
@@ -64,12 +64,12 @@ pub fn flywheels([cos, sin]: Direction, speed: f64, step: f64, changes: Value) -
     build(&scene(law, step / speed, sample, heavy))
 }
 
-/// Opening and slip after a path s: the contact is in the middle of the gap.
+/// Opening and slip after a path s, with the contact in the middle of the gap.
 pub fn opened([cos, sin]: Direction, path: f64) -> [f64; 2] {
     [path * cos, path * sin * (1.0 + path * cos / (4.0 * R))]
 }
 
-/// Follows the closed forms over 30 s_0, 200 steps to s_0, and returns the largest force (N).
+/// Compares the bond with the closed forms over 30 s_0, with 200 steps per s_0, and returns the largest force (N).
 #[track_caller]
 fn follows(direction: Direction, tolerance: f64) -> f64 {
     let (per_critical, s_0) = (200, critical(direction));
@@ -90,11 +90,11 @@ fn follows(direction: Direction, tolerance: f64) -> f64 {
         let [tension, shear] = [CN * opening, CT * slip].map(|c| AREA * adhesion.powi(2) * c);
         let slack = tolerance * (tension + shear);
         close("tension", -force[0], tension, slack);
-        // It opposes the slip, whichever way that is counted.
+        // The shear force opposes the slip, for either sign of the slip.
         close("shear", -force[1] * bond.slip.signum(), shear, slack);
         largest = largest.max(force[0].hypot(force[1]));
 
-        // The force at the end of a step acts over all of it; half of the last one is too much, as the first is 0.
+        // The force at the end of a step counts for the whole step. As the first force is 0, half of the last one is in excess.
         let excess = 0.5 * adhesion.powi(2) * ratio / f64::from(per_critical);
         let work = -report.energy("kinetic") / (W * AREA) - excess;
         close("work", work, exact_work(ratio), 1e-4);
@@ -118,7 +118,7 @@ fn a_sheared_bond_follows_the_closed_form_and_takes_w() {
 }
 
 #[test]
-fn an_oblique_pull_weighs_opening_and_slip_each_with_its_own_stiffness() {
+fn an_oblique_pull_weighs_opening_and_slip_by_their_stiffnesses() {
     for direction in [[0.8, 0.6], [0.6, 0.8]] {
         follows(direction, 1e-4);
     }
@@ -132,7 +132,7 @@ fn the_work_of_shear_converges_at_first_order() {
         let report = march(&mut dem, 0, steps);
         let dissipated = report.energy("cohesion") + report.energy("numerical");
         let taken = dissipated + report.energy("bonds_elastic");
-        // What the flywheels lost is rounded at each of the steps: by 1e-16 of their energy, 5e-6 l w in all.
+        // Each step rounds the flywheels' energy loss by 1e-16 of their energy, 5e-6 l w in all.
         close("kinetic", -report.energy("kinetic"), taken, 1e-5 * W * AREA);
         (taken / (W * AREA) - exact_work(3.0)).abs()
     });

@@ -1,4 +1,4 @@
-//! The solvers against each other, and against themselves in several threads.
+//! Compares the solvers with each other, and each solver with itself in several threads.
 //!
 //! ```text
 //!   | o o o o |     a heap of unequal disks in a box, under a weight that presses it into the corner
@@ -6,9 +6,9 @@
 //!   +---------+
 //! ```
 //!
-//! The step of convex problems has one velocity, whatever finds it: Gauss-Seidel and the projected conjugate gradient
-//! must end at the same one. With friction, compliant contacts make it unique here. Tolerance: the true residual of
-//! 1e-11 times the condition of a heap of 8 rows, below 1e-8 of the speed of the grains.
+//! The step of a convex problem has a unique velocity, so Gauss-Seidel and the projected conjugate gradient must find the
+//! same one. With friction, compliant contacts make it unique here. Tolerance: the true residual of 1e-11 times the
+//! condition of a heap of 8 rows, below 1e-8 of the grains' speed.
 
 use dem_node::Dem;
 use protocol::{Node, Setting};
@@ -30,7 +30,7 @@ fn laws() -> [Value; 4] {
     ]
 }
 
-/// Disks of three sizes on a grid, a little apart, in a box without lid.
+/// Disks of three sizes on a grid with small gaps, in a box without a lid.
 fn heap(columns: usize, rows: usize) -> Value {
     let radius = |i: usize| R * [0.99, 0.93, 0.85][i % 3];
     let disks: Vec<Value> = (0..columns * rows)
@@ -76,7 +76,7 @@ fn gauss_seidel_and_conjugate_gradient_find_the_same_velocities() {
         let overrides =
             |kind: &str| json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-11)});
         let step = |kind: &str| scene(law.clone(), 2e-4, heap(8, 8), overrides(kind));
-        // Steps before and after the heap has fallen on its floor; the state of each must agree.
+        // The steps cover the fall onto the floor and the time after it. The two final states must agree.
         let (nsgs, _) = run(&step("nsgs"), 1, 60);
         let (pcg, _) = run(&step("pcg"), 1, 60);
         let speed = top_speed(&nsgs);
@@ -89,7 +89,7 @@ fn gauss_seidel_and_conjugate_gradient_find_the_same_velocities() {
     }
 }
 
-/// Every law with every solver that takes it.
+/// Every law with every solver that supports it.
 fn combinations() -> Vec<(&'static str, Value)> {
     let springs = json!({"contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
     let mut laws = laws().to_vec();
@@ -107,7 +107,7 @@ fn combinations() -> Vec<(&'static str, Value)> {
     all
 }
 
-/// Equal disks on a triangular grid, each in touch with its six neighbours.
+/// Equal disks on a triangular grid, each touching its six neighbours.
 fn grid(columns: usize, rows: usize) -> Value {
     let d = 2.0 * R * (1.0 - 1e-6);
     let disk = |i: usize| {
@@ -140,7 +140,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
         let contacts = dem.state().list.slots.len();
         assert!(
             contacts > 2 * 4096,
-            "{contacts} contacts make one block only"
+            "{contacts} contacts make only one block"
         );
         for threads in [2, 4] {
             let bits = run(&config, threads, 2).1;
@@ -149,7 +149,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
-/// The grid with its lowest row glued, under a wheel that is pressed down and moved sideways.
+/// The grid with its lowest row glued, under a wheel that presses down and moves sideways.
 fn layer() -> (Value, Value) {
     let mut sample = grid(90, 45);
     let disks = sample["disks"].as_array_mut().expect("they are a list");
@@ -171,7 +171,7 @@ fn a_layer_under_its_wheel_has_the_same_bits_in_any_number_of_threads() {
         let config = scene(law.clone(), 1e-5, sample, overrides);
         let (dem, one) = run(&config, 1, 2);
         let slots = &dem.state().list.slots;
-        assert!(slots.len() > 2 * 4096, "one block only");
+        assert!(slots.len() > 2 * 4096, "there is only one block");
         let wheel = 90 * 45;
         let pressed =
             |slot: &&dem_kernel::contact::detect::Slot| slot.b == wheel && slot.force[0] > 0.0;
@@ -186,7 +186,7 @@ fn a_layer_under_its_wheel_has_the_same_bits_in_any_number_of_threads() {
     }
 }
 
-/// Bonds between grains that nearly touch; the heap below is closed up to make some.
+/// Bonds between grains that nearly touch. The heap below has such pairs.
 fn bonds(friction: f64, shear: f64, more: Value) -> Value {
     let mut law = json!({
         "kind": "cohesion", "friction": friction, "cn_pa_per_m": 1e11, "ct_pa_per_m": shear * 1e11,
@@ -207,7 +207,7 @@ fn both_solvers_find_the_same_velocities_of_bonded_grains() {
         bonds(0.0, 0.5, springs.clone()),
         bonds(0.3, 0.5, springs),
     ] {
-        // The heap is thrown against a side wall and up: some bonds stretch, some are pressed, some let go.
+        // Gravity throws the heap up and against a side wall: some bonds stretch, some are pressed, some fail.
         let overrides = |kind: &str| json!({"gravity_m_per_s2": [-600.0, 300.0], "solver": solver(kind, 1e-11)});
         let step = |kind: &str| scene(law.clone(), 2e-5, heap(8, 8), overrides(kind));
         let (nsgs, _) = run(&step("nsgs"), 1, 120);
@@ -224,10 +224,7 @@ fn both_solvers_find_the_same_velocities_of_bonded_grains() {
             .iter()
             .filter(|bond| bond.adhesion == 1.0)
             .count();
-        assert!(
-            whole < state.bonds.len(),
-            "{law}: none of {whole} bonds fails"
-        );
+        assert!(whole < state.bonds.len(), "{law}: no bond of {whole} fails");
         let speed = top_speed(&nsgs);
         for (a, b) in state.velocities.iter().zip(&pcg.state().velocities) {
             for (a, b) in a.iter().zip(b) {
@@ -238,7 +235,7 @@ fn both_solvers_find_the_same_velocities_of_bonded_grains() {
 }
 
 #[test]
-fn the_conjugate_gradient_refuses_friction_beside_a_rigid_bond() {
+fn the_conjugate_gradient_refuses_friction_with_a_rigid_bond() {
     let config = |friction: f64| {
         scene(
             bonds(friction, 1.0, json!({})),

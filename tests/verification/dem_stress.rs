@@ -1,9 +1,9 @@
 //! Stress in cells and in the whole sample.
 //!
-//! Reference: a disk between two plates, sigma_yy = f d / V (Love 1927; Weber 1966); grains at rest between walls, whose internal
-//! moments add up to those of the forces on the walls, so that the stress of the box is the pressure on its walls whatever the
-//! packing. Tolerance: rounding, and what is left of the motion. Young's modulus of a bonded hexagonal lattice, in closed form, to the
-//! 0.5 % that is asked of any region; the pressure in a part of a box of grains, to its scatter from place to place.
+//! References: a disk between two plates, sigma_yy = f d / V (Love 1927; Weber 1966); grains at rest between walls, whose internal
+//! moments sum to the moments of the wall forces, so the stress in the box is the pressure on its walls for any packing. Tolerance:
+//! rounding and the residual motion. Further: the closed-form Young's modulus of a bonded hexagonal lattice, to the 0.5 % required
+//! in any region, and the pressure in a part of a box of grains, to its scatter from place to place.
 
 use dem_node::Dem;
 use dem_node::config::stress::StressConfig;
@@ -83,15 +83,15 @@ fn a_disk_between_plates_has_the_force_times_its_height_over_the_volume() {
 }
 
 #[test]
-fn nothing_is_measured_unless_it_is_asked_for() {
+fn nothing_is_measured_without_a_stress_table() {
     let mut dem = build(&squeezed(0.02 * R, json!({})));
     march(&mut dem, 0, 1);
     let results = dem.finish().expect("it ends").results;
-    let told = |name: &String| name.starts_with("stress_") || name.starts_with("dem_p_");
-    assert!(!results.keys().any(told), "{results:?}");
+    let measured = |name: &String| name.starts_with("stress_") || name.starts_with("dem_p_");
+    assert!(!results.keys().any(measured), "{results:?}");
 }
 
-/// Disks in n rows and columns, of a radius of `mean` R and some, in a box of four walls, and the side of it (m).
+/// A box of four walls with disks in n rows and columns, of radius (`mean` +- `spread`) R, and the length of its side (m).
 fn box_of_grains(n: usize, [mean, spread]: [f64; 2]) -> (Value, f64) {
     let pitch = 1.9 * R;
     let side = n as f64 * pitch;
@@ -130,7 +130,7 @@ fn a_box_of_grains_at_rest_has_the_pressure_on_its_walls() {
     march(&mut dem, 0, 600);
     let [left, right, floor, lid] = on_walls(&dem, side);
     let results = dem.finish().expect("it ends").results;
-    // At rest: opposite walls bear the same.
+    // At rest opposite walls carry the same force.
     close("left and right", left, right, 1e-9 * right);
     close("floor and lid", floor, lid, 1e-9 * lid);
     assert!(right > 1e6 && lid > 1e6, "{right} {lid}");
@@ -138,11 +138,11 @@ fn a_box_of_grains_at_rest_has_the_pressure_on_its_walls() {
     close("syy", results["stress_yy_pa"], lid, 1e-9 * lid);
 }
 
-/// The mean normal stress of each level of a box at rest is the pressure on its lid, so that of a strip from wall to wall is too. Tiles
-/// move moments along a branch, by less than a radius at its two edges: 0.24 % (rms) of a strip of 3.75 diameters, where centres are
-/// off by 2.7 % (rms).
+/// In a box at rest the mean normal stress at each level is the pressure on the lid, and so is the stress of a strip from wall to wall.
+/// Tiles shift moments along a branch, by less than a radius at the strip's two edges. In a strip of 3.75 diameters the error is
+/// 0.24 % (rms); with the grains' centres instead of tiles it is 2.7 % (rms).
 #[test]
-fn a_strip_of_a_pressed_box_passes_on_the_pressure_of_the_lid_wherever_it_is_cut() {
+fn every_strip_of_a_pressed_box_has_the_pressure_of_the_lid() {
     let (sample, side) = box_of_grains(16, [1.03, 0.15]);
     let mut config = scene(sprung(), 1e-4, sample, json!({}));
     config["solver"]["tolerance"] = json!(1e-6);
@@ -164,13 +164,13 @@ fn a_strip_of_a_pressed_box_passes_on_the_pressure_of_the_lid_wherever_it_is_cut
     }
 }
 
-/// A hexagonal lattice, 15 columns by 17 rows, bonded by springs that are as stiff along as across: k = l C N/m, l = R t / 2. It flies
-/// apart along y with velocities that are linear in y, for a time in which no wave from its edges gets to the next row: the strain is
-/// the rate times the time.
+/// A hexagonal lattice of 15 columns by 17 rows, bonded by springs of equal stiffness along and across: k = l C N/m, l = R t / 2. It
+/// expands along y with velocities linear in y, for a time in which no wave from its edges reaches the next row. So the strain is the
+/// rate times the time.
 ///
 /// ```text
 ///    o o o o o  2V     sigma_yy = -(1/A t) sum f_y L_y over two slanted branches L_y = sqrt(3) R in A = 2 sqrt(3) R^2,
-///     o o o o o  V     f_y = k strain L_y: E = sqrt(3) k / t = sqrt(3) R C / 2, and no Poisson's ratio
+///     o o o o o  V     f_y = k strain L_y: E = sqrt(3) k / t = sqrt(3) R C / 2, without lateral strain
 ///    o o o o o   0
 /// ```
 #[test]
@@ -216,9 +216,9 @@ fn a_bonded_lattice_has_its_modulus_in_any_region_and_cell() {
     }
 }
 
-/// A disk under a wheel on a glued one: the load falls after the hold.
+/// A wheel presses a disk on a glued one, and the load falls after the hold.
 #[test]
-fn the_stress_is_that_of_the_end_of_the_hold() {
+fn the_stress_is_measured_at_the_end_of_the_hold() {
     let load = 10.0;
     let sample = json!({"kind": "disks", "disks": [
         {"x_m": 0.0, "y_m": R, "radius_m": R},
@@ -257,14 +257,14 @@ fn the_stress_is_that_of_the_end_of_the_hold() {
 }
 
 #[test]
-fn cells_that_show_no_stress_are_refused() {
+fn cells_that_cannot_show_a_stress_are_refused() {
     let of = |stress: Value| refusal(&squeezed(0.0, json!({"stress": stress})));
-    let told = |message: &str, parts: &[&str]| {
+    let contains_all = |message: &str, parts: &[&str]| {
         for part in parts {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
     };
-    told(
+    contains_all(
         &of(json!({"cell_m": 6.9 * R})),
         &[
             "stress.cell_m",
@@ -274,29 +274,29 @@ fn cells_that_show_no_stress_are_refused() {
         ],
     );
     let wide = [-0.01, 0.01];
-    told(
+    contains_all(
         &of(json!({"cell_m": 8.0 * R, "x_m": wide, "y_m": [0.0, R]})),
         &["stress.y_m", "no cell of 8e-3 m", "1e-3 m"],
     );
-    told(
+    contains_all(
         &of(json!({"cell_m": 8.0 * R, "x_m": [0.01, -0.01]})),
         &["stress.x_m", "does not lie before"],
     );
-    // The region is that of the grains, 2 R x 2 R.
-    told(
+    // By default the region bounds the grains, 2 R x 2 R.
+    contains_all(
         &of(json!({"cell_m": 8.0 * R})),
         &["stress.cell_m", "no cell of 8e-3 m fits", "2e-3 m x 2e-3 m"],
     );
     let far = [-50.0, 50.0];
-    told(
+    contains_all(
         &of(json!({"cell_m": 8.0 * R, "x_m": far, "y_m": far})),
         &["stress.cell_m", "1.6e8 cells"],
     );
 }
 
-/// 3.5 x 0.1 is 0.35000000000000003, 1.9 - 1.1 less than 0.8, and 2.3 - 2.1 less than 0.2: what is meant to fit does.
+/// In floating point 3.5 x 0.1 is 0.35000000000000003, 1.9 - 1.1 is less than 0.8, and 2.3 - 2.1 is less than 0.2. Such lengths still fit.
 #[test]
-fn lengths_that_rounding_makes_too_short_are_taken() {
+fn lengths_too_short_by_rounding_are_accepted() {
     let disk = json!({"x_m": 0.2, "y_m": 0.2, "radius_m": 0.05});
     let listed = json!({"kind": "disks", "disks": [disk]});
     let cell =

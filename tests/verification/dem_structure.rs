@@ -8,7 +8,7 @@
 //!
 //! Exact: the upper disk pushes each lower one with N = m g / sqrt(3) at 60 degrees to the floor; a floor contact carries
 //! 3/2 m g, a side wall N / 2. Contacts per disk: 2, 3, 3. The fabric of contacts at 60, 120 (once each), 90 (twice) and 0
-//! degrees (twice) is the mean of cos^2, sin cos and sin^2. A rattler lies aside in the air. Tolerance: the true residual.
+//! degrees (twice) is the mean of cos^2, sin cos and sin^2. A rattler is in the air above. Tolerance: the true residual.
 
 use protocol::Node;
 use serde_json::json;
@@ -19,8 +19,8 @@ const R: f64 = 1e-3;
 const G: f64 = 9.81;
 
 #[test]
-fn a_pyramid_and_a_rattler_have_their_numbers() {
-    // Lower disks a hair apart, so that they do not touch each other.
+fn the_structure_of_a_pyramid_with_a_rattler_is_exact() {
+    // A gap of 1e-5 keeps the lower disks from touching each other.
     let s = R * (1.0 + 1e-5);
     let height = (4.0 * R * R - s * s).sqrt();
     let disk = |x: f64, y: f64| json!({"x_m": x, "y_m": y, "radius_m": R});
@@ -44,7 +44,7 @@ fn a_pyramid_and_a_rattler_have_their_numbers() {
     result("coordination", 8.0 / 3.0, 1e-15);
     result("coordination_with_rattlers", 2.0, 1e-15);
     result("rattlers_share", 0.25, 1e-15);
-    // xx: (1/4 + 1/4 + 0 + 0 + 1 + 1) / 6, yy: (3/4 + 3/4 + 1 + 1) / 6; 1e-5 of the hair.
+    // xx: (1/4 + 1/4 + 0 + 0 + 1 + 1) / 6, yy: (3/4 + 3/4 + 1 + 1) / 6; the gap changes them by 1e-5.
     result("fabric_anisotropy", 3.5 / 6.0 - 2.5 / 6.0, 1e-4);
     close(
         "direction",

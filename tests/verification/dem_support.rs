@@ -1,4 +1,4 @@
-//! Means that the cases share: small scenes as JSON, and reports read by the names that the node gives.
+//! Helpers that the cases share: small scenes as JSON, and reports whose values are read by the node's names.
 
 use dem_node::Dem;
 use protocol::{Description, Node, Role, Setting, Window};
@@ -26,7 +26,7 @@ pub fn mass(radius: f64) -> f64 {
     DENSITY * std::f64::consts::PI * radius * radius * THICKNESS
 }
 
-/// Window `index` of windows of this length (s).
+/// Window number `index`, of this length (s).
 pub fn window(index: u64, length: f64) -> Window {
     Window {
         index,
@@ -49,7 +49,7 @@ pub fn scene(law: Value, step_s: f64, sample: Value, overrides: Value) -> Value 
     with(config, &overrides)
 }
 
-/// A table of keys with those of another over it.
+/// A table of keys, with the keys of another table set over it.
 pub fn with(mut keys: Value, more: &Value) -> Value {
     for (key, value) in more.as_object().into_iter().flatten() {
         keys[key] = value.clone();
@@ -71,7 +71,7 @@ pub fn build(config: &Value) -> Dem {
     Dem::new(&config, &setting(1)).expect("the scene can be prepared")
 }
 
-/// The message with which a scene is refused.
+/// The message that refuses a scene.
 pub fn refusal(config: &Value) -> String {
     let config = match kit::read_config(config) {
         Ok(config) => config,
@@ -81,7 +81,7 @@ pub fn refusal(config: &Value) -> String {
     refused.expect("the scene must be refused").to_string()
 }
 
-/// Advances alone by this many own steps after `from`.
+/// Advances the node alone by `steps` of its own steps, from step `from`.
 pub fn march(dem: &mut Dem, from: u64, steps: u32) -> Report {
     let window = Window {
         step: from,

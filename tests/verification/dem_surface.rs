@@ -1,14 +1,14 @@
-//! Surfaces of bodies that another solver moves: a polyline of points, on whose segments grains lie.
+//! Surfaces of bodies that another solver moves: a polyline of points whose segments carry grains.
 //!
 //! ```text
-//!          ( O )           the force of a grain goes to the two points of its segment by their shares, 1 - s and s;
-//!   .____.___|____.        under it the segment moves with (1 - s) v_i + s v_j
+//!          ( O )           the two points of a segment take a grain's force in the shares 1 - s and s;
+//!   .____.___|____.        at the grain the segment moves with (1 - s) v_i + s v_j
 //!        i   s    j
 //! ```
 //!
-//! With S = (1 - s, s) one grain on two points of the compliance W_g sees W = 1/m + S W_g S^T, so that its impulse under its weight is
-//! r = (h g + S a_g)/W: one division by hand. Forces on the points are then r S/h, and moments are those of a force at the foot.
-//! Along a straight line the motion is that on a half-plane, along a crown that on a circle; both exact. Tolerance: rounding.
+//! With S = (1 - s, s), a grain on two points of the compliance W_g sees W = 1/m + S W_g S^T. So its impulse under its weight is
+//! r = (h g + S a_g)/W. The forces on the points are then r S/h, and their moment is the moment of a force at the foot.
+//! A straight line gives the motion on a half-plane, a crown the motion on a circle; both are exact. Tolerance: rounding.
 
 use dem_node::Dem;
 use protocol::{Node, Window};
@@ -33,7 +33,7 @@ fn window(step_s: f64) -> Window {
     }
 }
 
-/// A compliance of n points that is no diagonal, symmetric and positive definite, of the size of 1/m.
+/// A compliance of n points: symmetric, positive definite, not diagonal, and of the order of 1/m.
 fn compliance(points: usize) -> Vec<f64> {
     let n = 2 * points;
     let row = |i: usize| -> Vec<f64> {
@@ -91,8 +91,8 @@ fn the_points_of_a_segment_share_force_and_motion() {
     }
 }
 
-/// A disk that hangs below its own weight on what its surface attracts: r = -(h g - S a_g)/W as under a load, down to -N_c h. One that is
-/// within the range but far from touching pulls the two points with N_c, and they it.
+/// The attraction of the surface holds a disk against gravity: r = -(h g - S a_g)/W as under a load, down to -N_c h. A disk within the
+/// range that does not touch pulls the two points with N_c, and they pull the disk.
 #[test]
 fn attraction_acts_on_the_points_of_a_segment_as_a_contact_does() {
     let points = [
@@ -140,7 +140,7 @@ fn attraction_acts_on_the_points_of_a_segment_as_a_contact_does() {
     }
 }
 
-/// A pile of grains on a surface of points that yield: pushed on some of them, they lie on six segments at once.
+/// A pile of grains presses on a surface of compliant points and lies on six segments at once.
 #[test]
 fn solvers_agree_on_a_pile_of_grains_on_a_surface_that_yields() {
     let place = |k: usize| {
@@ -172,13 +172,13 @@ fn solvers_agree_on_a_pile_of_grains_on_a_surface_that_yields() {
     }
 }
 
-/// Friction 0.3 on a slope of 25 degrees, which 3 mu < tan makes no rolling: it slides with a = g (sin - mu cos), and turns with
+/// Friction 0.3 on a slope of 50 degrees: as 3 mu < tan, the disk does not roll. It slides with a = g (sin - mu cos) and turns with
 /// 2 mu g cos / r.
 #[test]
 fn a_disk_slides_along_a_straight_surface_as_along_a_plane() {
     let (sin, cos) = 50f64.to_radians().sin_cos();
     let places = [-9.0, -3.1, -1.3, -0.2, 0.017, 0.9, 1.7, 2.9, 4.0, 30.0];
-    // The grains are on the left: down the slope is towards -x.
+    // The grains are on the left of the line, and down the slope is towards -x.
     let points: Vec<[f64; 2]> = places.iter().map(|s| [s * R * cos, s * R * sin]).collect();
     let disk =
         json!([{"x_m": 3.7 * R * cos - R * sin, "y_m": 3.7 * R * sin + R * cos, "radius_m": R}]);
@@ -212,10 +212,10 @@ fn a_disk_slides_along_a_straight_surface_as_along_a_plane() {
     assert!(x * cos + y * sin < -0.5 * R, "it has passed joints");
 }
 
-/// A disk held to a crown by a weight slides over its joints. On a segment the force is m g cos, over a joint the centre runs on a circle
-/// of the disk's radius, which takes m v^2/r of it: no more, as the fan of normals closes without a jump.
+/// A disk slides under its weight over the joints of a crown. On a segment the force is m g cos. Over a joint the centre moves on a circle
+/// of the disk's radius, which lowers the force by m v^2/r and no more, as the fan of normals closes without a jump.
 #[test]
-fn a_crown_is_felt_as_the_fan_of_its_joints() {
+fn a_disk_slides_over_the_joints_of_a_crown_without_jumps() {
     let (crown, speed) = (50.0 * R, 0.02);
     let x0 = -2.0 * R;
     let top = |x: f64| (crown * crown - x * x).sqrt();
@@ -229,7 +229,7 @@ fn a_crown_is_felt_as_the_fan_of_its_joints() {
     for step in 0..10_000 {
         let report = march(&mut dem, step, 1);
         let [fx, fy] = ["glued_fx_n", "glued_fy_n"].map(|name| report.signal(name));
-        // Landing on the first segment, and the sagitta of a segment, s^2/8R.
+        // The tolerances allow for the landing on the first segment and for a segment's sagitta, s^2/8R.
         if step > 500 {
             close("normal force", -fy / weight, 1.0, 3.0 * fan / weight + 5e-3);
             assert!(fx.hypot(fy) <= 1.3 * weight);
@@ -263,13 +263,13 @@ fn a_surface_closes_at_the_seam_of_a_strip() {
         close("force", report.signal("glued_fy_n"), -mass(R) * G, 1e-12);
         assert_eq!(report.signal("contacts"), 1.0, "step {step}");
     }
-    close("way", dem.state().centres[0][0], 26.5 * R, 1e-12);
+    close("distance", dem.state().centres[0][0], 26.5 * R, 1e-12);
 }
 
-/// A disk that overlaps by delta rolls through a valley of two slopes. Where the corner comes to lie within it, phi^2 r / 8 < delta, its two
-/// contacts share its spring, or the valley would be up to twice as stiff as its slopes: a whole spring each leaves 0.24, 0.2 and, on its
-/// way, 1.0 of the energy of the spring to detection; shares leave 0.02 of it, and in a valley as shallow as those that a pressed
-/// surface has no more at any time.
+/// A disk that overlaps by delta rolls through a valley of two slopes. Where the corner lies inside the disk, phi^2 r / 8 < delta, its two
+/// contacts share the spring; otherwise the valley would be up to twice as stiff as its slopes. With a whole spring each, detection ends
+/// with 0.24 or 0.2 of the spring's energy, and has up to 1.0 on the way. With shares it ends with 0.02. In a valley as shallow as
+/// a pressed surface's it never exceeds that.
 #[test]
 fn a_valley_keeps_the_energy_of_a_disk_that_rolls_through() {
     for (slope, overlap) in [(1e-3, 1e-3), (0.02, 1e-3), (0.05, 1e-3), (0.05, 1e-2)] {
@@ -295,13 +295,13 @@ fn a_valley_keeps_the_energy_of_a_disk_that_rolls_through() {
             dem.state().centres[0][0] > 0.9 * R && in_both,
             "{slope}: it rolls through"
         );
-        close("detection after it", found, 0.0, 0.03);
-        assert!(slope > 1e-3 || worst < 5e-3, "{worst} on its way");
+        close("detection after the valley", found, 0.0, 0.03);
+        assert!(slope > 1e-3 || worst < 5e-3, "{worst} on the way");
     }
 }
 
 #[test]
-fn what_lies_behind_a_surface_is_told() {
+fn grains_behind_a_surface_are_counted() {
     let disk = |y: f64| json!([{"x_m": 0.0, "y_m": y, "radius_m": R}]);
     let surface = json!({"half_width_m": 5.0 * R, "spacing_m": R});
     for (y, inside) in [(R, 0.0), (-1.5 * R, 1.0)] {
@@ -319,7 +319,7 @@ fn what_lies_behind_a_surface_is_told() {
 }
 
 #[test]
-fn a_rough_surface_has_the_heights_that_were_asked_for() {
+fn a_rough_surface_has_its_height_and_correlation_length() {
     let line = |spacing: f64, seed: u64| {
         let surface = json!({"half_width_m": 1000.0 * R, "spacing_m": spacing,
             "roughness": {"rms_m": 0.1 * R, "correlation_m": 2.0 * R, "seed": seed}});
@@ -336,7 +336,7 @@ fn a_rough_surface_has_the_heights_that_were_asked_for() {
             1e-12,
         );
     }
-    // 500 correlation lengths a seed: means are known to 1/sqrt(500) and some of 256 waves.
+    // 500 correlation lengths per seed: the means are known to 1/sqrt(500), and the 256 waves add a little.
     let of = |lag: usize| {
         let seeds = 1..=8u64;
         let means = seeds.clone().map(|seed| {
@@ -355,7 +355,7 @@ fn a_rough_surface_has_the_heights_that_were_asked_for() {
         0.05 * square,
     );
     close(
-        "at twice that",
+        "at twice the correlation length",
         of(4),
         square * (-4f64).exp(),
         0.05 * square,
@@ -363,7 +363,7 @@ fn a_rough_surface_has_the_heights_that_were_asked_for() {
 }
 
 #[test]
-fn surfaces_that_make_no_sense_are_refused_by_name() {
+fn impossible_surfaces_are_refused_by_name() {
     let refused = |surface: Value| {
         let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
         let sample = json!({"kind": "disks", "disks": disk, "surface": surface});

@@ -1,12 +1,12 @@
-//! Ways of grains in a step that are too long for what they pass, and for the scheme of their fall.
+//! Steps in which grains travel too far for detection, or for the scheme of their fall.
 //!
 //! ```text
-//!   O -> 5 R a step      1 mm apart, they never touch: a step that looks along the normal stops the first
+//!   O -> 5 R per step    1 mm apart, they never touch; but a long step detects along the normal and stops the first
 //!        O
 //! ```
 //!
-//! Exact: nothing acts on disks that do not touch (Newton's first law); a fall by implicit Euler reaches g t after t (Hairer, Norsett and
-//! Wanner 1993), so that its last step of h goes g t h. Tolerance: rounding.
+//! Exact: no force acts on disks that do not touch (Newton's first law). A fall by implicit Euler reaches g t after t (Hairer, Norsett
+//! and Wanner 1993), so its last step of h covers g t h. Tolerance: rounding.
 
 use protocol::{Finding, Node};
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ use crate::dem_support::{build, close, march, scene, setting};
 const R: f64 = 1e-3;
 const G: f64 = 9.81;
 
-/// Findings, advice and velocity of the first disk after some steps of a scene.
+/// Findings, warnings and the first disk's speed after some steps of a scene.
 fn run(step: f64, steps: u32, sample: Value, overrides: Value) -> (Vec<Finding>, Vec<String>, f64) {
     let law = json!({"kind": "coulomb", "friction": 0.3});
     let mut dem = build(&scene(law, step, sample, overrides));
@@ -36,10 +36,10 @@ fn disk(x: f64, y: f64, vx: f64, vy: f64) -> Value {
 }
 
 #[test]
-fn a_disk_that_passes_another_in_long_steps_is_suspect_and_foretold() {
+fn a_disk_that_passes_another_in_long_steps_is_suspect_and_predicted() {
     let passing = json!({"kind": "disks", "disks": [disk(-20.0 * R, 3.0 * R, 5.0, 0.0), disk(0.0, 0.0, 0.0, 0.0)]});
     let (findings, warnings, speed) = run(1e-3, 20, passing.clone(), json!({}));
-    assert!(speed < 4.9, "it is stopped by what it passes: {speed}");
+    assert!(speed < 4.9, "the other disk stops it: {speed}");
     assert_eq!(found(&findings), [("grain_travel", true)]);
     let finding = findings.iter().find(|f| f.code == "grain_travel");
     close("radii", finding.expect("it is there").value, 5.0, 1e-12);
@@ -58,7 +58,7 @@ fn a_disk_that_passes_another_in_long_steps_is_suspect_and_foretold() {
 }
 
 #[test]
-fn a_fall_in_long_steps_is_suspect_and_foretold() {
+fn a_fall_in_long_steps_is_suspect_and_predicted() {
     let floor = json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
     let fall = |theta: f64, step: f64, height: f64| {
         let sample =
@@ -89,7 +89,7 @@ fn a_fall_in_long_steps_is_suspect_and_foretold() {
         found(&findings).is_empty() && warnings.is_empty(),
         "{findings:?} {warnings:?}"
     );
-    // At rest on the floor it has nowhere to fall, however long the step.
+    // At rest on the floor it cannot fall, in a step of any length.
     let (findings, warnings, _) = fall(1.0, 5e-3, 0.0);
     assert!(
         found(&findings).is_empty() && warnings.is_empty(),
@@ -98,8 +98,8 @@ fn a_fall_in_long_steps_is_suspect_and_foretold() {
 }
 
 #[test]
-fn only_ways_past_each_other_and_into_walls_count() {
-    // Side by side in a train, and along a floor without friction: no geometry changes.
+fn only_travel_past_grains_and_into_walls_counts() {
+    // Neither a row of grains with one velocity nor a slide along a smooth floor changes the geometry.
     let train =
         json!({"kind": "disks", "disks": [disk(0.0, R, 50.0, 0.0), disk(2.0 * R, R, 50.0, 0.0)]});
     let (findings, warnings, _) = run(1e-3, 20, train, json!({}));
@@ -115,7 +115,7 @@ fn only_ways_past_each_other_and_into_walls_count() {
         found(&findings).is_empty() && warnings.is_empty(),
         "{findings:?} {warnings:?}"
     );
-    // A wall that comes: 2 radii a step.
+    // A wall approaches with 2 radii per step.
     let wall = json!([{"x_m": -20.0 * R, "y_m": 0.0, "nx": 1.0, "ny": 0.0, "velocity_m_per_s": [2.0, 0.0]}]);
     let hit = json!({"kind": "disks", "disks": [disk(0.0, R, 0.0, 0.0)], "walls": wall});
     let (findings, warnings, _) = run(1e-3, 20, hit, json!({}));
@@ -129,7 +129,7 @@ fn only_ways_past_each_other_and_into_walls_count() {
 }
 
 #[test]
-fn scaled_masses_are_told_of_where_grains_fall() {
+fn scaled_masses_raise_a_warning_where_grains_fall() {
     let advice = |scale: f64, gravity: f64| {
         let sample = json!({"kind": "disks", "disks": [disk(0.0, 2.0 * R, 0.0, 0.0)]});
         let overrides = json!({"mass_scale": scale, "gravity_m_per_s2": [0.0, gravity]});
@@ -138,10 +138,10 @@ fn scaled_masses_are_told_of_where_grains_fall() {
             .expect("it is valid")
             .join(" ")
     };
-    let told = advice(1000.0, -G);
+    let warning = advice(1000.0, -G);
     assert!(
-        told.contains("mass_scale") && told.contains("9.81e-3 m/s2"),
-        "{told}"
+        warning.contains("mass_scale") && warning.contains("9.81e-3 m/s2"),
+        "{warning}"
     );
     assert_eq!([advice(1.0, -G), advice(1000.0, 0.0)], ["", ""]);
 }

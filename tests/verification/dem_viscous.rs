@@ -1,16 +1,16 @@
-//! One bond sheared, or opened and sheared, that gives way with viscosity; and one that breaks at once.
+//! A viscous bond and a brittle one, sheared or pulled obliquely.
 //!
 //! ```text
 //!   (O)  (O)  -> V cos    both turn with the same spin: opening V cos t, slip V sin t
 //! ```
 //!
 //! Reference: the law of Raous, Cangémi and Cocou (1999), a' = -[(a D - w h'(a))^+ / b]^(1/p), D = Cn delta_n^2 + Ct delta_t^2,
-//! along the prescribed path ([`dem_shear`] has its geometry), by Runge and Kutta's fourth-order method from D = w on, in
-//! 40 000 steps. p = 2 has a rate with an infinite slope where the bond begins to fail: with half the steps the
-//! reference moves by less than 1e-5. Force l a^2 (Cn delta_n, Ct delta_t), work the integral of force over path.
-//! h' = a and p = 1 in pure shear have the solution a = exp(-(w/b) ((s^3 - s_0^3)/(3 s_0^2) - (s - s_0))/V).
-//! Tolerance: the scheme is of first order, and in steps of s_0/500 that leaves up to 1.7e-3 of the strength sqrt(w Ct) and of
-//! w, with viscosities that raise the peak 1.7-fold and the work 3.9-fold; the order itself is measured.
+//! along the prescribed path ([`dem_shear`] has its geometry). Runge and Kutta's fourth-order method solves it from D = w on, in
+//! 40 000 steps. At p = 2 the rate has an infinite slope where the bond begins to fail; with half the steps the
+//! reference changes by less than 1e-5. The force is l a^2 (Cn delta_n, Ct delta_t), the work its integral over the path.
+//! In pure shear with h' = a and p = 1 the solution is a = exp(-(w/b) ((s^3 - s_0^3)/(3 s_0^2) - (s - s_0))/V).
+//! Tolerance: the scheme is of first order. In steps of s_0/500 its error is up to 1.7e-3 of the strength sqrt(w Ct) and of
+//! w, with viscosities that raise the peak 1.7-fold and the work 3.9-fold. A test measures the order itself.
 //!
 //! [`dem_shear`]: crate::dem_shear
 
@@ -19,12 +19,12 @@ use serde_json::{Value, json};
 use crate::dem_shear::{AREA, CN, CT, Direction, SHEAR, W, critical, flywheels, opened};
 use crate::dem_support::{close, march};
 
-/// Steps of the reference, and of the bond to s_0.
+/// Steps of the reference, and steps of the bond per s_0.
 const REFERENCE: u32 = 40_000;
 const STEPS: u32 = 500;
 const OBLIQUE: Direction = [0.6, 0.8];
 
-/// A bond that is pulled along a path.
+/// A bond pulled along a path.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     direction: Direction,
@@ -67,7 +67,7 @@ impl Case {
         [CN * opening, CT * slip].map(|s| s * adhesion * adhesion)
     }
 
-    /// Work of the stress over the path, by its length (Pa): opening and slip grow as the path does.
+    /// Work of the stress per length of the path (Pa), from the growth of opening and slip.
     fn pull(&self, path: f64, adhesion: f64) -> f64 {
         let d = 1e-3 * path;
         let [before, after] = [path - d, path + d].map(|s| opened(self.direction, s));
@@ -134,7 +134,7 @@ impl Case {
                 let force = dem.state().list.slots[0].force;
                 let adhesion = dem.state().bonds.first().map_or(0.0, |bond| bond.adhesion);
                 let stress = [-force[0], force[1].abs()].map(|f| f / AREA);
-                // The force at the end of a step acts over all of it; half of the last one is too much, as the first is 0.
+                // The force at the end of a step counts for the whole step. As the first force is 0, half of the last one is in excess.
                 let excess = 0.5 * step * self.pull(path, adhesion);
                 let work = -report.energy("kinetic") / AREA - excess;
                 Moment {
@@ -148,7 +148,7 @@ impl Case {
     }
 }
 
-/// Adhesion, stress and work between two moments of the reference.
+/// Adhesion, stress and work at a path, interpolated in the reference.
 fn at(moments: &[Moment], path: f64) -> Moment {
     let after = moments
         .partition_point(|m| m.path < path)
@@ -164,7 +164,7 @@ fn at(moments: &[Moment], path: f64) -> Moment {
     }
 }
 
-/// Largest distance from the reference over 10 s_0, from the onset on: stress over the strength, work over w.
+/// Largest deviation from the reference, from the onset to 10 s_0: stress over the strength, work over w.
 fn distance(case: &Case, n: u32) -> f64 {
     let end = 10.0 * critical(case.direction);
     let reference = case.reference(end, REFERENCE);
@@ -182,7 +182,7 @@ fn distance(case: &Case, n: u32) -> f64 {
     .fold(0.0, f64::max)
 }
 
-/// Viscosities with which the bond fails over a few s_0 at 0.1 m/s, at three rates each and five times as viscous.
+/// Viscosities at which the bond fails over a few s_0 at 0.1 m/s; each at three speeds, and at five times the viscosity.
 fn cases(direction: Direction) -> Vec<Case> {
     let list = [(0.5, 0.15), (1.0, 4e-4), (2.0, 2e-9)];
     let all = list.into_iter().flat_map(|(power, b)| {
@@ -240,7 +240,7 @@ fn the_reference_itself_has_converged() {
 }
 
 #[test]
-fn a_viscous_bond_of_the_brittle_kind_fails_as_its_solution_says() {
+fn a_viscous_bond_of_the_brittle_kind_follows_its_solution() {
     for (speed, viscosity) in [(0.02, 2e-3), (0.1, 4e-4), (0.1, 2e-3)] {
         let case = Case {
             direction: SHEAR,
@@ -262,7 +262,7 @@ fn a_viscous_bond_of_the_brittle_kind_fails_as_its_solution_says() {
 }
 
 #[test]
-fn a_brittle_bond_takes_half_of_w_in_shear_and_askew() {
+fn a_brittle_bond_takes_half_of_w_in_shear_and_obliquely() {
     for direction in [SHEAR, OBLIQUE] {
         let s_0 = critical(direction);
         let changes = json!({"h_prime": "adhesion"});
@@ -277,7 +277,7 @@ fn a_brittle_bond_takes_half_of_w_in_shear_and_askew() {
         let strength = AREA * (CN * opening).hypot(CT * slip);
         close("strength", peak, strength, 1e-3 * strength);
         assert!(dem.state().bonds.is_empty(), "it is broken");
-        // What is missing or too much of the last step before it broke: s_0/2000.
+        // The error is the last step before the break: s_0/2000.
         let work = -march(&mut dem, 2200, 1).energy("kinetic") / AREA;
         close("work", work, 0.5 * W, 2e-3 * W);
     }

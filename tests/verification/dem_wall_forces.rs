@@ -2,11 +2,11 @@
 //!
 //! ```text
 //!     |  o o o   |      floor: the weight of all grains
-//!     | o o o o  |      sides: +-H, what the upper row wedges the lower one apart with
+//!     | o o o o  |      sides: +-H, as the upper row wedges the lower one apart,
 //!     |__________|      H = w / (2 tan a), a the slope of the line of centres
 //! ```
 //!
-//! Reference: statics, Coulomb's law, and another description of the same floor. Tolerance: the true residual 1e-12, or rounding.
+//! References: statics, Coulomb's law, and another description of the same floor. Tolerance: the true residual 1e-12, or rounding.
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -31,7 +31,7 @@ fn falling(law: Value, disks: Value, walls: Value, overrides: Value) -> Value {
 }
 
 #[test]
-fn the_floor_of_a_box_bears_the_weight_and_its_sides_what_wedges_them_apart() {
+fn the_floor_of_a_box_carries_the_weight_and_its_sides_the_wedging() {
     // Four grains 2.2 R apart, three in the hollows between them.
     let disk = |x: f64, y: f64| json!({"x_m": x, "y_m": y, "radius_m": R});
     let rise = (4.0 - 1.21f64).sqrt() * R;
@@ -65,15 +65,15 @@ fn the_floor_of_a_box_bears_the_weight_and_its_sides_what_wedges_them_apart() {
     close("left", report.signal("left_force_x_n"), -wedge, near);
     close("right", report.signal("right_force_x_n"), wedge, near);
     close("up the left", report.signal("left_force_y_n"), 0.0, near);
-    // Without an end that is known the means are those of the later steps, at rest as they all are.
+    // Without a known end the means are over the later steps. All steps are at rest.
     let results = dem.finish().expect("it ends").results;
     close("mean", results["floor_force_y_n"], -7.0 * weight, near);
     close("mean of a side", results["right_force_x_n"], wedge, near);
 }
 
-/// A crowd that falls, rolls and slides on a floor in one piece and in five.
+/// Grains fall, roll and slide on a floor of one piece and on a floor of five.
 #[test]
-fn a_polyline_feels_what_a_half_plane_feels() {
+fn a_polyline_has_the_forces_of_a_half_plane() {
     let disk = |i: i32| {
         let (column, row) = (f64::from(i % 6), f64::from(i / 6));
         json!({
@@ -121,14 +121,14 @@ fn a_polyline_feels_what_a_half_plane_feels() {
                 most = most.max(force.abs());
             }
         }
-        assert!(most > scale, "they have met the floor: {most:e}");
+        assert!(most > scale, "they must hit the floor: {most:e}");
     }
 }
 
-/// A disk that cannot turn or move sideways, on a floor that is drawn away below it: mu m g along it, and the work of the floor is that
-/// force times its way.
+/// A floor moves along below a disk that can neither turn nor move sideways. Its friction force is mu m g, its work that force times
+/// its path.
 #[test]
-fn a_floor_that_is_drawn_away_feels_friction_and_does_its_work() {
+fn a_moving_floor_has_friction_and_does_work() {
     let (friction, speed) = (0.3, 0.2);
     let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "cluster": "stone"}]);
     let walls = json!([{"name": "belt", "points_m": [[-0.1, 0.0], [0.0, 0.0], [0.1, 0.0]], "velocity_m_per_s": [speed, 0.0]}]);
@@ -158,7 +158,7 @@ fn a_floor_that_is_drawn_away_feels_friction_and_does_its_work() {
     close("work", report.energy("walls"), work, 1e-9 * work);
 }
 
-/// Results are the means over the second half of the run, wherever it is resumed.
+/// The results are means over the second half of the run, also of a resumed run.
 #[test]
 fn the_results_are_means_over_the_second_half_of_the_run() {
     let time = json!({"time": {"step_s": STEP, "pressure_pa": 1.0, "end_s": 200.0 * STEP}});

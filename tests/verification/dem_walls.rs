@@ -1,12 +1,12 @@
 //! Rigid walls: half-planes, and polylines with straight joints, convex and concave corners, at rest or moving.
 //!
 //! ```text
-//!   O ->                  a joint of a straight line must not be felt
+//!   O ->                  a joint of a straight line must have no effect
 //!   ____.____.____
-//!                \        over a convex corner the normal turns with the disk: it rolls on a circle of its radius
+//!                \        over a convex corner the normal turns with the disk: its centre moves on a circle of its radius
 //! ```
 //!
-//! Exact by kinematics and statics, worked out in each case. Tolerance: rounding of positions over the step, 1e-16 m /
+//! Exact by kinematics and statics, derived in each case. Tolerance: rounding of positions over the step, 1e-16 m /
 //! 1e-5 s, and the true residual 1e-12.
 
 use dem_node::Dem;
@@ -24,7 +24,7 @@ fn on_walls(law: Value, walls: Value, disks: Value, overrides: Value) -> Dem {
     build(&scene(law, STEP, sample, overrides))
 }
 
-/// A line through the origin along (cos, sin) whose joints lie at uneven distances, corners given to the last digit.
+/// A line through the origin along (cos, sin) with unevenly spaced joints, rounded to the last digit.
 fn line(sin: f64, cos: f64) -> Value {
     let places = [-9.0, -3.1, -1.3, -0.2, 0.017, 0.9, 1.7, 2.9, 4.0, 30.0];
     let points: Vec<[f64; 2]> = places.iter().map(|s| [s * R * cos, s * R * sin]).collect();
@@ -32,9 +32,9 @@ fn line(sin: f64, cos: f64) -> Value {
 }
 
 #[test]
-fn a_disk_slides_over_straight_joints_without_feeling_them() {
+fn a_disk_slides_over_straight_joints_undisturbed() {
     let (sin, cos) = 0.3f64.sin_cos();
-    // Pressed on the line by a weight normal to it.
+    // A weight normal to the line presses the disk on it.
     let gravity = json!({"gravity_m_per_s2": [1e4 * sin, -1e4 * cos]});
     let disk = json!([{
         "x_m": -2.0 * R * cos - R * sin, "y_m": -2.0 * R * sin + R * cos, "radius_m": R,
@@ -54,7 +54,7 @@ fn a_disk_slides_over_straight_joints_without_feeling_them() {
 
 #[test]
 fn a_disk_rolls_over_joints_as_over_a_half_plane() {
-    // Friction 0.3 on a slope of 20 degrees: it rolls; compliant, so that a lost spring would be seen.
+    // At friction 0.3 on a slope of 20 degrees the disk rolls. The compliant law would show a lost spring.
     let (sin, cos) = 20f64.to_radians().sin_cos();
     let disk =
         json!([{"x_m": 2.0 * R * cos - sin * R, "y_m": 2.0 * R * sin + cos * R, "radius_m": R}]);
@@ -68,24 +68,24 @@ fn a_disk_rolls_over_joints_as_over_a_half_plane() {
     ] {
         let gravity = json!({"gravity_m_per_s2": [0.0, -G]});
         let mut over = on_walls(law.clone(), line(sin, cos), disk.clone(), gravity.clone());
-        let mut beside = on_walls(law.clone(), plane.clone(), disk.clone(), gravity);
-        // At every step: what a lost spring does to the velocities heals within a few.
+        let mut reference = on_walls(law.clone(), plane.clone(), disk.clone(), gravity);
+        // Compare every step: the effect of a lost spring on the velocities disappears within a few.
         for step in 0..6000 {
             march(&mut over, step, 1);
-            march(&mut beside, step, 1);
-            let [on, off] = [&over, &beside].map(|dem| dem.state().velocities[0]);
+            march(&mut reference, step, 1);
+            let [on, off] = [&over, &reference].map(|dem| dem.state().velocities[0]);
             for (on, off) in on.into_iter().zip(off) {
                 close(&format!("step {step}, {law}"), on, off, 1e-11);
             }
         }
-        let travelled = beside.state().centres[0][0] - (2.0 * R * cos - sin * R);
+        let travelled = reference.state().centres[0][0] - (2.0 * R * cos - sin * R);
         assert!(travelled < -2.0 * R, "it must cross joints: {travelled:e}");
     }
 }
 
 #[test]
 fn over_a_convex_corner_a_disk_falls_as_an_inverted_pendulum() {
-    // Sticking at the corner it turns about it: with phi the angle from the vertical, energy gives
+    // The disk sticks to the corner and turns about it. With phi the angle from the vertical, the energy balance gives
     // (3/4) (R phi')^2 = (3/4) v^2 + g R (1 - cos phi).
     let roof = json!([{"points_m": [[-0.1, 0.0], [0.0, 0.0], [0.0, -0.1]]}]);
     let v = 0.02;
@@ -109,7 +109,7 @@ fn over_a_convex_corner_a_disk_falls_as_an_inverted_pendulum() {
         close("it stays on the corner", x.hypot(y), R, 3e-4 * R);
         let [vx, vy, _] = dem.state().velocities[0];
         let expected = (v * v + 4.0 / 3.0 * G * R * (1.0 - cos)).sqrt();
-        // The scheme is of first order: 1e-5 s of 20 ms.
+        // The scheme is of first order, with steps of 1e-5 s over 20 ms.
         close("speed", vx.hypot(vy), expected, 5e-3 * expected);
     }
     assert!(checked > 500, "{checked} steps on the corner");
@@ -128,7 +128,7 @@ fn a_disk_in_a_concave_corner_rests_on_both_faces() {
     let report = march(&mut dem, 0, 100);
     assert_eq!(report.signal("contacts"), 2.0);
     let weight = mass(R) * G;
-    // A gap rounded to 1e-19 m, over the step, is 1e-10 of g h.
+    // A gap's rounding of 1e-19 m, over the step, is 1e-10 of g h.
     let forces: Vec<f64> = dem.state().list.slots.iter().map(|s| s.force[0]).collect();
     close("steep face", forces[0], weight * sin, 1e-8 * weight);
     close("gentle face", forces[1], weight * cos, 1e-8 * weight);
@@ -147,7 +147,7 @@ fn a_disk_stops_in_the_corner_it_rolls_into() {
 }
 
 #[test]
-fn a_moving_wall_takes_its_grains_along_and_pays_for_it() {
+fn a_moving_wall_takes_its_grains_along_and_does_the_work() {
     let speed = 0.5;
     for wall in [
         json!({"x_m": -2.0 * R, "y_m": 0.0, "nx": 1.0, "ny": 0.0}),
@@ -169,7 +169,7 @@ fn a_moving_wall_takes_its_grains_along_and_pays_for_it() {
         for v in &dem.state().velocities {
             close("speed", v[0], speed, 1e-12);
         }
-        // The wall gives both their momentum at its own speed; half of that work is lost in the impacts.
+        // The wall gives both disks their momentum at its own speed. The impacts dissipate half of its work.
         let work = 2.0 * mass(R) * speed * speed;
         close("work", report.energy("walls"), work, 1e-12 * work);
         close("lost", report.energy("impact"), 0.5 * work, 1e-9 * work);
@@ -178,7 +178,7 @@ fn a_moving_wall_takes_its_grains_along_and_pays_for_it() {
 }
 
 #[test]
-fn walls_that_are_none_are_refused_by_key() {
+fn impossible_walls_are_refused_by_key() {
     let cases = [
         (
             json!({"x_m": 0.0, "y_m": 0.0, "nx": 1.0}),
@@ -214,7 +214,7 @@ fn walls_that_are_none_are_refused_by_key() {
     }
 }
 
-/// A square of 20 R around (0, 10 R), its corners anticlockwise: what is inside lies on the left.
+/// A square of 20 R around (0, 10 R) with its corners anticlockwise, so its inside is on the left.
 fn square() -> Vec<[f64; 2]> {
     let [a, b] = [-10.0 * R, 10.0 * R];
     vec![[a, 0.0], [b, 0.0], [b, 2.0 * b], [a, 2.0 * b], [a, 0.0]]
@@ -308,12 +308,12 @@ fn an_overlap_at_the_start_is_refused_as_by_a_half_plane() {
         ))
     };
     assert_eq!(overlap(&floor, 0.7 * R), overlap(&plane, 0.7 * R));
-    // Beyond its centre the plane still pushes it back.
+    // The plane still pushes a disk back whose centre is beyond it.
     assert!(overlap(&plane, -0.3 * R).contains("overlap"));
     assert!(overlap(&floor, -0.3 * R).contains("behind this wall"));
 }
 
-/// A wall that comes from behind, and a disk that falls on a floor from below: neither is held.
+/// A wall approaches a disk from behind, or a disk rises into a floor from below. Neither wall holds the disk.
 #[test]
 fn a_disk_that_meets_a_wall_from_behind_is_suspect() {
     let points = json!([[-10.0 * R, 0.0], [10.0 * R, 0.0]]);

@@ -6,8 +6,8 @@
 //!   =====               floor
 //! ```
 //!
-//! Exact by kinematics (v = V/2, spin = -V/2R) and statics (F_N = load). Were the wheel's inverse mass in x not
-//! zero, a wheel of a microgram would be carried along by friction. Tolerance: the true residual 1e-12.
+//! Exact by kinematics (v = V/2, spin = -V/2R) and statics (F_N = load). If the wheel's inverse mass in x were not
+//! zero, friction would carry a wheel of a milligram along. Tolerance: the true residual 1e-12.
 
 use protocol::{Finding, Node};
 use serde_json::{Value, json};
@@ -51,13 +51,13 @@ fn a_disk_under_the_wheel_rolls_with_half_its_speed() {
         let [vx, _, spin] = dem.state().velocities[0];
         close("speed of the disk", vx, 0.5 * speed, 1e-9);
         close("spin of the disk", spin, -0.5 * speed, 1e-9);
-        // A rigid disk passes the load on at once: F_N is the load at the end of the step, ramp included.
+        // A rigid disk passes the load on at once, so F_N is the load at the end of the step, also in the ramp.
         let load = LOAD * (end / 1e-3).min(1.0);
         close("normal force", report.signal("wheel_fn_n"), load, 1e-9);
     }
 }
 
-/// Bits, not a tolerance: a wheel with any inverse mass in x would be moved by 1e-4 N as by 1e5 N.
+/// Exact bits, without a tolerance: any inverse mass in x would let the smallest force move the wheel.
 #[test]
 fn no_lateral_force_moves_the_wheel_sideways() {
     for (kind, load, curvature) in [
@@ -90,7 +90,7 @@ fn no_lateral_force_moves_the_wheel_sideways() {
 
 #[test]
 fn a_slipping_wheel_pulls_with_friction_times_load() {
-    // Friction 1e-4 pulls too weakly to take the disk along: the wheel slips, F_T = mu F_N against its motion. The
+    // Friction 1e-4 is too weak to take the disk along: the wheel slips, and F_T = mu F_N opposes its motion. The
     // disk rolls on the floor: m a = mu N + f and m a / 2 = mu N - f give a = 4 mu N / 3 m with f = mu N / 3 < mu N.
     let mut config = roller(1e-4, 1e-6);
     config["mass_scale"] = json!(1e4);
@@ -111,12 +111,12 @@ fn a_slipping_wheel_pulls_with_friction_times_load() {
     let drive = report.energy("wheel_drive");
     assert!(
         slipped > 0.0 && drive > slipped,
-        "the drive pays for slip: {drive:e} {slipped:e}"
+        "the drive does the work of the slip: {drive:e} {slipped:e}"
     );
 }
 
 #[test]
-fn results_tell_load_force_and_loop() {
+fn the_results_give_load_force_and_loop() {
     let mut dem = build(&roller(0.3, 1e-3));
     march(&mut dem, 0, 2020);
     let outcome = dem.finish().expect("it finishes");
@@ -142,12 +142,12 @@ fn results_tell_load_force_and_loop() {
     ] {
         assert_eq!(result(name), 1.0, "{name}");
     }
-    let told: Vec<&Finding> = outcome.findings.iter().collect();
+    let reported: Vec<&Finding> = outcome.findings.iter().collect();
     assert!(
-        matches!(told[..], [one] if one.code == "wheel_contacts" && !one.suspect && one.value == 1.0),
-        "{told:?}"
+        matches!(reported[..], [one] if one.code == "wheel_contacts" && !one.suspect && one.value == 1.0),
+        "{reported:?}"
     );
-    // Rolling costs nothing but the inertia of the disk, which gives back what it took.
+    // Rolling only takes the disk's kinetic energy, which the disk returns.
     assert!(result("loop_area_j").abs() < 1e-6 * LOAD * AMPLITUDE);
     assert_eq!(outcome.steps, 2020);
     assert!(outcome.work["contact_iterations"] > 2020.0);
@@ -155,8 +155,8 @@ fn results_tell_load_force_and_loop() {
     assert_eq!(phases, ["ramp", "hold", "cycling"]);
 }
 
-/// Disks side by side between wheel and floor, each with a spring k to either: one of the radius r + F / k carries F more than one of
-/// the radius r. Of F = 0.32, 0.6 and 0.08 of the load two carry 0.92 of it; of 0.5, 0.3 and 0.2 three are needed.
+/// Disks lie side by side between wheel and floor, with a spring k to each. A disk of the radius r + F / k carries F more than one of
+/// the radius r. With shares of 0.32, 0.6 and 0.08 of the load, two disks carry 0.92. With 0.5, 0.3 and 0.2, three are needed.
 #[test]
 fn contacts_are_counted_from_the_strongest_until_nine_tenths_are_carried() {
     const STIFFNESS: f64 = 1e5;

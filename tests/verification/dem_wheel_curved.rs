@@ -1,13 +1,13 @@
-//! A curved wheel on grains. It does not turn, its sideways way is prescribed, it is free to sink.
+//! A curved wheel on grains. It does not turn, its sideways motion is prescribed, and it is free to sink.
 //!
 //! ```text
 //!        \    R     /        sin(phi) = s / (R + r)
 //!     |   \__ | __/   |      statics without friction: (N1 + N2) cos(phi) = F, side walls N sin(phi), floor N cos(phi)
-//!     | O  s     s  O |      (it cannot turn: how the two share the load is open)
+//!     | O  s     s  O |      (the wheel cannot turn, so statics leaves N1/N2 open)
 //!     +---------------+
 //! ```
 //!
-//! Reference: plane statics and impulse balance, worked out in each case. Tolerance: the true residual 1e-12 over the
+//! Reference: plane statics and impulse balance, derived in each case. Tolerance: the true residual 1e-12 over the
 //! condition of four contacts, and rounding of R.
 
 use serde_json::{Value, json};
@@ -32,7 +32,7 @@ fn disk(x: f64, y: f64) -> Value {
     json!({"x_m": x, "y_m": y, "radius_m": RADIUS})
 }
 
-/// Two disks at x = +-s on a floor between side walls that they touch.
+/// Two disks at x = +-s on a floor, each touching its side wall.
 fn pair(s: f64) -> Value {
     json!({"kind": "disks", "disks": [disk(-s, RADIUS), disk(s, RADIUS)], "walls": [
         {"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0},
@@ -42,7 +42,7 @@ fn pair(s: f64) -> Value {
 }
 
 #[test]
-fn a_wheel_on_two_grains_is_held_as_statics_wants() {
+fn a_wheel_on_two_grains_satisfies_statics() {
     for radius in [R, 5.0 * RADIUS] {
         for solver in ["nsgs", "pcg"] {
             let s = 3.0 * RADIUS;
@@ -62,7 +62,7 @@ fn a_wheel_on_two_grains_is_held_as_statics_wants() {
                 let slot = slots.find(|slot| (slot.a, slot.b) == (a, b));
                 slot.expect("they touch").force[0]
             };
-            // The wheel cannot turn, so that statics leaves open how the two share the load.
+            // The wheel cannot turn, so statics leaves open how the two disks share the load.
             let normal = [force(0, 2), force(1, 2)];
             let tolerance = 1e-9 * LOAD;
             assert!(normal.iter().all(|n| *n > 0.1 * LOAD), "{normal:?}");
@@ -90,7 +90,7 @@ fn a_wheel_on_two_grains_is_held_as_statics_wants() {
 
 #[test]
 fn the_wheel_starts_on_the_first_grain_that_it_meets() {
-    // The highest disk stands aside: over it the face is x^2 / 2R higher, and that is more than it towers.
+    // The highest disk is at the side, where the face is higher by x^2 / 2R. The disk's extra height is less than that.
     let (side, top) = (30.0 * RADIUS, 1.2 * RADIUS);
     let disks = [disk(0.0, RADIUS), disk(side, top)];
     let sample = json!({"kind": "disks", "disks": disks});
@@ -102,7 +102,7 @@ fn the_wheel_starts_on_the_first_grain_that_it_meets() {
     };
     assert_eq!(start(0.0), top + RADIUS);
     assert_eq!(start(R), 2.0 * RADIUS);
-    // With a radius of 3 m the face is only 0.15 mm higher there: it rests on the side.
+    // With a radius of 3 m the face is only 0.15 mm higher there, so the wheel starts on the disk at the side.
     let reach: f64 = 3.0 + RADIUS;
     let expected = top + (reach * reach - side * side).sqrt() - 3.0;
     close("on the side", start(3.0), expected, 1e-15);
@@ -110,7 +110,7 @@ fn the_wheel_starts_on_the_first_grain_that_it_meets() {
 
 #[test]
 fn an_impulse_moves_the_wheel_along_y_only() {
-    // One disk beside the middle, hit by the loaded wheel in one step: v_b = -hF/M, n = (sin, -cos), and
+    // The loaded wheel hits a disk off its middle in one step: v_b = -hF/M, n = (sin, -cos), and
     // W_nn = 1/m + cos^2/M, as the wheel has no inverse mass along x.
     let (radius, s, h, heavy) = (5.0 * RADIUS, 3.0 * RADIUS, 1e-5, 1e-4);
     let overrides = json!({"wheel": wheel(radius, json!({"mass_kg": heavy}))});
@@ -133,7 +133,7 @@ fn an_impulse_moves_the_wheel_along_y_only() {
 }
 
 #[test]
-fn a_driven_wheel_goes_its_way_over_a_heap_and_the_ledger_closes() {
+fn a_driven_wheel_follows_its_path_over_grains_and_the_ledger_closes() {
     for theta in [0.5, 1.0] {
         let (frequency, start) = (20.0, 1e-3);
         let drive = json!({

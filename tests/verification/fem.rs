@@ -1,5 +1,4 @@
-//! Verification cases of fem-node: each file states its problem, the exact answer, where it is from, and where
-//! the tolerance comes from.
+//! Verification cases of fem-node. Each file states its problem, the exact answer, its source, and the origin of the tolerance.
 
 mod fem_bodies;
 mod vtk_file;

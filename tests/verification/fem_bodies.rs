@@ -16,17 +16,17 @@ pub fn rail(mesh: Value) -> Value {
     config
 }
 
-/// Sizes of the paper's mesh, d = 0.1 mm.
+/// The paper's mesh, d = 0.1 mm.
 pub fn paper() -> Value {
     json!({"size_m": 1e-4, "fine_depth_m": 3e-3, "side_columns": 87, "depth_rows": 42})
 }
 
-/// Sizes of the small mesh, d = 0.2 mm.
+/// The small mesh, d = 0.2 mm.
 pub fn small() -> Value {
     json!({"size_m": 2e-4, "fine_depth_m": 2e-3, "side_columns": 40, "depth_rows": 20})
 }
 
-/// Sizes of the quick mesh, d = 0.4 mm.
+/// The quick mesh, d = 0.4 mm.
 pub fn quick() -> Value {
     json!({"size_m": 4e-4, "fine_depth_m": 2e-3, "side_columns": 20, "depth_rows": 10})
 }
@@ -74,7 +74,7 @@ pub fn with(mut base: Value, change: Value) -> Value {
     base
 }
 
-/// Setting that a coordinator would give, with 1 mm of thickness.
+/// A setting as a coordinator gives it, with 1 mm of thickness.
 pub fn setting(threads: usize) -> Setting {
     Setting {
         participant: "rail".into(),
@@ -97,7 +97,7 @@ pub fn node_on(config: &Value, threads: usize) -> FemNode {
     FemNode::new(&config, &setting(threads)).expect("the body is valid")
 }
 
-/// The same body from these displacements (m) and velocities (m/s) on, given for each position; fixed components stay at rest.
+/// The same body with initial displacements (m) and velocities (m/s), given for each position; fixed components stay at rest.
 pub fn set_in_motion(node: &FemNode, motion: impl Fn([f64; 2]) -> [[f64; 2]; 2]) -> FemNode {
     let (model, mut state) = (node.model.clone(), node.state().clone());
     let (mesh, body) = (&model.mesh, &model.body);

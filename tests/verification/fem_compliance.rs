@@ -3,8 +3,8 @@
 //! Exact: C is symmetric and positive definite for every window and damping; C(1) = h^2/2 M^-1; the motion of a
 //! window is affine in the interface force, du = du_0 + C lambda.
 //! For the mass on a spring at b = 1/2, C = (1 - cos(m phi))/k >= 0 with cos(phi) = 1 - (omega h)^2/2.
-//! Source: C is a polynomial in M^-1 K times M^-1; the discrete oscillator swings about its static place, f/k, from
-//! rest. A force that acts half a step early adds (omega h)^2 sin(m phi) / (2 k sin(phi)), which makes C negative
+//! Source: C is a polynomial in M^-1 K times M^-1. From rest, the discrete oscillator swings about its static position,
+//! f/k. A force that acts half a step early adds (omega h)^2 sin(m phi) / (2 k sin(phi)), which makes C negative
 //! just before each full period.
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps.
 
@@ -51,10 +51,10 @@ fn compliance_of_one_step_is_half_a_step_squared_over_the_mass() {
     }
     let mut coupling = c;
     coupling.fill_diagonal(0.0);
-    assert_eq!(coupling.amax(), 0.0, "one step couples no two nodes");
+    assert_eq!(coupling.amax(), 0.0, "one step couples no nodes");
 }
 
-/// Motion (m/N) of the mass on a spring after `substeps` under a unit force shared by its two nodes.
+/// Motion (m/N) of the mass on a spring after `substeps`, under a unit force on its two nodes together.
 fn spring(damping: f64, substeps: u32) -> f64 {
     let mut node = node(&with(
         strip(1e-3, 1e-3, 1e-3),
@@ -66,7 +66,7 @@ fn spring(damping: f64, substeps: u32) -> f64 {
 }
 
 #[test]
-fn a_mass_on_a_spring_swings_about_its_static_place() {
+fn a_mass_on_a_spring_swings_about_its_static_position() {
     let stiffness = 1e-3 * confined_modulus();
     let speed = (confined_modulus() / 7800.0).sqrt();
     let step = node(&strip(1e-3, 1e-3, 1e-3)).model.scheme.step;

@@ -1,4 +1,4 @@
-//! Problem: a quarter of a thick cylinder in plane strain under an inner pressure, its mesh read from a file.
+//! Problem: a quarter of a thick cylinder in plane strain under an inner pressure, with its mesh from a file.
 //!
 //! ```text
 //!    left |\      outer     a = 100 mm, b = 200 mm
@@ -13,13 +13,13 @@
 //!
 //! Exact, perfectly plastic (Hill, The Mathematical Theory of Plasticity, 1950, chapter V.2; de Souza Neto, Peric and Owen,
 //! Computational Methods for Plasticity, 2008, section 7.5.1), c the radius of the plastic zone, Y' = 2 Y/sqrt(3):
-//! p = Y' (ln(c/a) + (1 - c^2/b^2)/2), u(b) = Y' c^2 (1 - nu^2)/(E b). It is Tresca's solution with 2k = Y'. Von Mises' is
-//! the same where sigma_zz is the mean of the other two, which an elastic point has up to (1 - 2 nu) A.
+//! p = Y' (ln(c/a) + (1 - c^2/b^2)/2), u(b) = Y' c^2 (1 - nu^2)/(E b). This is Tresca's solution with 2k = Y'. It is also von
+//! Mises' solution where sigma_zz is the mean of the other two; at an elastic point it differs by (1 - 2 nu) A.
 //!
 //! Tolerance: elastic, errors fall with the square of the size (order within 0.1 of 2). Plastic, nu = 0.49: sigma_zz changes
-//! the yield condition by ((1 - 2 nu) A/k)^2/3 < 1e-4. The elements err like a pressure that is wrong by a share e of the
-//! order of (size/radius)^2 = (5/150)^2 = 1e-3, and u(b) then by 2 e (ln(c/a) + (1 - c^2/b^2)/2)/(1 - c^2/b^2), which
-//! follows from dp/dc; e < 1e-3 is asked for, and that it is fourfold on elements twice as large (3 to 5).
+//! the yield condition by ((1 - 2 nu) A/k)^2/3 < 1e-4. The elements' error equals a relative error e in the pressure, of the
+//! order of (size/radius)^2 = (5/150)^2 = 1e-3. From dp/dc, the error in u(b) is then 2 e (ln(c/a) + (1 - c^2/b^2)/2)/(1 - c^2/b^2).
+//! The tests require e < 1e-3, and four times the error on elements twice as large (3 to 5).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -37,7 +37,7 @@ pub const INNER: f64 = 0.1;
 pub const OUTER: f64 = 0.2;
 pub const YOUNG: f64 = 210e9;
 
-/// `along` elements from the inner to the outer radius and as many around.
+/// `along` elements from the inner to the outer radius, and the same number around.
 fn quarter(along: usize) -> Drawing {
     let number = |i: usize, j: usize| j * (along + 1) + i;
     let share = |k: usize| k as f64 / along as f64;
@@ -77,7 +77,7 @@ pub fn cylinder(along: usize, poisson: f64, pressure: f64) -> (MshFile, Value) {
     (file, config)
 }
 
-/// Errors of u(a), u(b) and of the largest stress difference at a centroid, over the exact u and over p.
+/// Relative errors of u(a) and u(b), and the largest stress error at a centroid over p.
 fn lame_errors(along: usize) -> [f64; 3] {
     let (nu, p) = (0.3, 100e6);
     let (_file, config) = cylinder(along, nu, p);
@@ -128,7 +128,7 @@ fn an_elastic_cylinder_approaches_lame_with_the_square_of_the_size() {
     assert!(fine.iter().all(|error| *error < 5e-3), "{fine:?}");
 }
 
-/// u(b) over Hill's at a plastic zone of this radius, and the share of the elements that yield.
+/// The ratio of u(b) to Hill's solution at a plastic zone of this radius, and the share of elements that yield.
 fn hill_ratio(along: usize, front: f64) -> (f64, f64) {
     let (nu, yield_pa) = (0.49, 240e6);
     let k2 = 2.0 * yield_pa / 3.0f64.sqrt();
@@ -161,7 +161,7 @@ fn hill_ratio(along: usize, front: f64) -> (f64, f64) {
     )
 }
 
-/// The share of the pressure that would change u(b) by as much as the elements do.
+/// The relative error in the pressure that would have the same effect on u(b) as the elements.
 fn pressure_error(ratio: f64, front: f64) -> f64 {
     let square = (front / OUTER).powi(2);
     let reserve = (1.0 - square) / ((front / INNER).ln() + 0.5 * (1.0 - square));
@@ -174,7 +174,7 @@ fn a_perfectly_plastic_cylinder_follows_hill() {
         let (ratio, plastic) = hill_ratio(20, front);
         let error = pressure_error(ratio, front);
         assert!(error.abs() < 1e-3, "c = {front}: {ratio}, {error:e}");
-        // Whole rows of elements yield: the front lies within one of them.
+        // Whole rows of elements yield, so the front is within one row.
         let exact = (front - INNER) / (OUTER - INNER);
         let off = (plastic - exact).abs();
         assert!(off <= 0.05 + 1e-9, "c = {front}: {plastic}");
@@ -182,7 +182,7 @@ fn a_perfectly_plastic_cylinder_follows_hill() {
 }
 
 #[test]
-fn smaller_elements_come_nearer_to_hill() {
+fn smaller_elements_approach_hill() {
     let [coarse, fine] = [10, 20].map(|along| hill_ratio(along, 0.15).0 - 1.0);
     let gain = coarse / fine;
     assert!((3.0..5.0).contains(&gain), "{coarse:e} {fine:e}");

@@ -1,8 +1,8 @@
-//! Problem: a crowned block under an interface force that jumps at every window, a traction that ramps, and a force that
-//! follows a table.
-//! Exact: work - stored - dissipated = 0 at every window, each term from its own formula.
-//! Source: the derivation in `fem_kernel::integrate`, for the update as it is done.
-//! Tolerance: 1e-10 of the sum of the works' magnitudes, rounding over 2 000 steps.
+//! Problem: a crowned block under an interface force that jumps at every window, a traction with a ramp, and a force from
+//! a table.
+//! Exact: work - stored - dissipated = 0 at every window, with each term from its own formula.
+//! Source: the derivation in `fem_kernel::integrate`, for the update as implemented.
+//! Tolerance: 1e-10 of the works' summed magnitudes, rounding over 2 000 steps.
 
 use protocol::{Node, Role};
 use serde_json::{Value, json};
@@ -58,7 +58,7 @@ fn every_joule_is_accounted_for() {
 }
 
 #[test]
-fn terms_that_the_scene_does_not_have_are_not_reported() {
+fn only_the_terms_of_the_scene_are_reported() {
     let names = |config: &Value| -> Vec<String> {
         node(config)
             .describe()

@@ -1,8 +1,8 @@
 //! Problem: the fields of a committed state on disk, and the pressures at the end of the hold.
-//! Exact: a VTK file with one value for each node and element; pressures of the state that was committed when the
-//! snapshot `hold` was taken, not of the last one.
+//! Exact: a VTK file with one value for each node and element; the pressures of the state committed at the snapshot
+//! `hold`, not of the last state.
 //! Source: VTK File Formats, "UnstructuredGrid".
-//! Tolerance: none; rounding of sums for nu (sxx + syy) = szz in plane strain.
+//! Tolerance: none, except the rounding of sums for nu (sxx + syy) = szz in plane strain.
 
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
@@ -53,7 +53,7 @@ fn a_snapshot_holds_every_node_and_element() {
 }
 
 #[test]
-fn contacts_of_the_upper_edge_are_shown() {
+fn a_snapshot_shows_contacts_of_the_upper_edge() {
     let folder = std::env::temp_dir().join(format!("fem-status-{}", std::process::id()));
     let wheel = json!({
         "wheel": {"load_n": 500.0, "mass_kg": 1e-3, "ramp_s": 0.0, "hold_s": 1e-4},
@@ -90,7 +90,7 @@ fn a_name_that_leaves_the_folder_is_refused() {
 }
 
 #[test]
-fn reported_pressures_are_those_of_the_hold() {
+fn reported_pressures_belong_to_the_hold() {
     let (mut held, mut unheld) = (loaded(None), loaded(None));
     for node in [&mut held, &mut unheld] {
         node.advance_alone(&window(0, 20)).expect("stable");

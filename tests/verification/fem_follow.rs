@@ -1,18 +1,18 @@
-//! Problem: a body whose coupled edge is led along a straight line of velocities, v = v_0 + (v_end - v_0) t/H.
+//! Problem: a body whose coupled edge has a prescribed velocity, linear in time: v = v_0 + (v_end - v_0) t/H.
 //!
 //! ```text
-//!     o===o  led: a_s = (v_end - v_0)/H        One element: mass M_t, spring k. Two elements: a mass m in the
-//!     |   |                                    middle swings about half of the upper one's way.
+//!     o===o  a_s = (v_end - v_0)/H             One element: mass M_t, spring k. Two elements: a mass m in the
+//!     |   |                                    middle swings about half of the edge's displacement.
 //!     o---o
 //!     |   |
 //!     -----  rollers
 //! ```
 //!
-//! Exact: the edge moves by H (v_0 + v_end)/2. Led from rest by a_s, one element needs a_s (M_t + k H^2/2) at the end; two
-//! need a_s (M_t + k H^2/4 + (m/4) (1 - cos(m phi))), cos(phi) = 1 - (omega h)^2/2 with omega^2 = 2 k/m, whatever the
-//! number of steps: H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) has one mode with L^2 = m/4. The force at the end
-//! is affine in v_end with the columns of D as slope, D is symmetric and H D is not less than M_i; all work is accounted
-//! for.
+//! Exact: the edge moves by H (v_0 + v_end)/2. From rest at a_s, the final force on one element is a_s (M_t + k H^2/2). On two
+//! it is a_s (M_t + k H^2/4 + (m/4) (1 - cos(m phi))), cos(phi) = 1 - (omega h)^2/2 with omega^2 = 2 k/m, for any number of
+//! steps, as H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) has one mode with L^2 = m/4. The force at the end
+//! is affine in v_end with the columns of D as slope. D is symmetric and H D is not less than M_i. The energy balance
+//! closes.
 //! Source: the mode of the held body about its static shape, which velocity Verlet follows exactly for a constant
 //! acceleration of the edge; the derivation in `fem_kernel::interface::prescribed_velocity`.
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps, 1e-10 for energies of 2 000 steps.
@@ -32,7 +32,7 @@ fn impedance(config: &Value, substeps: u32) -> DMatrix<f64> {
     DMatrix::from_column_slice(components, components, &columns)
 }
 
-/// H D (kg) of a strip of 1 mm elements over the whole of its edge.
+/// H D (kg) of a strip of 1 mm elements, over its whole edge, and the step (s).
 fn strip_resists(height: f64, damping: f64, substeps: u32) -> (f64, f64) {
     let config = with(
         strip(1e-3, height, 1e-3),
@@ -62,7 +62,7 @@ fn one_element_resists_with_its_mass_and_its_spring() {
 }
 
 #[test]
-fn a_mass_between_two_elements_swings_about_half_of_the_way() {
+fn a_mass_between_two_elements_swings_about_half_of_the_displacement() {
     let (stiffness, mass) = (1e-3 * confined_modulus(), 7800.0 * 1e-9);
     for substeps in [1, 2, 3, 7, 20, 100, 1000] {
         let (found, step) = strip_resists(2e-3, 0.5, substeps);
@@ -117,15 +117,15 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
     let held = node
         .prescribe_velocity(&window(2, 25), &[0.0; 8])
         .expect("stable");
-    let led = node
+    let driven = node
         .prescribe_velocity(&window(2, 25), &numbers(9))
         .expect("stable");
     let d = DMatrix::from_column_slice(8, 8, &node.impedance(&window(0, 25)).expect("stable"));
     let expected = DVector::from_vec(held.force) + d * DVector::from_vec(numbers(9));
-    let error = (DVector::from_vec(led.force) - &expected).amax();
+    let error = (DVector::from_vec(driven.force) - &expected).amax();
     assert!(error <= 1e-12 * expected.amax(), "{error:e}");
     let window_s = 25.0 * node.model.scheme.step;
-    for (k, moved) in led.increment.iter().enumerate() {
+    for (k, moved) in driven.increment.iter().enumerate() {
         let exact = 0.5 * window_s * (numbers(4)[k] + numbers(9)[k]);
         assert!(
             (moved - exact).abs() <= 1e-12 * window_s,
@@ -140,17 +140,17 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
     for (moved, exact) in still.increment.iter().zip(exact) {
         assert!(
             (moved - exact).abs() <= 1e-12 * window_s,
-            "it ended at v_end"
+            "the window before must end at v_end"
         );
     }
 }
 
-/// Largest |W - E - D| / sum |W| over the windows, the work being that which the answers told.
+/// Largest |W - E - D| / sum |W| over the windows, with the answers' work as W.
 fn closure(config: &Value) -> f64 {
     let mut node = node(config);
     let points = node.couple("top").expect("a set").len();
     let description = node.describe();
-    let (mut told, mut worst) = (0.0, 0.0f64);
+    let (mut supplied, mut worst) = (0.0, 0.0f64);
     for index in 0..200u64 {
         let velocity: Vec<f64> = (0..2 * points as u64)
             .map(|k| ((index * 37 + k * 11) % 101) as f64 / 101.0 - 0.5)
@@ -158,7 +158,7 @@ fn closure(config: &Value) -> f64 {
         let followed = node
             .prescribe_velocity(&window(index, 10), &velocity)
             .expect("stable");
-        told += followed.work.iter().sum::<f64>();
+        supplied += followed.work.iter().sum::<f64>();
         let report = node.commit(&window(index, 10), &[]).expect("followed");
         let terms = || {
             description
@@ -170,15 +170,15 @@ fn closure(config: &Value) -> f64 {
             let own = terms().filter(|(term, _)| term.role == role);
             own.map(|(_, value)| value).sum()
         };
-        assert!((sum(Role::InterfaceWork) / told - 1.0).abs() < 1e-12);
-        let defect = told - sum(Role::Stored) - sum(Role::Dissipated);
-        worst = worst.max(defect.abs() / told.abs());
+        assert!((sum(Role::InterfaceWork) / supplied - 1.0).abs() < 1e-12);
+        let defect = supplied - sum(Role::Stored) - sum(Role::Dissipated);
+        worst = worst.max(defect.abs() / supplied.abs());
     }
     worst
 }
 
 #[test]
-fn every_joule_of_the_lead_is_accounted_for() {
+fn every_joule_of_a_prescribed_velocity_is_accounted_for() {
     for damping in [0.5, 0.75, 1.0] {
         for (mass_damping, stiffness_damping) in [(0.0, 0.0), (3e5, 0.0), (1e5, 1e-9)] {
             let time = json!({"time": {"damping": damping, "mass_damping_per_s": mass_damping,
@@ -218,7 +218,7 @@ fn repeats_and_threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn what_cannot_be_followed_is_refused_by_name() {
+fn impossible_prescribed_velocities_are_refused_by_name() {
     let plastic = with(block(), json!({"material": {"yield_pa": 1e8}}));
     let mut plastic = node(&plastic);
     assert!(!plastic.describe().capabilities.prescribed_velocity);
@@ -241,11 +241,11 @@ fn what_cannot_be_followed_is_refused_by_name() {
     let short = elastic.prescribe_velocity(&window(0, 3), &velocity[1..]);
     assert!(short.expect_err("one is missing").message.contains("25"));
     velocity[7] = f64::NAN;
-    let nowhere = elastic
+    let invalid = elastic
         .prescribe_velocity(&window(0, 3), &velocity)
         .expect_err("no number");
-    for said in ["y component", "velocity", "point 3"] {
-        assert!(nowhere.message.contains(said), "{nowhere}");
+    for part in ["y component", "velocity", "point 3"] {
+        assert!(invalid.message.contains(part), "{invalid}");
     }
     let none = elastic.prescribe_velocity(&window(0, 0), &[0.0; 2 * POINTS]);
     assert!(none.is_err(), "no steps");

@@ -1,6 +1,6 @@
-//! Problem: the same body as text and as bytes, in MSH 2.2 and 4.1, in either order of bytes; and two files that Gmsh itself wrote.
-//! Exact: the same mesh, to the bit. A quarter of the bytes changed or cut never ends in a panic.
-//! Source: Gmsh reference manual, "MSH file format" and "MSH file format version 2 (Legacy)", the binary form; the files
+//! Problem: the same body as text and as binary, in MSH 2.2 and 4.1, in both byte orders; and two files from Gmsh itself.
+//! Exact: the same mesh, bit for bit. Changed, removed or missing bytes never cause a panic.
+//! Source: Gmsh reference manual, "MSH file format" and "MSH file format version 2 (Legacy)", the binary form. The files
 //! `reference/gmsh_*_binary.msh` are from Gmsh 4.15.2 (a rectangle of 4 x 2, 16 elements, its edges as groups).
 //! Tolerance: none.
 
@@ -9,7 +9,7 @@ use fem_node::mesh::gmsh::parse;
 
 use crate::fem_msh::{Drawing, fan};
 
-/// The bytes of a file, first or last byte first.
+/// The bytes of a file, big-endian or little-endian.
 struct Bytes {
     big_endian: bool,
     out: Vec<u8>,
@@ -66,7 +66,7 @@ impl Bytes {
     }
 }
 
-/// MSH 2.2: lines of a group under one header, quadrilaterals one by one, as Gmsh does.
+/// MSH 2.2: one header for all lines of a group, and one for each quadrilateral, as Gmsh writes them.
 fn msh2(drawing: &Drawing, big_endian: bool) -> Vec<u8> {
     let mut bytes = Bytes::new("2.2", big_endian);
     bytes.names(drawing);
@@ -95,7 +95,7 @@ fn msh2(drawing: &Drawing, big_endian: bool) -> Vec<u8> {
     bytes.out
 }
 
-/// MSH 4.1: every group a curve of its own, nodes with a parameter, and a section that nobody reads.
+/// MSH 4.1: one curve per group, nodes with a parameter, and a section that the reader skips.
 fn msh4(drawing: &Drawing, big_endian: bool) -> Vec<u8> {
     let mut bytes = Bytes::new("4.1", big_endian);
     bytes.names(drawing);
@@ -178,7 +178,7 @@ fn body(bytes: &[u8]) -> Mesh {
 }
 
 #[test]
-fn a_binary_file_is_the_body_of_its_text_to_the_bit() {
+fn a_binary_file_is_the_body_of_its_text_bit_for_bit() {
     for drawing in [fan(3), fan(5), fan(4).refined(3)] {
         let text = body(drawing.msh2().as_bytes());
         assert_eq!(body(drawing.msh4().as_bytes()), text);
@@ -189,7 +189,7 @@ fn a_binary_file_is_the_body_of_its_text_to_the_bit() {
 }
 
 #[test]
-fn what_gmsh_writes_is_read() {
+fn files_from_gmsh_are_read() {
     let [two, four] = [
         &include_bytes!("reference/gmsh_2.2_binary.msh")[..],
         &include_bytes!("reference/gmsh_4.1_binary.msh")[..],
@@ -204,10 +204,10 @@ fn what_gmsh_writes_is_read() {
 }
 
 #[test]
-fn what_is_wrong_with_a_binary_file_is_named() {
+fn errors_in_a_binary_file_are_named() {
     let with = |from: &[u8], to: &[u8], bytes: &[u8]| {
         let at = bytes.windows(from.len()).position(|w| w == from);
-        let at = at.expect("it stands there");
+        let at = at.expect("it is there");
         let changed = [&bytes[..at], to, &bytes[at + from.len()..]].concat();
         parse(changed, 1.0).expect_err("it must be refused")
     };
@@ -222,7 +222,7 @@ fn what_is_wrong_with_a_binary_file_is_named() {
         let cut = parse(&bytes[..bytes.len() - 40], 1.0).expect_err("it is cut");
         assert!(cut.problem.contains("the file is truncated"), "{cut}");
     }
-    // The first header of 2.2 becomes that of triangles.
+    // The first header of the 2.2 file becomes a header of triangles.
     let [two, ..] = files(&fan(3));
     let lines: Vec<u8> = [1i32, 6, 2].iter().flat_map(|k| k.to_le_bytes()).collect();
     let triangles: Vec<u8> = [2i32, 6, 2].iter().flat_map(|k| k.to_le_bytes()).collect();
@@ -231,7 +231,7 @@ fn what_is_wrong_with_a_binary_file_is_named() {
 }
 
 #[test]
-fn damaged_bytes_never_end_in_a_panic() {
+fn damaged_bytes_never_cause_a_panic() {
     let (mut random, mut refused) = (0x9e37_79b9_7f4a_7c15_u64, 0);
     let mut next = |below: usize| {
         random ^= random << 13;

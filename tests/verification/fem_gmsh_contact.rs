@@ -1,5 +1,5 @@
-//! Problem: a round wheel on the flat top of a body whose elements are divided by three, three times, towards its top:
-//! nodes with three and with six elements around them, no block. Smooth, static.
+//! Problem: a round wheel on the flat top of a body, smooth and static. The elements are divided by three, three times, towards
+//! the top, so nodes have three and six elements around them. The mesh is not a block.
 //!
 //! ```text
 //!   D__F__E__C      each coarse element below a finer row becomes four:
@@ -10,8 +10,8 @@
 //!
 //! Exact: Hertz, p = p0 sqrt(1 - x^2/a^2), p0 = 2 F/(pi a t), a = sqrt(4 F R (1 - nu^2)/(pi E t)).
 //! Source: K. L. Johnson, Contact Mechanics (1985), section 4.2.
-//! Tolerance: the body is 20 times as wide and 15 times as high as the contact, which leaves the pressure within 1 % of p0,
-//! as for the block of `fem_static_contact`; beyond 0.9 a, where it ends within an element, it is not compared.
+//! Tolerance: the body is 20 times as wide and 15 times as high as the contact's half-width, so the pressure is within 1 % of
+//! p0. Beyond 0.9 a, where the contact ends within an element, nothing is compared.
 
 use fem_kernel::mesh::Edge;
 use fem_node::FemConfig;

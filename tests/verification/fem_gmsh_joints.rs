@@ -1,6 +1,6 @@
-//! Problem: a block of 10 x 4 elements of 1 mm and a second part on or beside it, in one file, and blocks with elements left out.
-//! Exact: parts that lie on each other without being joined are refused with the place and the numbers of nodes and elements; small holes and
-//! loose parts are warned of by place; bodies that are joined, and holes and slits that are meant, are neither.
+//! Problem: a block of 10 x 4 elements of 1 mm and a second part on or next to it, in one file, and blocks with missing elements.
+//! Exact: parts that touch or overlap without a joint are refused, with the place and the numbers of nodes and elements. Small holes
+//! and loose parts raise a warning with the place. Joined bodies, and intended holes and slits, raise neither.
 //! Source: geometry.
 //! Tolerance: none.
 
@@ -29,7 +29,7 @@ fn lower() -> Drawing {
     block([0.0, 0.0], [10, 4], [1.0, 1.0])
 }
 
-/// Both in one file; nodes in exactly one place are joined where that is asked for.
+/// Both in one file; with `joined`, nodes at exactly the same place are one node.
 fn beside(mut first: Drawing, second: &Drawing, joined: bool) -> Drawing {
     let mut numbers = Vec::new();
     for point in &second.points {
@@ -68,7 +68,7 @@ fn warnings(drawing: &Drawing) -> Vec<String> {
 }
 
 #[test]
-fn parts_that_are_joined_are_a_body_without_a_warning() {
+fn joined_parts_are_a_body_without_a_warning() {
     let upper = block([0.0, 4.0], [10, 4], [1.0, 0.25]);
     assert_eq!(warnings(&beside(lower(), &upper, true)), [""; 0]);
 }
@@ -89,7 +89,7 @@ fn nodes_on_the_side_of_another_element_are_refused() {
 }
 
 #[test]
-fn a_seam_that_is_open_by_less_than_a_thousandth_of_its_elements_is_refused() {
+fn a_seam_open_by_less_than_a_thousandth_of_its_elements_is_refused() {
     for gap in [0.0, 1e-9, 1e-6, 1e-4] {
         let upper = block([gap, 4.0 + gap], [10, 4], [1.0, 1.0]);
         refused(
@@ -100,7 +100,7 @@ fn a_seam_that_is_open_by_less_than_a_thousandth_of_its_elements_is_refused() {
 }
 
 #[test]
-fn elements_over_each_other_are_refused() {
+fn overlapping_elements_are_refused() {
     let over = |at, count, size| beside(lower(), &block(at, count, size), false);
     refused(
         &over([2.3, 1.3], [3, 1], [0.7, 0.7]),
@@ -127,7 +127,7 @@ fn elements_over_each_other_are_refused() {
 }
 
 #[test]
-fn elements_that_are_missing_are_warned_of_by_place() {
+fn missing_elements_raise_a_warning_with_the_place() {
     let without = |missing: &[usize]| {
         let mut drawing = lower();
         let mut at = 0..;
@@ -150,13 +150,13 @@ fn elements_that_are_missing_are_warned_of_by_place() {
     assert_eq!(
         without(&[14, 15, 16, 24, 25, 26]),
         [""; 0],
-        "large enough to be meant"
+        "large enough to be intended"
     );
     assert_eq!(without(&[5]), [""; 0], "a notch");
 }
 
 #[test]
-fn parts_that_nothing_joins_are_warned_of() {
+fn parts_without_a_joint_raise_a_warning() {
     let apart = block([0.0, 4.1], [10, 4], [1.0, 1.0]);
     let corner = block([10.0, 4.0], [2, 2], [1.0, 1.0]);
     for (upper, words) in [
@@ -166,15 +166,15 @@ fn parts_that_nothing_joins_are_warned_of() {
             "meet in the node at (1.0000e-2, 4.0000e-3) m, a hinge",
         ),
     ] {
-        let told = warnings(&beside(lower(), &upper, true));
-        assert_eq!(told.len(), 1, "{told:?}");
-        assert!(told[0].contains(words), "{told:?}");
+        let found = warnings(&beside(lower(), &upper, true));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains(words), "{found:?}");
     }
 }
 
-/// A ring of 16 x 3 elements, and a block with a slit of a twentieth of its elements from one side to the middle.
+/// A ring of 16 x 3 elements, and a block with a slit from one side to the middle, open by a twentieth of an element.
 #[test]
-fn a_hole_and_a_slit_that_are_meant_are_no_fault() {
+fn an_intended_hole_or_slit_is_no_fault() {
     let mut ring = Drawing::default();
     for (k, layer) in (0..4).flat_map(|layer| (0..16).map(move |k| (k, layer))) {
         let (sin, cos) = (std::f64::consts::TAU * k as f64 / 16.0).sin_cos();

@@ -1,5 +1,5 @@
-//! Problem: a linear displacement field on meshes that are no lattice, read from a file: three and five elements around
-//! one node, each divided into nine, with inner nodes moved about.
+//! Problem: a linear displacement field on irregular meshes from a file: three and five elements around one node, each
+//! divided into nine, with displaced inner nodes.
 //! Exact: inner nodes carry no force; the forces on the rim do the work 2 x strain energy; rigid motions give no force.
 //! Source: Irons' patch test (Irons and Razzaque 1972), as in `fem_patch` for structured meshes.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
@@ -17,7 +17,7 @@ const KINDS: [ElementKind; 3] = [
     ElementKind::Q4MeanDilatation,
 ];
 
-/// `n` times 3 x 3 elements around one node; none of the inner sides is parallel to another.
+/// `n` times 3 x 3 elements around one node, with no two inner sides parallel.
 fn mesh(n: usize) -> Mesh {
     let mut drawing = fan(n).refined(3);
     let rim: Vec<usize> = drawing.lines[0].1.iter().flatten().copied().collect();
@@ -67,7 +67,7 @@ fn valence(mesh: &Mesh) -> usize {
 }
 
 #[test]
-fn a_linear_field_leaves_inner_nodes_alone_and_its_energy_is_that_of_the_rim() {
+fn a_linear_field_loads_only_the_rim_and_has_the_energy_of_its_work() {
     let slope = [[0.3, -0.2], [0.7, 0.4]];
     let stress = elastic().stress([0.3, 0.4, 0.5]);
     for n in [3, 5] {

@@ -1,5 +1,5 @@
-//! Problem: mesh files that are damaged, of another kind, or no body.
-//! Exact: each is refused in words that name what is wrong; no file whatever ends in a panic.
+//! Problem: mesh files that are damaged, of another kind, or without a valid body.
+//! Exact: each is refused with a message that names the error; no file causes a panic.
 //! Source: Gmsh reference manual, MSH file format.
 //! Tolerance: none.
 
@@ -15,7 +15,7 @@ fn refused(text: &str) -> ConfigError {
     parse(text, 1.0).expect_err("it must be refused")
 }
 
-/// The 2.2 file of three elements around a node, with `from` replaced once.
+/// The refusal of the 2.2 file of three elements around a node, with `from` replaced once.
 fn changed(from: &str, to: &str) -> ConfigError {
     let text = fan(3).msh2();
     assert!(text.contains(from), "{text}");
@@ -27,7 +27,7 @@ fn says(error: ConfigError, words: &str) {
 }
 
 #[test]
-fn what_is_no_mesh_of_a_known_version_is_named() {
+fn files_of_another_format_or_version_are_refused() {
     says(refused(""), "$MeshFormat");
     says(refused("solid cube\n"), "solid cube");
     says(changed("2.2 0 8", "4.0 0 8"), "version 4.0");
@@ -45,14 +45,14 @@ fn what_is_no_mesh_of_a_known_version_is_named() {
 }
 
 #[test]
-fn what_stands_in_the_wrong_place_is_named_with_its_line() {
+fn errors_in_a_file_are_named_with_their_line() {
     let at = |from: &str, to: &str| changed(from, to).to_string();
     assert!(at("\n1 0e0 0e0 0\n", "\n1 nan 0e0 0\n").contains("line 11: a finite number"));
     assert!(at("\n1 0e0 0e0 0\n", "\n1 1e999 0e0 0\n").contains("a finite number"));
     assert!(at("\n2 1e0 0e0 0\n", "\n1 1e0 0e0 0\n").contains("node 1 is defined a second time"));
     assert!(at("3 2 1 1 1 2 3 4", "3 2 1 1 1 2 3 99").contains("names node 99"));
     assert!(at("3 2 1 1 1 2 3 4", "2 2 1 1 1 2 3").contains("a 3-node triangle"));
-    // The number of the next element is taken for the corner that is missing.
+    // The reader takes the next element's number for the missing corner.
     assert!(at("3 2 1 1 1 2 3 4", "3 2 1 1 1 2 3").contains("names node 8"));
     assert!(at("$Nodes\n7", "$Nodes\n6").contains("$Nodes goes on where 6"));
     assert!(at("$Nodes\n7", "$Nodes\n18446744073709551615").contains("$Nodes ends there"));
@@ -60,10 +60,10 @@ fn what_stands_in_the_wrong_place_is_named_with_its_line() {
 }
 
 #[test]
-fn what_is_no_body_is_named_with_its_place() {
+fn invalid_bodies_are_refused_with_the_place() {
     let help = changed("3 2 1 1 1 2 3 4", "2 2 1 1 1 2 3").help;
     assert!(help.expect("advice").contains("ecombine"));
-    // The node 3 is moved beyond the opposite corner, then onto a neighbour's side.
+    // Node 3 moves beyond the opposite corner, then onto a neighbour's side.
     let third = |to: [f64; 2]| {
         let mut drawing = fan(3);
         drawing.points[2] = to;
@@ -108,7 +108,7 @@ fn what_is_no_body_is_named_with_its_place() {
 }
 
 #[test]
-fn what_a_body_does_not_need_is_left_out() {
+fn parts_of_a_file_without_a_role_are_skipped() {
     let mut drawing = fan(4);
     drawing.points.insert(0, [17.0, 4.0]);
     drawing
@@ -119,20 +119,20 @@ fn what_a_body_does_not_need_is_left_out() {
     let rim = &mut drawing.lines[0].1;
     rim.iter_mut().flatten().for_each(|node| *node += 1);
     let text = drawing.msh2();
-    // A point element, a repeated element, a group without a name, a section of another program.
+    // A point element, a repeated element, a group without a name, another program's section.
     let text = text.replacen(
         "$Elements\n12\n",
         "$Elements\n15\n90 15 2 7 7 1\n91 3 2 9 9 2 3 4 5\n92 1 2 8 8 3 4\n",
         1,
     );
-    let text = text + "$Other\nwhatever 1 2 3\n$EndOther\n";
-    let mesh = parse(&text, 1e-3).expect("it is a body all the same");
+    let text = text + "$Other\nanything 1 2 3\n$EndOther\n";
+    let mesh = parse(&text, 1e-3).expect("it is still a body");
     assert_eq!((mesh.elements(), mesh.points.len()), (4, 9));
     assert!((mesh.size() - 2e-3).abs() < 1e-15);
     assert_eq!(mesh.sets(), ["rim", "whole body"]);
 }
 
-/// The answer of `check` to a body with these keys and a mesh of four elements, with groups of these names.
+/// The error of `check` for a body with these keys and a mesh of four elements, with groups of these names; empty without one.
 fn judged(groups: &[(&'static str, [usize; 2])], change: Value) -> String {
     let mut drawing = fan(4);
     drawing.lines = groups
@@ -154,7 +154,7 @@ fn judged(groups: &[(&'static str, [usize; 2])], change: Value) -> String {
 }
 
 #[test]
-fn groups_that_other_keys_need_are_asked_for_by_name() {
+fn groups_that_other_keys_need_are_named() {
     fn says(groups: &[(&'static str, [usize; 2])], change: Value, words: &[&str]) {
         let message = judged(groups, change);
         let all = words.iter().all(|word| message.contains(word));
@@ -208,7 +208,7 @@ fn groups_that_other_keys_need_are_asked_for_by_name() {
 }
 
 #[test]
-fn damage_never_ends_in_a_panic() {
+fn damage_never_causes_a_panic() {
     let (mut random, mut accepted) = (0x2545_f491_4f6c_dd1d_u64, 0);
     let mut next = |below: usize| {
         random ^= random << 13;
@@ -238,6 +238,6 @@ fn damage_never_ends_in_a_panic() {
             }
         }
     }
-    // Much of the damage only moves a node a little, or changes a name.
+    // Often the damage only moves a node a little, or changes a name.
     assert!((100..6_000).contains(&accepted), "{accepted}");
 }

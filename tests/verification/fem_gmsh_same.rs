@@ -1,9 +1,9 @@
-//! Problem: a crowned block under its wheel, once as the block that a few numbers give, once written as a mesh file with
-//! its nodes and elements in another order and a third of them clockwise, and read back.
+//! Problem: a crowned block under its wheel, once generated from a few numbers and once from a mesh file. The file has the nodes
+//! and elements in another order, and a third of the elements clockwise.
 //! Exact: the same displacements, forces and energies; only the order of sums differs.
-//! Source: a mesh is what its elements are, not how they are numbered.
+//! Source: the numbering of nodes and elements does not change a mesh.
 //! Tolerance: 1e-12 of the largest displacement in statics (rounding of a sparse solve of some 200 equations, whose
-//! condition of 1e4 multiplies 1e-16); 1e-11 after 600 explicit steps, the rounding of each kept by the next.
+//! condition of 1e4 multiplies 1e-16); 1e-11 after 600 explicit steps, whose rounding accumulates.
 
 use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::graded;
@@ -64,8 +64,8 @@ fn marched(
     (u, report, node)
 }
 
-/// Description of a body as a coordinator hears it; the stability limit, an iteration's result, to six digits. Only a
-/// block knows keys to blame for sizes that grow fast.
+/// Description of a body as a coordinator receives it, with the stability limit, an iteration's result, to six digits. The warnings
+/// are left out: only a block has keys to name for sizes that grow fast.
 fn described(node: &FemNode) -> String {
     let mut description = node.describe();
     let limit = description.step_limit_s.take().expect("it is explicit");
@@ -188,7 +188,7 @@ fn threads_do_not_change_a_bit_of_a_body_from_a_file() {
 }
 
 #[test]
-fn a_window_that_is_run_again_gives_the_same_bits() {
+fn a_repeated_window_gives_the_same_bits() {
     let config = with(block(), wheel(0.0));
     let config = with(config, json!({"material": {"yield_pa": 1e8}}));
     let [(_file, mut config), _] = written(&config);

@@ -1,8 +1,8 @@
-//! Problem: a confined strip under a flat smooth wheel of mass m whose load follows a table: a step at the start, then
-//! straight lines, one of them unloading, then a constant.
-//! Exact: until the reflection returns the strip resists with Z v, Z = rho c_p A: m v' + Z v = F(t). With t0 = m/Z a step
-//! of the force by F sinks it by F/Z (s - t0 (1 - exp(-s/t0))), s the time since; a change of the slope by k by
-//! k/Z (s^2/2 - t0 s + t0^2 (1 - exp(-s/t0))); these add up.
+//! Problem: a confined strip under a flat smooth wheel of mass m, with a load table: a step at the start, then straight
+//! lines, one of them unloading, then a constant.
+//! Exact: until the reflection returns the strip resists with Z v, Z = rho c_p A: m v' + Z v = F(t). With t0 = m/Z and s the
+//! time since the change, a step F of the force moves the top by F/Z (s - t0 (1 - exp(-s/t0))). A change k of the slope
+//! moves it by k/Z (s^2/2 - t0 s + t0^2 (1 - exp(-s/t0))). The displacements add up.
 //! Source: d'Alembert, c_p = sqrt(M/rho); Newton.
 //! Tolerance: 0.5 % of the last displacement, for the short waves of the step, as in `fem_wave`.
 
@@ -18,7 +18,7 @@ const HEIGHT: f64 = 20e-3;
 const TABLE: [[f64; 2]; 4] = [[0.0, 2.0], [2e-6, 8.0], [4e-6, 3.0], [6e-6, 5.0]];
 const END: f64 = 7e-6;
 
-/// Displacement of the top downwards (m), Z being the resistance and t0 the time m/Z.
+/// Downward displacement of the top (m), for the resistance Z and the time t0 = m/Z.
 fn sunk(t: f64, resistance: f64, t0: f64) -> f64 {
     let relaxed = |s: f64| t0 * (1.0 - (-s / t0).exp());
     let step = TABLE[0][1] * (t - relaxed(t));

@@ -1,12 +1,12 @@
-//! Problem: u = sin(kx) cos(ky), v = cos(kx) sin(ky) / 2 on the unit square under the body force that makes it an
-//! equilibrium, on ever finer distorted meshes; and a thick cylinder under inner pressure, nearly incompressible.
-//! Exact: the displacement itself; the error of the interpolation of a smooth field falls with h^2 in the displacement
-//! and with h in the strain energy norm.
+//! Problem: u = sin(kx) cos(ky), v = cos(kx) sin(ky) / 2 on the unit square with the body force of this equilibrium,
+//! on two distorted meshes; and a nearly incompressible thick cylinder under inner pressure.
+//! Exact: the displacement itself. The interpolation error of a smooth field falls with h^2 in the displacement and
+//! with h in the strain energy norm.
 //! The cylinder widens by u(a) = (1 + nu) p a^2 ((1 - 2 nu) a + b^2 / a) / (E (b^2 - a^2)) (Lame).
 //! Source: Strang and Fix, An Analysis of the Finite Element Method (1973), theorem 3.7; MacNeal and Harder, "A proposed
 //! standard set of problems to test finite element accuracy", Finite Elem. Anal. Des. 1 (1985) 3-20: 5.0602e-3 for
-//! nu = 0.499, of which elements with full integration find some 80 %.
-//! Tolerance: orders within 0.15 of 2 and 1 from the two finer of three meshes; 2 % for the cylinder of 5 elements.
+//! nu = 0.499; elements with full integration give some 80 % of that.
+//! Tolerance: orders within 0.15 of 2 and 1 from the two meshes; 2 % for the cylinder of 5 elements.
 
 use fem_kernel::element::body::{self, ElementKind};
 use fem_kernel::element::shape::{self, GAUSS_POINTS};
@@ -43,7 +43,7 @@ fn gradient([x, y]: [f64; 2]) -> [f64; 4] {
     ]
 }
 
-/// -div s of the exact field: every second derivative of both products is -k^2 times a product.
+/// -div s of the exact field: each second derivative of the two products is -k^2 times a product.
 fn body_force([x, y]: [f64; 2], law: &Elastic) -> [f64; 2] {
     let (sx, cx, sy, cy) = (
         (WAVE * x).sin(),
@@ -59,7 +59,7 @@ fn body_force([x, y]: [f64; 2], law: &Elastic) -> [f64; 2] {
     ]
 }
 
-/// Stiffness of all elements, two rows a node, and nodes numbered row after row.
+/// Stiffness of all elements, with two rows per node and the nodes numbered row by row.
 fn assemble(mesh: &Mesh, kind: ElementKind, law: &Elastic) -> DMatrix<f64> {
     let size = 2 * mesh.points.len();
     let mut k = DMatrix::zeros(size, size);
@@ -89,7 +89,7 @@ fn equations(mesh: &Mesh, i: usize, j: usize) -> [usize; 8] {
     std::array::from_fn(|r| 2 * nodes[r / 2] + r % 2)
 }
 
-/// K u = f with the given values of some displacements.
+/// Solves K u = f with some displacements given.
 fn solve(k: &DMatrix<f64>, mut f: DVector<f64>, given: &[Option<f64>]) -> DVector<f64> {
     let free: Vec<usize> = (0..given.len())
         .filter(|row| given[*row].is_none())
@@ -200,12 +200,13 @@ fn the_displacement_converges_with_order_two_and_the_energy_norm_with_one() {
     }
 }
 
-/// Inner displacement over Lame's of a quarter ring, radii 3 to 9, 5 elements through the wall, as MacNeal and Harder.
+/// The ratio of the inner displacement to Lame's, for a quarter ring of radii 3 to 9 with 5 elements through the wall, as in
+/// MacNeal and Harder.
 fn widening(kind: ElementKind, poisson: f64) -> f64 {
     let (inner, outer, wall, around) = (3.0, 9.0, 5, 9);
     let radii = [3.0, 3.5, 4.2, 5.2, 6.75, 9.0];
     let quarter = std::f64::consts::FRAC_PI_2;
-    // Columns run around from y to x, rows inwards, so that corners are anticlockwise.
+    // Columns run around from y to x and rows inwards. This makes the corners anticlockwise.
     let mesh = Mesh::structured(around, wall, |i, j| {
         let (r, angle) = (radii[wall - j], quarter * (1.0 - i as f64 / around as f64));
         [r * angle.cos(), r * angle.sin()]

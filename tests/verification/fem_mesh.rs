@@ -1,8 +1,8 @@
 //! Problem: the graded meshes of the rail, 65 mm x 20 mm.
 //! Exact: 216 columns of 0.1 mm + 2 x 87 graded to 0.501 mm with ratio 1.0189, 30 rows of 0.1 mm + 42 graded to
 //! 1.037 mm with ratio 1.0587, together 390 x 72 = 28 080; 188 x 30 = 5 640 at 0.2 mm; 94 x 15 = 1 410 at 0.4 mm.
-//! Source: Renouf, Saulot and Berthier (2006), section 6, with the sizes that give its number of elements.
-//! Tolerance: the digits printed.
+//! Source: Renouf, Saulot and Berthier (2006), section 6, with the sizes that give the paper's number of elements.
+//! Tolerance: the printed digits.
 
 use fem_kernel::mesh::{Edge, Mesh};
 use fem_node::FemConfig;

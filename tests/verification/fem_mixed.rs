@@ -1,8 +1,8 @@
-//! Problem: a strip that is periodic along x, clamped below, whose upper edge is moved sideways by d and pressed by p at once.
-//! Exact: a homogeneous state, G d/H of shear and e = -p/M of confined strain: the edge sinks by p H/M, and the drive takes the
-//! force G d/H times the area along x, and none along y.
+//! Problem: a strip, periodic along x and clamped below, whose upper edge moves sideways by d under a pressure p.
+//! Exact: a homogeneous state with the shear stress G d/H and the confined strain e = -p/M. The edge sinks by p H/M. The force of
+//! the drive is G d/H times the area along x, and 0 along y.
 //! Source: Hooke's law, G = E/(2 (1 + nu)), M = E (1 - nu)/((1 + nu)(1 - 2 nu)).
-//! Tolerance: 1e-6, what damping leaves of the first oscillation after 40 of its periods.
+//! Tolerance: 1e-6, the rest of the damped first oscillation after 40 of its periods.
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -25,8 +25,8 @@ fn strip(top: Value) -> Value {
     })
 }
 
-/// Runs the strip to 40 us under the load and this motion, both with a ramp of 10 us; returns the time (s), the mean height of the
-/// edge (m) and the force of the drive (N).
+/// Runs the strip to 40 us under the load and this motion, both with a ramp of 10 us. Returns the time (s), the mean displacement of
+/// the edge along y (m) and the force of the drive (N).
 fn pressed_while(motion: Value) -> (f64, f64, [f64; 2]) {
     let traction = json!({"traction_pa": ["free", -PRESSURE], "ramp_s": 1e-5});
     let mut strip = node(&strip(with(motion, traction)));
@@ -46,7 +46,7 @@ fn near(value: f64, exact: f64) {
 }
 
 #[test]
-fn a_set_is_moved_in_one_direction_and_loaded_in_the_other() {
+fn a_set_takes_a_motion_in_one_direction_and_a_load_in_the_other() {
     let sunk = -PRESSURE * HEIGHT / confined_modulus();
     let shear = |shift: f64| 102.5e9 / 2.6 * shift / HEIGHT * WIDTH * 1e-3;
 
@@ -58,7 +58,7 @@ fn a_set_is_moved_in_one_direction_and_loaded_in_the_other() {
     let speed = 0.03;
     let (t, uy, [fx, _]) = pressed_while(json!({"velocity_m_per_s": [speed, "free"]}));
     near(uy, sunk);
-    // The mass of the three rows between, which move with y/H of the speed, is dragged: c v sum m (y/H)^2 of it by the edge.
+    // Mass damping drags the three rows between, which move with y/H of the speed. The edge's part of the drag is c v sum m (y/H)^2.
     let row = 7800.0 * WIDTH * 1e-3 * HEIGHT / 4.0;
     let drag = DRAG * speed * row * [0.25_f64, 0.5, 0.75].map(|y| y * y).iter().sum::<f64>();
     near(fx, shear(speed * (t - 5e-6)) + drag);

@@ -1,8 +1,8 @@
-//! Problem: the top of a strip moves at a constant velocity v from rest; a corner is moved by two sets.
-//! Exact: until the wave meets the base the strip behind the front is under rho c v, the drive does the work
-//! rho c v^2 t per area, half of it kinetic, half strain. A displacement is reached at the end of its ramp and held.
+//! Problem: the top of a strip moves at a constant velocity v from rest; the top of a block has a displacement with a ramp.
+//! Exact: until the wave reaches the base the stress behind the front is rho c v. The drive does the work
+//! rho c v^2 t per area, half kinetic and half strain energy. A displacement is reached at the end of its ramp and held.
 //! Source: d'Alembert, c = sqrt(M/rho); energies of a progressive wave.
-//! Tolerance: 1 % for the stress behind the front, which ripples, 0.5 % for the work; 1e-12 for prescribed places;
+//! Tolerance: 1 % for the stress behind the front, which ripples; 0.5 % for the work; 1e-12 for prescribed displacements;
 //! 1e-10 for the balance, as in `fem_energy`.
 
 use fem_node::output::probe;
@@ -57,7 +57,7 @@ fn a_displacement_is_reached_and_held() {
     }
 }
 
-/// With loads on neighbouring sets, a coupled one that shares a corner with the driven one, and mass damping.
+/// The drive acts with a load on another set, a coupled set that shares a corner with the driven one, and mass damping.
 #[test]
 fn the_work_of_a_drive_is_accounted_for() {
     for damping in [0.5, 0.75] {
@@ -113,7 +113,7 @@ fn a_pressure_pushes_each_edge_inwards() {
 }
 
 #[test]
-fn motions_that_make_no_sense_are_refused_by_their_key() {
+fn impossible_motions_materials_and_supports_are_refused_by_their_key() {
     let cases = [
         ("boundary.top", json!({"boundary": {"top": {}}})),
         (
@@ -167,7 +167,7 @@ fn motions_that_make_no_sense_are_refused_by_their_key() {
     ];
     for (key, change) in cases {
         let config: Value = with(block(), change);
-        let error = fem_node::check(&config, &setting(1)).expect_err("it makes no sense");
+        let error = fem_node::check(&config, &setting(1)).expect_err("it is impossible");
         assert_eq!(error.key, key, "{error}");
         assert!(error.help.is_some(), "{error}");
     }
@@ -178,6 +178,6 @@ fn a_driven_set_cannot_be_coupled() {
     let drive = json!({"boundary": {"top": {"velocity_m_per_s": [0.0, 1.0]}}});
     let error = node(&with(block(), drive))
         .couple("top")
-        .expect_err("it moves by itself");
+        .expect_err("the scene prescribes its motion");
     assert!(error.message.contains("boundary.top"), "{error}");
 }

@@ -1,16 +1,16 @@
-//! Problem: a set of a body is moved by a table or to and fro.
+//! Problem: a table or a sine prescribes the motion of a set.
 //!
 //! ```text
 //!   D(t)   __                 D = A sin(2 pi f (t - t_s))
-//!  _______/  \___  t          rho c v in a bar until the wave comes back; E A D/L in one that is moved slowly
+//!  _______/  \___  t          rho c v in a bar until the wave comes back; M A D/L in a slow motion
 //! ```
 //!
-//! Exact: the displacement at the end of each step is that of the table or the sine, in every direction that is not free; the drive
-//! of a laterally held bar exerts rho c A times the velocity, c = sqrt(M/rho) (d'Alembert), and works rho c A times the integral of its
-//! square; moved over 400 periods of the bar its end is under M A D/L (Hooke) up to (pi/2 times the period over that of the motion)^2
-//! / 3 = 5e-6, by which u'' of the bar bends its profile. A table with the corners of a ramped displacement has its bits.
+//! Exact: each step ends at the displacement of the table or the sine, in every direction that is not free. On a laterally held
+//! bar the drive's force is rho c A times the velocity, c = sqrt(M/rho) (d'Alembert), and its work rho c A times the integral of the
+//! squared velocity. In a motion over 400 periods of the bar its force is M A D/L (Hooke), up to (pi/2 (bar's period)/(motion's
+//! period))^2 / 3 = 5e-6 from the bar's inertia. A table with the corners of a ramped displacement gives the same bits.
 //! Tolerance: rounding of the displacement, 1e-15 of the largest; 1 % for the force behind a front, which ripples as in `fem_motion`,
-//! and for the work, which three of them cut off; 1e-5 for Hooke; 1e-10 for the balance, as in `fem_energy`.
+//! and for the work, which has three fronts; 1e-5 for Hooke; 1e-10 for the balance, as in `fem_energy`.
 
 use std::f64::consts::TAU;
 
@@ -33,7 +33,7 @@ fn displacement(node: &FemNode, at: [usize; 2]) -> [f64; 2] {
     [0, 1].map(|k| node.state().u[node.model.body.layout.index(at, k)])
 }
 
-/// Piecewise linear through (t, x), constant beyond, by the formula of each stretch.
+/// Piecewise linear through (t, x), by the formula of each interval; 0 before the table and constant after it.
 fn along(table: &[[f64; 2]], t: f64) -> f64 {
     let pair = table.windows(2).find(|pair| t < pair[1][0]);
     match pair {
@@ -108,9 +108,9 @@ fn every_step_ends_on_the_sine() {
     }
 }
 
-/// The end of a bar goes down at 1 m/s for 2 us, stays, and goes on at 0.5 m/s: rho c A times that until its wave is back.
+/// The end of a bar moves down at 1 m/s for 2 us, rests, and moves on at 0.5 m/s. Its force is rho c A v until the wave comes back.
 #[test]
-fn the_force_of_the_drive_is_that_of_its_wave() {
+fn the_force_of_the_drive_belongs_to_its_wave() {
     let table = json!([
         [0.0, "free", 0.0],
         [2e-6, "free", -2e-6],
@@ -131,7 +131,7 @@ fn the_force_of_the_drive_is_that_of_its_wave() {
         report = bar.advance_alone(&window(index, 1)).expect("stable");
         found.push(reported(&bar, &report, "top_reaction_y_n"));
     }
-    // The ripple behind a front dies out in 20 steps or so.
+    // The ripple behind a front decays in about 20 steps.
     for (from, to, speed) in [(0.8e-6, 2e-6, -1.0), (3e-6, 4e-6, 0.0), (5e-6, 8e-6, -0.5)] {
         let range = (from / h) as usize..(to / h) as usize - 1;
         let mean = found[range.clone()].iter().sum::<f64>() / range.len() as f64;
@@ -147,9 +147,9 @@ fn the_force_of_the_drive_is_that_of_its_wave() {
     assert!((work / exact - 1.0).abs() < 1e-2, "{work:e} {exact:e}");
 }
 
-/// What the sudden start rings with is damped out, and at the fifth quarter of the period the edge stands still.
+/// Damping removes the oscillation of the sudden start. At the fifth quarter of the period the edge is at rest.
 #[test]
-fn a_bar_that_is_moved_slowly_is_under_hookes_stress() {
+fn a_bar_in_a_slow_motion_has_hookes_stress() {
     let height = 2e-3;
     let period = 4.0 * height / (confined_modulus() / 7800.0).sqrt();
     let (amplitude, slow) = (1e-6, 400.0 * period);
@@ -176,7 +176,7 @@ fn a_bar_that_is_moved_slowly_is_under_hookes_stress() {
 }
 
 #[test]
-fn a_table_with_the_corners_of_a_ramp_has_its_bits() {
+fn a_table_with_the_corners_of_a_ramp_has_the_same_bits() {
     let life = |top: Value| {
         let mut block = node(&with(block(), moved("top", top)));
         for index in 0..20 {
@@ -184,7 +184,7 @@ fn a_table_with_the_corners_of_a_ramp_has_its_bits() {
         }
         (block.state().clone(), *block.ledger())
     };
-    // A stretch from 0 to 1 m has the bits of the share of a ramp.
+    // An interval from 0 to 1 m gives the same bits as a ramp's share.
     let ramp = life(json!({"displacement_m": [0.0, 1.0], "ramp_s": 2.0}));
     let table = life(json!({"motion_table": [[0.0, 0.0, 0.0], [2.0, 0.0, 1.0]]}));
     assert_eq!(ramp, table);
@@ -193,9 +193,9 @@ fn a_table_with_the_corners_of_a_ramp_has_its_bits() {
 #[test]
 fn a_load_acts_in_the_direction_that_a_motion_over_time_leaves_free() {
     let load = json!({"load_table": [[0.0, 0.0], [1e-6, -40.0]]});
-    let to_and_fro = json!({"motion": {"amplitude_m": 1e-6, "frequency_hz": 1e5, "start_s": 3e-6}});
+    let sine = json!({"motion": {"amplitude_m": 1e-6, "frequency_hz": 1e5, "start_s": 3e-6}});
     let table = json!({"motion_table": [[3e-6, 0.0, "free"], [5e-6, 1e-6, "free"]]});
-    for motion in [to_and_fro, table] {
+    for motion in [sine, table] {
         let free = json!({"base": "free", "time": {"end_s": 2e-5}});
         let config = with(free, moved("top", with(motion.clone(), load.clone())));
         let mut body = node(&with(block(), config));
@@ -206,7 +206,7 @@ fn a_load_acts_in_the_direction_that_a_motion_over_time_leaves_free() {
         for index in 0..20 {
             let report = body.advance_alone(&window(index, 10)).expect("stable");
             let t = (10 * (index + 1)) as f64 * h;
-            // h sum of (1-b) F + b F', the trapezoidal rule and (b - 1/2) h F; a corner within a step misses it by up to h^2 F'/8.
+            // h sum of ((1-b) F + b F'): the trapezoidal rule plus (b - 1/2) h F. A corner within a step adds an error of up to h^2 F'/8.
             let rise = 0.5 * t.min(1e-6) * t.min(1e-6) / 1e-6 + (t - 1e-6).max(0.0);
             let exact = -40.0 * (rise + 0.25 * h * (t / 1e-6).min(1.0));
             let momentum = reported(&body, &report, "momentum_y_kg_m_per_s");
@@ -227,7 +227,7 @@ fn a_load_acts_in_the_direction_that_a_motion_over_time_leaves_free() {
 }
 
 #[test]
-fn keys_over_time_come_into_play_and_make_the_parts_of_a_run() {
+fn keys_over_time_give_the_moments_and_phases_of_a_run() {
     let described = |top: Value| {
         let config = with(json!({"time": {"end_s": 1e-4}}), moved("top", top));
         node(&with(block(), config)).describe()
@@ -239,29 +239,29 @@ fn keys_over_time_come_into_play_and_make_the_parts_of_a_run() {
             .collect()
     };
     let part = |name: &str, t0, t1| (name.to_string(), t0, t1);
-    let told = described(json!({"load_table": [[0.0, 0.0], [1e-5, -5.0]],
+    let description = described(json!({"load_table": [[0.0, 0.0], [1e-5, -5.0]],
                                 "motion": {"amplitude_m": 1e-6, "frequency_hz": 1e5, "start_s": 3e-5}}));
     let phases = [
         part("ramp", 0.0, 1e-5),
         part("hold", 1e-5, 3e-5),
         part("cycling", 3e-5, 1e-4),
     ];
-    assert_eq!(parts(told.phases), phases);
-    assert_eq!(told.moments["boundary.top.motion.start_s"], 3e-5);
-    let told = described(
+    assert_eq!(parts(description.phases), phases);
+    assert_eq!(description.moments["boundary.top.motion.start_s"], 3e-5);
+    let description = described(
         json!({"motion_table": [[0.0, 0.0, 0.0], [2e-5, 1e-6, 0.0], [3e-5, 1e-6, 1e-6], [1.0, 1e-6, 1e-6]]}),
     );
     assert_eq!(
-        parts(told.phases),
+        parts(description.phases),
         [part("ramp", 0.0, 3e-5), part("hold", 3e-5, 1e-4)]
     );
-    assert_eq!(told.moments["boundary.top.motion_table"], 3e-5);
+    assert_eq!(description.moments["boundary.top.motion_table"], 3e-5);
 }
 
 #[test]
-fn motions_over_time_that_make_no_sense_are_refused_by_their_key() {
+fn impossible_motions_over_time_are_refused_by_their_key() {
     let table = json!([[0.0, 0.0, "free"], [1e-6, 1e-6, "free"]]);
-    let to_and_fro = |change: Value| json!({"motion": with(json!({"amplitude_m": 1e-6, "frequency_hz": 1e4}), change)});
+    let sine = |change: Value| json!({"motion": with(json!({"amplitude_m": 1e-6, "frequency_hz": 1e4}), change)});
     let cases: [(Value, &str, &str); 17] = [
         (
             json!({"motion_table": []}),
@@ -314,33 +314,33 @@ fn motions_over_time_that_make_no_sense_are_refused_by_their_key() {
             "a load and a motion in x",
         ),
         (
-            to_and_fro(json!({"amplitude_m": 0.0})),
+            sine(json!({"amplitude_m": 0.0})),
             ".motion.amplitude_m",
             "must be above 0",
         ),
         (
-            to_and_fro(json!({"frequency_hz": -1.0})),
+            sine(json!({"frequency_hz": -1.0})),
             ".motion.frequency_hz",
             "must be above 0",
         ),
         (
-            to_and_fro(json!({"frequency_hz": 1e7})),
+            sine(json!({"frequency_hz": 1e7})),
             ".motion.frequency_hz",
             "fewer than 20 steps",
         ),
         (
-            to_and_fro(json!({"start_s": -1.0})),
+            sine(json!({"start_s": -1.0})),
             ".motion.start_s",
             "at least 0",
         ),
         (
-            to_and_fro(json!({"direction": [0.0, "free"]})),
+            sine(json!({"direction": [0.0, "free"]})),
             ".motion.direction",
             "not both 0",
         ),
         (
             with(
-                to_and_fro(json!({})),
+                sine(json!({})),
                 json!({"load_table": [[0.0, 1.0]], "load_direction": [1.0, -1.0]}),
             ),
             "",
@@ -348,7 +348,7 @@ fn motions_over_time_that_make_no_sense_are_refused_by_their_key() {
         ),
         (
             with(
-                to_and_fro(json!({"direction": [1.0, 0.0]})),
+                sine(json!({"direction": [1.0, 0.0]})),
                 json!({"load_table": [[0.0, 1.0]]}),
             ),
             ".load_table",

@@ -1,4 +1,4 @@
-//! Quadrilaterals and named lines, written as Gmsh would write them, and the meshes that several cases share.
+//! Quadrilaterals and named lines in Gmsh's format, and the meshes that several cases share.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use fem_kernel::mesh::{Edge, Mesh};
 
-/// A mesh before it is written.
+/// A mesh to write.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
-    /// Places of the nodes.
+    /// Positions of the nodes.
     pub points: Vec<[f64; 2]>,
     /// Corners of the elements, in either sense of rotation.
     pub quads: Vec<[usize; 4]>,
@@ -18,8 +18,8 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// A block with its four edges as groups. Nodes and elements come in another order than in the block, and every third
-    /// element runs clockwise.
+    /// A block with its four edges as groups. Nodes and elements are in another order than in the block, and every third
+    /// element is clockwise.
     pub fn of_block(mesh: &Mesh) -> Drawing {
         let shuffled = shuffle(mesh.points.len());
         let mut drawing = Drawing {
@@ -47,7 +47,7 @@ impl Drawing {
         drawing
     }
 
-    /// The same as MSH 2.2.
+    /// The mesh as MSH 2.2.
     pub fn msh2(&self) -> String {
         let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
         self.names(&mut text);
@@ -77,7 +77,7 @@ impl Drawing {
         text + "$EndElements\n"
     }
 
-    /// The same as MSH 4.1: every group is a curve of its own.
+    /// The mesh as MSH 4.1, with one curve per group.
     pub fn msh4(&self) -> String {
         let mut text = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
         self.names(&mut text);
@@ -89,7 +89,7 @@ impl Drawing {
         }
         add(&mut text, "1 0 0 0 1 1 0 1 1 0\n$EndEntities".into());
         let count = self.points.len();
-        // Two blocks, of which the first is empty and the second on a curve with its parameters.
+        // Two blocks: the first is empty, the second is on a curve and has parameters.
         add(
             &mut text,
             format!("$Nodes\n2 {count} 1 {count}\n2 1 0 0\n1 1 1 {count}"),
@@ -129,7 +129,7 @@ impl Drawing {
         text.push_str("2 1 \"whole body\"\n$EndPhysicalNames\n");
     }
 
-    /// `parts` x `parts` elements in place of each, the new nodes bilinear between the corners; groups are split alike.
+    /// Divides each element into `parts` x `parts`, with the new nodes bilinear between the corners, and splits the groups.
     pub fn refined(&self, parts: usize) -> Drawing {
         let mut fine = Drawing::default();
         let add = |points: &mut Vec<[f64; 2]>, p: [f64; 2]| {
@@ -164,7 +164,7 @@ impl Drawing {
     }
 }
 
-/// `n` elements around one node, which is no lattice unless n = 4, with the group `rim` around all.
+/// `n` elements around one node, a lattice only for n = 4, with the group `rim` around all.
 pub fn fan(n: usize) -> Drawing {
     let on_circle = |radius: f64, turns: f64| {
         let angle = std::f64::consts::TAU * turns;
@@ -187,7 +187,7 @@ pub fn fan(n: usize) -> Drawing {
     drawing
 }
 
-/// A permutation that looks like none: multiples of a number without a common divisor.
+/// A permutation that looks random: the multiples of a number that has no common divisor with the count.
 fn shuffle(count: usize) -> Vec<usize> {
     let divides =
         |a: usize, b: usize| (2..=a.min(b)).any(|d| a.is_multiple_of(d) && b.is_multiple_of(d));
@@ -200,7 +200,7 @@ fn shuffle(count: usize) -> Vec<usize> {
 pub struct MshFile(pub PathBuf);
 
 impl MshFile {
-    /// Writes it.
+    /// Writes the file.
     pub fn new(text: &str) -> MshFile {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let unique = COUNT.fetch_add(1, Ordering::Relaxed);

@@ -1,7 +1,7 @@
 //! Problem: one element between rollers, a single mass on a spring: omega = sqrt(2) c/H, c = sqrt(M/rho).
 //! Exact: damping ratio xi and relative frequency error of the scheme for Omega = omega h.
-//! Source: rows of a spectral analysis by an independent code (six digits), copied below; they follow from
-//! trace = 2 - (b + 1/2) Omega^2 and det = 1 + (1/2 - b) Omega^2 of the amplification matrix.
+//! Source: rows of a spectral analysis by an independent code (six digits), copied below. They follow from the
+//! amplification matrix's trace = 2 - (b + 1/2) Omega^2 and det = 1 + (1/2 - b) Omega^2.
 //! Tolerance: the printed digits, 1e-5 relative, and 1e-9 for the rounding of the measured displacements.
 
 use protocol::Node;
@@ -47,8 +47,8 @@ fn free_motion(damping: f64, omega_h: f64, steps: u64) -> Vec<f64> {
     (1..=steps).map(&mut march).collect()
 }
 
-/// ln|eigenvalue| and its argument, from u(n+2k) = trace u(n+k) - det u(n) of k steps at once, k about 1/Omega
-/// so that the two equations are well conditioned.
+/// ln|eigenvalue| and its argument, from u(n+2k) = trace u(n+k) - det u(n) over k steps. k is about 1/Omega, which
+/// keeps the two equations well conditioned.
 fn eigenvalue(damping: f64, omega_h: f64) -> (f64, f64) {
     let k = (1.0 / omega_h).round() as usize;
     let u = free_motion(damping, omega_h, 4 * k as u64);

@@ -1,6 +1,6 @@
-//! Problem: a linear displacement field on a mesh in which no side is parallel to another.
-//! Exact: the stress is D grad u everywhere; inner nodes carry no force; the forces on the outer ones do the work
-//! 2 x strain energy; a translation and an infinitesimal rotation give no force at all.
+//! Problem: a linear displacement field on a mesh with no parallel sides inside.
+//! Exact: the stress is D grad u everywhere; inner nodes carry no force; the forces on the outer nodes do the work
+//! 2 x strain energy; a translation and an infinitesimal rotation give no force.
 //! Source: Irons' patch test (Irons and Razzaque 1972); Flanagan and Belytschko (1981), section 3, for the
 //! orthogonality of the hourglass vectors.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
@@ -30,7 +30,7 @@ fn elastic() -> Elastic {
     Elastic::plane_strain(2.0, 0.3, 1.0)
 }
 
-/// Nodal forces under the field u = slope x, in the order of the rows of nodes.
+/// Nodal forces under the field u = shift + slope x, row by row.
 fn forces(kind: ElementKind, slope: [[f64; 2]; 2], shift: [f64; 2]) -> Vec<([usize; 2], [f64; 2])> {
     let mesh = distorted();
     let body = Body::new(&mesh, kind, &elastic(), 1.0);
@@ -63,7 +63,7 @@ const KINDS: [ElementKind; 3] = [
 const SLOPE: [[f64; 2]; 2] = [[0.3, -0.2], [0.7, 0.4]];
 
 #[test]
-fn a_linear_field_has_constant_stress_and_leaves_inner_nodes_alone() {
+fn a_linear_field_has_constant_stress_and_no_force_on_inner_nodes() {
     let mesh = distorted();
     let exact = elastic().stress([0.3, 0.4, 0.5]);
     for (i, j) in (0..SIZE).flat_map(|j| (0..SIZE).map(move |i| (i, j))) {

@@ -1,4 +1,4 @@
-//! Problem: a block whose left and right edge are one (mesh.periodic_x).
+//! Problem: a block whose left and right edges are the same (mesh.periodic_x).
 //!
 //! ```text
 //!     = o---o---o---o =        the last column of nodes is the first one
@@ -6,11 +6,11 @@
 //!     = o---o---o---o =
 //! ```
 //!
-//! Exact: a translation stretches nothing; a wave runs across the seam as if there were none and comes back unchanged
-//! after a period; under a uniform traction (tau, sigma) every column is u = (tau/mu, sigma/M) (y + H), and under a flat
-//! rigid wheel the pressure is the load over the area everywhere; the fastest mode is that of one element, 2 c_p/d.
+//! Exact: a translation stretches nothing. A wave crosses the seam unchanged and comes back after a period. Under a uniform
+//! traction (tau, sigma) every column has u = (tau/mu, sigma/M) (y + H). Under a flat rigid wheel the pressure is the load
+//! over the area everywhere. The fastest mode is one element's, 2 c_p/d.
 //! Source: d'Alembert; the dispersion relation of `fem_dispersion`; M = lambda + 2 mu.
-//! Tolerance: rounding, beside each assertion.
+//! Tolerance: rounding, given at each assertion.
 
 use fem_kernel::statics::history::{StaticLoads, equilibrium};
 use fem_node::output::profile::ContactProfile;
@@ -35,7 +35,7 @@ fn flat() -> Value {
     }))
 }
 
-/// v M v / 2 (J), of which the ledger has the change since the start.
+/// v M v / 2 (J); the ledger has its change since the start.
 fn kinetic(node: &fem_node::FemNode) -> f64 {
     let masses = node.model.body.mass.iter();
     let squares = masses.zip(&node.state().v).map(|(m, v)| m * v * v);
@@ -70,12 +70,12 @@ fn a_translation_stretches_nothing() {
 }
 
 #[test]
-fn a_wave_runs_across_the_seam_unchanged() {
+fn a_wave_crosses_the_seam_unchanged() {
     const PERIODS: usize = 3;
     for wave in [Wave::P, Wave::S] {
         let mut strip = travelling(wave, PERIODS, 1e-9, wave.strip(0.5));
         let z = exact(wave, PERIODS, strip.model.scheme.step, 0.5);
-        // Three periods in the strip: every front passes the seam more than twice.
+        // With three periods in the strip, every front crosses the seam more than twice.
         let steps = (8.0 * std::f64::consts::TAU / z.phase).round() as u32;
         strip.advance_alone(&window(0, steps)).expect("stable");
         let (mesh, layout) = (&strip.model.mesh, strip.model.body.layout);
@@ -108,9 +108,9 @@ fn no_energy_is_lost_at_the_seam() {
     }
 }
 
-/// Square elements of one row: 2 c_p/d, the mode in which they breathe in the direction that is free.
+/// One row of square elements has 2 c_p/d, the mode of alternating expansion in the free direction.
 #[test]
-fn the_fastest_mode_is_that_of_one_element() {
+fn the_fastest_mode_is_the_mode_of_one_element() {
     for wave in [Wave::P, Wave::S] {
         let strip = node(&wave.strip(0.75));
         let fastest = 2.0 * Wave::P.speed() / SIZE;
@@ -120,7 +120,7 @@ fn the_fastest_mode_is_that_of_one_element() {
 }
 
 #[test]
-fn the_step_limit_is_that_of_the_closed_body() {
+fn the_step_limit_belongs_to_the_closed_body() {
     let limit = node(&flat()).model.step_limit;
     let run = |share: f64| {
         let time = json!({"time": {"step_s": share * limit, "unsafe_step": true}});
@@ -138,7 +138,7 @@ fn the_step_limit_is_that_of_the_closed_body() {
 }
 
 #[test]
-fn under_a_uniform_traction_every_column_is_alike() {
+fn under_a_uniform_traction_every_column_is_the_same() {
     let (tau, sigma) = (2e6, -5e6);
     let load = json!({"boundary": {"top": {"traction_pa": [tau, sigma]}}});
     for element in ["q4_1point", "q4_2x2", "q4_bbar"] {
@@ -164,7 +164,7 @@ fn under_a_uniform_traction_every_column_is_alike() {
 }
 
 #[test]
-fn a_flat_wheel_presses_alike_everywhere() {
+fn a_flat_wheel_gives_a_uniform_pressure() {
     let wheel = json!({"wheel": {"load_n": 600.0, "mass_kg": 0.01, "ramp_s": 1e-5, "hold_s": 1e-5},
                        "contact": {"friction": 0.3}});
     let body = node(&with(flat(), wheel));
@@ -186,9 +186,9 @@ fn a_flat_wheel_presses_alike_everywhere() {
     }
 }
 
-/// In motion too: nothing distinguishes one column from another.
+/// In motion all columns are equal, too.
 #[test]
-fn a_falling_wheel_finds_no_seam() {
+fn a_falling_wheel_shows_no_seam() {
     let wheel = json!({"wheel": {"load_n": 600.0, "mass_kg": 0.01, "ramp_s": 1e-5, "hold_s": 1e-5},
                        "contact": {"friction": 0.3}});
     let mut body = node(&with(flat(), wheel));
@@ -229,14 +229,14 @@ fn each_node_is_exchanged_once() {
     assert!(top.length_m.iter().all(|l| (l / 5e-4 - 1.0).abs() < 1e-9));
     let mass = 7800.0 * 5e-4 * 2.5e-4 * 1e-3;
     assert!(top.mass_kg.iter().all(|m| (m / mass - 1.0).abs() < 1e-9));
-    // Any of them answers a force alike, the one on the seam as well.
+    // Every node has the same response to a force, also the node on the seam.
     let columns = body.columns(&window(0, 6)).expect("stable");
     let own = |point: usize| columns[(2 * point + 1) * 48 + 2 * point + 1];
     assert!((own(0) / own(11) - 1.0).abs() < 1e-9);
 }
 
 #[test]
-fn its_edges_repeat_and_those_of_a_body_with_ends_do_not() {
+fn only_the_edges_of_a_periodic_body_have_a_period() {
     let free = with(flat(), json!({"base": "free"}));
     let periods = node(&free).describe().period_m;
     assert_eq!(periods.len(), 2);
@@ -247,9 +247,9 @@ fn its_edges_repeat_and_those_of_a_body_with_ends_do_not() {
     assert!(node(&with_ends).describe().period_m.is_empty());
 }
 
-/// Thrown along x it goes three times round, unstretched, as one with ends or thrown along y goes three times its size.
+/// Thrown along x, a periodic block goes three times round without strain. Thrown along y, or with ends, it travels three times its width.
 #[test]
-fn a_block_may_fly_for_ever_with_ends_and_without() {
+fn a_block_may_fly_any_distance_with_ends_and_without() {
     let thrown = |repeats: bool, velocity: [f64; 2]| {
         let changes = json!({
             "base": "free", "mesh": {"periodic_x": repeats},
@@ -273,7 +273,7 @@ fn a_block_may_fly_for_ever_with_ends_and_without() {
 }
 
 #[test]
-fn what_needs_ends_is_refused_by_name() {
+fn keys_that_need_ends_are_refused_by_name() {
     let refused = |change: Value| {
         let config = with(flat(), change);
         fem_node::check(&config, &setting(1))

@@ -1,6 +1,6 @@
-//! Problem: the same body with `perturb_seed`, which displaces its nodes along y by up to 1e-12 of the mean element size.
-//! Exact: x and the number of nodes stay; no y moves by more, and as good as all do; the two ends of a row of a body that repeats
-//! along x move alike; one seed gives one mesh, and another seed another.
+//! Problem: a body with `perturb_seed`, which displaces its nodes along y by up to 1e-12 of the mean element size.
+//! Exact: x and the number of nodes stay; no y moves by more, and nearly all move. In a periodic body the two ends of a row move
+//! equally. The same seed gives the same mesh, and another seed another mesh.
 //! Source: requirement. Tolerance: one rounding of the coordinate.
 
 use fem_node::FemConfig;
@@ -30,7 +30,7 @@ fn nodes_are_displaced_by_a_trillionth_of_an_element() {
         .fold(0.0, |a: f64, y| a.max(y.abs()));
     let displaced = plain.iter().zip(&first).filter(|(old, new)| {
         assert_eq!(old[0], new[0]);
-        // An element is not larger than the body.
+        // An element is no larger than the body.
         let most = 1e-12 * height + f64::EPSILON * old[1].abs();
         assert!((new[1] - old[1]).abs() <= most, "{old:?} became {new:?}");
         old[1] != new[1]
@@ -44,7 +44,7 @@ fn nodes_are_displaced_by_a_trillionth_of_an_element() {
 }
 
 #[test]
-fn a_body_that_repeats_stays_one() {
+fn a_periodic_body_stays_periodic() {
     let config = with(
         block(),
         json!({"mesh": {"periodic_x": true, "crown_radius_m": 0.0}, "perturb_seed": 3}),

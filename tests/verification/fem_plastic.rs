@@ -1,11 +1,11 @@
-//! Problem: a confined block, ezz = exx = 0, pressed and pulled slowly through four reversals.
+//! Problem: a confined block, ezz = exx = 0, under slow tension and compression with four reversals.
 //! Exact: with q = s_yy - s_xx and p the plastic part of eyy, q = 2 mu eyy - 3 mu p. The block yields at
 //! q - K p = +-(Y + H a), a the sum of |dp|, and on each branch dp = 2 mu d(eyy beyond yield) / (3 mu + H + K).
-//! s_yy = k eyy + 2/3 q, k the bulk modulus. A free block in plane strain that is pulled without hardening reaches
+//! s_yy = k eyy + 2/3 q, k the bulk modulus. Without hardening, a free block under tension in plane strain reaches
 //! s_yy = 2 Y/sqrt(3), s_xx = 0, s_zz = Y/sqrt(3).
 //! Source: R. Hill, The Mathematical Theory of Plasticity (1950), ch. 2 and 4.
-//! Tolerance: 1e-6 for the cycles: each branch takes 500 periods at 0.9 of the critical damping, what
-//! is left of the oscillation is that of a step of 2e-3 of the force. 1e-4 for the limit: what is still elastic.
+//! Tolerance: 1e-6 for the cycles. Each branch takes 500 periods at 0.9 of the critical damping, so the remaining
+//! oscillation comes from a step of 2e-3 of the force. 1e-4 for the limit, from the elastic part.
 
 use fem_kernel::element::body::ElementKind;
 use fem_node::FemNode;
@@ -23,12 +23,12 @@ fn bulk() -> f64 {
     102.5e9 / (3.0 * 0.4)
 }
 
-/// eyy after the stress has gone monotonically to each of `targets`, by the formulas above.
+/// eyy after a monotonic change of the stress to each of `targets`, by the formulas above.
 fn exact(targets: &[f64], isotropic: f64, kinematic: f64) -> Vec<f64> {
     let (mut strain, mut p, mut a, mut stress) = (0.0, 0.0, 0.0, 0.0);
     let follow = |target: &f64| {
         let sign = f64::signum(target - stress);
-        // s = k e + 2/3 q and q = 2 mu e - 3 mu p: the strain at which yielding starts, then the two slopes.
+        // s = k e + 2/3 q and q = 2 mu e - 3 mu p give the strain at which yielding starts, then the two slopes.
         let elastic = |stress: f64| (stress + 2.0 * MU * p) / (bulk() + 4.0 / 3.0 * MU);
         let onset_q = kinematic * p + sign * (YIELD + isotropic * a);
         let onset = (onset_q + 3.0 * MU * p) / (2.0 * MU);
@@ -50,7 +50,7 @@ fn exact(targets: &[f64], isotropic: f64, kinematic: f64) -> Vec<f64> {
     targets.iter().map(follow).collect()
 }
 
-/// One element, 1 mm high and wide, under these stresses one after the other.
+/// eyy of one element, 1 mm high and wide, after each of these stresses.
 fn cycled(element: &str, targets: &[f64], isotropic: f64, kinematic: f64) -> Vec<f64> {
     let (height, modulus) = (1e-3, bulk() + 4.0 / 3.0 * MU);
     let omega = (2.0 * modulus / 7800.0).sqrt() / height;
@@ -98,7 +98,7 @@ fn cycles_follow_isotropic_and_kinematic_hardening() {
     }
 }
 
-/// The two laws differ where it matters: after a reversal.
+/// The two laws differ after a reversal.
 #[test]
 fn kinematic_hardening_yields_earlier_in_reverse() {
     let targets = [1.5e9, -1.2e9];
@@ -143,7 +143,7 @@ fn a_pulled_block_reaches_the_limit_of_plane_strain() {
     }
 }
 
-/// A soft crowned block, so that the forces of the cases make it yield.
+/// A crowned block with a low yield stress. The cases' forces make it yield.
 fn soft(element: &str) -> Value {
     with(
         block(),
@@ -198,7 +198,7 @@ fn every_joule_of_plastic_work_is_accounted_for() {
 }
 
 #[test]
-fn repeats_forget_what_the_points_went_through() {
+fn a_repeat_starts_from_the_committed_history() {
     for element in ELEMENTS {
         let (mut plain, mut repeated) = (node(&soft(element)), node(&soft(element)));
         let points = plain.couple("top").expect("a set").len();
@@ -249,9 +249,9 @@ fn an_elastic_body_has_no_plastic_term_and_a_plastic_one_has() {
     assert!(has(&soft("q4_1point")));
 }
 
-/// Flow that keeps the volume locks the other elements.
+/// Plastic flow keeps the volume, which locks the other elements.
 #[test]
-fn a_plastic_body_takes_the_element_that_does_not_lock_unless_another_is_named() {
+fn a_plastic_body_has_an_element_without_locking_by_default() {
     let element = |change: Value| node(&with(block(), change)).model.element;
     let plastic = json!({"material": {"yield_pa": 1e5}});
     assert_eq!(element(plastic.clone()), ElementKind::Q4MeanDilatation);
@@ -261,7 +261,7 @@ fn a_plastic_body_takes_the_element_that_does_not_lock_unless_another_is_named()
 }
 
 #[test]
-fn an_element_of_less_quality_says_so_once_it_has_yielded() {
+fn a_less_accurate_element_is_reported_once_it_has_yielded() {
     let codes = |element: &str, traction: f64| {
         let mut body = node(&with(
             soft(element),

@@ -1,6 +1,6 @@
-//! Problem: a small crowned block under its wheel, in motion and in equilibrium, with every bound of plausibility at zero, at a huge
-//! number, or as shipped.
-//! Exact: which findings a run ends with, and that strain is the largest that was seen: in the hold, at a snapshot or at the end.
+//! Problem: a small crowned block under its wheel, in motion and in equilibrium, with every plausibility bound at zero or at a
+//! huge number.
+//! Exact: the findings at the end of a run, and the largest strain seen, in the hold, at a snapshot or at the end.
 //! Source: the table of checks in the manual (scenarios/README.md).
 
 use protocol::{Finding, Node};
@@ -19,7 +19,7 @@ const CHECKS: [&str; 6] = [
     "cycle_drift_rel",
 ];
 
-/// The block under a wheel of 500 N that then goes sideways for `cycles`, all bounds being this.
+/// The block under a wheel of 500 N that then moves sideways for `cycles`, with all bounds at `bound`.
 fn under_wheel(bound: f64, cycles: f64) -> Value {
     let bounds = CHECKS.map(|check| (check.to_string(), json!([bound, bound])));
     with(
@@ -53,7 +53,7 @@ fn strain(findings: &[Finding]) -> f64 {
 }
 
 #[test]
-fn every_check_of_a_body_in_motion_is_made() {
+fn all_checks_of_a_body_in_motion_are_made() {
     let findings = |bound, cycles| {
         let mut body = node(&under_wheel(bound, cycles));
         run(&mut body, |_, _| {});
@@ -73,7 +73,7 @@ fn every_check_of_a_body_in_motion_is_made() {
 }
 
 #[test]
-fn every_check_of_a_body_in_equilibrium_is_made() {
+fn all_checks_of_a_body_in_equilibrium_are_made() {
     let findings = |bound, cycles| {
         let mut body = solved(&in_equilibrium(bound, cycles));
         body.finish().expect("it ends").findings
@@ -90,7 +90,7 @@ fn every_check_of_a_body_in_equilibrium_is_made() {
 }
 
 #[test]
-fn a_strain_that_has_passed_is_not_forgotten() {
+fn a_strain_at_a_snapshot_is_not_forgotten() {
     let config = with(
         block(),
         json!({"plausible": {"strain": [0.0, 0.0]}, "time": {"mass_damping_per_s": 1e6}}),
@@ -112,7 +112,7 @@ fn a_strain_that_has_passed_is_not_forgotten() {
 }
 
 #[test]
-fn a_contact_that_comes_near_the_end_after_the_hold_is_seen() {
+fn a_contact_near_the_end_after_the_hold_is_reported() {
     let reach = |cycles: f64| {
         let mut config = under_wheel(0.0, cycles);
         let mesh = config["mesh"].as_object_mut().expect("a table");

@@ -1,4 +1,4 @@
-//! Problem: a rough rigid punch is pressed into a perfectly plastic half-space in plane strain; one half of it.
+//! Problem: a rough rigid punch presses on a perfectly plastic half-space in plane strain; one half is modelled.
 //!
 //! ```text
 //!    punch  a    free
@@ -9,10 +9,10 @@
 //!
 //! Exact: (2 + pi) k a of collapse load on a half-width a, k = Y/sqrt(3) (Prandtl 1920; Hill, The Mathematical Theory of
 //! Plasticity, 1950, section IX.5).
-//! Tolerance: at the edge of the punch elements carry too much, an error of first order in their size: with four
-//! elements on a, 10.3 % with q4_bbar, which are 5.3 % with eight: order 1 within 0.2. A limit load is one that does not rise: between 0.036 and
-//! 0.04 a by less than 0.3 %. `q4_2x2` locks: still 1 % there. The hourglass stiffness of `q4_1point` as it
-//! is without flow made it as stiff.
+//! Tolerance: elements at the punch's edge carry too much, an error of first order in their size. With q4_bbar it is 10.3 %
+//! for four elements on a and 5.3 % for eight; the order must be between 0.8 and 1.1. A limit load rises by less than 0.3 % between
+//! 0.036 and 0.04 a. `q4_2x2` locks and still rises by 1 %. `q4_1point` would be as stiff with its elastic hourglass
+//! stiffness.
 
 use fem_node::FemNode;
 use protocol::Node;
@@ -21,7 +21,7 @@ use serde_json::json;
 use crate::fem_bodies::{node, reported, window};
 use crate::fem_msh::{Drawing, MshFile};
 
-/// 5 m x 3 m of squares, so many of them on the half-width of the punch, 1 m.
+/// 5 m x 3 m of squares, with `fine` of them on the punch's half-width of 1 m.
 fn block(fine: usize) -> Drawing {
     let (columns, rows) = (5 * fine, 3 * fine);
     let number = |i: usize, j: usize| j * (columns + 1) + i;
@@ -46,14 +46,14 @@ fn block(fine: usize) -> Drawing {
     drawing
 }
 
-/// Load over k a at sinkings of 0.036 and 0.04 a.
+/// Load over k a at punch displacements of 0.036 and 0.04 a.
 fn loads(element: &str, fine: usize) -> [f64; 2] {
     let file = MshFile::new(&block(fine).msh2());
     let mut block: FemNode = node(&json!({
         "element": element, "sides": "fixed_x", "mesh": {"gmsh": file.0},
         "material": {"young_pa": 210e9, "poisson": 0.3, "density_kg_per_m3": 7800.0,
                      "yield_pa": 2e8 * 3f64.sqrt()},
-        // Some 500 passages of a wave through the block: it sinks at 0.1 m/s, a stress of rho c v = 4 MPa = 0.02 k.
+        // A wave passes the block some 500 times. The punch sinks at 0.1 m/s, which adds a stress of rho c v = 4 MPa = 0.02 k.
         "time": {"step_s": "auto", "damping": 0.5, "mass_damping_per_s": 1000.0},
         "boundary": {"punch": {"displacement_m": [0.0, -0.04], "ramp_s": 0.4}},
     }));
@@ -61,7 +61,7 @@ fn loads(element: &str, fine: usize) -> [f64; 2] {
     [[0.0, 0.36], [0.36, 0.399]].map(|[from, until]| {
         let steps = ((until - from) / step) as u32;
         let report = block.advance_alone(&window(0, steps)).expect("stable");
-        // 1 mm thick.
+        // The block is 1 mm thick.
         -reported(&block, &report, "punch_reaction_y_n") / (2e8 * 1e-3)
     })
 }
@@ -87,7 +87,7 @@ fn a_punch_reaches_its_limit_load_and_locks_with_full_integration() {
 }
 
 #[test]
-fn the_limit_load_comes_nearer_to_prandtl_with_the_size() {
+fn the_limit_load_approaches_prandtl_with_the_size() {
     let limit = 2.0 + std::f64::consts::PI;
     let [coarse, fine] = [4, 8].map(|fine| loads("q4_bbar", fine)[1] / limit - 1.0);
     let order = (coarse / fine).log2();

@@ -1,11 +1,11 @@
-//! Problem: Rayleigh damping C = c M + beta K: standing waves of a periodic strip die out; a block is kicked at steps
+//! Problem: Rayleigh damping C = c M + beta K: standing waves of a periodic strip decay; a block gets an impulse, at steps
 //! around its stability limit.
-//! Exact: a mode omega has the damping ratio xi = (c/omega + beta omega)/2. The scheme takes beta K of the mean velocity of
-//! the last step, which for b = 1/2 and c = 0 makes its trace 2 - (omega h)^2 (1 + beta/h) and its determinant
-//! 1 - (omega h)^2 beta/h. Stable below h = (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max, xi that of omega_max.
+//! Exact: a mode omega has the damping ratio xi = (c/omega + beta omega)/2. The scheme applies beta K to the mean velocity of
+//! the last step. For b = 1/2 and c = 0 its trace is then 2 - (omega h)^2 (1 + beta/h) and its determinant
+//! 1 - (omega h)^2 beta/h. It is stable below h = (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max, with xi at omega_max.
 //! Source: Rayleigh 1877, section 102; Belytschko, Liu, Moran 2000, section 6.2; `fem_kernel::integrate`.
-//! Tolerance: 1e-9 against the scheme; 0.2 % against the continuous ratio at omega h = 0.002 to 0.02, of which the lag is
-//! a share of that order; 1e-10 for the energy balance, as in `fem_energy`.
+//! Tolerance: 1e-9 against the scheme; 0.2 % against the continuous ratio at omega h = 0.002 to 0.02, as the lag gives an error
+//! of that order; 1e-10 for the energy balance, as in `fem_energy`.
 
 use fem_kernel::spectrum;
 use protocol::{FaultCode, Node};
@@ -15,7 +15,7 @@ use crate::fem_bodies::{block, node, reported, set_in_motion, setting, window, w
 use crate::fem_dispersion::{Wave, exact, number};
 use crate::fem_wheel::{balance, run, wheel_rail};
 
-/// Trace and determinant of `stride` steps at a time, from the amplitudes of a standing wave with n periods.
+/// Trace and determinant over `stride` steps, from the amplitudes of a standing wave with n periods.
 fn oscillation(wave: Wave, periods: usize, time: Value, stride: u32) -> [f64; 2] {
     let strip = node(&with(wave.strip(0.5), json!({"time": time})));
     let shape = move |x: f64| 1e-9 * (number(periods) * x).cos();
@@ -86,7 +86,7 @@ fn a_mode_is_damped_by_the_ratio_of_rayleigh() {
     }
 }
 
-/// Runs the block at a share of its limit after a kick at the crown.
+/// Runs the block at a share of its limit after an impulse at the crown, and returns the largest displacement (m).
 fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::NodeError> {
     let fastest = node(&block()).model.omega_max;
     let beta = 2.0 * ratio / fastest;
@@ -100,7 +100,7 @@ fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::No
     force[points] = -1.0;
     body.advance(&window(0, 1), &force)?;
     body.commit(&window(0, 1), &[])?;
-    // The more the fastest mode is damped, the slower it grows beyond the limit.
+    // Beyond the limit, damping slows the growth of the fastest mode.
     for index in 1..if share >= 1.0 { 1000 } else { 100 } {
         body.advance_alone(&window(index, 10))?;
     }
@@ -112,7 +112,7 @@ fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::No
 }
 
 #[test]
-fn the_limit_is_where_it_is_said_to_be() {
+fn the_block_is_stable_only_below_the_limit() {
     for b in [0.5, 0.75, 1.0] {
         for ratio in [0.05, 0.5, 3.0] {
             for more in [0.0, 3e6] {
@@ -126,7 +126,7 @@ fn the_limit_is_where_it_is_said_to_be() {
 }
 
 #[test]
-fn a_step_that_only_the_undamped_body_bears_is_refused() {
+fn a_step_stable_only_without_damping_is_refused() {
     let limit = node(&block()).model.step_limit;
     let damped = |step: Value| {
         with(
@@ -147,7 +147,7 @@ fn a_step_that_only_the_undamped_body_bears_is_refused() {
 }
 
 #[test]
-fn what_it_dissipates_has_its_own_place_in_the_ledger() {
+fn stiffness_damping_has_its_own_term_in_the_ledger() {
     for b in [0.5, 0.75, 1.0] {
         let config = with(
             block(),
@@ -173,7 +173,7 @@ fn what_it_dissipates_has_its_own_place_in_the_ledger() {
 }
 
 #[test]
-fn under_a_wheel_every_joule_is_found_again() {
+fn under_a_wheel_every_joule_is_accounted_for() {
     let config = with(
         wheel_rail(0.1),
         json!({"time": {"stiffness_damping_s": 2e-9, "step_s": "auto"}}),
@@ -188,9 +188,9 @@ fn under_a_wheel_every_joule_is_found_again() {
     assert!((results["p0_pa"] / 1054.5e6 - 1.0).abs() < 5e-3);
 }
 
-/// The columns that a coupler condenses are those of the damped body.
+/// The columns for a coupler belong to the damped body.
 #[test]
-fn its_compliance_is_that_of_the_damped_body() {
+fn the_compliance_belongs_to_the_damped_body() {
     let config = with(
         block(),
         json!({"time": {"stiffness_damping_s": 3e-9, "mass_damping_per_s": 1e5}}),

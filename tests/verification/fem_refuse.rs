@@ -1,5 +1,5 @@
-//! Problem: configurations and requests that make no sense.
-//! Exact: each is refused, naming the key or the set, with what to do about it.
+//! Problem: impossible configurations and requests.
+//! Exact: each is refused with the name of the key or the set, and with advice.
 //! Source: the documented range of each key.
 //! Tolerance: none.
 
@@ -10,10 +10,10 @@ use crate::fem_bodies::{block, node, setting, window, with};
 
 fn refused(change: Value) -> kit::ConfigError {
     let config = with(block(), change);
-    fem_node::check(&config, &setting(1)).expect_err("it makes no sense")
+    fem_node::check(&config, &setting(1)).expect_err("it is impossible")
 }
 
-/// A wheel with friction, and these of its keys changed.
+/// A wheel with friction and these changes of its keys.
 fn wheel(change: Value) -> Value {
     let plain = json!({"load_n": 1.0, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 1e-4});
     json!({"contact": {"friction": 0.3}, "wheel": with(plain, change)})
@@ -27,14 +27,14 @@ fn still(change: Value, statics: Value) -> Value {
     )
 }
 
-/// One key, told by its path, with a value written as JSON.
+/// One key, given by its path, with a value as JSON.
 fn change(key: &str, value: &str) -> Value {
     let value = serde_json::from_str(value).expect("the table holds JSON");
     key.rsplit('.')
         .fold(value, |inner, part| json!({ part: inner }))
 }
 
-/// Values that a block without a wheel refuses, whatever its other keys are.
+/// Values that a block without a wheel refuses, with any other keys.
 const OF_A_BLOCK: &[(&str, &str)] = &[
     ("mesh.size_m", "-1e-4"),
     ("mesh.size_m", "1e-9"),
@@ -69,7 +69,7 @@ const OF_A_BLOCK: &[(&str, &str)] = &[
     ("element", "\"q5\""),
 ];
 
-/// The same of a block under a wheel.
+/// Values that a block under a wheel refuses.
 const OF_A_WHEEL: &[(&str, &str)] = &[
     ("wheel.width_m", "1.0"),
     ("wheel.mass_kg", "0.0"),
@@ -135,7 +135,7 @@ fn keys_of_a_body_that_contradict_each_other_are_refused() {
 }
 
 #[test]
-fn cycles_of_a_wheel_that_cannot_be_followed_are_refused() {
+fn impossible_cycles_of_a_wheel_are_refused() {
     let cycles = |cycles: f64, hz: f64| json!({"cycles": cycles, "frequency_hz": hz});
     let increments = json!({"increments_per_cycle": 4_000_000_000_u32});
     let cases = [
@@ -153,7 +153,7 @@ fn cycles_of_a_wheel_that_cannot_be_followed_are_refused() {
 }
 
 #[test]
-fn a_refusal_says_what_to_do() {
+fn a_refusal_gives_advice() {
     for change in [
         json!({"mesh": {"size_m": -1e-4}}),
         json!({"mesh": {"side_columns": 40}}),
@@ -172,13 +172,13 @@ fn thickness_belongs_to_the_checks() {
         thickness_m: 0.0,
         ..setting(1)
     };
-    let error = fem_node::check(&block(), &thin).expect_err("no thickness, no mass");
+    let error = fem_node::check(&block(), &thin).expect_err("it has no mass");
     assert_eq!(error.key, "thickness_m");
     let thick = protocol::Setting {
         thickness_m: 1e300,
         ..setting(1)
     };
-    let error = fem_node::check(&block(), &thick).expect_err("its mass is no number");
+    let error = fem_node::check(&block(), &thick).expect_err("its mass is infinite");
     assert!(error.to_string().contains("run.thickness_m"), "{error}");
 }
 
@@ -188,10 +188,10 @@ fn requests_that_do_not_fit_are_faults() {
     let code =
         |result: Result<Vec<f64>, protocol::NodeError>| result.expect_err("it does not fit").code;
     assert!(node.couple("bottom").is_err(), "it does not move");
-    assert!(node.couple("ballast").is_err(), "there is none");
+    assert!(node.couple("ballast").is_err(), "there is no such set");
     let points = node.couple("top").expect("a set").len();
     assert!(node.select(&[points]).is_err(), "one too far");
-    let again = node.couple("top").expect("it may carry another layer");
+    let again = node.couple("top").expect("the set may have another layer");
     assert_eq!(again.len(), points);
     assert!(node.select(&[2 * points]).is_err(), "one too far");
     assert!(node.select(&[1, 1]).is_err(), "twice the same");

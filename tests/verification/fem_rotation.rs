@@ -1,10 +1,10 @@
-//! Problem: a slender soft column, clamped at its foot, is bent over by a force on its head until it has turned far.
-//! Exact: work - stored - dissipated = 0; small strain makes the turned column longer, the corotational one keeps its
-//! length but for the stretch that the force gives it.
+//! Problem: a force on the head of a slender soft column, clamped at its foot, bends it to a large rotation.
+//! Exact: work - stored - dissipated = 0. With small strain the rotated column is longer; with corotational kinematics it
+//! keeps its length, up to the stretch from the force.
 //! Source: the energy in `fem_kernel::material::nonlinear`; inextensibility of a slender column in bending (Euler).
-//! Tolerance: the work of the internal forces is taken by the trapezium rule, exact for linear forces only, so the
-//! balance of a turning body is of second order in the step: order 2 within 0.3, and 1e-6 of the work at 0.45 of the
-//! limit. 1 % for the length.
+//! Tolerance: the trapezium rule for the internal forces' work is exact for linear forces only. So the balance of a
+//! rotating body is of second order in the step: order 2 within 0.3, and 1e-6 of the work at 0.45 of the limit. 1 % for
+//! the length.
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ fn column(element: &str, kinematics: &str, refined: u32) -> Value {
     })
 }
 
-/// Length of the middle line over the height, angle of the head (rad), largest |W - E - D| / W.
+/// Length of the centre line over the height, angle of the head (rad), largest |W - E - D| / W.
 fn bent(config: &Value, refined: u32) -> [f64; 3] {
     let mut node = node(config);
     node.couple("top").expect("a set");
@@ -51,11 +51,11 @@ fn bent(config: &Value, refined: u32) -> [f64; 3] {
 }
 
 #[test]
-fn a_column_that_turns_far_keeps_its_length_and_every_joule() {
+fn a_column_in_large_rotation_keeps_its_length_and_every_joule() {
     for element in ["q4_1point", "q4_2x2"] {
         let run = |kinematics, refined| bent(&column(element, kinematics, refined), refined);
         let [length, angle, coarse] = run("corotational", 1);
-        assert!(angle > 0.5, "{element}: {angle} rad are not far");
+        assert!(angle > 0.5, "{element}: {angle} rad is too little");
         assert!((length - 1.0).abs() < 1e-2, "{element}: {length}");
         let [_, _, fine] = run("corotational", 2);
         assert!(fine < 1e-6, "{element}: {fine:e}");

@@ -1,11 +1,11 @@
-//! Problem: the shipped scene `wheel-rail-fe-small` as it stands: the rail of the paper on 5 640 elements (d = 0.2 mm) under a
-//! flat wheel of 8 000 N, ramp, hold and two cycles of 0.05 mm at 300 Hz.
+//! Problem: the shipped scene `wheel-rail-fe-small`, unchanged: the paper's rail on 5 640 elements (d = 0.2 mm) under a
+//! flat wheel of 8 000 N, with a ramp, a hold and two cycles of 0.05 mm at 300 Hz.
 //!
 //! Reference: independent dynamics of the same mesh: 37.8 % of sliding nodes at the highest speed. Independent quasi-static
 //! finite elements: 664.7 MPa of hydrostatic pressure at centroids for d = 0.2 mm (784 MPa without friction while loading),
 //! 678.1 MPa at Gauss points, approach 0.09224 mm, loop of the steady cycle 89.63 N mm.
-//! Tolerance: 1 % of pressures and approach and 2 % of the loop, what the wheel's remaining bounce is worth; 2 points of Sn,
-//! one of the 52 nodes that touch.
+//! Tolerance: 1 % of pressures and approach and 2 % of the loop, for the wheel's remaining bounce; 2 points of Sn, one of the 52
+//! nodes in contact.
 
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
@@ -27,7 +27,7 @@ fn shipped(scene: &str) -> Value {
 }
 
 #[test]
-fn the_small_scene_has_the_pressure_the_sliding_and_the_loop_of_the_reference() {
+fn the_small_scene_has_the_references_pressure_sliding_and_loop() {
     let config: FemConfig = read_config(shipped("wheel-rail-fe-small")).expect("valid");
     let mut rail = FemNode::new(&config, &setting(1)).expect("valid");
     let mut worst = 0.0_f64;

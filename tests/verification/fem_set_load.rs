@@ -1,15 +1,15 @@
-//! Problem: a set of a body is pulled by a total force that follows a table over time.
+//! Problem: a set of a body under a total force from a table over time.
 //!
 //! ```text
 //!    F(t)  /\__        u = integral of F/(rho c A) at the end of a bar until the wave comes back
 //!   _____ /    \__ t   M v = integral of F in a free block
 //! ```
 //!
-//! Exact: d'Alembert, c = sqrt(M/rho) in a bar that is held laterally; Newton for the block, where the scheme adds
-//! (b-1/2) h (F(t) - F(0)) to the momentum: it sums h [(1-b) F + b F'], the trapezoidal rule and that. A table that rises
-//! from 0 is a ramped traction of its force over the length of the set and the thickness.
-//! Tolerance: 0.02 % of the last displacement, for the short waves that the kinks of the table send; rounding of some
-//! hundred steps, 1e-13, for the momentum; none for the bits of a ramp, all sizes of that body being powers of two.
+//! Exact: d'Alembert, c = sqrt(M/rho), in a laterally held bar. Newton for the block: the scheme's h [(1-b) F + b F'] sums to
+//! the trapezoidal rule plus (b-1/2) h (F(t) - F(0)). A table that rises from 0 equals a ramped traction of its force over
+//! the set's length and the thickness.
+//! Tolerance: 0.02 % of the last displacement, for the short waves from the table's kinks; rounding of some hundred steps,
+//! 1e-13, for the momentum; none for the bits of a ramp, as all sizes of that body are powers of two.
 
 use fem_node::{FemConfig, FemNode};
 use kit::read_config;
@@ -24,10 +24,10 @@ use crate::fem_wheel::balance;
 
 const HEIGHT: f64 = 20e-3;
 
-/// A pulse and what stays after it (s, N).
+/// A pulse and the constant force after it (s, N).
 const PULSE: [[f64; 2]; 4] = [[0.5e-6, 0.0], [2.5e-6, 6.0], [4.5e-6, -1.0], [6e-6, 0.5]];
 
-/// The integral of a table from 0 to t (N s): of its value at 0, and of each change of slope.
+/// The integral of a table from 0 to t (N s), from its value at 0 and each change of slope.
 fn impulse(table: &[[f64; 2]], t: f64) -> f64 {
     let slopes = table
         .windows(2)
@@ -57,7 +57,7 @@ fn the_end_of_a_bar_moves_with_the_integral_of_its_load() {
         let report = bar.advance_alone(&window(index, 1)).expect("stable");
         let exact = -impulse(&PULSE, (index + 1) as f64 * h) / impedance;
         worst = worst.max((reported(&bar, &report, "surface_mean_uy_m") - exact).abs());
-        // In the first steps after the rise no work is done yet to compare with.
+        // In the first steps the work is still 0, and gives no scale for the balance.
         assert!(index < 100 || balance(&bar, &report) < 1e-10);
     }
     let error = worst / (impulse(&PULSE, last) / impedance);
@@ -80,7 +80,7 @@ fn a_free_block_has_the_momentum_of_the_integral_of_its_load() {
     for b in [0.5, 0.75] {
         let free = with(block(), json!({"base": "free", "time": {"damping": b}}));
         let h = node(&free).model.scheme.step;
-        // Corners at the ends of steps, where the trapezoidal rule is exact; the middle of a window is one.
+        // The corners are at ends of steps, where the trapezoidal rule is exact. Some are inside a window.
         let table = [[0.0, 2.0], [17.0, 30.0], [45.0, -10.0], [80.0, 5.0]].map(|[k, n]| [k * h, n]);
         let load = json!({"load_table": table, "load_direction": [3.0, -4.0]});
         let mut body = node(&with(free, loaded("top", load)));
@@ -97,13 +97,13 @@ fn a_free_block_has_the_momentum_of_the_integral_of_its_load() {
     }
 }
 
-/// Sizes, thickness and force of the body whose numbers have no rounding.
+/// Sizes, thickness and force of the body without rounding.
 const WIDTH: f64 = 1.0 / 64.0;
 const THICKNESS: f64 = 1.0 / 1024.0;
 const FORCE: f64 = 256.0;
 const RISE: f64 = 3e-6;
 
-/// Everything that a body of squares says and becomes under a load of its upper edge.
+/// All reports and the final displacements of a body of squares under a load on its upper edge.
 fn life(top: Value) -> (Vec<Vec<f64>>, Vec<f64>) {
     let config = with(
         json!({
@@ -133,15 +133,15 @@ fn a_table_that_rises_has_the_bits_of_a_ramped_traction() {
     assert_eq!(down, pushed);
     assert!(down.1.iter().any(|u| *u < -1e-9), "it moves");
 
-    // Beside a motion the ramp is the motion's, and the force acts along what it leaves free.
+    // With a motion the ramp belongs to the motion, and the force acts in the free direction.
     for (motion, traction) in [
         (json!([0.1, "free"]), json!(["free", pressure])),
         (json!(["free", -0.1]), json!([pressure, "free"])),
     ] {
         let motion = json!({"velocity_m_per_s": motion, "ramp_s": RISE});
         let ramped = life(with(motion.clone(), json!({"traction_pa": traction})));
-        let told = life(with(motion.clone(), json!({"load_table": table})));
-        assert_eq!(ramped, told, "{motion}");
+        let tabled = life(with(motion.clone(), json!({"load_table": table})));
+        assert_eq!(ramped, tabled, "{motion}");
     }
 }
 
@@ -153,7 +153,7 @@ fn forces(body: &FemNode) -> &[(usize, f64)] {
     &load.forces
 }
 
-/// A square of 2 x 2 m, with a line across its middle, and a set of two lines of 1 m and 2 m.
+/// A square of 2 x 2 m, with a line across its middle and a set of two lines of 1 m and 2 m.
 fn square() -> MshFile {
     let points = (0..9).map(|k| [f64::from(k % 3), -f64::from(k / 3)]);
     let corner = |k: usize| [k + 3, k + 4, k + 1, k];
@@ -169,7 +169,7 @@ fn square() -> MshFile {
 }
 
 #[test]
-fn a_force_is_spread_over_its_set_as_a_traction_is() {
+fn a_force_is_distributed_over_its_set_like_a_traction() {
     let file = square();
     let drawn = json!({"mesh": {"gmsh": file.0}, "base": "free",
                        "material": {"young_pa": 1e9, "poisson": 0.3, "density_kg_per_m3": 1e3},
@@ -187,11 +187,11 @@ fn a_force_is_spread_over_its_set_as_a_traction_is() {
         // 1 N over the length and 1 mm of thickness.
         let mean = 1.0 / (length * 1e-3);
         let drawn = of(json!({"traction_pa": [0.6 * mean, 0.8 * mean]}));
-        let told = of(json!({"load_table": [[0.0, 7.0]], "load_direction": [6, 8]}));
-        assert_eq!(forces(&drawn).len(), forces(&told).len(), "{set}");
+        let tabled = of(json!({"load_table": [[0.0, 7.0]], "load_direction": [6, 8]}));
+        assert_eq!(forces(&drawn).len(), forces(&tabled).len(), "{set}");
         let mut total = [0.0; 2];
-        let layout = told.model.body.layout;
-        for ((at, force), (index, own)) in forces(&drawn).iter().zip(forces(&told)) {
+        let layout = tabled.model.body.layout;
+        for ((at, force), (index, own)) in forces(&drawn).iter().zip(forces(&tabled)) {
             assert_eq!(at, index, "{set}");
             assert!((own / force - 1.0).abs() < 1e-12, "{set}: {own} {force}");
             total[index % layout.row_len() / layout.stride] += own;
@@ -217,9 +217,9 @@ fn threads_do_not_change_a_bit_under_a_table() {
     }
 }
 
-/// The load is one until its last change, and held from then on.
+/// The ramp lasts until the load's last change. The hold follows.
 #[test]
-fn the_ramp_of_a_run_lasts_until_the_table_stays() {
+fn the_ramp_of_a_run_lasts_until_the_table_is_constant() {
     let phases = |table: Value, end: f64| -> Vec<(String, f64, f64)> {
         let load = json!({"load_table": table, "load_direction": [0.0, -1.0]});
         let config = with(block(), json!({"time": {"end_s": end}}));
@@ -241,7 +241,7 @@ fn the_ramp_of_a_run_lasts_until_the_table_stays() {
 }
 
 #[test]
-fn loads_over_time_that_make_no_sense_are_refused_by_their_key() {
+fn impossible_loads_over_time_are_refused_by_their_key() {
     let table = json!([[0.0, 0.0], [1e-6, 5.0]]);
     let down = json!({"load_table": table, "load_direction": [0.0, -1.0]});
     let still = json!({"analysis": "static"});

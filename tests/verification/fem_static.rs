@@ -1,5 +1,5 @@
-//! Problem: a confined strip, 5 mm high, under a constant traction, brought to rest by mass damping.
-//! Exact: it sinks by sigma H / M, M = lambda + 2 mu the confined modulus; sxx = szz = nu/(1-nu) sigma, so that
+//! Problem: a confined strip, 5 mm high, under a constant traction; mass damping brings it to rest.
+//! Exact: it sinks by sigma H / M, with the confined modulus M = lambda + 2 mu. sxx = szz = nu/(1-nu) sigma, so
 //! p = sigma (1 + nu)/(3 (1 - nu)) at every point.
 //! Source: Hooke's law in uniaxial strain.
 //! Tolerance: 1e-6; at critical damping of the first mode, c = 2 omega_1 = pi c_p/H, exp(-omega t)(1 + omega t)

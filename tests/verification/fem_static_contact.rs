@@ -8,12 +8,12 @@
 //!      ////////////
 //! ```
 //!
-//! Exact: none in closed form; an independent static finite-element solution, and the half-space of Hertz for the flat
-//! body under a round wheel.
+//! Exact: no closed form; an independent static finite-element solution, and Hertz's half-space for the flat body under a
+//! round wheel.
 //! Source: shared reference data, `static_reference.csv`, `qs_cycle_crown300_d0.1.csv`, `hertz_halfspace.csv`
 //! (K. L. Johnson, Contact Mechanics, 1985, chapter 4).
-//! Tolerance: that code computes the same discrete problem, so its printed digits hold: 1e-5. The block of the Hertz
-//! case is 20 times as wide and 15 times as high as the contact, which leaves p0 within 1 %.
+//! Tolerance: 1e-5, the printed digits, as the independent code solves the same discrete problem. In the Hertz case the
+//! block is much larger than the contact, and p0 agrees within 0.2 %.
 
 use fem_kernel::wheel::node_contact::ContactStatus;
 use fem_node::FemConfig;
@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 
 use crate::fem_bodies::{paper, rail, setting, small, window, with};
 
-/// The rail under a wheel, load increments of 100 N as in the reference.
+/// The rail under a wheel, with load increments of 100 N as in the reference.
 pub fn loaded(mesh: Value, load: f64, friction: f64) -> Value {
     with(
         rail(mesh),
@@ -51,7 +51,7 @@ fn result(node: &mut StaticNode, name: &str) -> f64 {
 }
 
 /// Load (N), friction, then p0 (MPa), half-width (mm), approach (mm), p at centroids, Gauss points and nodes (MPa). The
-/// half-widths are a record of this code: the other code gave the zero of p^2 over x, not over x^2.
+/// half-widths are from this code: the other code gave the zero of p^2 over x, not over x^2.
 type Row = (f64, f64, [f64; 6]);
 
 const REFERENCE: [Row; 4] = [
@@ -130,9 +130,9 @@ fn the_paper_mesh_gives_the_reference_rows() {
 }
 
 /// a = sqrt(4 F R (1-nu^2) / (pi E t)) (Johnson 1985, eq. 4.43): 1.3021 mm at 500 N. Nodes are 0.1 mm apart; the zero of a
-/// line through p^2 over x instead of x^2 is 2.3 % too far out.
+/// line through p^2 over x, instead of x^2, is too large by 2.3 %.
 #[test]
-fn a_light_contact_without_friction_is_as_wide_as_hertz_says() {
+fn a_light_contact_without_friction_has_the_width_of_hertz() {
     let a = (4.0 * 500.0 * 0.3 * 0.91 / (std::f64::consts::PI * 102.5e9 * 1e-3)).sqrt();
     let half_width = result(
         &mut solved(&loaded(paper(), 500.0, 0.0)),
@@ -171,7 +171,7 @@ fn the_contact_carries_the_load_and_the_body_is_in_equilibrium() {
     }
 }
 
-/// Friction holds back the surface that the load pushes outwards, so it points inwards on both sides.
+/// The wheel's friction opposes the inward motion of the surface under the load, so it points outwards on both sides.
 #[test]
 fn signorini_and_coulomb_hold_at_every_node() {
     let node = solved(&loaded(small(), 8000.0, 0.3));
@@ -239,10 +239,10 @@ fn a_steady_cycle_encloses_the_reference_work() {
     assert!((slipping - 37.8641).abs() < 1e-3, "{slipping}");
 }
 
-/// Cattaneo (1938) and Mindlin (1949): the stick zone of half-width c in a contact of half-width a under a tangential
-/// force T after a frictionless preload, c/a = sqrt(1 - T / (mu F)). Both half-widths are counted in nodes of 0.2 mm.
+/// Cattaneo (1938) and Mindlin (1949): after a frictionless preload, a tangential force T leaves a stick zone of half-width c in a
+/// contact of half-width a, c/a = sqrt(1 - T / (mu F)). The test counts the nodes, 0.1 mm apart, in both.
 #[test]
-fn the_stick_zone_shrinks_as_cattaneo_and_mindlin_say() {
+fn the_stick_zone_shrinks_by_the_law_of_cattaneo_and_mindlin() {
     let preload = json!({
         "contact": {"friction_while_loading": false},
         "wheel": {"amplitude_m": 0.02e-3, "frequency_hz": 1.0, "cycles": 0.25},
@@ -260,7 +260,7 @@ fn the_stick_zone_shrinks_as_cattaneo_and_mindlin_say() {
         let value = |name: &str| report[names.iter().position(|n| n == name).expect("known")];
         let share = -value("wheel_ft_n") / (0.3 * 8000.0);
         if share > 0.1 && share < 0.9 {
-            // The nodes are evenly spaced, so the share of sticking ones is c/a within one node on each side.
+            // The nodes are evenly spaced, so the share of sticking nodes is c/a within one node on each side.
             let stuck = 1.0 - value("sn_pct") / 100.0;
             let exact = (1.0 - share).sqrt();
             assert!(
@@ -273,9 +273,9 @@ fn the_stick_zone_shrinks_as_cattaneo_and_mindlin_say() {
     assert!(checked > 20, "{checked}");
 }
 
-/// A block so large that it stands for a half-space, under a round wheel: p0 = sqrt(F E* / (pi R)).
+/// A block large enough for a half-space, under a round wheel: p0 = sqrt(F E* / (pi R)).
 #[test]
-fn a_round_wheel_on_a_flat_block_presses_as_hertz_says() {
+fn a_round_wheel_on_a_flat_block_has_the_pressure_of_hertz() {
     for (plane, expected) in [("strain", 244.450), ("stress", 233.191)] {
         let config = json!({
             "analysis": "static", "element": "q4_2x2", "plane": plane,
@@ -297,7 +297,7 @@ fn a_round_wheel_on_a_flat_block_presses_as_hertz_says() {
 /// A crown of 300 mm under a flat wheel and a flat rail under a wheel of 300 mm have the same gaps to first order in
 /// the angle, x / R = 0.005 at the edge of this contact.
 #[test]
-fn it_does_not_matter_which_of_the_two_is_round() {
+fn a_round_wheel_and_a_round_rail_are_equivalent() {
     let crowned = loaded(small(), 500.0, 0.3);
     let round = json!({"mesh": {"crown_radius_m": 0.0}, "wheel": {"radius_m": 0.3}});
     let round = with(crowned.clone(), round);
@@ -309,7 +309,7 @@ fn it_does_not_matter_which_of_the_two_is_round() {
 fn a_static_analysis_cannot_be_coupled() {
     let config: FemConfig = read_config(loaded(small(), 1.0, 0.0)).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("valid");
-    let refused = node.couple("top").expect_err("it has no windows").message;
+    let refused = node.couple("top").expect_err("it has no time").message;
     assert!(refused.contains("analysis"), "{refused}");
     assert!(!node.describe().capabilities.advance);
 }
@@ -335,7 +335,7 @@ fn extreme_loads_and_friction_end() {
 }
 
 /// Contact forces, displacements and the wheel of the static solution solve the equations of motion with zero
-/// velocity, so that nothing moves until the wheel does; rounding of the dense solve is all that is left.
+/// velocity. So nothing moves until the wheel does, up to the rounding of the dense solve.
 #[test]
 fn a_static_start_stays_in_equilibrium() {
     for element in ["q4_1point", "q4_2x2", "q4_bbar"] {
@@ -358,12 +358,12 @@ fn a_static_start_stays_in_equilibrium() {
             "{} {rest}",
             value("wheel_y_m")
         );
-        // A balance of rounding would be none: nothing has moved, and all terms say so.
+        // A balance would only compare rounding errors. Nothing has moved, so all terms are 0.
         let terms = node.describe().ledger;
         let energies = terms.iter().map(|term| value(&term.name));
         assert!(energies.clone().all(|energy| energy == 0.0));
         assert!(energies.count() > 8);
-        // The wheel moves from the end of the hold on.
+        // The wheel starts at the end of the hold.
         let step = node.describe().step_s.expect("it has one");
         let moved = Window {
             substeps: (2.5e-5 / step) as u32,
@@ -375,8 +375,8 @@ fn a_static_start_stays_in_equilibrium() {
     }
 }
 
-/// The statics keep the normals of the undeformed body, the dynamics those of the moment: forces differ by the
-/// slope that the displacements add, which is below 1 % here.
+/// Statics uses the normals of the undeformed body, dynamics the current normals. The forces differ by the slope from
+/// the displacements, here less than 1 %.
 #[test]
 fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
     let moving = json!({
@@ -392,7 +392,7 @@ fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
     }
 }
 
-/// Error of a static analysis that must not end well.
+/// The error of a static analysis that must fail.
 fn refused(change: Value) -> String {
     let config = with(loaded(small(), 8000.0, 0.3), change);
     let config: FemConfig = read_config(&config).expect("the keys are valid");
@@ -402,7 +402,7 @@ fn refused(change: Value) -> String {
     error.expect_err("it is out of bounds").message
 }
 
-/// A linear body would carry any load; the answer must not pass for one.
+/// A linear body would carry any load, and its answer would be meaningless.
 #[test]
 fn a_load_that_moves_the_body_by_its_own_size_is_refused_by_name() {
     let heavy = json!({"wheel": {"load_n": 1e9}, "statics": {"increment_n": 1e7}});
@@ -413,7 +413,7 @@ fn a_load_that_moves_the_body_by_its_own_size_is_refused_by_name() {
 }
 
 #[test]
-fn a_wheel_that_sinks_in_to_half_of_its_width_is_refused_by_name() {
+fn a_wheel_with_a_contact_wider_than_half_its_width_is_refused_by_name() {
     let message = refused(json!({"wheel": {"radius_m": 1e-3, "load_n": 40_000.0}}));
     assert!(message.contains("wheel.radius_m"), "{message}");
 }

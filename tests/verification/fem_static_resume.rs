@@ -1,6 +1,6 @@
-//! Problem: the rail under a wheel in equilibrium, 8 000 N in 20 increments with friction and then a quarter of a cycle, cut off and
-//! taken up by another process.
-//! Exact: the same bits as without the cut. A coupler hears of it after five increments at most.
+//! Problem: the rail under a wheel in equilibrium: 8 000 N in 20 increments with friction, then a quarter of a cycle. Another node
+//! resumes it from a checkpoint.
+//! Exact: the same bits as in the uninterrupted run. The node reports after five increments at most.
 
 use fem_node::FemConfig;
 use fem_node::StaticNode;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::fem_bodies::{setting, small, window, with};
 use crate::fem_static_contact::loaded;
 
-/// 20 increments of load, 60 of the motion.
+/// 20 increments of load and 60 of motion.
 fn cycled() -> Value {
     let moving = json!({"statics": {"increment_n": 400.0},
                         "wheel": {"amplitude_m": 0.05e-3, "frequency_hz": 300.0, "cycles": 0.25}});
@@ -31,8 +31,8 @@ fn advanced(node: &mut StaticNode, windows: std::ops::Range<u64>) -> Vec<Vec<f64
 }
 
 #[test]
-fn an_equilibrium_goes_on_from_a_checkpoint_bit_for_bit() {
-    // Within the loading, right behind it, and within the motion.
+fn an_equilibrium_resumes_from_a_checkpoint_bit_for_bit() {
+    // During the loading, right after it, and during the motion.
     for cut in [2, 4, 9] {
         let mut whole = node(&cycled());
         assert_eq!(whole.describe().end_s, Some(80.0));
@@ -69,7 +69,7 @@ fn a_checkpoint_of_another_body_is_refused() {
     }
 }
 
-/// Without friction the path does not matter: 20 increments end where one does.
+/// Without friction the path has no effect: 20 increments end where one does.
 #[test]
 fn increments_without_friction_end_where_one_does() {
     let smooth = |increment: f64| {

@@ -3,8 +3,8 @@
 //! b = 0.5 / 0.75 / 1.
 //! Source: spectral radius of the scheme (see `fem_newmark`), omega_max from an independent code on the same mesh.
 //! Mass damping does not lower the limit (derived in `fem_kernel::integrate`).
-//! Tolerance: 0.2 % of independent figures with 3 to 4 digits. Stability is judged by running: 400 steps at
-//! 0.999 of the limit stay bounded, at 1.01 the fastest mode grows by 1.15 to 1.3 a step.
+//! Tolerance: 0.2 % of independent figures with 3 to 4 digits. Runs decide on stability: 400 steps at 0.999 of the
+//! limit stay bounded; at 1.01 the fastest mode grows by a factor of 1.15 to 1.3 per step.
 
 use fem_kernel::spectrum;
 use protocol::{FaultCode, Node};
@@ -36,7 +36,7 @@ fn the_paper_mesh_has_the_limits_of_the_reference() {
     }
 }
 
-/// Runs the block at a share of its limit after a kick at the crown; the largest displacement, or the fault.
+/// Runs the block at a share of its limit after an impulse at the crown. Returns the largest displacement (m) or the fault.
 fn kicked(damping: f64, mass_damping: f64, share: f64) -> Result<f64, protocol::NodeError> {
     let auto = node(&with(block(), json!({"time": {"damping": damping}})));
     let step = share * auto.model.step_limit;
@@ -69,7 +69,7 @@ fn a_step_just_below_the_limit_is_stable() {
 }
 
 #[test]
-fn a_step_above_the_limit_diverges_and_is_noticed() {
+fn a_step_above_the_limit_diverges_and_is_reported() {
     for damping in [0.5, 0.75, 1.0] {
         let fault = kicked(damping, 0.0, 1.01).expect_err("it is unstable");
         assert_eq!(fault.code, FaultCode::Diverged);
@@ -77,7 +77,7 @@ fn a_step_above_the_limit_diverges_and_is_noticed() {
     }
 }
 
-/// The step at which a kicked block, 1 % above its limit, is found to have diverged, in windows of this many steps.
+/// The step at which a block, 1 % above its limit and after an impulse, reports divergence, in windows of `substeps` steps.
 fn found(damping: f64, substeps: u32) -> u64 {
     let auto = node(&with(block(), json!({"time": {"damping": damping}})));
     let step = 1.01 * auto.model.step_limit;
@@ -92,12 +92,15 @@ fn found(damping: f64, substeps: u32) -> u64 {
         .find_map(|index| node.advance_alone(&window(index, substeps)).err())
         .expect("it is unstable");
     assert_eq!(fault.code, FaultCode::Diverged);
-    let (_, after) = fault.message.split_once("step ").expect("it says when");
+    let (_, after) = fault
+        .message
+        .split_once("step ")
+        .expect("it gives the step");
     let (number, _) = after.split_once(',').expect("a number");
     number.parse().expect("a number")
 }
 
-/// A look after every step finds the second one in which the body has ten times the energy that it was given.
+/// A check after every step finds the second step with ten times the supplied energy.
 #[test]
 fn divergence_is_found_within_a_hundred_steps_in_windows_of_any_length() {
     for damping in [0.5, 0.75, 1.0] {

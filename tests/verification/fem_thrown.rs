@@ -1,4 +1,4 @@
-//! Problem: an elastic bar, held laterally, is thrown against a stop.
+//! Problem: a laterally held elastic bar thrown against a stop.
 //!
 //! ```text
 //!   top     .-.
@@ -7,14 +7,14 @@
 //!           === stop       held in y from t = 0 on
 //! ```
 //!
-//! Exact (Saint-Venant; d'Alembert's waves): from the stop a front runs up at c, behind which the bar is at rest under the stress
-//! rho c v; it comes back from the free top as a release and reaches the stop at 2 H/c. The middle moves with -v until H/2c,
+//! Exact (Saint-Venant; d'Alembert's waves): from the stop a front runs up at c. Behind it the bar is at rest under the stress
+//! rho c v. The front returns from the free top as a release and reaches the stop at 2 H/c. The middle moves with -v until H/2c,
 //! rests until 3 H/2c, and then moves with +v. The stop pushes with rho c v times the area until 2 H/c.
 //!
-//! A block without supports keeps the velocity that it is given, and no energy changes.
+//! A block without supports keeps its initial velocity, and no energy changes.
 //!
-//! Tolerance: 200 elements without numerical damping spread a front over some 200^(1/3) = 6 of them, 3 % of H/c; means over
-//! spans that end a tenth of H/c away from fronts keep a ripple of 1 %. Rigid motion: rounding.
+//! Tolerance: 200 elements without numerical damping spread a front over some 200^(1/3) = 6 elements, 3 % of H/c. Means over
+//! intervals that end a tenth of H/c away from fronts keep a ripple of 1 %. Rigid motion: rounding.
 
 use fem_node::FemNode;
 use protocol::{FaultCode, Node, NodeError};
@@ -29,7 +29,7 @@ const HEIGHT: f64 = 20e-3;
 const SIZE: f64 = 1e-4;
 const SPEED: f64 = 2.0;
 
-/// Time of a wave from one end to the other (s).
+/// Travel time of a wave from one end to the other (s).
 fn passage() -> f64 {
     HEIGHT / (confined_modulus() / 7800.0).sqrt()
 }
@@ -41,7 +41,7 @@ fn thrown() -> FemNode {
             "base": "free",
             "initial": {"body": {"velocity_m_per_s": [0.0, -SPEED]}},
             "boundary": {"bottom": {"velocity_m_per_s": ["free", 0.0]}},
-            // Between nodes in both directions.
+            // The probe is between nodes in both directions.
             "probes": [{"name": "middle", "x_m": 0.3 * SIZE, "y_m": -100.4 * SIZE}],
         }),
     ))
@@ -63,7 +63,7 @@ fn mean_between(name: &str, [from, until]: [f64; 2]) -> f64 {
     sum / count
 }
 
-/// |dE| over the energy of the start (J), which no force supplies.
+/// |dE| over the initial energy; no force does work.
 fn balance_of(bar: &FemNode, report: &[f64]) -> f64 {
     let start = 0.5 * 7800.0 * SIZE * HEIGHT * 1e-3 * SPEED * SPEED;
     let sum: f64 = ["strain", "kinetic", "numerical_loss"]
@@ -74,7 +74,7 @@ fn balance_of(bar: &FemNode, report: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_thrown_bar_stops_and_rebounds_as_its_waves_say() {
+fn a_thrown_bar_stops_and_rebounds_with_its_waves() {
     let t = passage();
     for (from, until, velocity) in [(0.0, 0.4, -1.0), (0.65, 1.35, 0.0), (1.65, 2.0, 1.0)] {
         let mean = mean_between("middle_vy_m_per_s", [from * t, until * t]);
@@ -87,7 +87,7 @@ fn a_thrown_bar_stops_and_rebounds_as_its_waves_say() {
     let push = mean_between("bottom_reaction_y_n", [0.1 * t, 1.9 * t]);
     assert!((push / exact - 1.0).abs() < 0.01, "{push} against {exact}");
     let after = mean_between("middle_uy_m", [t, 1.3 * t]);
-    // At 100.4 of 200 elements from the top: it moved until the front was there.
+    // The probe is 100.4 of 200 elements from the top and moves until the front arrives.
     let moved = -SPEED * t * 99.6 / 200.0;
     assert!(
         (after / moved - 1.0).abs() < 0.01,
@@ -115,23 +115,23 @@ fn the_last_reaction_is_a_result_and_survives_a_checkpoint() {
     assert!(results[0]["bottom_reaction_y_n"] > 0.0);
 }
 
-/// How far a body of 12 mm goes in windows of 300 steps, some 12 us each, or how it ends before.
+/// The distance (m) that a body of 12 mm travels in windows of 300 steps, some 12 us each, or its fault.
 fn flight(change: Value, threads: usize) -> Result<f64, NodeError> {
     let mut body = node_on(
         &with(with(block(), json!({"base": "free"})), change),
         threads,
     );
-    let way = |body: &FemNode| body.state().u[body.model.body.layout.index([6, 3], 0)].abs();
+    let distance = |body: &FemNode| body.state().u[body.model.body.layout.index([6, 3], 0)].abs();
     for index in 0..20 {
         body.advance_alone(&window(index, 300))?;
     }
-    // Brings the body of several threads together.
+    // A checkpoint collects the state from the threads.
     body.checkpoint()?;
-    Ok(way(&body))
+    Ok(distance(&body))
 }
 
 #[test]
-fn a_body_may_fly_and_be_carried_farther_than_it_is_large() {
+fn a_body_may_travel_farther_than_its_size() {
     let thrown = json!({"initial": {"body": {"velocity_m_per_s": [300.0, -20.0]}}});
     let carried = json!({"boundary": {"left": {"velocity_m_per_s": [300.0, 0.0], "ramp_s": 3e-5}}});
     let turning = json!({"kinematics": "corotational"});
@@ -141,8 +141,8 @@ fn a_body_may_fly_and_be_carried_farther_than_it_is_large() {
         (with(thrown.clone(), turning), 1),
         (carried, 1),
     ] {
-        let way = flight(change.clone(), threads).expect("it is stable");
-        assert!(way > 2.0 * 12e-3, "{change}: {way}");
+        let distance = flight(change.clone(), threads).expect("it is stable");
+        assert!(distance > 2.0 * 12e-3, "{change}: {distance}");
     }
     let auto = node(&with(block(), json!({"base": "free"})));
     let step = 1.02 * auto.model.step_limit;
@@ -155,7 +155,7 @@ fn a_body_may_fly_and_be_carried_farther_than_it_is_large() {
 }
 
 #[test]
-fn a_free_block_keeps_the_velocity_that_it_is_given() {
+fn a_free_block_keeps_its_initial_velocity() {
     let velocity = [3.0, -2.0];
     let material = json!({"yield_pa": 1e5});
     for material in [json!({}), material] {
@@ -183,9 +183,9 @@ fn a_free_block_keeps_the_velocity_that_it_is_given() {
     }
 }
 
-/// The velocity of a set goes before that of the body.
+/// The velocity of a set overrides the body's.
 #[test]
-fn a_set_is_thrown_by_itself() {
+fn a_set_has_its_own_initial_velocity() {
     let config = with(
         block(),
         json!({"base": "free", "initial": {"body": {"velocity_m_per_s": [1.0, 0.0]},
@@ -198,7 +198,7 @@ fn a_set_is_thrown_by_itself() {
 }
 
 #[test]
-fn what_cannot_be_thrown_or_seen_is_refused_by_name() {
+fn impossible_velocities_and_probes_are_refused_by_name() {
     let thrown = |set: &str| json!({"initial": {set: {"velocity_m_per_s": [1.0, 0.0]}}});
     let probe = |name: &str, y: f64| json!({"name": name, "x_m": 0.0, "y_m": y});
     let cases: [(Value, &str, &str); 9] = [

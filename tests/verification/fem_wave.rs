@@ -1,9 +1,9 @@
-//! Problem: a confined strip of 200 elements over its height, hit by a traction that stays.
-//! Exact: the surface moves down at sigma/(rho c_p) until the reflection returns at 2H/c_p, has then sunk by
-//! 2 sigma H/M, comes back, and repeats after 4H/c_p: a triangular wave.
-//! A traction that ramps over T, sigma t/T, moves it by sigma t^2/(2 T rho c_p) meanwhile.
+//! Problem: a confined strip of 200 elements over its height, under a sudden constant traction.
+//! Exact: the surface moves down at sigma/(rho c_p) until the reflection returns at 2H/c_p. It has then sunk by
+//! 2 sigma H/M, moves back, and repeats after 4H/c_p, as a triangular wave.
+//! During a ramp sigma t/T the surface moves by sigma t^2/(2 T rho c_p).
 //! Source: d'Alembert, c_p = sqrt(M/rho).
-//! Tolerance: period 0.1 %, velocity 0.5 %: the lumped chain is slower by (pi/4/200)^2/6 in its first mode, its
+//! Tolerance: period 0.1 %, velocity 0.5 %. The lumped chain is slower by (pi/4/200)^2/6 in its first mode, and its
 //! short waves ripple behind the front.
 
 use protocol::Node;

@@ -1,5 +1,5 @@
-//! Problem: the crowned rail of the paper on the quick mesh (d = 0.4 mm, 1 410 elements) under a flat rigid wheel that
-//! presses with 8 000 N and then rubs sideways, D(t) = 0.05 mm sin(2 pi 300 Hz (t - t_s)).
+//! Problem: the paper's crowned rail on the quick mesh (d = 0.4 mm, 1 410 elements) under a flat rigid wheel. The wheel
+//! presses with 8 000 N and then moves sideways, D(t) = 0.05 mm sin(2 pi 300 Hz (t - t_s)).
 //!
 //! ```text
 //!        F | 8 000 N
@@ -12,10 +12,10 @@
 //! Reference: independent static and quasi-static finite elements (2 x 2, active set, d = 0.1 and 0.2 mm): approach
 //! 0.09224 mm, contact pressure 1 054 MPa with friction and 1 000 without, 678.2 MPa of hydrostatic pressure at Gauss
 //! points (791.5 without friction), at centroids 674.7 / 671.4 / 664.7 MPa at d = 0.05 / 0.1 / 0.2 mm, which is linear
-//! in d and leads to 651.3 at 0.4; loop of the steady cycle 89.63 N mm, |F_T| = 591.6 N at D = 0; independent dynamics: 37.8 %
+//! in d and gives 651.3 at 0.4; loop of the steady cycle 89.63 N mm, |F_T| = 591.6 N at D = 0; independent dynamics: 37.8 %
 //! of sliding nodes at the highest speed.
-//! Tolerance: that of the coarse mesh, where 26 nodes touch and each weighs 4 % of Sn; sampling every 1.5 us moves F_T at
-//! D = 0 by up to 9 N.
+//! Tolerance: from the coarse mesh, where 26 nodes are in contact and each is 4 % of Sn; sampling every 1.5 us changes F_T
+//! at D = 0 by up to 9 N.
 
 use fem_kernel::statics::history::{StaticLoads, equilibrium};
 use fem_node::config::statics::INCREMENTS;
@@ -42,7 +42,7 @@ pub fn wheel_rail(cycles: f64) -> Value {
     )
 }
 
-/// Runs to the end of the wheel's history, `each` seeing the report of every 25 steps.
+/// Runs to the end of the wheel's history and passes the report of every 25 steps to `each`.
 pub fn run(node: &mut FemNode, mut each: impl FnMut(&FemNode, &[f64])) {
     let description = node.describe();
     let step = description.step_s.expect("it steps by itself");
@@ -67,7 +67,7 @@ pub fn balance(node: &FemNode, report: &[f64]) -> f64 {
     (sum(works, |w| w) - sum(goes, |e| e)).abs() / sum(works, f64::abs)
 }
 
-/// The table of the moment t_s, whatever the state when the snapshot is taken, and what follows from it.
+/// The snapshot `hold` has the table at t_s, the snapshot `end` the table of the last state.
 #[test]
 fn the_profile_belongs_to_the_end_of_the_hold() {
     let folder = std::env::temp_dir().join(format!("fem-profile-{}", std::process::id()));
@@ -110,7 +110,7 @@ fn the_profile_belongs_to_the_end_of_the_hold() {
     assert!(sheared > 1000.0, "{sheared}");
 }
 
-/// Half-width of the same contact in equilibrium (m).
+/// Half-width of the contact in equilibrium (m).
 fn at_rest() -> f64 {
     let rail = node(&wheel_rail(0.0));
     let loads = StaticLoads {
@@ -132,7 +132,7 @@ fn near(name: &str, value: f64, expected: f64, tolerance: f64) {
 }
 
 #[test]
-fn the_paper_scene_in_small() {
+fn the_small_paper_scene_has_the_reference_results() {
     let mut rail = node(&wheel_rail(2.0));
     let (mut at_zero, mut worst, mut previous) = (Vec::new(), 0.0_f64, f64::NAN);
     run(&mut rail, |node, report| {
@@ -163,7 +163,7 @@ fn the_paper_scene_in_small() {
 }
 
 #[test]
-fn without_friction_while_loading_the_pressure_is_another() {
+fn without_friction_while_loading_the_pressure_differs() {
     let config = with(
         wheel_rail(0.25),
         json!({"contact": {"friction_while_loading": false}}),
@@ -183,7 +183,7 @@ fn without_friction_while_loading_the_pressure_is_another() {
 }
 
 #[test]
-fn a_round_wheel_on_a_flat_rail_presses_like_a_flat_one_on_a_crowned() {
+fn a_round_wheel_on_a_flat_rail_equals_a_flat_one_on_a_crowned() {
     let config = |crown: f64, radius: f64| {
         with(
             wheel_rail(0.05),
@@ -198,7 +198,7 @@ fn a_round_wheel_on_a_flat_rail_presses_like_a_flat_one_on_a_crowned() {
         });
         rail.finish().expect("it ends").results
     });
-    // The crowned rail is lower at its edges, which the approach feels.
+    // The crowned rail is lower at its edges, which affects the approach.
     for (name, tolerance) in [
         ("p0_pa", 5e-3),
         ("p_max_gauss_pa", 1e-2),
@@ -224,7 +224,7 @@ fn sweeps_and_closed_form_agree_on_a_nearly_flat_wheel() {
 }
 
 #[test]
-fn the_history_is_told_in_parts() {
+fn the_description_divides_the_history_into_phases() {
     let description = node(&wheel_rail(2.25)).describe();
     let phases: Vec<&str> = description.phases.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(phases, ["ramp", "hold", "cycling"]);
@@ -255,7 +255,7 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn windows_of_any_length_lead_to_the_same_bits() {
+fn windows_of_any_length_give_the_same_bits() {
     let run = |length: u32| {
         let mut rail = node(&wheel_rail(0.1));
         for index in 0..6000 / u64::from(length) {

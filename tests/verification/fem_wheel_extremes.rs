@@ -1,9 +1,9 @@
-//! Problem: the quick rail of `fem_wheel` under what few scenes ask for: no friction and plenty of it, a feather and
-//! 20 t, a wheel that bounces, a step at the limit, a wheel too light to be solved for, numbers that are none.
-//! Exact: mu = 0 carries no shear; mu = 5 never slides as a whole; a linear body that is crowned sinks as Hertz's line
-//! contact does; a wheel that left comes back and every joule is found again; what cannot be right is said.
+//! Problem: the quick rail of `fem_wheel` under rare conditions: no friction and very high friction, loads from 1 N to
+//! 20 t, a wheel that bounces, a step at the limit, a wheel too light for the solver, a force that is not a number.
+//! Exact: mu = 0 carries no shear. mu = 5 never slides as a whole. A crowned linear body sinks like Hertz's line
+//! contact. A wheel that left comes back and the energy balance closes. Errors are reported.
 //! Source: Coulomb; Hertz 1882 (approach grows a little less than the load); energy balance.
-//! Tolerance: beside each assertion.
+//! Tolerance: given at each assertion.
 
 use protocol::{FaultCode, Node, NodeError};
 use serde_json::{Value, json};
@@ -15,11 +15,11 @@ fn refused(config: &Value) -> NodeError {
     let mut rail = node(config);
     (0..200)
         .find_map(|index| rail.advance_alone(&window(index, 100)).err())
-        .expect("it cannot go on for ever")
+        .expect("it must fail")
 }
 
 #[test]
-fn a_smooth_wheel_pulls_nothing() {
+fn a_smooth_wheel_has_no_tangential_force() {
     let config = with(wheel_rail(0.25), json!({"contact": {"friction": 0.0}}));
     let mut rail = node(&config);
     run(&mut rail, |node, report| {
@@ -48,7 +48,7 @@ fn a_very_rough_wheel_takes_the_surface_along() {
         closed = reported(node, report, "sn_pct");
         assert!(balance(node, report) <= 1e-9);
     });
-    // 0.05 mm against some 60 N/um: more than friction 0.3 could carry, far less than friction 5 would.
+    // 0.05 mm at some 60 N/um is more than friction 0.3 could carry, and far less than friction 5 could.
     assert!((-4000.0..-2400.0).contains(&pulled), "{pulled}");
     assert!(closed < 20.0, "{closed} % slide");
     let results = rail.finish().expect("it ends").results;
@@ -56,9 +56,9 @@ fn a_very_rough_wheel_takes_the_surface_along() {
 }
 
 #[test]
-fn from_a_feather_to_twenty_tonnes() {
-    // A line contact of half-width a on a body of height H sinks by d ~ F (1 + 2 ln(2H/a)) with a ~ F^(1/2): from
-    // one load to the next d/F falls by the same logarithm. One newton touches one node only.
+fn loads_from_one_newton_to_twenty_tonnes_are_carried() {
+    // A line contact of half-width a on a body of height H sinks by d ~ F (1 + 2 ln(2H/a)) with a ~ F^(1/2), so d/F falls
+    // logarithmically with the load. At one newton only one node is in contact.
     let results = |load: f64| {
         let config = with(wheel_rail(0.02), json!({"wheel": {"load_n": load}}));
         let mut rail = node(&config);
@@ -83,11 +83,11 @@ fn from_a_feather_to_twenty_tonnes() {
 }
 
 #[test]
-fn a_wheel_that_bounces_comes_back() {
+fn a_bouncing_wheel_comes_back() {
     let config = with(
         wheel_rail(0.0),
         json!({"time": {"start_mass_damping_per_s": 0.0},
-               // The surface drops away by some 30 um, the wheel falls after it and bounces.
+               // The surface drops by some 30 um, and the wheel falls and bounces.
                "boundary": {"top": {"traction_pa": [0.0, -2e8]}},
                "wheel": {"load_n": 50.0, "mass_kg": 1e-3, "ramp_s": 0.0, "hold_s": 6e-4}}),
     );
@@ -144,7 +144,7 @@ fn sweeps_that_do_not_converge_are_an_error() {
 }
 
 #[test]
-fn a_force_that_is_not_a_number_is_found_at_once() {
+fn a_force_that_is_not_a_number_is_reported_at_once() {
     let mut rail = node(&block());
     let points = rail.couple("top").expect("a set").len();
     let mut force = vec![0.0; 2 * points];

@@ -1,12 +1,12 @@
-//! Arrays of the VTK XML files that the solvers write, read by the rules of "VTK File Formats", appended raw data: an array lies
-//! at its offset behind the underscore, after its length in bytes as a UInt64.
+//! Reads arrays of the solvers' VTK XML files by the rules of "VTK File Formats" for appended raw data: an array is at its
+//! offset behind the underscore, after its length in bytes as a UInt64.
 
 /// The numbers of an array.
 pub fn array(file: &[u8], name: &str) -> Vec<f64> {
     array_in(file, name, "<Piece")
 }
 
-/// The numbers of the first array of this name after a mark.
+/// The numbers of the first array of this name after `section`.
 pub fn array_in(file: &[u8], name: &str, section: &str) -> Vec<f64> {
     let mark = b"<AppendedData encoding=\"raw\">\n_";
     let end = file.windows(mark.len()).position(|bytes| bytes == mark);
@@ -38,7 +38,7 @@ fn numbers(kind: &str, bytes: &[u8]) -> Vec<f64> {
         "Int32" => words(bytes).map(|b| i32::from_le_bytes(b).into()).collect(),
         "Int8" => words(bytes).map(|b| i8::from_le_bytes(b).into()).collect(),
         "UInt8" => bytes.iter().map(|b| f64::from(*b)).collect(),
-        _ => panic!("{kind} is no kind that the solvers write"),
+        _ => panic!("the solvers do not write the type {kind}"),
     }
 }
 

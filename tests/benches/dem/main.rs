@@ -1,12 +1,12 @@
-//! Time of a contact and iteration, and of the contacts and blocks of a step: one cold load step of dense packs of 1 000, 10 000 and
+//! Time per contact and iteration, and time for the contacts and blocks of a step: one cold load step of dense packs of 1 000, 10 000 and
 //! 73 000 disks, on one thread and on two.
 //!
 //! ```sh
 //! cargo bench -p tests --bench dem
 //! ```
 //!
-//! The time of a contact and iteration (ns) is 1000 over the `Mitem/s` of the fastest sample: other programs on the machine only ever
-//! add time.
+//! The time per contact and iteration (ns) is 1000 over the `Mitem/s` of the fastest sample: other programs on the machine can only add
+//! time.
 
 mod pack;
 
@@ -23,7 +23,7 @@ use divan::counter::ItemsCount;
 
 use pack::{FRICTION, Pack, SKIN};
 
-/// Iterations of a sample. Sorting the contacts and the last residual take as long as some five.
+/// Iterations of a sample. Sorting the contacts and the last residual take as long as about five of them.
 const ITERATIONS: usize = 500;
 
 static PACKS: [(usize, LazyLock<Pack>); 3] = [
@@ -57,7 +57,7 @@ fn pack(disks: usize) -> &'static Pack {
     pack
 }
 
-/// The same cold step again and again, in the buffers of the solve before, as in a run.
+/// The same cold step, repeated in the buffers of the solve before, as in a run.
 #[divan::bench(args = cases(), consts = [1, 2], sample_count = 10, sample_size = 1)]
 fn contact_iteration<const THREADS: usize>(bencher: Bencher, (disks, algorithm, friction): Case) {
     let cold = pack(disks).cold(friction);
@@ -75,7 +75,7 @@ fn contact_iteration<const THREADS: usize>(bencher: Bencher, (disks, algorithm, 
         });
 }
 
-/// A step with one iteration, of which a disk has left the Verlet list or none has: contacts from positions, local blocks, the
+/// A step with one iteration, with or without a disk that left the Verlet list: contacts from positions, local blocks, the
 /// sorting of the solver and one residual.
 #[divan::bench(args = cases(), consts = [false, true], sample_count = 50, sample_size = 1)]
 fn contacts_and_blocks<const NEW_LIST: bool>(bencher: Bencher, (disks, algorithm, friction): Case) {
@@ -97,7 +97,7 @@ fn contacts_and_blocks<const NEW_LIST: bool>(bencher: Bencher, (disks, algorithm
     });
 }
 
-/// Exactly so many iterations.
+/// Exactly this many iterations.
 fn exactly(iterations: usize, algorithm: Algorithm, threads: usize) -> Criteria {
     Criteria {
         algorithm,

@@ -1,8 +1,8 @@
 //! Dense packs and their load steps.
 //!
-//! A bed of soft disks is pressed between four plates; larger packs are its mirror images side by side, which touch as
+//! Four plates press a bed of soft disks; larger packs are its mirror images side by side, which touch as
 //! the bed touches its plates. Then the disks count as rigid and touching (LMGC90's IQS: overlaps are not repaired),
-//! and the upper plate is loaded with 690 MPa in one step of 1 us from rest, without any first guess: no step of a
+//! and one step of 1 us from rest loads the upper plate with 690 MPa, without a first guess: no step of a
 //! run is harder.
 
 use std::f64::consts::PI;
@@ -29,9 +29,9 @@ const PRESSURE: f64 = 690e6;
 const DENSITY: f64 = 7800.0;
 const THICKNESS: f64 = 1e-3;
 const RADII: [f64; 2] = [0.05e-3, 0.1e-3];
-/// Solid fraction of the beds, just above jamming: 2.2 contacts a disk.
+/// Solid fraction of the beds, just above jamming: 2.2 contacts per disk.
 const FRACTION: f64 = 0.852;
-/// Most relaxation steps of a bed.
+/// Largest number of relaxation steps of a bed.
 const RELAXATIONS: usize = 4_000;
 
 /// Disks between a floor, two side walls and a plate above, at 0 <= x <= width and y >= 0.
@@ -41,7 +41,7 @@ pub struct Pack {
 }
 
 impl Pack {
-    /// A pressed bed of about so many disks and its mirror images, `columns` by `lines`.
+    /// A pressed bed of about this many disks and its mirror images, `columns` by `lines`.
     pub fn new(disks: usize, columns: usize, lines: usize) -> Pack {
         let packing = pressed(disks);
         let (width, height) = (2.0 * packing.half_width, packing.ceiling - packing.floor);

@@ -11,7 +11,7 @@ pub struct Case {
     pub substeps: u32,
     /// M (kg).
     pub mass_kg: f64,
-    /// Mass of the glued point (kg), which only schemes with `dirichlet = "continuum"` know.
+    /// Mass of the glued point (kg), which only schemes with `dirichlet = "continuum"` use.
     pub point_kg: f64,
 }
 
@@ -58,9 +58,9 @@ pub struct Two {
 pub struct Books {
     /// Sum of |W - F H v_M| (J).
     pub defect_j: f64,
-    /// Sum of |W| (J), W being the work of what m bore.
+    /// Sum of |W| (J), W being the work of the force that m carried.
     pub energy_j: f64,
-    /// Largest |what m bore - F| (N).
+    /// Largest |force that m carried - F| (N).
     pub residual_n: f64,
     /// Largest |F| (N).
     pub force_n: f64,
@@ -122,8 +122,8 @@ impl Two {
         self.books.add([acting, lambda], work, self.h() * v_m);
     }
 
-    /// Both end in the same place: H v_M = du_free + C lambda, lambda = F(v_M). With a compliance that is `factor` times C the mass M
-    /// goes by that one, from the increment under the force before.
+    /// Both end in the same place: H v_M = du_free + C lambda, lambda = F(v_M). If the mass M uses a compliance of `factor` times C, it
+    /// starts from the increment under the force of the window before.
     pub fn dual_schur(&mut self, factor: f64) {
         let (h, c) = (self.h(), factor * self.compliance());
         let before = self.verlet(self.u, self.v, self.lambda).0 - self.u;
@@ -159,12 +159,12 @@ impl Two {
         self.end(lambda, self.lambda, v_m);
     }
 
-    /// m follows the line of the window before; M with its point takes the force of that.
+    /// m follows the line of the window before; M with its point takes the force of that line.
     pub fn staggered_continuum(&mut self, parallel: bool) {
         let (h, line) = (self.h(), self.line);
         let (u, lambda) = self.led(line);
         let borne = if parallel { self.lambda } else { lambda };
-        // M and its point move as one, but at the start, when only M moves.
+        // M and its point move as one, except at the start, when only M moves.
         let (mass, point) = (self.case.mass_kg, self.case.point_kg);
         let v = (mass * self.v_m + point * self.line - h * borne) / (mass + point);
         let work = work_along_line(self.case, [self.u, self.v], line);
@@ -174,8 +174,8 @@ impl Two {
     }
 }
 
-/// Work (J) on m whose velocity goes in a straight line to this one (m/s): sum over its steps of the mean of both forces m a + k u
-/// times the way, from (u, v).
+/// Work (J) on m whose velocity changes linearly to this one (m/s): sum over its steps of the mean of both forces m a + k u
+/// times the displacement, from (u, v).
 pub fn work_along_line(case: Case, [mut u, mut v]: [f64; 2], end: f64) -> f64 {
     let h = case.step_s;
     let a = (end - v) / (h * f64::from(case.substeps));

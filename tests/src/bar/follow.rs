@@ -1,5 +1,5 @@
-//! The bar along given velocities of its coupled nodes: their acceleration is the constant a_s = (v_end - v_0) / H, and
-//! the force that this takes is M (a_s - a), a being the acceleration without it.
+//! The bar under prescribed velocities of its coupled nodes: their acceleration is the constant a_s = (v_end - v_0) / H, and
+//! the force for it is M (a_s - a), where a is the acceleration without that force.
 
 use protocol::Reaction;
 
@@ -25,8 +25,7 @@ impl Bar {
         matrix
     }
 
-    /// Steps in which the velocity of each coupled node goes in a straight line to `velocity`; the increments are left to
-    /// the caller.
+    /// Steps in which the velocity of each coupled node changes linearly to `velocity`; the caller fills in the increments.
     pub(super) fn lead(&self, state: &mut State, velocity: &[f64], substeps: u32) -> Reaction {
         let (h, b) = (self.config.step_s, self.config.damping);
         let window_s = h * f64::from(substeps);
@@ -64,7 +63,7 @@ impl Bar {
         }
     }
 
-    /// Accelerations with those of the led nodes as they are given, and the force on each of these (N).
+    /// Accelerations, with the given values at the led nodes, and the force on each led node (N).
     fn led_acceleration(&self, state: &State, led: &[(usize, f64)]) -> (Vec<f64>, Vec<f64>) {
         let mut a = self.acceleration(&state.u, &state.plastic, &[]);
         let force = led.iter().map(|(node, given)| {

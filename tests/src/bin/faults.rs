@@ -8,7 +8,8 @@ use harness::campaign::{Campaign, run_campaign};
 use scenario::error::{CHECK_FAILED, Error};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-/// Kills and stops processes of short runs, fills disks and damages files at random instants: found, named, and resumed?
+/// Kills and stops processes of short runs, fills disks and damages files at random instants, and checks that each fault is found
+/// and named, and that the run resumes.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Trials of each row, 1 to 10 000.
@@ -74,7 +75,7 @@ fn fault_table(rows: &[FaultRow]) -> String {
         let outcomes = row.outcomes.iter();
         let outcomes = outcomes.map(|(word, count)| format!("{count} {word}"));
         let mut outcomes: Vec<String> = outcomes.collect();
-        outcomes.extend(row.per_minute.map(|rate| format!("{rate:.0} a minute")));
+        outcomes.extend(row.per_minute.map(|rate| format!("{rate:.0} per minute")));
         format!(
             "{holds:<5} {:<29} {:>6} {:>6} {:>17} {:>5} {:>15} {:>5}  {}",
             row.name,

@@ -1,6 +1,6 @@
 //! A foreign participant for tests: `verification-node bar|chain|plate`, launched by a scenario's `command`;
 //! `verification-node bar FIELD` answers with this field of the header wrong;
-//! `verification-node other-version` answers the greeting in a protocol of another version.
+//! `verification-node other-version` answers the greeting in another version of the protocol.
 
 use std::error::Error;
 use std::process::ExitCode;

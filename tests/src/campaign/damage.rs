@@ -1,4 +1,4 @@
-//! Logs and checkpoints that are not what their run wrote.
+//! Logs, checkpoints and tables that differ from what their run wrote.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ const FRAMING: usize = 9;
 /// Kind of a chunk of messages.
 const CHUNK: u8 = 6;
 
-/// Harm that a file may come to.
+/// Damage to a file.
 #[derive(Clone, Copy)]
 enum Harm {
     Flip,
@@ -26,8 +26,8 @@ enum Harm {
     Repeat,
 }
 
-/// Flips a bit of the log of a run, cuts it off, or repeats a chunk of it. Right: `inspect`, `replay` and `resume` each end
-/// with code 6, or with what the undamaged log gives: hashes and messages as they were.
+/// Flips a bit of the log of a run, cuts the log off, or repeats one of its chunks. Right: `inspect`, `replay` and `resume` each
+/// end with code 6, or give the hashes and messages of the undamaged log.
 pub fn log(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
     let path = trial.path("out/exchange.mcap");
@@ -45,7 +45,7 @@ pub fn log(trial: &mut FaultTrial) -> FaultResult {
             (Some(6), _) => true,
             (Some(0), "inspect") => text.contains(exchange(trial)),
             (Some(0), "replay") => !text.contains("departs") && text.contains("identical"),
-            // Too little is left of it to compare anything, which is said.
+            // Too little of the log is left for a comparison, and the message says so.
             (Some(8), "replay") => text.contains("nothing was compared"),
             (Some(0), _) => trial.is_bit_equal("again").is_ok(),
             _ => false,
@@ -60,8 +60,8 @@ pub fn log(trial: &mut FaultTrial) -> FaultResult {
     Ok(FaultOutcome::of(word))
 }
 
-/// Flips a bit of the newest checkpoint or cuts it off, in every other trial of all. Right: `resume` takes one before it, or
-/// begins again, to the bits of the undisturbed run, and says so; or it refuses by name (code 2) what claims to be of another
+/// Flips a bit of the newest checkpoint or cuts it off; in every other trial, of all checkpoints. Right: `resume` uses an older one or
+/// begins again, to the bits of the undisturbed run, and says so; or it refuses by name (code 2) a checkpoint that claims another
 /// version.
 pub fn checkpoint(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
@@ -90,7 +90,7 @@ pub fn checkpoint(trial: &mut FaultTrial) -> FaultResult {
 }
 
 /// Flips a bit of the signals of a run, or cuts them off. Right: `report` ends with code 6 and names the table, and `resume` gives the
-/// tables of the undisturbed run, or names what it cannot go on with.
+/// tables of the undisturbed run, or names the table that it cannot continue.
 pub fn table(trial: &mut FaultTrial) -> FaultResult {
     whole(trial)?;
     let written = trial.json("out/summary.json")["tables"].clone();

@@ -9,7 +9,7 @@ use super::row::{FaultOutcome, FaultResult};
 use super::trial::{FaultTrial, HANGS, send};
 
 /// Kills a participant. Right: the coordinator ends by itself with code 4 and the name of the participant, no other participant
-/// is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
+/// is left, and the run resumes bit-equal; or the run needed no more answers and completes bit-equal.
 pub fn participant(trial: &mut FaultTrial, name: &str) -> FaultResult {
     trial.begin(&[])?;
     let pid = trial.participant(name)?;
@@ -30,7 +30,7 @@ pub fn participant(trial: &mut FaultTrial, name: &str) -> FaultResult {
     Ok(FaultOutcome::after(detection_s, "lost", resumes(trial)?))
 }
 
-/// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not begun to write.
+/// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not written anything yet.
 pub fn coordinator(trial: &mut FaultTrial) -> FaultResult {
     trial.begin(&[])?;
     trial.signal(Signal::SIGKILL);
@@ -48,7 +48,7 @@ pub fn everything(trial: &mut FaultTrial) -> FaultResult {
     outlived(trial)
 }
 
-/// Waits for the participants to end, ends a coordinator that is stopped, and judges what is left.
+/// Waits for the participants to end, kills a stopped coordinator, and judges the rest of the run.
 pub fn outlived(trial: &mut FaultTrial) -> FaultResult {
     let detection_s = trial.deserted(HANGS)?;
     trial.signal(Signal::SIGKILL);

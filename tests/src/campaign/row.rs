@@ -11,14 +11,14 @@ use scenario::error::Error;
 pub struct FaultOutcome {
     /// Its end in a word or two.
     pub word: &'static str,
-    /// Time from the fault until everything of the run had ended, of a run that the fault ended (s).
+    /// Time from the fault until all processes of the run had ended, if the fault ended the run (s).
     pub detection_s: Option<f64>,
-    /// Windows that were done and had to be done again.
+    /// Windows that had to be repeated.
     pub windows_lost: Option<u64>,
 }
 
 impl FaultOutcome {
-    /// An end at which nothing was to be found and no window was lost.
+    /// An end with nothing to find and no lost window.
     pub fn of(word: &'static str) -> FaultOutcome {
         FaultOutcome {
             word,
@@ -26,7 +26,7 @@ impl FaultOutcome {
         }
     }
 
-    /// An end so long (s) after the fault, at which so many windows were lost.
+    /// An end this long (s) after the fault, with this many lost windows.
     pub fn after(detection_s: f64, word: &'static str, windows_lost: Option<u64>) -> FaultOutcome {
         FaultOutcome {
             word,
@@ -36,7 +36,7 @@ impl FaultOutcome {
     }
 }
 
-/// An outcome that was not right, or the reason why there is none.
+/// A wrong outcome, or the reason why there is no outcome.
 #[derive(Debug)]
 pub enum Wrong {
     /// It does not follow the rule of its row.
@@ -69,27 +69,27 @@ pub struct FaultRow {
     pub seed: u64,
     /// Trials, or schedules.
     pub trials: u64,
-    /// Those that ended right.
+    /// Trials that ended right.
     pub right: u64,
-    /// Ends of those, and how often each came.
+    /// Outcomes of the right trials, with their counts.
     pub outcomes: BTreeMap<String, u64>,
     /// Median of the times until the end (s).
     pub detection_p50_s: Option<f64>,
-    /// 99th percentile of them (s).
+    /// 99th percentile of these times (s).
     pub detection_p99_s: Option<f64>,
-    /// Bound of that (s).
+    /// Bound of the 99th percentile (s).
     pub detection_bound_s: Option<f64>,
-    /// Mean of the windows that had to be done again.
+    /// Mean number of windows that had to be repeated.
     pub windows_lost_mean: Option<f64>,
-    /// Largest number of them.
+    /// Largest number of these windows.
     pub windows_lost_max: Option<u64>,
     /// Processes and files in shared memory that were left.
     pub leftovers: u64,
-    /// Schedules a minute, of a row of simulated ones.
+    /// Schedules per minute, for the row of simulated runs.
     pub per_minute: Option<f64>,
-    /// Faults of the first few trials that were not right.
+    /// Descriptions of the first few wrong trials.
     pub wrong: Vec<String>,
-    /// True if all ended right and in time, and nothing was left.
+    /// True if all trials ended right and in time, and nothing was left.
     pub holds: bool,
     #[serde(skip)]
     detections_s: Vec<f64>,
@@ -101,7 +101,7 @@ pub struct FaultRow {
 const LISTED: usize = 5;
 
 impl FaultRow {
-    /// A row without trials; a fault has to be found within `bound_s`, where there is something to find.
+    /// A row without trials; a fault must be found within `bound_s`, if there is something to find.
     pub fn new(name: &str, seed: u64, bound_s: Option<f64>) -> FaultRow {
         FaultRow {
             name: name.into(),
@@ -111,7 +111,7 @@ impl FaultRow {
         }
     }
 
-    /// Counts trials that ended in this way.
+    /// Counts trials with this outcome.
     pub fn ended(&mut self, word: &str, count: u64) {
         if count > 0 {
             self.trials += count;
@@ -128,7 +128,7 @@ impl FaultRow {
         }
     }
 
-    /// Counts a trial; the error is one of the campaign.
+    /// Counts a trial; an error of the campaign is returned.
     pub fn add(&mut self, index: usize, tried: FaultResult, leftovers: u64) -> Result<(), Error> {
         self.leftovers += leftovers;
         match tried {

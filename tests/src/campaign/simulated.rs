@@ -1,7 +1,7 @@
-//! Thousands of runs behind a network that delays, reorders, loses, repeats and damages messages, and whose participants crash
-//! and stall, in simulated time. The real coupler and the real serving loop speak over it; a seed gives the same schedule again.
+//! Thousands of runs in simulated time, over a network that delays, reorders, loses, repeats and damages messages, and with participants
+//! that crash and stall. The real coupler and the real serving loop use it; the same seed gives the same schedule.
 //!
-//! - `bodies`: the small scenes; `network_faults`: what befalls the messages of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
+//! - `bodies`: the small scenes; `network_faults`: the faults of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
 //! - [`schedule`]: one schedule and its verdict.
 
 mod bodies;
@@ -22,13 +22,13 @@ use coordinator::participants::Watch;
 pub struct Counts {
     /// Runs that completed, bit-equal.
     pub completed: u64,
-    /// Runs that ended early and said why.
+    /// Runs that ended early with a named fault.
     pub named: u64,
-    /// Those of them that went on from a checkpoint, bit-equal.
+    /// Named runs that were resumed from a checkpoint, bit-equal.
     pub resumed: u64,
-    /// Schedules with another end, each with what is wrong.
+    /// Descriptions of schedules with another end.
     pub wrong: Vec<String>,
-    /// Schedules in a minute.
+    /// Schedules per minute.
     pub per_minute: f64,
 }
 

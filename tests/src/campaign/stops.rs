@@ -1,4 +1,4 @@
-//! Processes that are stopped (SIGSTOP), for a while or for ever.
+//! Processes that are stopped (SIGSTOP), for a while or forever.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use super::row::{FaultOutcome, FaultResult, Wrong};
 use super::trial::{ANSWER_S, FaultTrial, HANGS, RunPhase, send};
 use scenario::error::Error;
 
-/// A run that went on after a fault as if nothing had been.
+/// A run that must complete in spite of its fault.
 fn completed(trial: &mut FaultTrial) -> FaultResult {
     let status = trial.end()?;
     let completed = trial.completed()?;
@@ -39,10 +39,10 @@ pub fn participant_for_1_s(trial: &mut FaultTrial) -> FaultResult {
     completed(trial)
 }
 
-/// Stops a participant for ever. Right: the coordinator ends with code 5 and says that the participant is stopped, no
-/// participant is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
+/// Stops a participant forever. Right: the coordinator ends with code 5 and says that the participant is stopped, no
+/// participant is left, and the run resumes bit-equal; or the run needed no more answers and completes bit-equal.
 pub fn participant_for_ever(trial: &mut FaultTrial) -> FaultResult {
-    // A set-up has a deadline of its own: the stop comes later, or that is what it meets.
+    // A set-up has its own deadline, which also ends a stop in the set-up.
     let deadlines = format!("run.deadlines.setup_s={ANSWER_S:?}");
     let in_setup = trial.phase() == RunPhase::Handshake;
     let sets = [deadlines.as_str()];
@@ -67,8 +67,8 @@ pub fn participant_for_ever(trial: &mut FaultTrial) -> FaultResult {
     Ok(FaultOutcome::after(detection_s, "named", resumes(trial)?))
 }
 
-/// Stops the coordinator for longer than it would wait for an answer. Right: the run completes bit-equal, it has waited for
-/// nobody.
+/// Stops the coordinator for longer than it would wait for an answer. Right: the run completes bit-equal, since no participant
+/// kept it waiting.
 pub fn coordinator_for_3_s(trial: &mut FaultTrial) -> FaultResult {
     trial.begin(&[])?;
     trial.signal(Signal::SIGSTOP);
@@ -77,23 +77,23 @@ pub fn coordinator_for_3_s(trial: &mut FaultTrial) -> FaultResult {
     completed(trial)
 }
 
-/// Stops the coordinator for ever. Right: the participants end by themselves once `idle_s` has passed, and the run resumes
-/// bit-equal when the coordinator was killed.
+/// Stops the coordinator forever. Right: the participants end by themselves once `idle_s` has passed, and after the coordinator is
+/// killed the run resumes bit-equal.
 pub fn coordinator_for_ever(trial: &mut FaultTrial) -> FaultResult {
     trial.begin(&[&format!("run.deadlines.idle_s={ANSWER_S:?}")])?;
     trial.signal(Signal::SIGSTOP);
     outlived(trial)
 }
 
-/// Stops one process after the other for 1 to 50 ms, all through the run. Right: it completes bit-equal.
+/// Stops one process after the other for 1 to 50 ms during the whole run. Right: it completes bit-equal.
 pub fn jitter(trial: &mut FaultTrial) -> FaultResult {
     trial.start(&[])?;
     stop_and_go(trial, None, [[1e-3, 0.05]; 2])?;
     completed(trial)
 }
 
-/// Keys of a scene of 211 grains whose rail yields and tells its compliance anew in most windows, so that the layer is told 178 000 numbers each time:
-/// 11 pieces, of which 4 wait at most.
+/// Keys of a scene of 211 grains whose rail yields and sends a new compliance in most windows: 178 000 numbers for the layer each time,
+/// in 11 pieces, of which at most 4 wait.
 pub const LONG_FRAMES: [&str; 12] = [
     "run.end_s=2.4e-5",
     "interface.layer-base.scheme=dual-schur-secant",
@@ -110,7 +110,7 @@ pub const LONG_FRAMES: [&str; 12] = [
 ];
 
 /// Stops the layer for 120 of every 140 ms, longer than the coordinator's patience in the middle of a long frame, as a busy machine does.
-/// Right: the run completes with the hashes of the one that nobody stops.
+/// Right: the run completes with the hashes of the undisturbed run.
 pub fn long_frames(trial: &mut FaultTrial) -> FaultResult {
     trial.start(&LONG_FRAMES)?;
     trial.end()?;
@@ -126,8 +126,8 @@ pub fn long_frames(trial: &mut FaultTrial) -> FaultResult {
     Err(format!("{own:?} instead of {alone:?}: {}", trial.said()).into())
 }
 
-/// Stops processes one after the other until the run has completed: this participant, or each and the coordinator by chance. Times
-/// between limits (s): stopped, and going on.
+/// Stops processes one after the other until the run has completed: this participant, or a random process of the run. Random times
+/// between limits (s): stopped, and running.
 fn stop_and_go(
     trial: &mut FaultTrial,
     name: Option<&str>,

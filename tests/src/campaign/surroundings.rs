@@ -1,4 +1,4 @@
-//! Disks, shared memory, terminals and neighbours that are not what a run needs.
+//! Faults of the surroundings of a run: disks, shared memory, terminals, and other runs at the same time.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -14,21 +14,21 @@ use scenario::error::Error;
 /// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
 const BLOCK: u64 = 512;
 
-/// The same command where no file can become longer than so many blocks.
+/// The same command with files limited to `blocks` blocks.
 fn limited(command: &Command, blocks: u64) -> Command {
     let mut shell = Command::new("sh");
-    // The signal of a file that is too long would end the shell's child before it can say anything.
+    // Without the trap, the signal for a too long file would end the shell's child before it can print anything.
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
     shell.args(["-c", &script, "sh"]).arg(command.get_program());
     shell.args(command.get_args());
     shell
 }
 
-/// Lets no file of the run become longer than a random limit, which stands for a full disk and needs no rights of a
-/// superuser. It holds for shared memory too, so that the solvers run as threads. Right: the run ends with code 9 and
+/// Limits the size of the run's files at random. The limit stands for a full disk and needs no superuser rights. It also applies to
+/// shared memory, so the solvers run as threads. Right: the run ends with code 9 and
 /// names the file, its summary says so, and it resumes bit-equal where there is room; or it fits and completes bit-equal.
 pub fn disk(trial: &mut FaultTrial) -> FaultResult {
-    // From where the scenario and the summary fit to where the log does.
+    // From a size for the scenario and the summary to a size for the log.
     let bytes = trial.random.between(1.5e4, 6e5);
     let command = trial.run_command(&["run.transport=channel"]);
     trial.spawn(limited(&command, bytes as u64 / BLOCK))?;
@@ -47,8 +47,8 @@ pub fn disk(trial: &mut FaultTrial) -> FaultResult {
     }
 }
 
-/// Leaves no room in shared memory: the same limit, below what a connection needs. Right: the run ends at once with a
-/// message that says shared memory, and the next one, with room, is bit-equal.
+/// Leaves no room in shared memory: the same limit, below the size of a connection. Right: the run ends at once with a
+/// message about shared memory, and the next run, with room, is bit-equal.
 pub fn shared_memory(trial: &mut FaultTrial) -> FaultResult {
     let command = trial.run_command(&[]);
     let bytes = trial.random.between(2e4, 2e5);
@@ -64,8 +64,8 @@ pub fn shared_memory(trial: &mut FaultTrial) -> FaultResult {
     Ok(FaultOutcome::after(detection_s, "named", None))
 }
 
-/// Closes the terminal: nobody reads what the run says, and in every other trial it is told so (SIGHUP). Right: it ends by
-/// that signal in order (code 129) and resumes bit-equal, or it completes bit-equal.
+/// Closes the terminal: nobody reads the output of the run, and every other trial also sends SIGHUP. Right: the run ends in order
+/// by that signal (code 129) and resumes bit-equal, or it completes bit-equal.
 pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
     let mut command = trial.run_command(&[]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -89,8 +89,7 @@ pub fn terminal(trial: &mut FaultTrial) -> FaultResult {
     }
 }
 
-/// Runs a study beside itself, begun at the same time in a folder that is not there yet. Right: both end with code 0, and no run was
-/// made twice.
+/// Starts a study twice at the same time in a new folder. Right: both end with code 0, and no run was made twice.
 pub fn studies(trial: &mut FaultTrial) -> FaultResult {
     trial.write_study()?;
     let words = "study run study.toml --out study --jobs 1";
@@ -112,8 +111,8 @@ pub fn studies(trial: &mut FaultTrial) -> FaultResult {
     Err(format!("one {}, the other {other}: {rows}", trial.said()).into())
 }
 
-/// Runs the scene beside itself among processes with numbers of their own, as in a container with the same shared memory. Right: both
-/// complete bit-equal; not tried where the system forbids such a place.
+/// Runs the scene a second time in another PID namespace, as in a container with the same shared memory. Right: both
+/// complete bit-equal; not tried where the system forbids such a namespace.
 pub fn namespace(trial: &mut FaultTrial) -> FaultResult {
     let apart = || {
         let words = "--user --map-root-user --pid --fork --mount-proc";

@@ -1,4 +1,4 @@
-//! One trial: a run of the program as a user starts it, in a folder of its own, and everything that it started.
+//! One trial: a run of the program as a user starts it, in its own folder, with all its processes.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use kit::scratch::Scratch;
 use lab::random::Random;
 use scenario::error::Error;
 
-/// Keys of the scene `quick` that make it short, with many checkpoints, and impatient.
+/// Keys that give the scene `quick` a short run, many checkpoints and short deadlines.
 const SCENE: [&str; 6] = [
     "run.end_s=2e-4",
     "run.checkpoint_every_windows=30",
@@ -35,13 +35,13 @@ const CADENCE: u64 = 30;
 /// `run.deadlines.answer_s` of the scene (s).
 pub const ANSWER_S: f64 = 2.0;
 
-/// A run that has not ended by then hangs.
+/// Time after which a run counts as hanging.
 pub const HANGS: Duration = Duration::from_secs(60);
 
-/// Time between two looks.
+/// Time between two polls.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// The program, and its run when nothing disturbs it.
+/// The program, and its undisturbed run.
 pub struct UndisturbedRun {
     /// The program.
     pub program: PathBuf,
@@ -62,7 +62,7 @@ pub enum RunPhase {
     Handshake,
     /// Anywhere in the windows.
     Windows,
-    /// Right after a checkpoint was begun.
+    /// Right after the start of a checkpoint.
     Checkpoint,
     /// From the first field file of the end on.
     Finish,
@@ -109,9 +109,9 @@ impl UndisturbedRun {
     }
 }
 
-/// One trial. Whatever it started is killed and its folder removed when it is dropped.
+/// One trial. Dropping it kills its processes and removes its folder.
 pub struct FaultTrial<'a> {
-    /// What comes of the run when nothing disturbs it.
+    /// The undisturbed run.
     pub undisturbed: &'a UndisturbedRun,
     /// Number of the trial in its row.
     pub index: u64,
@@ -119,7 +119,7 @@ pub struct FaultTrial<'a> {
     pub random: Random,
     folder: Scratch,
     child: Option<Child>,
-    /// Coordinators that were started, by their process.
+    /// Process numbers of the started coordinators.
     coordinators: Vec<u32>,
 }
 
@@ -147,7 +147,7 @@ impl FaultTrial<'_> {
         PHASES[(self.index % 4) as usize]
     }
 
-    /// The participant that its fault befalls.
+    /// The participant that its fault hits.
     pub fn participant_name(&self) -> &'static str {
         PARTICIPANTS[(self.index / 4 % 2) as usize]
     }
@@ -184,7 +184,7 @@ impl FaultTrial<'_> {
         fs::write(&path, text).map_err(Error::output(path.display()))
     }
 
-    /// Starts the scene, its words going to files.
+    /// Starts the scene; its output goes to files.
     pub fn start(&mut self, sets: &[&str]) -> Result<(), Error> {
         self.spawn(self.run_command(sets))
     }
@@ -195,7 +195,7 @@ impl FaultTrial<'_> {
         self.reach()
     }
 
-    /// Starts a command whose words go to files.
+    /// Starts a command whose output goes to files.
     pub fn spawn(&mut self, mut command: Command) -> Result<(), Error> {
         let file = |name: &str| {
             let path = self.path(name);
@@ -214,14 +214,14 @@ impl FaultTrial<'_> {
         Ok(())
     }
 
-    /// Closes the other end of what the program says.
+    /// Closes the reading end of the program's output.
     pub fn close_output(&mut self) {
         if let Some(child) = &mut self.child {
             (child.stdout, child.stderr) = (None, None);
         }
     }
 
-    /// Runs a verb to its end and returns its exit code; its words go to files.
+    /// Runs a verb to its end and returns its exit code; its output goes to files.
     pub fn verb(&mut self, words: &[&str]) -> Result<Option<i32>, Wrong> {
         let mut command = Command::new(&self.undisturbed.program);
         command.args(words).current_dir(self.folder.path());
@@ -229,7 +229,7 @@ impl FaultTrial<'_> {
         Ok(self.end()?.code())
     }
 
-    /// Waits for the end of what was started last.
+    /// Waits for the end of the last command.
     pub fn end(&mut self) -> Result<ExitStatus, Wrong> {
         let start = Instant::now();
         loop {
@@ -243,7 +243,7 @@ impl FaultTrial<'_> {
         }
     }
 
-    /// Pauses for a moment; refuses to do so for ever, and after a signal.
+    /// Pauses for a moment; fails after [`HANGS`] and after a signal.
     fn look(&self, start: Instant) -> Result<(), Wrong> {
         if let Some(interrupted) = self.undisturbed.watch.interrupted() {
             return Err(interrupted.into());
@@ -255,7 +255,7 @@ impl FaultTrial<'_> {
         Ok(())
     }
 
-    /// Waits until something is seen, or the run has ended.
+    /// Waits until `seen` returns true, or the run has ended.
     pub fn until(&mut self, mut seen: impl FnMut(&FaultTrial) -> bool) -> Result<(), Wrong> {
         let start = Instant::now();
         while !seen(self) && self.is_running() {
@@ -269,7 +269,7 @@ impl FaultTrial<'_> {
         child.is_some_and(|child| matches!(child.try_wait(), Ok(None)))
     }
 
-    /// Waits until a random instant of the part of the run, or until the run has ended.
+    /// Waits until a random instant of the phase, or until the run has ended.
     pub fn reach(&mut self) -> Result<(), Wrong> {
         let (handshake, whole) = (self.undisturbed.handshake, self.undisturbed.whole);
         let windows = whole.saturating_sub(handshake);
@@ -298,7 +298,7 @@ impl FaultTrial<'_> {
         self.until(|_| start.elapsed() >= instant)
     }
 
-    /// Waits for the process of a participant; none if the run ended before.
+    /// Waits for the process of a participant; `None` if the run ended before.
     pub fn participant(&mut self, name: &str) -> Result<Option<Pid>, Wrong> {
         let mut found = None;
         self.until(|trial| {
@@ -309,7 +309,7 @@ impl FaultTrial<'_> {
         Ok(found.map(|(pid, _)| pid))
     }
 
-    /// Participants that live now: all processes whose session file is in this folder.
+    /// Running participants: all processes whose session file is in this folder.
     pub fn participants(&self) -> Vec<(Pid, String)> {
         let folder = self.folder.path();
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -330,7 +330,7 @@ impl FaultTrial<'_> {
         }
     }
 
-    /// Waits until no participant is left; returns the time that took (s).
+    /// Waits until no participant is left; returns the waiting time (s).
     pub fn deserted(&self, limit: Duration) -> Result<f64, Wrong> {
         let start = Instant::now();
         while let left = self.participants()
@@ -349,7 +349,7 @@ impl FaultTrial<'_> {
         fs::read_to_string(self.path("out/logs/coordinator.log")).unwrap_or_default()
     }
 
-    /// Words on stderr.
+    /// The text on stderr, on one line.
     pub fn said(&self) -> String {
         let said = fs::read_to_string(self.path("stderr")).unwrap_or_default();
         said.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -386,7 +386,7 @@ impl FaultTrial<'_> {
         Ok(FaultOutcome::of("completed"))
     }
 
-    /// Processes, and files in shared memory and of services, that are left of this trial.
+    /// Number of processes, and of files in shared memory and of services, that are left of this trial.
     pub fn leftovers(&self) -> u64 {
         let root = shm::run_root();
         let left = |pid: &u32| shm::left_by(&root, *pid).map_or(0, |files| files.len());
@@ -404,7 +404,7 @@ impl Drop for FaultTrial<'_> {
         for (pid, _) in self.participants() {
             send(pid, Signal::SIGKILL);
         }
-        // What cannot be removed is removed by the next run.
+        // The next run removes files that cannot be removed here.
         let _ = shm::remove_dead_runs(&shm::run_root());
     }
 }

@@ -1,4 +1,4 @@
-//! The modules of a crate, with what each of them defines, imports and names.
+//! The modules of a crate, with their definitions, imports and names.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use crate::source::{Sources, file_of_module, folder_of_modules, is_root, product
 /// Words of a path, from left to right.
 pub(super) type Path = Vec<String>;
 
-/// A module, of a file of its own or inside one.
+/// A module, in its own file or inside another.
 #[derive(Default)]
 pub(super) struct Module {
     pub(super) file: String,
@@ -16,17 +16,17 @@ pub(super) struct Module {
     /// The module that `crate` stands for here.
     pub(super) root: usize,
     pub(super) children: BTreeMap<String, usize>,
-    /// Names that are defined here.
+    /// Names defined here.
     pub(super) items: BTreeSet<String>,
     /// Names that `use` brings in here, public or not.
     pub(super) imports: BTreeMap<String, Vec<Path>>,
     /// Paths of `use path::*`.
     pub(super) globs: Vec<Path>,
-    /// Paths that are named here, those of `use` included.
+    /// Paths named here, also in `use`.
     pub(super) paths: BTreeSet<Path>,
-    /// Names that stand alone and may come in through a glob.
+    /// Single names that may come in through a glob.
     pub(super) lone: BTreeSet<String>,
-    /// Macros that are called by their name alone: they are in scope by the order of the text.
+    /// Macros called by their name alone: the order of the text puts them in scope.
     pub(super) macro_calls: BTreeSet<String>,
 }
 
@@ -108,7 +108,7 @@ impl Reader<'_> {
         &mut self.modules.all[self.module]
     }
 
-    /// Reads tokens; items are defined `at_top` only, the body of a function has its own.
+    /// Reads tokens; items count only `at_top`, since the items in the body of a function are local.
     fn read(&mut self, code: &[Token], at_top: bool) {
         let mut at = 0;
         while at < code.len() {
@@ -209,7 +209,7 @@ impl Reader<'_> {
         length
     }
 
-    /// A path or a lone name in running code; returns the tokens that it takes.
+    /// A path or a single name in code; returns the tokens that it takes.
     fn path(&mut self, code: &[Token], start: usize) -> usize {
         let mut path = Vec::new();
         let mut at = start;
@@ -244,7 +244,7 @@ impl Reader<'_> {
         if next == Some(&Token::Mark('!')) {
             here.macro_calls.insert(name);
         } else if is_called || name.starts_with(char::is_uppercase) {
-            // Of small names only those that are called: all others are mostly variables.
+            // Lower-case names count only when called: most others are variables.
             here.lone.insert(name);
         }
     }
@@ -255,7 +255,7 @@ fn defines(word: &str, at_top: bool) -> bool {
     (at_top && DEFINING.contains(&word)) || word == "static"
 }
 
-/// The name of the item behind its defining word, and the tokens up to and with it.
+/// The name of the item behind its defining word, and the number of tokens up to and including it.
 fn defined(rest: &[Token]) -> Option<(&str, usize)> {
     let skipped = usize::from(rest.first().is_some_and(|token| token.is("mut")));
     let name = rest.get(skipped)?.word()?;

@@ -2,25 +2,25 @@
 
 use super::module::{Module, Modules};
 
-/// One file names an item of another (or of its own).
+/// One file names an item of another file or of itself.
 pub(super) struct Named {
     pub(super) from: String,
     pub(super) to: String,
     pub(super) name: String,
 }
 
-/// The item that a path leads to; what follows it in the path is a variant or belongs to its type.
+/// The item that a path leads to; the rest of the path is a variant or belongs to its type.
 struct Item<'a> {
     file: &'a str,
     name: String,
-    /// Files whose `use` the path went through on its way.
+    /// Files whose `use` the path went through.
     through: Vec<&'a str>,
 }
 
-/// Longest chain of re-exports that is followed: circles of globs end here.
+/// Longest chain of re-exports to follow: circles of globs end here.
 const CHAIN: usize = 24;
 
-/// Everything of this crate that its files name.
+/// All items of this crate that its files name.
 pub(super) fn names(modules: &Modules) -> Vec<Named> {
     let mut found = Vec::new();
     for (index, module) in modules.all.iter().enumerate() {
@@ -59,13 +59,13 @@ pub(super) fn names(modules: &Modules) -> Vec<Named> {
     found
 }
 
-/// True for a name that has its meaning without a glob.
+/// True for a name that resolves without a glob.
 fn is_known(module: &Module, name: &str) -> bool {
     module.items.contains(name) || module.imports.contains_key(name)
 }
 
 impl Modules {
-    /// The item of this crate that a path names when it stands in `module`; `None` for a module and for what is not ours.
+    /// The item of this crate that a path in `module` names; `None` for a module and for items of other crates.
     fn resolve(&self, module: usize, path: &[String], depth: usize) -> Option<Item<'_>> {
         let mut start = None;
         let mut rest = path;
@@ -79,7 +79,7 @@ impl Modules {
             rest = more;
         }
         if let (None, Some((word, more))) = (start, rest.split_first()) {
-            // A program names the library of its own crate as others do.
+            // A program names the library of its own crate as other crates do.
             if *word == self.crate_name && self.library != Some(self.all[module].root) {
                 return self.walk(self.library?, more, depth);
             }
@@ -91,7 +91,7 @@ impl Modules {
     fn walk(&self, module: usize, path: &[String], depth: usize) -> Option<Item<'_>> {
         let (name, more) = path.split_first()?;
         let here = &self.all[module];
-        // A module and a function may share a name; only the module has something inside.
+        // A module and a function may share a name; only the module has items inside.
         if let Some(child) = here.children.get(name).filter(|_| !more.is_empty())
             && let Some(item) = self.walk(*child, more, depth)
         {

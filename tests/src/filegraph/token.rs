@@ -1,10 +1,10 @@
-//! Code as the words and marks that names are read from.
+//! Code as words and marks, from which names are read.
 
 use proc_macro2::{Delimiter, Spacing, TokenTree};
 
 use crate::source::{attribute, is_mark};
 
-/// A word, a mark, or what stands between brackets.
+/// A word, a mark, or the tokens between brackets.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Token {
     /// A name or a keyword.

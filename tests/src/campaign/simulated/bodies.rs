@@ -1,4 +1,4 @@
-//! The scenes of simulated schedules: two bodies so small that a run of them takes a millisecond.
+//! The scenes of simulated schedules: two bodies so small that a run takes a millisecond.
 //!
 //! - `spring`: a mass of 1 kg on a spring of 1 N/m, velocity Verlet, for the force-driven side;
 //! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side whose boundary is compliant:
@@ -19,7 +19,7 @@ use scenario::source::ScenarioSource;
 /// Longest wait of a simulated run (s).
 pub const DEADLINE_S: f64 = 2.0;
 
-/// A block between two springs, with checkpoints; one whose windows are halved; one by a fixed point.
+/// A block between two springs: with checkpoints, with halved windows, and with a fixed point.
 const SCENES: [(&str, &str); 3] = [
     (
         "exchange = true",
@@ -80,7 +80,7 @@ pub fn registry() -> Registry {
 #[serde(deny_unknown_fields)]
 struct NoKeys {}
 
-/// Steps in a window that the spring cannot answer.
+/// Steps per window from which the spring answers NaN.
 const TOO_MANY: u32 = 8;
 
 const STEP_S: f64 = 0.2;
@@ -92,7 +92,7 @@ struct State {
     v: Vec<f64>,
 }
 
-/// A mass on a spring, or masses on a compliant boundary: what it describes decides what it is asked for.
+/// A mass on a spring, or masses on a compliant boundary: its description decides which requests it gets.
 #[derive(Default)]
 struct Body {
     description: Description,
@@ -104,19 +104,19 @@ struct Body {
 
 impl Body {
     fn spring() -> Box<dyn Node> {
-        let mut told = Description {
+        let mut description = Description {
             step_s: Some(STEP_S),
             step_limit_s: Some(2.0),
             step_limit_name: "stability limit".into(),
             ..Description::default()
         };
-        told.capabilities.advance = true;
-        told.capabilities.columns = true;
-        Body::of("spring", &["end"], told)
+        description.capabilities.advance = true;
+        description.capabilities.columns = true;
+        Body::of("spring", &["end"], description)
     }
 
     fn block() -> Box<dyn Node> {
-        let mut told = Description {
+        let mut description = Description {
             boundary_inertia: Some(BoundaryInertia {
                 glued_mass_kg: 1.0,
                 mass_kg: 0.0,
@@ -126,18 +126,18 @@ impl Body {
             }),
             ..Description::default()
         };
-        told.capabilities.compliant_boundary = true;
-        Body::of("block", &["left", "right"], told)
+        description.capabilities.compliant_boundary = true;
+        Body::of("block", &["left", "right"], description)
     }
 
-    fn of(kind: &str, sets: &[&str], told: Description) -> Box<dyn Node> {
+    fn of(kind: &str, sets: &[&str], given: Description) -> Box<dyn Node> {
         let mut description = Description {
             kind: kind.into(),
             software: format!("simulated {kind}"),
             sets: sets.iter().map(|set| set.to_string()).collect(),
             signals: vec!["u_m".into()],
             end_s: Some(24.0 * STEP_S),
-            ..told
+            ..given
         };
         description.capabilities.rollback = true;
         description.capabilities.resume = true;
@@ -165,7 +165,7 @@ impl Node for Body {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        // The masses of the block start with velocities of their own, so that an exchange of the two would show.
+        // Each mass of the block starts with its own velocity, so that a mix-up of the two would show.
         let (velocity, mass_kg) = match set {
             "left" => (-1.0, 0.0),
             "right" => (0.5, 0.0),
@@ -244,7 +244,7 @@ impl Node for Body {
 
     fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
         self.committed.clone_from(&self.trial);
-        // The spring is told no displacement.
+        // The spring receives no displacement.
         self.committed.u[..displacement.len()].copy_from_slice(displacement);
         Ok(vec![self.committed.u[0]])
     }

@@ -1,8 +1,8 @@
 //! A network of simulated time between a coordinator and its participants.
 //!
-//! The coordinator's end of each connection drives it: as long as the coordinator waits, time goes from one delivery to the next,
-//! and does not pass otherwise. A participant is the real serving loop in a thread of its own that is given one frame and waited
-//! for until it asks for the next, so that one schedule is one order of events, whatever the machine does.
+//! The coordinator's end of each connection drives it: time advances from one delivery to the next while the coordinator waits,
+//! and only then. A participant is the real serving loop in its own thread. It gets one frame, and the network waits until it asks
+//! for the next, so a schedule is one fixed order of events on any machine.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -17,19 +17,19 @@ use super::network_faults::{NetworkFault, NetworkFaults};
 /// Time that a message takes (ns).
 const LATENCY: u64 = 10_000;
 
-/// Wall-clock time after which a participant that does not come back hangs.
+/// Wall-clock time without a reaction after which a participant counts as hanging.
 const HANGS: Duration = Duration::from_secs(20);
 
-/// Deliveries after which a run that does not end goes round in a circle.
+/// Deliveries after which a run counts as endless.
 const DELIVERIES: u64 = 100_000;
 
 /// Solver of a participant.
 type Build = fn(&Session) -> Result<Box<dyn Node>, NodeError>;
 
-/// A wrapper around each end of a connection, for tests that plant a fault of the program itself.
+/// A wrapper around each end of a connection, for tests that plant a bug in the program itself.
 pub type Wrap = fn(Box<dyn Link>) -> Box<dyn Link>;
 
-/// A network; its clones are the same one.
+/// A network; clones share it.
 #[derive(Clone)]
 pub struct Network {
     shared: Arc<Mutex<State>>,
@@ -38,13 +38,13 @@ pub struct Network {
 /// The end of a schedule, seen from the network.
 #[derive(Debug, Default)]
 pub struct Traces {
-    /// Faults, each with the message that it befell.
+    /// Faults, each with the message that it hit.
     pub faults: Vec<(u64, NetworkFault)>,
-    /// Simulated time since the coordinator heard something (s).
+    /// Simulated time since the coordinator received something (s).
     pub unheard_s: f64,
     /// Messages sent.
     pub messages: u64,
-    /// The reason why a participant is not what it should be: it hangs, or panicked.
+    /// The fault of a participant or of the run: it hangs, panicked, or does not end.
     pub broken: Option<String>,
 }
 
@@ -53,7 +53,7 @@ struct State {
     now: u64,
     heard: u64,
     messages: u64,
-    /// Deliveries put on their way, which numbers those of one time.
+    /// Deliveries so far, which orders deliveries of the same time.
     posted: u64,
     deliveries: u64,
     faults: NetworkFaults,
@@ -76,11 +76,11 @@ struct Participant {
     said: Receiver<Said>,
     /// Answers that have arrived at the coordinator.
     inbox: VecDeque<Frame>,
-    /// Nothing is delivered to it before this time.
+    /// It receives nothing before this time.
     stopped_until: u64,
     /// No message overtakes the last late one, each way.
     not_before: [u64; 2],
-    /// It has ended, but what it said last is still on its way: its end is seen after that.
+    /// It has ended, but its last message is still on its way: its end shows after that.
     leaves: bool,
     /// Set once it has ended.
     end: Arc<OnceLock<String>>,
@@ -106,7 +106,7 @@ impl Network {
         }
     }
 
-    /// Starts a participant; returns the coordinator's end of its connection, and where the reason of its end will stand.
+    /// Starts a participant; returns the coordinator's end of its connection, and the place for the reason of its end.
     pub fn join(
         &self,
         session: Session,
@@ -117,7 +117,7 @@ impl Network {
         let (says, said) = channel();
         let thread = thread::spawn(move || {
             let mut far: Box<dyn Link> = wrap(Box::new(FarEnd { hears, says }));
-            // The coordinator hears its reason as a fault, or it is that of the network.
+            // The coordinator gets the reason as a fault, or the network is the reason.
             let _ = serve(&session, far.as_mut(), build);
         });
         let end = Arc::new(OnceLock::new());
@@ -142,7 +142,7 @@ impl Network {
         (wrap(Box::new(near)), end)
     }
 
-    /// Ends all participants; returns what came of the schedule.
+    /// Ends all participants; returns the traces of the schedule.
     pub fn end(&self) -> Traces {
         let mut state = self.shared.lock().expect("nothing panics with it");
         for participant in 0..state.participants.len() {
@@ -158,7 +158,7 @@ impl Network {
 }
 
 impl State {
-    /// Puts a message on its way, with the fault that befalls it.
+    /// Puts a message on its way, with the fault that hits it.
     fn post(&mut self, participant: usize, frame: &Frame, answer: bool) {
         let fault = self.faults.fault(self.messages);
         self.messages += 1;
@@ -195,7 +195,7 @@ impl State {
         self.coming.insert((at, self.posted), delivery);
     }
 
-    /// Waits for an answer of a participant until some time; none if there is none by then.
+    /// Waits for an answer of a participant until some time; `None` if no answer comes.
     fn wait(&mut self, participant: usize, until: u64) -> Result<Option<Frame>, LinkError> {
         loop {
             if let Some(frame) = self.participants[participant].inbox.pop_front() {
@@ -235,7 +235,7 @@ impl State {
         }
         let participant = &mut self.participants[one];
         if delivery.answer {
-            // It left the participant before anything befell that.
+            // It left the participant before a fault hit the participant.
             participant.inbox.push_back(delivery.frame);
             if participant.leaves {
                 self.leave(one);
@@ -251,7 +251,7 @@ impl State {
         }
     }
 
-    /// Hears what a participant says until it asks for more, or has ended.
+    /// Receives messages of a participant until it asks for more, or has ended.
     fn listen(&mut self, one: usize) {
         loop {
             let said = self.participants[one].said.recv_timeout(HANGS);
@@ -264,7 +264,7 @@ impl State {
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     self.broken = Some(format!("participant {one} hangs"));
-                    // Nobody can end a thread: it is left alone.
+                    // A thread cannot be ended from outside.
                     self.participants[one].thread = None;
                     return;
                 }
@@ -272,7 +272,7 @@ impl State {
         }
     }
 
-    /// Kills a participant: it hears nothing more, and what it would still say is lost.
+    /// Kills a participant: it receives nothing more, and its further messages are lost.
     fn crash(&mut self, one: usize, why: &str) {
         let participant = &mut self.participants[one];
         participant.requests = None;
@@ -291,7 +291,7 @@ impl State {
         participant.requests = None;
     }
 
-    /// Lets the end of a participant be seen once all that it said has arrived.
+    /// Shows the end of a participant once all its messages have arrived.
     fn leave(&mut self, one: usize) {
         let mut coming = self.coming.values();
         let participant = &mut self.participants[one];
@@ -320,7 +320,7 @@ fn flip(frame: &mut Frame, bit: u64) {
         4 => header.iteration ^= one(32) as u32,
         5 => header.window ^= one(64),
         6 => header.step ^= one(64),
-        // A body would take as many steps as the number says: the upper bits would only cost time.
+        // A body takes this many steps: the upper bits would only cost time.
         7 => header.substeps ^= one(12) as u32,
         8 => header.count ^= one(32) as u32,
         9 => header.t0_s = flipped(header.t0_s),

@@ -3,18 +3,18 @@
 use super::bodies::DEADLINE_S;
 use lab::random::Random;
 
-/// A fault that befalls a message.
+/// A fault that hits a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NetworkFault {
-    /// It comes later, and all behind it too (s).
+    /// It comes later, and so do all messages behind it (s).
     Late(f64),
-    /// It comes later, others overtake it (s).
+    /// It comes later, and others overtake it (s).
     Overtaken(f64),
     /// It is lost.
     Lost,
-    /// It comes once more after a while (s).
+    /// It comes again after a while (s).
     Repeated(f64),
-    /// A bit of it is flipped; the number chooses which.
+    /// One of its bits is flipped; the number chooses which.
     Flipped(u64),
     /// The participant dies as it comes; true if its end of the connection closes.
     Crash(bool),
@@ -26,16 +26,16 @@ pub enum NetworkFault {
 #[derive(Clone, Debug, Default)]
 pub struct NetworkFaults {
     random: Random,
-    /// The message that the only fault befalls; none for a schedule of many.
+    /// The message that the only fault hits; `None` for a schedule of many faults.
     only: Option<u64>,
-    /// Share of messages that a fault befalls otherwise.
+    /// Share of messages hit by a fault in a schedule of many.
     often: f64,
-    /// Faults so far, each with the message that it befell.
+    /// Faults so far, each with the message that it hit.
     pub faults: Vec<(u64, NetworkFault)>,
 }
 
 impl NetworkFaults {
-    /// The faults of a seed; a run has about so many messages.
+    /// The faults of a seed; a run has about this many messages.
     pub fn new(seed: u64, messages: u64) -> NetworkFaults {
         let mut random = Random::new(seed);
         let single = random.below(2) == 0;
@@ -47,7 +47,7 @@ impl NetworkFaults {
         }
     }
 
-    /// The fault that befalls this message.
+    /// The fault that hits this message.
     pub fn fault(&mut self, message: u64) -> Option<NetworkFault> {
         let due = match self.only {
             Some(only) => only == message,

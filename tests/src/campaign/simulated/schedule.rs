@@ -1,14 +1,14 @@
 //! One schedule: a run among participants behind a simulated network, and the verdict on it.
 //!
-//! Right is
-//! - a run that completes with the hashes of exchange and state of the undisturbed one, which went over in-process channels;
+//! Two ends are right:
+//! - the run completes with the hashes of exchange and state of the undisturbed run, which used in-process channels;
 //! - a named end: a lost participant, a broken conversation or a missed deadline (exit codes 4 and 5; 2 where the flipped bit is
-//!   in the protocol's version) whose message names a participant, and comes when at most a deadline has passed since the coordinator
-//!   heard something. Where there is a checkpoint, the run then goes on from it, without faults, to the hashes of the
-//!   undisturbed one;
-//! - and nothing but the first where the faults only took time, less than a deadline in all.
+//!   in the protocol's version). Its message names a participant, and comes at most a deadline after the coordinator last
+//!   received something. If there is a checkpoint, the run resumes from it, without faults, to the hashes of the
+//!   undisturbed run.
 //!
-//! Everything else is wrong: another hash, another end, a run that goes round in a circle, a panic.
+//! If the faults only delayed messages, by less than a deadline in total, only the first end is right. Everything else is wrong:
+//! another hash, another end, an endless run, a panic.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -29,7 +29,7 @@ use scenario::load::Loaded;
 /// Name of a program that no simulated run starts.
 const PROGRAM: &str = "thirdbody";
 
-/// Waits of the coordinator end a little after their deadline, by the length of one look at its connections.
+/// The coordinator's waits end a little after their deadline, by one look at its connections.
 const SLACK_S: f64 = 0.1;
 
 /// The end of a schedule.
@@ -37,13 +37,13 @@ const SLACK_S: f64 = 0.1;
 pub enum ScheduleEnd {
     /// It completed, bit-equal.
     Completed,
-    /// It ended early and said so.
+    /// It ended early with a named fault.
     Named,
-    /// It ended early, said so, and a run went on from its checkpoint, bit-equal.
+    /// It ended early with a named fault, and a run resumed from its checkpoint, bit-equal.
     Resumed,
 }
 
-/// A scene with what comes of it when nothing disturbs it.
+/// A scene with the end of its undisturbed run.
 struct Reference {
     loaded: Loaded,
     end: (i32, String),
@@ -57,7 +57,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Runs each scene undisturbed, over in-process channels and behind a network without faults: these must be equal.
+    /// Runs each scene undisturbed, over in-process channels and behind a network without faults: both must be equal.
     pub fn new(wrap: Wrap) -> Result<Simulation, String> {
         let loaded = scenes().map_err(|error| error.to_string())?;
         let references = loaded.into_iter().map(|loaded| {
@@ -68,7 +68,7 @@ impl Simulation {
             let end = hashes(ended)?;
             let (ended, traces) = attempt(&loaded, NetworkFaults::default(), wrap, None);
             if hashes(ended)? != end {
-                return Err("a simulated network in fair weather changes the bits".into());
+                return Err("a simulated network without faults changes the bits".into());
             }
             Ok(Reference {
                 loaded,
@@ -82,7 +82,7 @@ impl Simulation {
         })
     }
 
-    /// Runs the schedule of a seed; the error says what is wrong with its end.
+    /// Runs the schedule of a seed; the error describes a wrong end.
     pub fn schedule(&self, seed: u64) -> Result<ScheduleEnd, String> {
         let reference = &self.references[(seed % self.references.len() as u64) as usize];
         let network_faults = NetworkFaults::new(seed, reference.messages);
@@ -112,7 +112,7 @@ impl Simulation {
         self.resumed(reference, out)
     }
 
-    /// Goes on from what an ended run left, if it left a checkpoint.
+    /// Resumes an ended run, if it left a checkpoint.
     fn resumed(&self, reference: &Reference, left: &Path) -> Result<ScheduleEnd, String> {
         let loaded = &reference.loaded;
         let found = find(left, loaded, None).map_err(|error| error.to_string())?;
@@ -124,13 +124,13 @@ impl Simulation {
         let ended = run_behind(&network, loaded, self.wrap, out.path(), Some(&restart));
         network.end();
         if hashes(ended)? != reference.end {
-            return Err("it went on from a checkpoint to other hashes".into());
+            return Err("it resumed from a checkpoint to other hashes".into());
         }
         Ok(ScheduleEnd::Resumed)
     }
 }
 
-/// Refuses an error that does not say what happened, or too late, or without cause.
+/// Refuses an error without a named fault, too late, or without cause.
 fn named(error: &Error, traces: &Traces) -> Result<(), String> {
     let faults = || traces.faults.iter().map(|(_, fault)| *fault);
     let flipped = faults().any(|fault| matches!(fault, NetworkFault::Flipped(_)));
@@ -150,7 +150,7 @@ fn named(error: &Error, traces: &Traces) -> Result<(), String> {
     };
     let lost_s: f64 = faults().map(takes).sum();
     if lost_s < DEADLINE_S - SLACK_S {
-        return Err(format!("{said}, though {lost_s} s is all that was lost"));
+        return Err(format!("{said}, although the faults took only {lost_s} s"));
     }
     Ok(())
 }
@@ -163,7 +163,7 @@ fn attempt(
     out: Option<&Path>,
 ) -> (Result<Ended, Error>, Traces) {
     let network = Network::new(network_faults);
-    let scratch = Scratch::in_memory("fair", fresh_run_id());
+    let scratch = Scratch::in_memory("without-faults", fresh_run_id());
     let out = out.unwrap_or(scratch.path());
     let tried = catch_unwind(AssertUnwindSafe(|| {
         run_behind(&network, loaded, wrap, out, None)
@@ -176,7 +176,7 @@ fn attempt(
     (ended, traces)
 }
 
-/// A run, or what follows on a checkpoint of one, whose participants are behind a network.
+/// Runs or resumes with participants behind a network.
 fn run_behind(
     network: &Network,
     loaded: &Loaded,
@@ -210,7 +210,7 @@ fn end_of(ended: &Ended) -> (i32, String) {
     (ended.summary.exit_code, hashes)
 }
 
-/// The same of one that must have come to its end.
+/// Exit code and hashes of a run that must have come to its end.
 fn hashes(ended: Result<Ended, Error>) -> Result<(i32, String), String> {
     let ended = whole(ended).map_err(|error| error.to_string())?;
     Ok(end_of(&ended))
