@@ -397,7 +397,7 @@ fn a_task_that_is_not_as_planned_is_refused_and_others_run_by_themselves() {
     let output = output.expect("the program starts");
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        words(&output).contains("have changed since it was planned"),
+        words(&output).contains("has changed since the plan"),
         "{}",
         words(&output)
     );

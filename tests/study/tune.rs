@@ -168,11 +168,11 @@ fn what_makes_no_sense_is_refused() {
             "{said}"
         );
     };
-    refused("quick", &["--error", "5"], "neither 2% nor 0.02");
+    refused("quick", &["--error", "5"], "such as 2% or 0.02");
     refused(
         "quick",
         &["--error", "5%", "--within", "soon"],
-        "neither 90s nor 10min",
+        "such as 90s, 10min",
     );
     refused(
         "quick",
@@ -209,6 +209,6 @@ fn a_study_of_a_scene_is_written() {
             assert!(head.split(',').any(|column| column == *choice), "{head}");
         }
         let again = new.output().expect("the program starts");
-        assert!(again.status.code() == Some(2) && words(&again).contains("is there already"));
+        assert!(again.status.code() == Some(2) && words(&again).contains("exists already"));
     }
 }

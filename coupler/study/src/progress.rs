@@ -10,8 +10,8 @@ use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
-use terminal::stderr::{StderrMode, stderr_mode, tell_of};
-use terminal::{Count, tell, tell_progress};
+use terminal::stderr::{StderrMode, print_event, stderr_mode};
+use terminal::{Count, print_note, tell_progress};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;
@@ -131,7 +131,7 @@ impl<'a> StudyProgress<'a> {
             format!("{done} of {total}: task {index} {status}{colon}{message}; {left:.0} s left")
         };
         if stderr_mode() != StderrMode::Quiet {
-            tell_of("task", object, words);
+            print_event("task", object, words);
         }
     }
 
@@ -144,7 +144,7 @@ impl<'a> StudyProgress<'a> {
             return true;
         }
         let (index, next) = (task.index, attempts + 1);
-        tell(&format!(
+        print_note(&format!(
             "task {index} ended without an outcome, and is begun again (attempt {next})"
         ));
         false
@@ -153,7 +153,7 @@ impl<'a> StudyProgress<'a> {
     /// Announces a run that is given up.
     pub fn lost(&mut self, task: &Task, why: &str) {
         if self.given_up.insert(task.id.clone()) {
-            tell(&format!("task {} is given up: {why}", task.index));
+            print_note(&format!("task {} is given up: {why}", task.index));
         }
     }
 }

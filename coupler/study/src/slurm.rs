@@ -15,7 +15,7 @@ use super::plan::Task;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
 use super::task::TaskStage;
 use scenario::error::{Error, Refusal};
-use terminal::tell;
+use terminal::print_note;
 
 /// Time between two looks at the tasks' files, and between two at Slurm's queue.
 const LOOK: Duration = Duration::from_millis(500);
@@ -98,7 +98,7 @@ impl Slurm<'_> {
             }
             if stopped() {
                 let (count, names) = (left.len(), array_names(self.study, &left));
-                tell(&format!(
+                print_note(&format!(
                     "{count} runs are left to Slurm; the same command goes on with them, `scancel --name={names}` ends them"
                 ));
                 return Ok(());
@@ -146,7 +146,7 @@ impl Slurm<'_> {
                 let _ = slurm("scancel", &["--signal=KILL", &queued.job]);
                 let _ = slurm("scancel", &[&queued.job]);
                 let (index, Queued { job, state }) = (task.index, queued);
-                tell(&format!(
+                print_note(&format!(
                     "task {index}: {job} is {state} and shows no sign of life"
                 ));
             } else {
@@ -169,7 +169,7 @@ impl Slurm<'_> {
                 let too_little = ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str());
                 known.factor *= if too_little { 2 } else { 1 };
                 let index = task.index;
-                tell(&format!(
+                print_note(&format!(
                     "task {index}: {job} ended as {state}, and is submitted again"
                 ));
             }
@@ -195,7 +195,7 @@ impl Slurm<'_> {
             let local: Vec<usize> = array.iter().map(|index| index - offset).collect();
             let job = self.submit_array(&local, offset, factor)?;
             let (count, wall) = (array.len(), start.elapsed().as_secs_f64());
-            tell(&format!(
+            print_note(&format!(
                 "submitted {count} tasks as job array {job} ({wall:.2} s)"
             ));
             rest = others;

@@ -22,7 +22,7 @@ use runs::curve::median;
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
-use terminal::{tell, tell_progress};
+use terminal::{print_note, tell_progress};
 
 /// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
 /// hardly shrinks.
@@ -192,7 +192,7 @@ impl Tuning<'_> {
         }
         let explored = self.runs_of(&levels)?;
         for line in &explored.left_out {
-            tell(&format!("tune: {line}"));
+            print_note(&format!("tune: {line}"));
         }
         Ok(explored)
     }
@@ -426,7 +426,7 @@ impl Tuning<'_> {
             let others = (1..).map(|k| seeds[seeds.len() - 1] + k);
             let others = others.take(least.saturating_sub(good.len()));
             let kept: Vec<u64> = good.into_iter().chain(others).collect();
-            tell(&format!(
+            print_note(&format!(
                 "tune: with some of the seeds {seeds:?} a run is warned of: {kept:?} are taken"
             ));
             return self.measure(explored, reference, settings, &kept);

@@ -21,7 +21,7 @@ use protocol::larger;
 use scenario::error::Error;
 use scheme::keys::CouplingScheme;
 use scheme::predict::prediction::NEUTRAL;
-use terminal::tell;
+use terminal::print_note;
 
 pub mod bar;
 pub mod limits;
@@ -97,7 +97,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            tell(&format!(
+            print_note(&format!(
                 "the scheme departs from its window's map by {here:e}: {cell:?}"
             ));
         }
