@@ -298,7 +298,7 @@ fn a_run_that_fails_is_a_row_with_its_reason_and_a_suspect_one_is_outside_of_the
         "only 1e-3 stands and is not the reference: {front}"
     );
     assert!(
-        text.contains("outside of the fronts") && text.contains("failed   1"),
+        text.contains("not on the fronts") && text.contains("failed   1"),
         "{text}"
     );
     // Failed runs are done again only when that is asked for.

@@ -156,7 +156,7 @@ fn a_plan_tells_what_a_budget_takes() {
     }
     let no_floor = told(&SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     assert!(
-        no_floor.contains("no floor of noise is known"),
+        no_floor.contains("the floor of noise is unknown"),
         "{no_floor}"
     );
     assert!(!told(VALUES).contains("run --budget"));

@@ -60,7 +60,7 @@ fn a_setting_is_found_stored_and_taken_for_other_seeds() {
         "{first}"
     );
     assert!(
-        first.contains("by extrapolation the reference itself misses"),
+        first.contains("by extrapolation, the reference itself errs by"),
         "{first}"
     );
     let found = study(&work);

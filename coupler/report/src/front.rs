@@ -77,7 +77,7 @@ fn promised(run: &RunFiles) -> Option<String> {
 fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     let (study, count, build) = (&front.study, front.settings.len(), &front.build);
     let mut text = format!(
-        "The study `{study}` has measured {count} settings for this scene. Errors are distances from the study's reference, which has errors of its own. An expected error is the middle of its distribution; 39 of 40 scenes stay below the bound."
+        "The study `{study}` has measured {count} settings for this scene. Errors are distances from the study's reference, which has errors of its own. An expected error is a median; 39 of 40 scenes stay below the bound."
     );
     let missed = front.measures.iter().zip(&front.reference_misses);
     let missed = missed.map(|(name, error)| format!("{name} {}", percent(*error)));

@@ -75,7 +75,7 @@ impl BudgetArguments {
             }
             print_note(&choice.words(chosen));
             let budget = RunBudget {
-                told: choice.told(chosen, text, predicted_s),
+                told: choice.summary(chosen, text, predicted_s),
                 wall_s: limit_s,
             };
             Ok((scenario.with(&chosen.setting.set)?, Some(budget)))

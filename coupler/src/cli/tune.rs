@@ -111,7 +111,7 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     options.strict = arguments.ending.strict;
     let budget = format!("error={}%", percent(arguments.error));
     options.budget = Some(RunBudget {
-        told: settings.told(chosen, &budget, None),
+        told: settings.summary(chosen, &budget, None),
         wall_s: None,
     });
     let ended = run(&arguments.scenario.with(&set)?, &options)?;
