@@ -102,13 +102,13 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
 
 fn table(rows: &[CaseRow]) -> String {
     let mut lines = vec![format!(
-        "{:<5} {:>14} {:>14}  name (source)",
+        "{:<8} {:>14} {:>14}  name (source)",
         "holds", "ours", "expected"
     )];
     lines.extend(rows.iter().map(|row| {
         let holds = match (row.told, row.holds) {
             (_, false) => "NO",
-            (true, _) => "told",
+            (true, _) => "reported",
             _ => "yes",
         };
         let (ours, expected) = (number(&row.ours), number(&row.expected));
@@ -118,7 +118,7 @@ fn table(rows: &[CaseRow]) -> String {
         let paper = row.published.map(|paper| format!("; paper {paper:.4e}"));
         let basis = row.basis.map(|basis| format!("; {basis}"));
         let more: String = [seeds, paper, basis].into_iter().flatten().collect();
-        format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source}{more})")
+        format!("{holds:<8} {ours:>14} {expected:>14}  {name} ({source}{more})")
     }));
     let failed = rows.iter().filter(|row| !row.holds).count();
     lines.push(format!("{} rows, {failed} do not hold", rows.len()));
