@@ -69,7 +69,7 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
     assert_eq!(titles(&html), expected);
     // A bound of accuracy that the steps do not keep is named where the verdict stands.
     assert!(html.contains(
-        "The run completed without a warning; beyond a bound of its steps: free rebounds"
+        "The run completed without a warning, but its steps exceed bounds: free rebounds"
     ));
     assert!(!html.contains("no check found anything"));
     // Figures count, and the traction stands beside Hertz's of the load.
@@ -238,7 +238,7 @@ fn the_page_tells_where_the_run_lies_on_the_front_of_its_scene() {
         "{lies}"
     );
     assert!(
-        !lies.contains("Half the error") && !lies.contains("Ring"),
+        !lies.contains("half the error") && !lies.contains("Ring"),
         "{lies}"
     );
 }

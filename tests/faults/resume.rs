@@ -155,7 +155,10 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
         "{said}"
     );
     assert!(
-        said.contains(&format!("continues from out/checkpoints/{}", name(&files[0]))),
+        said.contains(&format!(
+            "continues from out/checkpoints/{}",
+            name(&files[0])
+        )),
         "{said}"
     );
     // A log that was cut before the checkpoints makes both useless; the run begins again.

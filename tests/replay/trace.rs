@@ -204,7 +204,7 @@ fn the_beginning_of_a_run_that_was_killed_is_drawn_as_the_coordinator_saw_it() {
     let output = export(scratch.path(), &[]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    for words in ["ends early", "participant `rail` said nothing of its time"] {
+    for words in ["ends early", "participant `rail` did not report its times"] {
         assert!(said.contains(words), "{said}");
     }
     let trace = read(&scratch.path().join("run/trace.json"));

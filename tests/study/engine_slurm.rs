@@ -113,7 +113,7 @@ fn an_array_gives_the_rows_of_the_local_engine_whatever_slurm_loses() {
     let told = words(&output);
     assert!(told.contains("submitted 5 tasks as job array 1"), "{told}");
     assert!(
-        told.contains("task 2: 1_2 is RUNNING and shows no sign of life"),
+        told.contains("task 2: 1_2 is RUNNING but has no heartbeat"),
         "{told}"
     );
     assert_eq!(said(&work, "cancelled").lines().next(), Some("1_2"));

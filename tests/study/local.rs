@@ -173,7 +173,7 @@ fn cases_that_make_the_same_run_are_one_draw() {
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
     let told = "(2 runs, scatter";
     assert!(
-        text.contains(told) && text.contains("; 1 more have the bits"),
+        text.contains(told) && text.contains("; 1 more repeat the bits"),
         "{text}"
     );
 }
@@ -184,7 +184,7 @@ fn without_a_floor_there_is_nothing_to_choose_by() {
     let file = study(&work, &SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
     for words in [
-        "no study.json for `run --budget`: its floor of noise is not known",
+        "no study.json for `run --budget`: its floor of noise is unknown",
         "(floor of noise not measured)",
     ] {
         assert!(text.contains(words), "{words} in {text}");

@@ -127,7 +127,7 @@ fn weights(tested: &TestedParticipant, surface: &Surface) -> RuleFinding {
     let moves = tested.part == Part::ForceDriven && tested.description.step_s.is_some();
     if moves && weightless > 0 {
         return broken(format!(
-            "{weightless} of its {points} points have no mass, although it has its own step: give them their lumped masses, or no step_s if it is always in equilibrium"
+            "{weightless} of its {points} points have no mass, although it has a step of its own: give them their lumped masses, or no step_s if it is always in equilibrium"
         ));
     }
     Ok(format!("{points} points"))

@@ -362,10 +362,10 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_lacks_choices_without_keys() {
+    fn a_scene_offers_only_the_choices_that_it_has() {
         let quick = load("quick", &["interface.layer-base.substeps=1".into()]).expect("a scene");
         let knobs = Knobs::of(&quick);
-        // A window of one step cannot be halved, and coupled grains have no own step.
+        // A window of one step cannot be halved, and coupled grains have no step of their own.
         assert_eq!(knobs.at(Knob::Window, 1.0), None);
         assert_eq!(knobs.at(Knob::Step, 1.0), None);
         let alone = load("layer-alone", &[]).expect("a shipped scene");

@@ -120,7 +120,7 @@ impl Tuning<'_> {
         if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > Some(self.target)) {
             let (name, floor) = (&measure.name, percent(floor.unwrap_or(0.0)));
             return Ok(format!(
-                "the floor of noise is {floor} %: so far apart are {name} of two runs that differ by 1e-12 of a radius"
+                "the floor of noise of {name} is {floor} %, the distance of two runs that differ by 1e-12 of a radius"
             ));
         }
         let is_had = |levels: &Levels| self.knobs.set(levels).is_some();

@@ -224,7 +224,7 @@ pub fn alone(trial: &RuleTrial) -> RuleFinding {
     let own = &trial.tested.description;
     offered(own.capabilities.alone, "it cannot run alone")?;
     if own.step_s.is_none() {
-        return not_tested("it has no own step here");
+        return not_tested("it has no step of its own here");
     }
     let alone = TestedParticipant {
         part: Part::Alone,

@@ -77,7 +77,7 @@ pub fn increments(trial: &RuleTrial) -> RuleFinding {
 /// Compares two windows with one window of their length.
 pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.step_s.is_some();
-    offered(offers, "it has no own step: a window is one step")?;
+    offered(offers, "it has no step of its own: a window is one step")?;
     let [first, second, both] = pair(trial)?;
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
     let one = trial.tested.clock.substeps;

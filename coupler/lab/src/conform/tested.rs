@@ -141,7 +141,7 @@ impl<'a> TestedParticipant<'a> {
         let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
         let (part, clock) = match interfaces.first() {
             None => {
-                let problem = "has no own step, so there is no window to test it with";
+                let problem = "has no step of its own, so there is no window to test it with";
                 let missing = || Refusal::participant(&participant.name, problem);
                 let clock = Clock {
                     step_s: description.step_s.ok_or_else(missing)?,
