@@ -65,7 +65,7 @@ pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
     let mut summed = false;
     loop {
         match next_record(&mut reader, &mut file, PIECE) {
-            // A checksum of zero means that there is none (MCAP 0, "Data End").
+            // A checksum of zero means no checksum (MCAP 0, "Data End").
             Ok(Some((opcode, data))) => summed |= opcode == op::DATA_END && data != [0; 4],
             Ok(None) => return Ok(summed),
             Err(Failure::Io(source)) => return Err(LogError::read(path)(source)),

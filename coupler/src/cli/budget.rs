@@ -95,7 +95,7 @@ fn overridden(set: &str, by: &[String]) -> bool {
 }
 
 /// The most accurate setting whose predicted time is within the limit. The study gives the ratios of the times, dry runs give the times
-/// on this machine. The search goes on after a setting that fits, because this machine may be faster than the study's.
+/// on this machine. The search continues after a setting that fits, because this machine may be faster than the study's.
 fn within_wall<'a, 'b>(
     choice: &'b SceneSettings<'a>,
     limit_s: f64,

@@ -245,7 +245,9 @@ impl StudyFile {
             return Err(why.into());
         }
         if set.is_none() && self.reference.perturbed() > 0 {
-            return Err("reference.perturb: perturbs a reference that is a `set`, and there is none, so remove the key".into());
+            return Err(
+                "reference.perturb: is only for a reference that is a `set`; remove the key".into(),
+            );
         }
         if (run.is_some() || value.is_some()) && self.vary.iter().any(|vary| vary.scene) {
             return Err("vary.scene: the reference runs again for each value of such a key, so it must be a `set`".into());

@@ -95,7 +95,7 @@ pub struct Found {
 }
 
 impl Tuning<'_> {
-    /// Finds and stores a setting; or says why there is none, and what would help.
+    /// Finds and stores a setting; or says why no setting keeps the error, and what would help.
     ///
     /// # Errors
     /// A run cannot be started, its files cannot be read or written, or a signal came.
@@ -458,7 +458,7 @@ impl Tuning<'_> {
         Ok(Some((TrialOutcome::Keeps(bounds), Some(stored))))
     }
 
-    /// The bound of each error, an estimate with few seeds; `None` if there is none.
+    /// The bound of each error, an estimate with few seeds; `None` if a bound is missing.
     fn bounds(&self, study: &StoredStudy, setting: Option<&Levels>) -> Option<Vec<f64>> {
         let set = self.knobs.set(setting?)?;
         let setting = study.settings.iter().find(|setting| setting.set == set)?;

@@ -124,6 +124,6 @@ fn windows_cut_the_time_and_unknown_ones_are_refused() {
     assert_eq!(drawn(1, 2), [[0.0, 0.010]]);
     assert_eq!(drawn(0, 2), [[0.0, 0.100]]);
     assert!(drawn(0, 1).is_empty());
-    let refused = write(&timing, Some([7, 9]), &out).expect_err("there is none");
+    let refused = write(&timing, Some([7, 9]), &out).expect_err("no such window");
     assert!(refused.to_string().contains("up to 1"), "{refused}");
 }

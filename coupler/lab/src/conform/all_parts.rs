@@ -135,16 +135,16 @@ pub fn balance(trial: &RuleTrial) -> RuleFinding {
     let [fell, defect, _] = defects(trial, SLOW_WINDOWS, slow)?;
     within("dissipated energy decreased by", fell, BALANCE)?;
     let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
-    let said = within(&what, defect, BALANCE)?;
+    let slowly = within(&what, defect, BALANCE)?;
     if part != Part::ForceDriven {
-        return Ok(said);
+        return Ok(slowly);
     }
     let load = trial.loads.of_window(0, 0);
     let [_, defect, in_equilibrium] = defects(trial, SUDDEN_WINDOWS, |_| load.clone())?;
     // A continuum that is always in equilibrium has no mass for the work of the force beyond its mean over the motion.
     let defect = defect.min(in_equilibrium);
     let sudden = within("under a sudden load", defect, BALANCE)?;
-    Ok(format!("{said}; {sudden}"))
+    Ok(format!("{slowly}; {sudden}"))
 }
 
 /// Errors of a ledger under some loads, relative to the work done or the energy stored, the larger of both: the largest decrease of the

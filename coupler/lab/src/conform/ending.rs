@@ -67,11 +67,11 @@ pub fn times(trial: &RuleTrial) -> RuleFinding {
     }
     let walls: f64 = times[1..].iter().map(|(_, value)| value).sum();
     let lived = lived.as_secs_f64();
-    let said = format!("solve, set-up and wait take {walls:.3} s of {lived:.3} s");
+    let sum = format!("solve, set-up and wait take {walls:.3} s of {lived:.3} s");
     if walls > lived + CLOCKS_S {
-        return broken(said);
+        return broken(sum);
     }
-    Ok(said)
+    Ok(sum)
 }
 
 /// An invalid request: its name, and the function that sends it.
