@@ -1,4 +1,4 @@
-//! Lists the files of the shipped scenes.
+//! Lists the files of the built-in scenes.
 
 use std::env;
 use std::fs;
@@ -11,16 +11,16 @@ mod paths;
 /// Shipped scenes, from the folder of this crate.
 const SCENES: &str = "../../scenarios";
 
-/// Endings of the files that a scene or a study is run from; pictures and tables beside them are results.
+/// Endings of the files that a scene or a study needs; pictures and tables beside them are results.
 const NEEDED: [&str; 8] = ["toml", "msh", "json", "py", "rs", "lock", "c", "h"];
 
-/// Folders that running and building leave there.
+/// Folders that runs and builds leave there.
 const LEFT: [&str; 3] = ["runs", "target", "__pycache__"];
 
-/// Writes `shipped.rs`: the names of the files below [`SCENES`], in order, with their contents.
+/// Writes `shipped.rs`: the sorted names of the files below [`SCENES`], with their contents.
 fn main() {
-    let folder = fs::canonicalize(SCENES).expect("the scenes lie beside this crate");
-    // Folder by folder: a change of the manual beside them makes no program anew. A test finds a folder that is new.
+    let folder = fs::canonicalize(SCENES).expect("the source tree contains the scenes");
+    // Folder by folder: a change of the manual beside them does not rebuild the program. A test finds new folders.
     for inside in fs::read_dir(&folder).into_iter().flatten().flatten() {
         if inside.path().is_dir() {
             println!("cargo::rerun-if-changed={}", inside.path().display());

@@ -1,9 +1,9 @@
-//! Files of a folder, for the scripts that build this crate and the program.
+//! Files of a folder, for the build scripts of this crate and of the program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// All files of a folder, or the file itself, by name.
+/// All files of a folder, or the file itself, sorted by name.
 pub fn paths(path: &Path) -> Vec<PathBuf> {
     if !path.is_dir() {
         return vec![path.into()];

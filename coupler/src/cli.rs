@@ -1,4 +1,4 @@
-//! The command line: one file a verb.
+//! The command line: one file per verb.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use signal_hook::consts::SIGXFSZ;
 use ::scenes::kept::keep_below;
 use coordinator::participants::Registry;
 use scenario::error::{Code, Error};
-use terminal::stderr::{StderrMode, set_stderr_mode, tell_of};
+use terminal::stderr::{StderrMode, print_event, set_stderr_mode};
 
 pub mod bench;
 mod budget;
@@ -44,13 +44,13 @@ pub mod validate;
 #[derive(Debug, Parser)]
 #[command(name = "thirdbody", version, about)]
 struct Cli {
-    /// Folder in which prepared samples are kept for later runs, or none; by default thirdbody/ in the user's cache.
+    /// Folder that keeps prepared samples for later runs; `none` keeps nothing (default: thirdbody/ in the user's cache).
     #[arg(long, global = true, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// Show no progress on stderr; warnings and errors stay.
+    /// Print no progress on stderr; warnings and errors still appear.
     #[arg(long, global = true, conflicts_with = "json_lines")]
     quiet: bool,
-    /// Write stderr for programs: one JSON object a line. The page `progress-for-programs` of the manual has the keys.
+    /// Write stderr for programs, one JSON object per line; keys are in the manual, page `progress-for-programs`.
     #[arg(long, global = true)]
     json_lines: bool,
     #[command(subcommand)]
@@ -59,51 +59,51 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// List the scenes that are inside this program.
+    /// List the scenes and studies built into this program.
     #[command(alias = "list")]
     Scenes(crate::cli::scenes::ScenesArguments),
-    /// Copy a scene of this program into a folder, to be changed.
+    /// Copy a built-in scene or study into a folder, to edit it there.
     New(new::NewArguments),
-    /// Run a scenario: a folder, a file, a name under scenarios/, or a scene of this program.
+    /// Run a scenario: a folder, a file, a name under scenarios/, or a built-in scene.
     Run(run::RunArguments),
     /// Check a scenario without running it.
     Check(check::CheckArguments),
-    /// Tell cause and cure of an error or a warning by its code, or what a key or a result is.
+    /// Explain an error or warning by its code (cause and cure), a key, or a result.
     Explain(explain::ExplainArguments),
-    /// Show what a run directory or an exchange log holds.
+    /// Show the contents of a run directory or an exchange log.
     Inspect(inspect::InspectArguments),
-    /// Write the exchange of a run as tables of text (CSV).
+    /// Write the exchange of a run as CSV tables, or its wall-clock times as a trace.
     Export(export::ExportArguments),
-    /// Run each solver again against the logged other side, and compare bit for bit.
+    /// Run each solver again against the logged other side and compare bit for bit.
     Replay(replay::ReplayArguments),
-    /// Go on with a run that was interrupted or killed, from its last checkpoint.
+    /// Continue an interrupted or killed run from its last checkpoint.
     Resume(resume::ResumeArguments),
-    /// Run the shipped verification scenes against what must come out of them.
+    /// Run a suite of built-in scenes and compare it with the expected results.
     Validate(validate::ValidateArguments),
-    /// Try the rules of the wire on one participant, or on a program in its place.
+    /// Test a participant, or a program in its place, against the rules of the protocol.
     Conform(conform::ConformArguments),
-    /// Make a participant to begin with: a folder with a solver, a scenario, and what to do next.
+    /// Create a participant to start from: a folder with a solver and a scenario.
     NewNode(new_node::NewNodeArguments),
-    /// Draw what a run left: report.html and its pictures.
+    /// Write report.html and its pictures for a run.
     Report(crate::cli::report::ReportArguments),
-    /// Hold a run against another one: signals, tractions, results and costs.
+    /// Compare a run with a reference run: signals, tractions, results and costs.
     Compare(compare::CompareArguments),
-    /// Run a scenario many times with other numbers, and hold the runs against a reference.
+    /// Run a scenario many times with varied keys and compare the runs with a reference.
     Study(crate::cli::study::StudyArguments),
     /// Find the cheapest setting of a scene that keeps an error, store it for `run --budget`, and run the scene with it.
     Tune(tune::TuneArguments),
-    /// Measure what the machine gives.
+    /// Benchmark the exchange and the coupling schemes.
     Bench(bench::BenchArguments),
-    /// Write completions of this command for a shell.
+    /// Print completions of this command for a shell.
     Completions(completions::CompletionsArguments),
-    /// Write the manual page of this command, or one a verb into a folder.
+    /// Print the manual page of this command, or write one page per verb into a folder.
     Man(man::ManArguments),
-    /// Serve a shipped solver to the coordinator that launched this process.
+    /// Serve a shipped solver to the coordinator that started this process.
     Node(node::NodeArguments),
-    /// Start a foreign participant whose life is tied to the coordinator's.
+    /// Start a foreign participant that ends with its coordinator.
     #[command(hide = true)]
     ExecChild(node::ExecArguments),
-    /// End this process group when the standard input ends.
+    /// End this process group when standard input closes.
     #[command(hide = true)]
     EndGroup(node::EndGroupArguments),
 }
@@ -115,11 +115,11 @@ pub fn command() -> clap::Command {
 
 /// Runs the command line with the solvers that this binary ships.
 pub fn main(registry: &Registry) -> ExitCode {
-    // A file that may not grow further is then an error of the write, not the end of the process.
+    // With this handler, a file at its size limit makes the write fail instead of ending the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(told) => return usage(&told),
+        Err(error) => return usage(&error),
     };
     let cache = common::cache_folder(cli.cache);
     keep_below(cache.clone());
@@ -128,7 +128,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         (true, _) => StderrMode::Quiet,
         _ => StderrMode::Progress,
     });
-    // A key that is broken at the end of a line cannot be copied.
+    // A key that wraps at the end of a line cannot be copied.
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
     }));
@@ -168,42 +168,42 @@ pub fn main(registry: &Registry) -> ExitCode {
     ExitCode::from(code as u8)
 }
 
-/// Tells on stderr what went wrong; scenario errors point into the file.
+/// Prints an error on stderr; scenario errors point into the file.
 fn print_error(error: Error) {
     let ending = (error.exit_code(), error.status());
     let object = error_object(ending, error.code(), &error.to_string());
-    tell_of("error", object, || match error {
+    print_event("error", object, || match error {
         Error::Scenario(scenario) => format!("{:?}", scenario.report()),
         other => other.line(),
     });
 }
 
-/// An error with the exit code and the status that it ends with, as programs are told it.
+/// An error as an object for programs, with its exit code and status.
 fn error_object((exit_code, status): (i32, &str), code: Code, text: &str) -> Value {
     json!({ "exit_code": exit_code, "status": status, "code": code.word(), "text": text })
 }
 
-/// Help and version as clap prints them; what cannot be understood with its code.
-fn usage(told: &clap::Error) -> ExitCode {
-    let code = told.exit_code();
-    if !told.use_stderr() {
-        let _ = told.print();
+/// Prints help and version as clap does, and a usage error with its code.
+fn usage(error: &clap::Error) -> ExitCode {
+    let code = error.exit_code();
+    if !error.use_stderr() {
+        let _ = error.print();
         return ExitCode::from(code as u8);
     }
-    // Nothing was parsed: what a program asks for is known by its word alone.
+    // Parsing failed, so the option is searched for among the arguments.
     if std::env::args_os().any(|argument| argument == "--json-lines") {
         set_stderr_mode(StderrMode::JsonLines);
     }
-    let plain = told.to_string();
+    let plain = error.to_string();
     let plain = plain.trim_start_matches("error: ").trim_end();
     let object = error_object(Code::Usage.ending(), Code::Usage, plain);
     let text = if std::io::stderr().is_terminal() {
-        told.render().ansi().to_string()
+        error.render().ansi().to_string()
     } else {
-        told.render().to_string()
+        error.render().to_string()
     };
     let headed = format!("error[{}]:", Code::Usage.word());
-    tell_of("error", object, || {
+    print_event("error", object, || {
         text.replacen("error:", &headed, 1).trim_end().into()
     });
     ExitCode::from(code as u8)

@@ -1,24 +1,24 @@
-//! The command `thirdbody`: a verb a file, over crates that are layers.
+//! The command `thirdbody`: one file per verb, on top of crates that form layers.
 //!
 //! # Layers
 //!
-//! Each names only those before it; which ones it may name stands in its `Cargo.toml`.
+//! A crate depends only on crates above it in the table; its `Cargo.toml` lists them.
 //!
-//! | crate | what it is |
+//! | crate | contents |
 //! |---|---|
 //! | `scheme` | coupling schemes, mapping, compliance, ledgers, prediction of stability: equations, no process, no file |
-//! | [`exchange_log`] | every interface message of a run: written, read, hashed, exported |
-//! | [`scenes`] | the shipped scenes and studies, inside the program |
-//! | [`scenario`] | the file of a run: its keys, overrides, checks, and the errors that point into it |
-//! | [`runs`] | run directories: all files of one, written and read, and the judgement of its end |
-//! | [`coordinator`] | participants, the loop over windows, checkpoints, summary; what happens goes to a listener |
-//! | [`terminal`] | words and progress on stderr |
+//! | [`exchange_log`] | the log of all interface messages of a run: written, read, hashed, exported |
+//! | [`scenes`] | the scenes and studies built into the program |
+//! | [`scenario`] | the scenario file: keys, overrides, checks, and errors that point into it |
+//! | [`runs`] | run directories: their files, written and read, and the verdict on a run |
+//! | [`coordinator`] | participants, the loop over windows, checkpoints, summary; a listener receives the events |
+//! | [`terminal`] | messages and progress on stderr |
 //! | `draw` | curves, axes and colours as SVG |
-//! | [`report`], [`study`] | pages of one run; many runs |
+//! | [`report`], [`study`] | pages of a run; many runs |
 //! | [`lab`] | replay, conformance, validation, benchmarks |
 //! | [`cli`] | the verbs |
 //!
-//! The library knows no solver: the binary hands its [`coordinator::participants::Registry`] in.
+//! The library contains no solver: the binary passes in its [`coordinator::participants::Registry`].
 
 pub mod cli;
 

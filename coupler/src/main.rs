@@ -1,4 +1,4 @@
-//! The composition root: the only place that names the shipped solvers.
+//! The composition root: only this file names the shipped solvers.
 
 use std::process::ExitCode;
 

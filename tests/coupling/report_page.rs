@@ -69,7 +69,7 @@ fn the_page_explains_exactly_the_data_of_the_run() {
     assert_eq!(titles(&html), expected);
     // The verdict names a bound of accuracy that the steps do not keep.
     assert!(html.contains(
-        "The run completed without a warning; beyond a bound of its steps: free rebounds"
+        "The run completed without a warning, but its steps exceed bounds: free rebounds"
     ));
     assert!(!html.contains("no check found anything"));
     // Figures are numbered, and the traction stands beside the Hertz traction of the load.
@@ -78,7 +78,7 @@ fn the_page_explains_exactly_the_data_of_the_run() {
         html.contains(">Hertz, E* = 112.6 GPa, R = 300 mm<")
             && html.contains(">limit of friction, 0.3 p<")
     );
-    assert!(html.contains("Blue: the wheel down to its face."));
+    assert!(html.contains("Blue: the wheel, down to its face."));
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     for elsewhere in ["<script", "src=", "http://", "https://", "@import", "url("] {
         // Hatches are parts of the page.
@@ -132,7 +132,7 @@ fn another_run_is_drawn_over_it() {
     run(&work, "quick", "two", &[short, "run.seed=2"]);
     run(&work, "quick", "again", &[short, "run.transport=channel"]);
     let html = page(&work, &["one", "--compare", "two"]);
-    assert!(titles(&html).contains(&"Beside another run"));
+    assert!(titles(&html).contains(&"Compared with another run"));
     assert!(
         html.contains(">normal F_N, two</text>"),
         "its curve is not there"
@@ -214,10 +214,10 @@ fn the_page_shows_where_the_run_lies_on_the_front_of_its_scene() {
     for expected in [
         "<code>--budget error=10%</code>, by the study <code>quick-bonded</code>, which promised errors below these bounds",
         &format!("This run has the setting <code>{setting}</code>"),
-        "It lies on the front by pressure, height, friction.",
-        "Half the error by every measure takes",
+        "It lies on the front in pressure, height, friction.",
+        "The cheapest setting with half the error in every measure is",
         "one/scenario.toml \\\n    --set ",
-        "No setting of the study takes half of the processor time.",
+        "No setting of the study takes half the processor time.",
     ] {
         assert!(lies.contains(expected), "{expected}: {lies}");
     }
@@ -238,7 +238,7 @@ fn the_page_shows_where_the_run_lies_on_the_front_of_its_scene() {
         "{lies}"
     );
     assert!(
-        !lies.contains("Half the error") && !lies.contains("Ring"),
+        !lies.contains("half the error") && !lies.contains("Ring"),
         "{lies}"
     );
 }
@@ -276,7 +276,7 @@ fn a_table_that_the_run_did_not_write_is_reported() {
             assert!(words.contains("signals.csv"), "{words}");
         }
         let html = fs::read_to_string(work.path().join("one/report.html")).expect("a page");
-        assert!(html.contains("a table is no longer what it wrote"));
+        assert!(html.contains("a table has changed since"));
         assert!(!html.contains("no check found anything"));
     }
     fs::write(&path, &whole).expect("it is writable");

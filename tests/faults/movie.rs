@@ -99,7 +99,7 @@ fn a_run_cut_short_is_shown_and_a_run_without_fields_is_refused_with_the_key() {
     assert!(movie(work.path()).status.success());
     let page = page(work.path());
     assert!(page.contains("rail-hold-1.vtu: ends in the middle"));
-    assert!(page.contains("was killed, or is not over"));
+    assert!(page.contains("was killed, or still runs"));
     std::fs::remove_dir_all(&fields).expect("it is there");
     let output = movie(work.path());
     let said = String::from_utf8_lossy(&output.stderr);

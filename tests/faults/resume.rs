@@ -88,7 +88,7 @@ fn a_run_that_was_killed_at_any_instant_resumes_to_the_same_bits() {
             !said.contains("checkpoint-unusable"),
             "kill {index}: {said}"
         );
-        resumed_from_checkpoint += u32::from(said.contains("goes on from"));
+        resumed_from_checkpoint += u32::from(said.contains("continues from"));
     }
     eprintln!("{resumed_from_checkpoint} of {kills} resumed from a checkpoint");
 }
@@ -155,7 +155,10 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_used() {
         "{said}"
     );
     assert!(
-        said.contains(&format!("goes on from out/checkpoints/{}", name(&files[0]))),
+        said.contains(&format!(
+            "continues from out/checkpoints/{}",
+            name(&files[0])
+        )),
         "{said}"
     );
     // A log cut before the checkpoints makes both useless; the run begins again.
@@ -166,7 +169,7 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_used() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
         said.contains("exchange.mcap can be read only up to block")
-            && said.contains("begins again"),
+            && said.contains("starts again"),
         "{said}"
     );
 }
@@ -283,8 +286,8 @@ fn a_damaged_table_is_not_carried_on() {
     let shorter = |row: &String| row.rsplitn(3, ',').last().expect("a row").to_string();
     let changed = |row: &String| row.replacen('1', "2", 1);
     let between = windows[0] as usize + 1;
-    let begins = "begins again".to_string();
-    let before = format!("goes on from out/checkpoints/{:012}", windows[0]);
+    let begins = "starts again".to_string();
+    let before = format!("continues from out/checkpoints/{:012}", windows[0]);
     let mut damaged = vec![sound.clone(); 4];
     damaged[0][7] = shorter(&sound[7]);
     damaged[1][7] = changed(&sound[7]);

@@ -167,7 +167,7 @@ fn the_torn_end_of_a_killed_writers_log_is_not_damage() {
     // A writer killed at once leaves no log; the run begins again.
     for length in [0, 5, 100] {
         run.put(&run.bytes[..length]);
-        run.says(&["resume"], 0, &["begins again"]);
+        run.says(&["resume"], 0, &["starts again"]);
     }
     let mut bytes = run.bytes.clone();
     bytes[100] ^= 1;

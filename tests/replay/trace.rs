@@ -203,7 +203,7 @@ fn the_trace_of_a_killed_run_shows_the_times_of_the_coordinator() {
     let output = export(scratch.path(), &[]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    for words in ["ends early", "participant `rail` said nothing of its time"] {
+    for words in ["ends early", "participant `rail` did not report its times"] {
         assert!(said.contains(words), "{said}");
     }
     let trace = read(&scratch.path().join("run/trace.json"));

@@ -109,7 +109,7 @@ fn a_budget_chooses_the_cheapest_setting_that_keeps_it() {
     refused(
         "wall=1e-6s",
         &other_seed,
-        "no setting of the study is foretold to end within",
+        "no setting of the study is predicted to end within",
     );
 }
 

@@ -116,7 +116,7 @@ fn an_array_gives_the_rows_of_the_local_engine_also_when_slurm_loses_tasks() {
         "{notes}"
     );
     assert!(
-        notes.contains("task 2: 1_2 is RUNNING and shows no sign of life"),
+        notes.contains("task 2: 1_2 is RUNNING but has no heartbeat"),
         "{notes}"
     );
     assert_eq!(said(&work, "cancelled").lines().next(), Some("1_2"));

@@ -173,7 +173,7 @@ fn cases_of_the_same_run_count_as_one_realisation() {
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
     let expected = "(2 runs, scatter";
     assert!(
-        text.contains(expected) && text.contains("; 1 more have the bits"),
+        text.contains(expected) && text.contains("; 1 more repeat the bits"),
         "{text}"
     );
 }
@@ -184,7 +184,7 @@ fn without_a_noise_floor_there_is_no_study_to_choose_by() {
     let file = study(&work, &SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     let text = printed(&mut command(&work, "run", &file, &[]), 0);
     for words in [
-        "no study.json for `run --budget`: its floor of noise is not known",
+        "no study.json for `run --budget`: its floor of noise is unknown",
         "(floor of noise not measured)",
     ] {
         assert!(text.contains(words), "{words} in {text}");
@@ -298,7 +298,7 @@ fn a_failed_run_is_a_row_with_its_reason_and_a_suspect_run_is_outside_the_front(
         "only 1e-3 stands and is not the reference: {front}"
     );
     assert!(
-        text.contains("outside of the fronts") && text.contains("failed   1"),
+        text.contains("not on the fronts") && text.contains("failed   1"),
         "{text}"
     );
     // Failed runs are repeated only with `--retry`.
@@ -397,7 +397,7 @@ fn a_task_that_is_not_as_planned_is_refused_and_others_run_by_themselves() {
     let output = output.expect("the program starts");
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        words(&output).contains("have changed since it was planned"),
+        words(&output).contains("has changed since the plan"),
         "{}",
         words(&output)
     );

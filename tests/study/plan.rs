@@ -80,7 +80,7 @@ fn a_result_of_a_full_cycle_is_refused_where_no_wheel_makes_one() {
     let old = "of = \"signals.wheel_y_m\"\nnorm = \"l2\"";
     let tables = SUBSTEPS.replace(old, "of = \"results.loop_area_j\"");
     let said = refused(&work, "run", &tables);
-    let words = ["results.loop_area_j is of a full cycle", "wheel.cycles = 1"];
+    let words = ["results.loop_area_j needs a full cycle", "wheel.cycles = 1"];
     assert!(words.iter().all(|word| said.contains(word)), "{said}");
     // The run ends before a cycle is over; with 1.8e-3 s and a faster wheel it does not.
     let wheel = "participant.third-body.config.wheel";
@@ -140,7 +140,7 @@ fn a_plan_reports_what_a_budget_needs() {
         "{few}"
     );
     assert!(
-        few.contains("which takes 4; run.seed with scene = true and seeds = 4"),
+        few.contains("which needs 4; run.seed with scene = true and seeds = 4"),
         "{few}"
     );
     let seeds = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 3\n";
@@ -148,7 +148,7 @@ fn a_plan_reports_what_a_budget_needs() {
     let enough = planned(&format!("{SUBSTEPS}{seeds}{load}"));
     // Six scenes less a mean and a slope leave four degrees of freedom.
     for word in [
-        "6 scenes, 5 would do",
+        "6 scenes (5 would be enough)",
         "any run.seed and the range of",
         "lies 2.8 standard",
     ] {
@@ -156,7 +156,7 @@ fn a_plan_reports_what_a_budget_needs() {
     }
     let no_floor = planned(&SUBSTEPS.replace("perturb = 2", "perturb = 0"));
     assert!(
-        no_floor.contains("no floor of noise is known"),
+        no_floor.contains("the floor of noise is unknown"),
         "{no_floor}"
     );
     assert!(!planned(VALUES).contains("run --budget"));

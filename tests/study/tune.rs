@@ -64,7 +64,7 @@ fn a_setting_is_found_stored_and_used_for_other_seeds() {
         "{first}"
     );
     assert!(
-        first.contains("by extrapolation the reference itself misses"),
+        first.contains("by extrapolation, the reference itself errs by"),
         "{first}"
     );
     let found = study(&work);
@@ -172,11 +172,11 @@ fn arguments_without_sense_are_refused() {
             "{said}"
         );
     };
-    refused("quick", &["--error", "5"], "neither 2% nor 0.02");
+    refused("quick", &["--error", "5"], "such as 2% or 0.02");
     refused(
         "quick",
         &["--error", "5%", "--within", "soon"],
-        "neither 90s nor 10min",
+        "such as 90s, 10min",
     );
     refused(
         "quick",
@@ -213,6 +213,6 @@ fn a_study_of_a_scene_is_written() {
             assert!(head.split(',').any(|column| column == *choice), "{head}");
         }
         let again = new.output().expect("the program starts");
-        assert!(again.status.code() == Some(2) && words(&again).contains("is there already"));
+        assert!(again.status.code() == Some(2) && words(&again).contains("exists already"));
     }
 }

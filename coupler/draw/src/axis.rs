@@ -1,8 +1,8 @@
-//! Linear and logarithmic axes with their labels, and the grid of a pair of them.
+//! Linear and logarithmic axes with their labels, and the grid of a pair of axes.
 
 use crate::svg::{Anchor, FRAME, Svg};
 
-/// Width of a letter (pixels), so that words do not overlap.
+/// Width of a letter (pixels), for keeping words apart.
 pub(crate) const LETTER: f64 = 7.0;
 
 /// One axis.
@@ -12,7 +12,7 @@ pub struct PlotAxis {
     pub words: String,
     /// Numbers that have labels.
     pub ticks: Vec<(f64, String)>,
-    /// Numbers at its ends; on a logarithmic axis their decimal logarithms.
+    /// Numbers at its ends, or on a logarithmic axis their decimal logarithms.
     ends: [f64; 2],
     logarithmic: bool,
 }
@@ -28,13 +28,13 @@ impl PlotAxis {
         }
     }
 
-    /// A linear axis that holds these numbers and a margin.
+    /// A linear axis that contains these numbers and a margin.
     pub fn around(words: &str, numbers: impl Iterator<Item = f64>, count: usize) -> PlotAxis {
         let Some([low, high]) = range(numbers) else {
             return PlotAxis::linear(words, [0.0, 1.0], count);
         };
         let (size, extent) = (low.abs().max(high.abs()), high - low);
-        // A constant is a line in the middle, not the noise of its last digit.
+        // Draw a constant as a line in the middle, not the noise of its last digit.
         let margin = match (extent > 1e-9 * size, size > 0.0) {
             (true, _) => 0.04 * extent,
             (false, true) => 0.1 * size,
@@ -43,7 +43,7 @@ impl PlotAxis {
         PlotAxis::linear(words, [low - margin, high + margin], count)
     }
 
-    /// A logarithmic axis that holds these numbers, those that are positive, and a margin.
+    /// A logarithmic axis that contains the positive ones of these numbers and a margin.
     pub fn logarithmic(words: &str, numbers: impl Iterator<Item = f64>) -> PlotAxis {
         let logarithms = numbers.filter(|x| *x > 0.0).map(f64::log10);
         let [low, high] = range(logarithms).unwrap_or([0.0; 2]);
@@ -60,7 +60,7 @@ impl PlotAxis {
         }
     }
 
-    /// Share of its length at which a number lies: 0 to 1 between its ends, not finite where it does not exist on the axis.
+    /// Position of a number as a share of the axis: 0 to 1 between the ends, not finite for a number that the axis cannot show.
     pub fn share(&self, number: f64) -> f64 {
         let drawn = match self.logarithmic {
             true => number.log10(),
@@ -75,21 +75,21 @@ impl PlotAxis {
     }
 }
 
-/// The way in which the labels of a pair of axes are joined with their area.
+/// Marks at the labels of a pair of axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grid {
     /// Lines across the area.
     Lines,
-    /// Ticks outside of it.
+    /// Ticks outside the area.
     Ticks,
 }
 
 /// A pair of axes around an area.
 #[derive(Clone, Debug)]
 pub struct AxisPair {
-    /// To the right.
+    /// Axis to the right.
     pub x: PlotAxis,
-    /// Upwards.
+    /// Axis upwards.
     pub y: PlotAxis,
     /// Left and right edge of the area (pixels).
     pub across: [f64; 2],
@@ -148,7 +148,7 @@ impl AxisPair {
     }
 }
 
-/// The least and the largest of the numbers that are finite.
+/// The smallest and the largest of the finite numbers.
 pub fn range(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(None, |range, x| {
@@ -157,14 +157,14 @@ pub fn range(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
-/// Labels of a logarithmic axis with these ends (logarithms): decades, or 1, 2 and 5 of each on a short axis, or
-/// other round numbers on one that holds fewer than two of them.
+/// Labels of a logarithmic axis with these ends (logarithms): decades, or 1, 2 and 5 of each decade on a short axis, or other round
+/// numbers if fewer than two of these fit.
 fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let every = (((high - low) / 8.0).ceil() as usize).max(1);
     let parts: &[i32] = if high - low > 2.5 { &[1] } else { &[1, 2, 5] };
     let decades = (low.floor() as i32..=high.ceil() as i32).step_by(every);
     let all = decades.flat_map(|k| parts.iter().map(move |part| (k, *part)));
-    // Through its text, so that it is the number nearest to the decimal one.
+    // Parsed from text, the number is the nearest to the decimal one.
     let all = all.filter_map(|(k, part)| format!("{part}e{k}").parse::<f64>().ok());
     let ticks: Vec<f64> = all.filter(|x| (low..=high).contains(&x.log10())).collect();
     if ticks.len() < 2 {
@@ -173,7 +173,7 @@ fn logarithmic_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     ticks.into_iter().map(|x| (x, number(x))).collect()
 }
 
-/// A number of three digits, as short as it can be.
+/// A number with three digits, as short as possible.
 pub fn number(x: f64) -> String {
     let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
     if (1e-3..1e5).contains(&rounded.abs()) {
@@ -182,7 +182,7 @@ pub fn number(x: f64) -> String {
     format!("{rounded:e}")
 }
 
-/// Round numbers within a range: multiples of 1, 2 or 5 times a power of ten, at most about `count` of them.
+/// Round numbers within a range: about `count` multiples of 1, 2 or 5 times a power of ten.
 pub fn ticks([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     let raw = (high - low) / count.max(1) as f64;
     if !(raw > 0.0 && raw.is_finite()) {
@@ -197,7 +197,7 @@ pub fn ticks([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// A number beside an axis whose labels are `step` apart: as many decimals as tell them apart.
+/// A number at an axis whose labels are `step` apart, with enough decimals to distinguish them.
 pub fn label(value: f64, step: f64) -> String {
     let size = value.abs().max(step);
     if value == 0.0 {
@@ -207,7 +207,7 @@ pub fn label(value: f64, step: f64) -> String {
         let text = format!("{value:.2e}");
         return text.replace(".00e", "e").replace("0e", "e");
     }
-    // Labels closer than rounding tells apart have all the digits there are.
+    // Labels that are closer than rounding have all digits.
     let decimals = -(step.max(1e-12 * size) * (1.0 + 1e-9)).log10().floor();
     let decimals = decimals.clamp(0.0, 15.0) as usize;
     format!("{value:.decimals$}")
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_are_round_and_differ() {
+    fn labels_are_round_and_distinct() {
         let texts = |range, count| texts(labelled(range, count));
         assert_eq!(
             texts([-32.5, 32.5], 8),

@@ -1,19 +1,19 @@
-//! Bars of parts, one below the other.
+//! Bars of parts, one below another.
 
 use crate::svg::{Anchor, Svg};
 
-/// Space for names at the left, length of a bar, and distance of two bars (pixels).
+/// Space for names at the left, length of a bar, and distance between bars (pixels).
 const LEFT: f64 = 150.0;
 const LENGTH: f64 = 800.0;
 const ROW: f64 = 34.0;
-/// Distance of two entries of the legend, and the least length of a part that has a label (pixels).
+/// Distance between entries of the legend, and smallest length of a part with a label (pixels).
 const ENTRY: f64 = 200.0;
 const LABELLED: f64 = 60.0;
 
-/// A kind of parts: its words, its colour, and the colour of labels on it.
+/// A kind of part: its words, its colour, and the colour of labels on it.
 pub type PartKind = [&'static str; 3];
 
-/// Bars of parts in the order of their kinds, whose whole length stands for `whole` or for the sum of a bar's parts where that is more.
+/// Bars of parts in the order of their kinds. The full length stands for `whole`, or for the sum of a bar's parts if it is larger.
 pub fn bars<const N: usize>(
     kinds: &[PartKind; N],
     bars: &[(String, [f64; N])],

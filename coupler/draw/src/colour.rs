@@ -1,9 +1,9 @@
-//! The colour scale of maps, which grows darker from 0 to its end so that it can be read in grey, and its bar.
+//! The colour scale of maps, which darkens from 0 to its end so that it is readable in grey, and its bar.
 
 use crate::axis::labelled;
 use crate::svg::{Anchor, FRAME, Svg};
 
-/// Colours at equal distances of the scale.
+/// Colours at equal distances along the scale.
 const STOPS: [[f64; 3]; 6] = [
     [250.0, 246.0, 233.0],
     [253.0, 221.0, 158.0],
@@ -12,10 +12,10 @@ const STOPS: [[f64; 3]; 6] = [
     [164.0, 38.0, 69.0],
     [72.0, 11.0, 58.0],
 ];
-/// Below zero, as light as zero and hatched.
+/// Fill for values below zero: hatched, as light as zero.
 const BELOW: &str = "url(#below)";
 const HATCH: &str = "<pattern id=\"below\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><path fill=\"#edf3fa\" d=\"M0 0h6v6h-6z\"/><path fill=\"#a9bfd8\" d=\"M0 0h1v6h-1z\"/></pattern>";
-/// Number of different shades: shapes of one shade are one path of the file.
+/// Number of shades: shapes of one shade are one path of the file.
 const SHADES: f64 = 40.0;
 
 /// A scale from 0 to `end`.
@@ -25,7 +25,7 @@ pub struct ColourScale {
     pub quantity: String,
     /// Value at the end of the scale, in that unit.
     pub end: f64,
-    /// Word for values below zero, where there may be any.
+    /// Word for values below zero, if there may be any.
     pub below: Option<&'static str>,
 }
 
@@ -70,7 +70,7 @@ impl ColourScale {
     }
 }
 
-/// A drawing whose hatch has a name of its own on a page of several.
+/// A drawing whose hatch has a unique name on a page with several drawings.
 pub fn owned(svg: &str, file: &str) -> String {
     let name = file.trim_end_matches(".svg");
     svg.replace(BELOW, &format!("url(#below-{name})"))
@@ -90,19 +90,19 @@ pub fn shade(share: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
 }
 
-/// The least number with one or two significant digits, the second a 5, that is not below `value`; 1 where nothing is positive.
+/// The smallest number with one or two significant digits, the second a 5, that is not below `value`; 1 if `value` is not positive.
 pub fn full_scale(value: f64) -> f64 {
     if !(value > 0.0 && value.is_finite()) {
         return 1.0;
     }
     let exponent = value.log10().floor();
     let halves = (2.0 * value / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
-    // Through its text, so that it is the number nearest to the decimal one.
+    // Parsed from text, the number is the nearest to the decimal one.
     let rounded = format!("{}e{exponent}", 0.5 * halves);
     rounded.parse().unwrap_or(value)
 }
 
-/// End of a scale of pressures (MPa) of which this is the largest (Pa); 1 MPa where nothing is pressed.
+/// End of a scale (MPa) for pressures up to this largest one (Pa); 1 MPa without pressure.
 pub fn full_mpa(largest_pa: f64) -> f64 {
     if largest_pa > 0.0 {
         return 1e-6 * full_scale(largest_pa);
@@ -114,7 +114,7 @@ pub fn full_mpa(largest_pa: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Relative luminance of a colour as sRGB has it, without its gamma: enough for an order.
+    /// Relative luminance of an sRGB colour without gamma, which is enough for an order.
     fn lightness(colour: &str) -> f64 {
         let channel = |at: usize| {
             let value = u8::from_str_radix(&colour[at..at + 2], 16).expect("hexadecimal");
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_grows_darker_all_along() {
+    fn the_scale_darkens_from_end_to_end() {
         let all: Vec<f64> = (0..=40)
             .map(|k| lightness(&shade(f64::from(k) / 40.0)))
             .collect();

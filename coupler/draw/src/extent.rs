@@ -13,7 +13,7 @@ pub struct Extent {
 const MIDDLE: f64 = 4.5;
 
 impl Extent {
-    /// The smallest that holds all of these circles: centres and radii. `None` without any.
+    /// The smallest rectangle around these circles, given by centres and radii; `None` without any.
     pub fn around(circles: impl Iterator<Item = ([f64; 2], f64)>) -> Option<Extent> {
         circles.fold(None, |all, (centre, radius)| {
             let [x, y] = centre.map(|at| [at - radius, at + radius]);
@@ -28,17 +28,17 @@ impl Extent {
         })
     }
 
-    /// Its width.
+    /// Width.
     pub fn width(&self) -> f64 {
         self.x[1] - self.x[0]
     }
 
-    /// Its height.
+    /// Height.
     pub fn height(&self) -> f64 {
         self.y[1] - self.y[0]
     }
 
-    /// With margins at its sides, below and above.
+    /// The rectangle with margins at both sides, below and above.
     pub fn with_margin(self, side: f64, below: f64, above: f64) -> Extent {
         Extent {
             x: [self.x[0] - side, self.x[1] + side],
@@ -46,7 +46,7 @@ impl Extent {
         }
     }
 
-    /// The part of it that another one holds too.
+    /// The common part of two rectangles.
     pub fn within(self, other: &Extent) -> Extent {
         let common = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].min(b[1])];
         Extent {
@@ -55,12 +55,12 @@ impl Extent {
         }
     }
 
-    /// True for a position inside of it.
+    /// True for a position inside.
     pub fn holds(&self, [x, y]: [f64; 2]) -> bool {
         (self.x[0]..=self.x[1]).contains(&x) && (self.y[0]..=self.y[1]).contains(&y)
     }
 
-    /// Its middle, nine times as wide as high: of a layer that is longer, all that can be seen at once.
+    /// The middle, nine times as wide as high: the part of a long layer that one map can show.
     pub fn middle(&self) -> Extent {
         let half = MIDDLE * self.height();
         let centre = 0.5 * (self.x[0] + self.x[1]);
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn extents_hold_their_circles_and_end_where_another_does() {
+    fn extents_contain_their_circles_and_have_common_parts() {
         let circles = [([0.0, 1.0], 1.0), ([4.0, 1.0], 2.0)];
         let all = Extent::around(circles.into_iter()).expect("there are circles");
         assert_eq!((all.x, all.y), ([-1.0, 6.0], [-1.0, 3.0]));

@@ -1,10 +1,10 @@
-//! Drawings as SVG, written into a page or a file. Nothing here can fail.
+//! Drawings as SVG, for a page or a file. No function here can fail.
 //!
-//! - [`svg`]: a drawing while it is written: lines, boxes, circles, text; [`picture`]: a finished one with its words;
-//! - [`axis`]: linear and logarithmic axes, and the grid of a pair of them; [`colour`]: the scale of colours and its bar;
+//! - [`svg`]: a drawing in progress: lines, boxes, circles, text; [`picture`]: a finished drawing with its words;
+//! - [`axis`]: linear and logarithmic axes, and the grid of a pair of axes; [`colour`]: the colour scale and its bar;
 //! - [`plot`]: curves and clouds of dots over axes; [`bars`]: bars of parts;
-//! - [`units`]: numbers as people read them;
-//! - [`extent`]: rectangles of a scene; [`map`]: scenes drawn to scale, one above the other.
+//! - [`units`]: numbers with units and prefixes;
+//! - [`extent`]: rectangles of a scene; [`map`]: scenes drawn to scale, one above another.
 
 pub mod axis;
 pub mod bars;

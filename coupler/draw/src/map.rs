@@ -1,4 +1,4 @@
-//! Parts of a scene drawn to scale, with axes, one above the other.
+//! Parts of a scene drawn to scale, with axes, one above another.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use crate::colour::ColourScale;
 use crate::extent::Extent;
 use crate::svg::{Anchor, Svg, ellipse, short};
 
-/// Width of a page of maps, largest height of one of them, and least width and height (pixels).
+/// Width of a page of maps, largest height of a map, and its smallest width and height (pixels).
 const WIDTH: f64 = 1080.0;
 const HEIGHT_MAX: f64 = 560.0;
 const LEAST: f64 = 90.0;
@@ -18,10 +18,10 @@ const SPACE: [f64; 4] = [58.0, 14.0, 8.0, 44.0];
 const BAR: f64 = 44.0;
 const HEADING: f64 = 22.0;
 
-/// A map to be drawn: its extent (mm), and words above it.
+/// A map: its extent (mm), and the words above it.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// What it shows.
+    /// Shown part of the scene.
     pub extent: Extent,
     /// Words above it; may be empty.
     pub heading: String,
@@ -36,7 +36,7 @@ impl Map {
         }
     }
 
-    /// A map, wider or higher than its extent where that is too narrow or too flat to be seen with the same scale along x and y.
+    /// A map with the same scale along x and y; an extent that is too narrow or too flat for that is widened.
     pub fn to_scale(extent: Extent, heading: &str) -> Map {
         let scale = common_scale(&extent);
         let missing = |length: f64| 0.5 * (LEAST / scale - length).max(0.0);
@@ -51,28 +51,26 @@ pub fn middle(layer: &Extent) -> Option<Extent> {
     (middle.width() < 0.8 * layer.width()).then_some(middle)
 }
 
-/// Pixels a millimetre that both axes may have.
+/// Pixels per millimetre that fit both axes.
 fn common_scale(extent: &Extent) -> f64 {
     let width = WIDTH - SPACE[0] - SPACE[1];
     let [w, h] = [extent.width(), extent.height()].map(|length| length.max(1e-9));
     (width / w).min(HEIGHT_MAX / h)
 }
 
-/// Pixels a millimetre along x and y, the same but for an extent that is very tall or very flat, which keeps a width and a height
-/// that can be seen.
+/// Pixels per millimetre along x and y: equal, except for a very tall or very flat extent, which keeps a visible width and height.
 fn scales(extent: &Extent) -> [f64; 2] {
     let scale = common_scale(extent);
     [extent.width(), extent.height()].map(|length| scale.max(LEAST / length.max(1e-9)))
 }
 
-/// True where a map of this extent has the same scale along x and y.
+/// True if a map of this extent has the same scale along x and y.
 pub fn is_to_scale(extent: &Extent) -> bool {
     let [x, y] = scales(extent);
     (x / y - 1.0).abs() < 1e-9
 }
 
-/// A map while it is drawn. Shapes of the same style that follow each other are one path of the file, until the next
-/// [`layer`](Panel::layer).
+/// A map in progress. Shapes of the same style are one path of the file, until the next [`layer`](Panel::layer).
 #[derive(Debug)]
 pub struct Panel {
     extent: Extent,
@@ -101,7 +99,7 @@ impl Panel {
         self.extent
     }
 
-    /// True for a position (mm) inside of the map.
+    /// True for a position (mm) inside the map.
     pub fn shows(&self, position: [f64; 2]) -> bool {
         self.extent.holds(position)
     }
@@ -112,7 +110,7 @@ impl Panel {
         [sx * (x - self.extent.x[0]), sy * (self.extent.y[1] - y)]
     }
 
-    /// What follows lies over what came before.
+    /// Starts a layer: shapes that follow lie above earlier shapes.
     pub fn layer(&mut self) {
         self.known.clear();
     }
@@ -126,7 +124,7 @@ impl Panel {
         self.paths[path].1.push_str(data);
     }
 
-    /// A line through positions (mm); closed for an area.
+    /// A line through positions (mm), closed for an area.
     pub fn line(&mut self, points: &[[f64; 2]], closed: bool, style: &str) {
         let mut last = [0.0; 2];
         let mut text = String::new();
@@ -143,18 +141,18 @@ impl Panel {
         self.path(style, &text);
     }
 
-    /// A disk of a radius in millimetres.
+    /// A disk with a radius in millimetres.
     pub fn disk(&mut self, centre: [f64; 2], radius_mm: f64, style: &str) {
         let radii = self.scales.map(|scale| scale * radius_mm);
         self.path(style, &ellipse(self.at(centre), radii));
     }
 
-    /// A disk of a radius in pixels.
+    /// A disk with a radius in pixels.
     pub fn dot(&mut self, centre: [f64; 2], radius: f64, style: &str) {
         self.path(style, &ellipse(self.at(centre), [radius; 2]));
     }
 
-    /// Draws the map with its frame and axes, its upper left corner there (pixels).
+    /// Draws the map with its frame and axes, with its upper left corner at this position (pixels).
     fn draw(&self, svg: &mut Svg, [left, top]: [f64; 2]) {
         let [w, h] = self.size();
         let paths = self.paths.iter();
@@ -178,7 +176,7 @@ impl Panel {
     }
 }
 
-/// Maps one above the other, each drawn by `content`, which gets its number, below the bar of their colours.
+/// Maps one above another, below the bar of their colours; `content` draws the map with a given index.
 pub fn maps(
     maps: &[Map],
     scale: Option<&ColourScale>,
@@ -192,7 +190,7 @@ pub fn maps(
     draw_below(svg, top, maps, content)
 }
 
-/// The same below a legend: a colour and its words for each kind of things.
+/// The same below a legend with a colour and words for each kind of object.
 pub fn maps_of_kinds(
     maps: &[Map],
     kinds: &[[&str; 2]],

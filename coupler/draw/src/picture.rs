@@ -7,7 +7,7 @@ pub struct Picture {
     pub file: String,
     /// Text below it.
     pub caption: String,
-    /// What it shows, with the numbers, for a reader who cannot see it.
+    /// Description with numbers, for a reader who cannot see it.
     pub alternative: String,
     /// The drawing itself.
     pub svg: String,

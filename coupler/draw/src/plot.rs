@@ -6,15 +6,15 @@ use crate::svg::{Anchor, Svg};
 /// One line of a plot.
 #[derive(Clone, Debug)]
 pub struct PlotCurve {
-    /// Its words in the legend.
+    /// Words in the legend.
     pub label: String,
-    /// Its points; it has a gap where there is no number (NaN).
+    /// Points; NaN makes a gap.
     pub points: Vec<(f64, f64)>,
-    /// Number of its style: colour and dashes.
+    /// Index of the style: colour and dashes.
     pub style: usize,
 }
 
-/// Colour, width and dashes of lines: colours whose lightness tells neighbours apart in grey.
+/// Colour, width and dashes of lines; neighbouring colours differ in lightness, so that they differ in grey.
 const STYLES: [(&str, f64, &str); 10] = [
     ("#12355b", 1.8, ""),
     ("#e27d1e", 1.8, ""),
@@ -28,7 +28,7 @@ const STYLES: [(&str, f64, &str); 10] = [
     ("#aabed2", 1.8, "6 3"),
 ];
 
-/// Attributes of a line. Numbers from ten on have the same colours again, thinner, with a longer and a shorter dash in turn.
+/// Attributes of a line. Styles from ten on repeat the colours, thinner, with alternating long and short dashes.
 fn style(number: usize) -> String {
     let (colour, width, dashes) = STYLES[number % STYLES.len()];
     let (width, dashes) = match (number / STYLES.len(), dashes) {
@@ -40,26 +40,26 @@ fn style(number: usize) -> String {
         .replace(" stroke-dasharray=\"\"", "")
 }
 
-/// First style of lines that stand beside others of the same kind.
+/// First style of lines that are compared with others of the same kind.
 pub const BESIDE: usize = STYLES.len();
 
 /// Style of a thin background curve.
 pub const BACKGROUND: usize = 3;
 
-/// More dots than this make a file that browsers are slow to draw.
+/// Largest number of dots: browsers draw larger files slowly.
 const DOTS_MAX: usize = 4000;
-/// Buckets of samples of a line, of each of which the first, the lowest, the highest and the last are drawn.
+/// Number of buckets of a line's samples; the first, the lowest, the highest and the last of each are drawn.
 const BUCKETS: usize = 500;
 /// Height of a line of the legend (pixels).
 const LEGEND_LINE: f64 = 17.0;
 /// Size of a plot without its legend (pixels).
 const SIZE: [f64; 2] = [530.0, 290.0];
-/// Space for labels and words left of the area and below it, and beside its other edges (pixels).
+/// Space for labels and words left of the area and below it, and at its other edges (pixels).
 const LEFT: f64 = 78.0;
 const BELOW: f64 = 46.0;
 const EDGE: f64 = 12.0;
 
-/// One dot for each point, over axes with these words along x and y, pale enough that their density shows.
+/// One dot per point, over axes with these words along x and y; dots are pale, so that their density is visible.
 pub fn cloud(words: [&str; 2], points: &[(f64, f64)]) -> String {
     let stride = points.len().div_ceil(DOTS_MAX).max(1);
     let (axes, mut svg) = frame(words, false, points.iter(), 0);
@@ -72,7 +72,7 @@ pub fn cloud(words: [&str; 2], points: &[(f64, f64)]) -> String {
     page(&axes, &svg)
 }
 
-/// Lines over axes with these words along x and y. The legend above has the lines with a label. A logarithmic axis leaves out values
+/// Lines over axes with these words along x and y. The legend above lists the lines with a label. A logarithmic axis leaves out values
 /// that are not positive.
 pub fn plot(words: [&str; 2], log_y: bool, curves: &[PlotCurve]) -> String {
     let points = curves.iter().flat_map(|curve| &curve.points);
@@ -98,7 +98,7 @@ pub fn plot(words: [&str; 2], log_y: bool, curves: &[PlotCurve]) -> String {
     page(&axes, &svg)
 }
 
-/// Axes that hold these points, drawn below so many lines of a legend.
+/// Axes that contain these points, drawn below `lines` lines of a legend.
 fn frame<'a>(
     [words_x, words_y]: [&str; 2],
     log_y: bool,
@@ -125,7 +125,7 @@ fn page(axes: &AxisPair, svg: &Svg) -> String {
     svg.page([SIZE[0], axes.down[1] + BELOW])
 }
 
-/// The points that have a position, of which each bucket of neighbours keeps its first, lowest, highest and last.
+/// The finite points, thinned: each bucket of neighbours keeps its first, lowest, highest and last.
 fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     let finite: Vec<[f64; 2]> = points.filter(|p| p.iter().all(|x| x.is_finite())).collect();
     if finite.len() <= 4 * BUCKETS {
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_has_a_gap_where_there_is_no_number() {
+    fn a_line_has_a_gap_at_nan() {
         let curve = PlotCurve {
             label: "a".into(),
             points: [1.0, 2.0, f64::NAN, 3.0, 4.0].map(|y| (y, y)).to_vec(),

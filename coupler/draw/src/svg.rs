@@ -1,6 +1,6 @@
-//! A drawing while it is written. Lengths are in pixels, y points downwards; a style is the text of SVG attributes.
+//! A drawing in progress. Lengths are in pixels, y points downwards; a style is the text of SVG attributes.
 
-/// The end of a text that stands at its position.
+/// The part of a text that is at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// Its beginning.
@@ -21,7 +21,7 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// A path by its data.
+    /// A path with this data.
     pub fn path(&mut self, style: &str, data: &str) {
         self.raw(&format!("<path {style} d=\"{data}\"/>"));
     }
@@ -35,13 +35,13 @@ impl Svg {
         ));
     }
 
-    /// A box by its upper left corner and its size.
+    /// A box with this upper left corner and size.
     pub fn rectangle(&mut self, style: &str, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
         let [x, y, width, height] = [x, y, width, height].map(short);
         self.path(style, &format!("M{x} {y}h{width}v{height}h-{width}z"));
     }
 
-    /// A small area of this colour with words beside it, as legends have them.
+    /// An entry of a legend: a small area of this colour with words beside it.
     pub fn swatch(&mut self, colour: &str, [x, y]: [f64; 2], words: &str) {
         let style = format!("fill=\"{colour}\" stroke=\"#444\"");
         self.rectangle(&style, [x, y], [18.0, 12.0]);
@@ -53,7 +53,7 @@ impl Svg {
         self.path(style, &ellipse(centre, [radius; 2]));
     }
 
-    /// Text at a position of its base line.
+    /// Text with its base line at a position.
     pub fn text(&mut self, at: [f64; 2], anchor: Anchor, words: &str) {
         self.styled_text("", at, anchor, words);
     }
@@ -71,7 +71,7 @@ impl Svg {
         self.raw(&format!("{start}{words}</text>"));
     }
 
-    /// Text that reads upwards, its middle at a position.
+    /// Text that reads upwards, with its middle at a position.
     pub fn upright_text(&mut self, [x, y]: [f64; 2], words: &str) {
         let ([x, y], words) = ([x, y].map(short), escape(words));
         self.raw(&format!(
@@ -84,7 +84,7 @@ impl Svg {
         self.inside.push_str(svg);
     }
 
-    /// The white page of this size with the drawing on it, text in the fonts of the page.
+    /// A white page of this size with the drawing.
     pub fn page(&self, [width, height]: [f64; 2]) -> String {
         let inside = &self.inside;
         format!(
@@ -99,7 +99,7 @@ pub(crate) fn ellipse([x, y]: [f64; 2], [rx, ry]: [f64; 2]) -> String {
     format!("M{left} {y}a{rx} {ry} 0 1 0 {d} 0a{rx} {ry} 0 1 0-{d} 0")
 }
 
-/// A length in tenths of a pixel, as short as it can be.
+/// A length in tenths of a pixel, as short as possible.
 pub(crate) fn short(value: f64) -> String {
     let tenths = (10.0 * value).round() as i64;
     let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.abs());
@@ -110,7 +110,7 @@ pub(crate) fn short(value: f64) -> String {
     }
 }
 
-/// Text in which no character is markup: names come from scenarios of other people.
+/// Text without markup: names may come from scenarios of other people.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

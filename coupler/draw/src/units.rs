@@ -1,4 +1,4 @@
-//! Numbers as people read them: four digits, the unit of a name, prefixes.
+//! Numbers for readers: four digits, the unit from a name, prefixes.
 
 /// Units by the endings of names, longer endings first.
 const UNITS: [(&str, &str); 23] = [
@@ -32,21 +32,21 @@ const PLAIN: [&str; 4] = ["", "%", "°", "kg m²"];
 
 /// Prefixes from 10^-15 on.
 const PREFIXES: [&str; 10] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
-/// Place of no prefix among them.
+/// Index of the empty prefix.
 const NONE: i32 = 5;
 
-/// Unit that the ending of a name tells; empty for a pure number.
+/// Unit from the ending of a name; empty for a dimensionless number.
 pub fn unit(name: &str) -> &'static str {
     let found = UNITS.iter().find(|(ending, _)| name.ends_with(ending));
     found.map_or("", |(_, unit)| unit)
 }
 
-/// A value with the unit of its name: `92.87 µm`, `0.1933`, `188`.
+/// A value with the unit from its name: `92.87 µm`, `0.1933`, `188`.
 pub fn with_unit_of(name: &str, value: f64) -> String {
     with_unit(value, unit(name))
 }
 
-/// A value with a unit (SI, without prefix): four digits, and the prefix that leaves one to three of them before the point.
+/// A value with a unit (SI, without prefix): four digits, and the prefix that leaves one to three digits before the point.
 pub fn with_unit(value: f64, unit: &str) -> String {
     if !value.is_finite() {
         return "not a number".into();
@@ -59,12 +59,12 @@ pub fn with_unit(value: f64, unit: &str) -> String {
     format!("{}{space}{shown}", four(value * factor))
 }
 
-/// The unit with the prefix that leaves one to three digits of this value before the point, and the factor from SI to it.
+/// The unit with the prefix that leaves one to three digits of this value before the point, after the factor from SI to that unit.
 pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
     if PLAIN.contains(&unit) || !value.is_finite() || value == 0.0 {
         return (1.0, unit.into());
     }
-    // A kilogram has its prefix already.
+    // A kilogram already has a prefix.
     let (grams, unit) = match unit.strip_prefix("kg") {
         Some(rest) => (1e3, format!("g{rest}")),
         None => (1.0, unit.to_string()),
@@ -80,7 +80,7 @@ pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
     )
 }
 
-/// Words with a unit in brackets, prefixed for numbers of this size, and the factor from SI to it: `load (kN)`.
+/// Words with a unit in brackets, with a prefix for numbers of this size, after the factor from SI to it: `load (kN)`.
 pub fn axis_words(words: &str, unit: &str, size: f64) -> (f64, String) {
     let (factor, unit) = prefixed(size, unit);
     if unit.is_empty() {
@@ -89,7 +89,7 @@ pub fn axis_words(words: &str, unit: &str, size: f64) -> (f64, String) {
     (factor, format!("{words} ({unit})"))
 }
 
-/// Four significant digits; a whole number up to a million with all of its own, thousands apart.
+/// Four significant digits; a whole number below 10^9 with all its digits, in groups of three.
 pub fn four(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
@@ -109,7 +109,7 @@ pub fn four(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// A whole number, its thousands apart.
+/// A whole number with its digits in groups of three.
 fn grouped(value: i64) -> String {
     let digits = value.unsigned_abs().to_string();
     let mut text = String::new();
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_four_digits_and_the_unit_of_their_name() {
+    fn numbers_have_four_digits_and_the_unit_from_their_name() {
         let all = [
             ("approach_m", 0.000092867740966822, "92.87 µm"),
             ("traction_ratio_mean", 0.1933409417376614, "0.1933"),

@@ -2,19 +2,19 @@
 
 use protocol::{Frame, Kind};
 
-/// Name under which the coupler's own frames are logged.
+/// Sender name of the coupler's frames in the log.
 pub const COUPLER: &str = "coupler";
 
-/// One thing that happened in the run.
+/// One event of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// A frame passed.
+    /// A frame was sent.
     Exchange(Exchange),
-    /// The window stands.
+    /// The window ended.
     WindowEnd(u64),
 }
 
-/// A frame with those between whom it passed.
+/// A frame with its sender and receiver.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exchange {
     /// Name of the interface.
@@ -23,7 +23,7 @@ pub struct Exchange {
     pub sender: String,
     /// Its receiver.
     pub receiver: String,
-    /// The frame, as it was recorded.
+    /// The recorded frame.
     pub frame: Frame,
 }
 

@@ -1,4 +1,4 @@
-//! Everything that can be wrong with a log.
+//! Errors of logs.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use protocol::WithCure;
 use thiserror::Error as ThisError;
 
-/// Reasons for which a log cannot be written or read.
+/// Reasons why a log cannot be written or read.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs)]
 pub enum LogError {
     #[error("{path} cannot be written: {why}", path = .path.display())]
     Write { path: PathBuf, why: String },
-    #[error("{path}: nothing was written for {seconds} s", path = .path.display())]
+    #[error("{path}: the disk took no data for {seconds} s", path = .path.display())]
     Stalled { path: PathBuf, seconds: u64 },
     #[error("{path} was closed by an earlier error", path = .path.display())]
     Closed { path: PathBuf },
-    #[error("a message of {doubles} doubles is longer than the {capacity} that a log takes")]
+    #[error("a message of {doubles} doubles is too long: a log takes at most {capacity}")]
     TooLong { doubles: usize, capacity: usize },
     #[error("{path} cannot be read: {source}", path = .path.display())]
     Read {
@@ -30,7 +30,7 @@ pub enum LogError {
         torn: bool,
     },
     #[error(
-        "{path} {found} at byte {offset}, in {part}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
+        "{path} {found} at byte {offset}, in {part}: {why}; the part before is valid, and --recover accepts it", path = .path.display(),
         found = if *.torn { "was cut off by the end of its writer" } else { "is damaged" }
     )]
     Damaged {
@@ -43,7 +43,7 @@ pub enum LogError {
 }
 
 impl LogError {
-    /// True for a file that is only the beginning of a log, as a killed writer leaves it; false for damage inside of it.
+    /// True for a file that is only the beginning of a log, as after a killed writer; false for damage inside.
     pub fn is_torn(&self) -> bool {
         let (LogError::NotALog { torn, .. } | LogError::Damaged { torn, .. }) = self else {
             return false;
@@ -64,7 +64,7 @@ impl LogError {
     }
 }
 
-/// Reasons for which a log or its times cannot be written out in another form.
+/// Reasons why a log or its times cannot be exported.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs)]
 pub enum ExportError {
@@ -75,7 +75,7 @@ pub enum ExportError {
         path: PathBuf,
         source: std::io::Error,
     },
-    #[error("windows {first}..{last}: the run has no such window, but {has}")]
+    #[error("windows {first}..{last}: the run has no such window; it has {has}")]
     NoWindow { first: u64, last: u64, has: String },
 }
 
@@ -88,21 +88,21 @@ impl ExportError {
     }
 }
 
-/// An error with its causes: mcap's own messages leave out what the system said.
+/// An error with its causes: messages of mcap leave out the reason of the system.
 pub(super) fn chain(error: &(dyn Error + 'static)) -> String {
-    let mut text = said(error);
+    let mut text = text_of(error);
     let mut cause = error.source();
     while let Some(error) = cause {
-        let said = said(error);
-        if !text.contains(&said) {
-            text = format!("{text}: {said}");
+        let reason = text_of(error);
+        if !text.contains(&reason) {
+            text = format!("{text}: {reason}");
         }
         cause = error.source();
     }
     text
 }
 
-fn said(error: &(dyn Error + 'static)) -> String {
+fn text_of(error: &(dyn Error + 'static)) -> String {
     let of_system = error.downcast_ref().map(WithCure);
     of_system.map_or_else(|| error.to_string(), |error| error.to_string())
 }

@@ -1,9 +1,8 @@
-//! A log as tables of text.
+//! Export of a log as CSV tables.
 //!
-//! One file holds everything in long form, one number a row: `window,iteration,step,substeps,t0_s,t1_s,sender,receiver,
-//! kind,entry,value`. A folder holds one file for each stream in wide form, one message a row: `window,iteration,step,
-//! substeps,t0_s,t1_s` and then the numbers. Numbers are written in the fewest digits that give back every bit. Texts
-//! (`Couple`, the name of a set) stand in place of the numbers.
+//! In long form, one file has one number per row: `window,iteration,step,substeps,t0_s,t1_s,sender,receiver,kind,entry,value`. In wide
+//! form, a folder has one file per stream with one message per row: `window,iteration,step,substeps,t0_s,t1_s` and then the numbers.
+//! Numbers have the fewest digits that restore every bit. A text (`Couple`, the name of a set) takes the place of the numbers.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,14 +15,14 @@ use super::entry::{Entry, Exchange, kind_name};
 use super::read::recover;
 use crate::error::{ExportError, LogError};
 
-/// The messages of a log that are exported.
+/// The messages to export.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Only what this participant sends or receives.
     pub node: Option<String>,
     /// Only messages of this kind.
     pub kind: Option<Kind>,
-    /// Only every so-manyth window, from the first on; at least 1.
+    /// Only one window in this many, from the first on; at least 1.
     pub every: Option<u64>,
 }
 
@@ -39,11 +38,11 @@ impl Selection {
     }
 }
 
-/// Characters that a number takes, with what stands beside it in the table: measured on a coupled layer.
+/// Characters per number including the other cells of its row, measured on a coupled layer, in long and in wide form.
 const LONG_BYTES: u64 = 82;
 const WIDE_BYTES: u64 = 21;
 
-/// About how large the tables of the chosen messages will be (bytes), in long form or in wide.
+/// Approximate size of the tables of the chosen messages (bytes), in long or in wide form.
 pub fn bytes(log: &Path, selection: &Selection, long: bool) -> Result<u64, ExportError> {
     let mut numbers = 0;
     each(log, selection, |message| {
@@ -53,12 +52,12 @@ pub fn bytes(log: &Path, selection: &Selection, long: bool) -> Result<u64, Expor
     Ok(numbers * if long { LONG_BYTES } else { WIDE_BYTES })
 }
 
-/// Files and messages that were exported.
+/// Exported files and messages.
 #[derive(Debug, Default)]
 pub struct Exported {
-    /// Files that were written.
+    /// Written files.
     pub files: Vec<PathBuf>,
-    /// Messages in them.
+    /// Number of messages.
     pub messages: u64,
     /// Damage at which the log ended early.
     pub damage: Option<LogError>,
@@ -81,7 +80,7 @@ pub fn long(log: &Path, selection: &Selection, out: &Path) -> Result<Exported, E
     })
 }
 
-/// Writes the chosen messages of a log to a folder, one wide file a stream.
+/// Writes the chosen messages of a log to a folder, one wide file per stream.
 pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported, ExportError> {
     let mut widths: BTreeMap<String, usize> = BTreeMap::new();
     each(log, selection, |message| {

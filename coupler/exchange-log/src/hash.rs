@@ -4,18 +4,18 @@ use protocol::{Frame, Kind};
 
 use super::entry::Entry;
 
-/// Order of a frame inside its block; frames that compare equal keep the order of their arrival.
+/// Order of a frame in its block; equal frames keep their order of arrival.
 type Order = (u64, bool, u32, String, u32);
 
-/// blake3 over the digests of all exchanged frames, ordered by (window, iteration, sender), then by kind and
-/// arrival. The frames of the handshake come before those of the window that they name.
+/// blake3 over the digests of all exchanged frames, ordered by (window, iteration, sender), then by kind and arrival. The frames of the
+/// handshake come before the other frames of the window that they name.
 ///
-/// The digest of a frame is blake3 over interface, sender (each after its length), window, iteration, t0, t1, kind,
-/// and the payload after its length, all integers and doubles little-endian. The run id, the host, the number of
-/// threads and the transport are not in it, so equal runs have equal fingerprints.
+/// The digest of a frame is blake3 over interface, sender (each after its length), window, iteration, t0, t1, kind, and the payload after
+/// its length, all integers and doubles little-endian. It excludes the run id, the host, the number of threads and the transport, so that
+/// equal runs have equal fingerprints.
 ///
-/// Frames are put in order when [`ExchangeHasher::end_window`] says that no more will come: where participants
-/// answer at the same time, the order of their arrival differs from run to run.
+/// [`ExchangeHasher::end_window`] sorts the frames of a window: if participants answer at the same time, the order of arrival differs from
+/// run to run.
 ///
 /// ```
 /// use exchange_log::ExchangeHasher;
@@ -33,15 +33,17 @@ pub struct ExchangeHasher {
 }
 
 impl ExchangeHasher {
-    /// One entry of the log.
+    /// Adds one entry of the log.
     pub fn add_entry(&mut self, entry: &Entry) {
         match entry {
-            Entry::Exchange(said) => self.add(&said.interface, &said.sender, &said.frame),
+            Entry::Exchange(exchange) => {
+                self.add(&exchange.interface, &exchange.sender, &exchange.frame);
+            }
             Entry::WindowEnd(_) => self.end_window(),
         }
     }
 
-    /// One frame of the current window.
+    /// Adds one frame of the current window.
     pub fn add(&mut self, interface: &str, sender: &str, frame: &Frame) {
         let header = &frame.header;
         let order = (
@@ -54,7 +56,7 @@ impl ExchangeHasher {
         self.block.push((order, digest(interface, sender, frame)));
     }
 
-    /// The window stands, its frames are put in order.
+    /// Ends the window and sorts its frames.
     pub fn end_window(&mut self) {
         self.block.sort_by(|(left, _), (right, _)| left.cmp(right));
         for (_, digest) in self.block.drain(..) {
@@ -62,14 +64,14 @@ impl ExchangeHasher {
         }
     }
 
-    /// The fingerprint in hexadecimal; frames of a window that did not end count too.
+    /// The fingerprint in hexadecimal, including frames of an incomplete window.
     pub fn finish(mut self) -> String {
         self.end_window();
         self.whole.finalize().to_hex().to_string()
     }
 }
 
-/// True for kinds of the handshake, which name no window of their own.
+/// True for kinds of the handshake, which have no window.
 pub(super) fn is_handshake(kind: u32) -> bool {
     use Kind::*;
     matches!(
@@ -94,7 +96,7 @@ fn digest(interface: &str, sender: &str, frame: &Frame) -> blake3::Hash {
     hasher.update(&header.window.to_le_bytes());
     hasher.update(&header.iteration.to_le_bytes());
     for time in [header.t0_s, header.t1_s] {
-        // Adding zero turns -0.0 into 0.0: protobuf does not keep the sign of a zero outside of a list.
+        // Adding zero turns -0.0 into 0.0: protobuf does not keep the sign of a zero outside lists.
         hasher.update(&(time + 0.0).to_bits().to_le_bytes());
     }
     hasher.update(&header.kind.to_le_bytes());

@@ -1,22 +1,22 @@
-//! Lengths inside of records, before anybody reserves memory for them: four damaged bytes may claim four gigabytes.
+//! Checks of lengths inside records before memory is reserved: four damaged bytes may claim four gigabytes.
 
 use mcap::records::{Record, op};
 
 use super::error::chain;
 
-/// The parts of a record in their order (MCAP 0, "Records").
+/// The parts of a record in order (MCAP 0, "Records").
 pub(super) struct Layout {
-    /// Bytes of the numbers in front.
+    /// Bytes of the numbers at the beginning.
     pub(super) front: u64,
-    /// Parts that follow their own length, by the bytes of that length.
+    /// Number of bytes of the length of each part that follows its length.
     pub(super) counted: &'static [u64],
-    /// The last of these holds texts, each behind its length in four bytes.
+    /// True if the last of these parts contains texts, each after its length in four bytes.
     map: bool,
     /// Bytes of the numbers at the end.
     pub(super) back: u64,
 }
 
-/// The layout of a record that has parts of a length of their own.
+/// The layout of a record that has parts with lengths.
 pub(super) fn layout(opcode: u8) -> Option<Layout> {
     let (front, counted, map, back): (_, &[_], _, _) = match opcode {
         op::HEADER => (0, &[4, 4], false, 0),
@@ -36,7 +36,7 @@ pub(super) fn layout(opcode: u8) -> Option<Layout> {
     })
 }
 
-/// A record whose lengths fit into it.
+/// Parses a record whose lengths fit into it.
 pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, String> {
     if fits(opcode, data).is_none() {
         return Err(format!(
@@ -47,7 +47,7 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, String> {
     mcap::parse_record(opcode, data).map_err(|error| chain(&error))
 }
 
-/// Nothing if a length passes the end of the record. Parts whose length has eight bytes are not copied by the reader.
+/// `None` if a length passes the end of the record. The reader does not copy parts whose length has eight bytes.
 fn fits(opcode: u8, data: &[u8]) -> Option<()> {
     let Some(layout) = layout(opcode) else {
         return Some(());
@@ -62,7 +62,7 @@ fn fits(opcode: u8, data: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// Bytes behind their length, and what follows them.
+/// Bytes after their length, and the rest.
 fn block(data: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = data.split_first_chunk()?;
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_length_beyond_its_record_is_no_reason_to_reserve_memory() {
+    fn a_length_beyond_its_record_reserves_no_memory() {
         let text = |length: u32| [&length.to_le_bytes()[..], b"abc"].concat();
         let metadata = |lengths: [u32; 4]| {
             let [name, map, key, value] = lengths;

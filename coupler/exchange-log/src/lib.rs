@@ -1,19 +1,18 @@
 //! The exchange log of a run: every interface message, both ways, in one MCAP file.
 //!
-//! Each stream, that is interface, sender, receiver and kind, has its own channel of protobuf messages, so that
-//! other tools can plot it; the doubles are packed and keep their bits, and a reader rebuilds the frame. Time in the
-//! log is simulated time. Run id, process ids and wall-clock times stay out of the messages: equal runs have equal
-//! messages. Scenario and manifest travel along.
+//! Each stream (interface, sender, receiver and kind) has its own channel of protobuf messages, which other tools can plot. The doubles are
+//! packed and keep their bits, and a reader rebuilds the frame. Time in the log is simulated time. Messages contain no run id, process ids
+//! or wall-clock times: equal runs have equal messages. The log also contains scenario and manifest.
 //!
 //! Modules, in reading order:
-//! - [`Entry`] and [`Exchange`], the frames that passed; [`Provenance`], the run that they are of;
+//! - [`Entry`] and [`Exchange`], the exchanged frames; [`Provenance`], their run;
 //! - [`proto`]: the messages, and their description for other tools;
-//! - [`record`](mod@record): writing, on a thread of its own;
-//! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left; `torn`, `order` and
-//!   `lengths` tell that from damage;
-//! - [`summary`]: what a log holds; [`export`]: as tables of text;
-//! - [`timing`]: wall-clock times of the requests, in a file of their own; [`trace`]: these for a viewer of traces;
-//! - [`hash`]: the fingerprint of an exchange; [`mismatch`]: the first difference of two; [`volume`]: how long a log will be.
+//! - [`record`](mod@record): writing, on a separate thread;
+//! - [`read`](mod@read): reading with every checksum verified, also after a killed writer; `torn`, `order` and `lengths` distinguish its
+//!   torn end from damage;
+//! - [`summary`]: the contents of a log in numbers; [`export`]: CSV tables;
+//! - [`timing`]: wall-clock times of the requests, in a separate file; [`trace`]: these times for a trace viewer;
+//! - [`hash`]: the fingerprint of an exchange; [`mismatch`]: the first difference of two; [`volume`]: the predicted size of a log.
 
 mod entry;
 mod error;

@@ -22,7 +22,7 @@ pub struct Mismatch {
 /// The difference.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Difference {
-    /// Another message, window or length altogether.
+    /// Another message, window or length.
     #[error("the log has {logged}, the replay {ours}")]
     Message {
         /// In the log.
@@ -60,7 +60,7 @@ impl Mismatch {
         Some(differing().at_entry(logged, ours, entry))
     }
 
-    /// A departure of `sender` at a message of the log, in words: what the log has there, and what the replay.
+    /// A departure of `sender` at a message of the log, with words for the content of the log and of the replay.
     pub fn at(sender: &str, message: &Frame, logged: &str, ours: &str) -> Mismatch {
         Mismatch {
             sender: sender.to_string(),
@@ -74,7 +74,7 @@ impl Mismatch {
         }
     }
 
-    /// The same, naming another entry of the payload.
+    /// The same departure at an entry of the payload.
     pub fn at_entry(self, logged: &Frame, ours: &Frame, entry: usize) -> Mismatch {
         let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
         let difference = Difference::Number {
@@ -92,7 +92,7 @@ fn kind(frame: &Frame) -> String {
     Kind::from_number(number).map_or(format!("kind {number}"), |kind| kind.word().into())
 }
 
-/// Everything of a frame but run, checksum and numbers, as bits. The log does not keep the sign of a time that is zero.
+/// A frame without run, checksum and numbers, as bits. The log does not keep the sign of a time of zero.
 fn about(frame: &Frame) -> [u64; 10] {
     let header = &frame.header;
     [
@@ -109,7 +109,7 @@ fn about(frame: &Frame) -> [u64; 10] {
     ]
 }
 
-/// The same in words.
+/// The same parts in words.
 fn describe(frame: &Frame) -> String {
     format!(
         "{} of {} doubles for {}, protocol {}",
@@ -120,7 +120,7 @@ fn describe(frame: &Frame) -> String {
     )
 }
 
-/// Representable numbers between two; the most there can be when one is not a number.
+/// Representable numbers between two; the largest count if one is NaN.
 fn ulps(a: f64, b: f64) -> u64 {
     if a.is_nan() || b.is_nan() {
         return u64::MAX;

@@ -1,4 +1,4 @@
-//! The order of a log: what is over never comes again, or part of the file was put in twice.
+//! The order of a log: an entry of a finished window means that a part of the file was inserted twice.
 
 use std::collections::HashMap;
 
@@ -7,14 +7,14 @@ use protocol::Kind;
 use super::entry::{COUPLER, Entry, Exchange};
 use super::hash::is_handshake;
 
-/// Windows and blocks that have passed.
+/// Finished windows and blocks.
 #[derive(Default)]
 pub(super) struct Order {
     blocks: u64,
     participants: HashMap<String, Progress>,
 }
 
-/// Windows of a participant: interfaces that share nothing count their own.
+/// Windows of a participant: independent interfaces count their own windows.
 #[derive(Default)]
 struct Progress {
     at_hand: Option<u64>,
@@ -22,7 +22,7 @@ struct Progress {
 }
 
 impl Order {
-    /// Takes the next entry, or refuses it because it repeats one.
+    /// Takes the next entry, or refuses it as a repetition.
     pub(super) fn take(&mut self, entry: &Entry) -> Result<(), String> {
         match entry {
             Entry::Exchange(exchange) => self.take_exchange(exchange),
@@ -52,7 +52,7 @@ impl Order {
         Ok(())
     }
 
-    /// Only the first block, the handshake of a coupled run, ends without a window at hand.
+    /// Ends a block. Only the first block, the handshake of a coupled run, has no window.
     fn end_block(&mut self, window: u64) -> Result<(), String> {
         let mut progressed = false;
         for progress in self.participants.values_mut() {

@@ -12,10 +12,10 @@ pub const EXCHANGE: &str = "thirdbody.Exchange";
 /// Full name of [`WindowEnd`].
 pub const WINDOW_END: &str = "thirdbody.WindowEnd";
 
-/// One frame, without the number of its run.
+/// One frame, without its run id.
 #[derive(Clone, PartialEq, Message)]
 pub struct ExchangeMessage {
-    /// [`protocol::Kind`] as its number.
+    /// Number of its [`protocol::Kind`].
     #[prost(uint32, tag = "1")]
     pub kind: u32,
     /// Version of the protocol.
@@ -51,12 +51,12 @@ pub struct ExchangeMessage {
     /// The numbers; a text is packed as in [`protocol::frame::packed`].
     #[prost(double, repeated, tag = "12")]
     pub payload: Vec<f64>,
-    /// XXH3 of the payload, as the frame had it.
+    /// XXH3 of the payload, from the frame.
     #[prost(fixed64, tag = "13")]
     pub checksum: u64,
 }
 
-/// Says that a window stands: all its messages come before.
+/// Marks the end of a window: all its messages come before.
 #[derive(Clone, PartialEq, Message)]
 pub struct WindowEnd {
     /// The window.
@@ -64,8 +64,8 @@ pub struct WindowEnd {
     pub window: u64,
 }
 
-/// The description of both messages, an encoded `FileDescriptorSet`: written by hand, so that no protobuf
-/// compiler is needed. A test compares it with what the messages put on the wire.
+/// The description of both messages, an encoded `FileDescriptorSet`, written by hand to avoid a protobuf compiler. A test compares it with
+/// the encoded messages.
 pub fn descriptors() -> Vec<u8> {
     descriptor_set().encode_to_vec()
 }
@@ -98,10 +98,10 @@ fn descriptor_set() -> FileDescriptorSet {
     }
 }
 
-/// The one field that is a list.
+/// The only field that is a list.
 const PACKED: &str = "payload";
 
-/// A message with these fields, numbered from 1: the names that follow each other with one type.
+/// A message with these fields, numbered from 1; each entry has the names of consecutive fields of one type.
 fn message(name: &str, fields: &[(Type, &[&str])]) -> DescriptorProto {
     let all = fields.iter();
     let all = all.flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
@@ -134,7 +134,7 @@ fn field(number: i32, name: &str, kind: Type) -> FieldDescriptorProto {
 mod tests {
     use super::*;
 
-    /// Number and wire type of each field that an encoded message holds.
+    /// Number and wire type of each field in an encoded message.
     fn wire_fields(mut bytes: &[u8]) -> Vec<(i32, u64)> {
         let mut fields = Vec::new();
         while !bytes.is_empty() {
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_description_is_what_the_messages_put_on_the_wire() {
+    fn the_description_matches_the_encoded_messages() {
         let exchange = ExchangeMessage {
             kind: 1,
             protocol: 1,

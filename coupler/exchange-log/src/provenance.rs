@@ -17,9 +17,9 @@ pub const FORMAT: &str = "thirdbody.exchange/1";
 pub struct Provenance {
     /// The resolved scenario, TOML.
     pub scenario_toml: String,
-    /// manifest.json: versions, seeds, host.
+    /// The text of manifest.json: versions, seeds, host.
     pub manifest_json: String,
-    /// The run that all frames name.
+    /// The run id of all frames.
     pub run_id: u64,
 }
 
@@ -31,7 +31,7 @@ const SCENARIO_KEY: &str = "scenario.toml";
 const MANIFEST_KEY: &str = "manifest.json";
 const HASH_KEY: &str = "hash";
 
-/// Writes it as metadata for us and as attachments for other tools.
+/// Writes the provenance as metadata for our reader and as attachments for other tools.
 pub(super) fn write<W: Write + Seek>(
     writer: &mut Writer<W>,
     provenance: &Provenance,
@@ -66,7 +66,7 @@ pub(super) fn write<W: Write + Seek>(
 pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
     let record = parse(op::METADATA, data)?;
     let Record::Metadata(mut record) = record else {
-        return Err("the metadata is none".into());
+        return Err("it has no metadata record".into());
     };
     if record.name != PROVENANCE {
         return Err(format!("its metadata is `{}`", record.name));
@@ -81,7 +81,7 @@ pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
         return Err(format!("its format is `{format}`, this is `{FORMAT}`"));
     }
     if take(HASH_KEY)? != hash {
-        return Err("its metadata does not match its hash: it was damaged".into());
+        return Err("its metadata does not match its hash: the file is damaged".into());
     }
     let run_id = take(RUN_ID_KEY)?;
     Ok(Provenance {
@@ -92,8 +92,8 @@ pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
     })
 }
 
-/// blake3 over keys and values, each after its length, without the hash itself. Metadata has no checksum of its own, and
-/// that of the whole file is missing where a writer was killed.
+/// blake3 over keys and values, each after its length, without the hash itself. Metadata has no checksum in MCAP, and after a killed
+/// writer the file has none.
 fn provenance_hash(metadata: &BTreeMap<String, String>) -> String {
     let mut hasher = blake3::Hasher::new();
     for (key, value) in metadata.iter().filter(|(key, _)| *key != HASH_KEY) {

@@ -1,4 +1,4 @@
-//! Reading a log back, with every checksum verified.
+//! Reading a log, with every checksum verified.
 
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
@@ -20,28 +20,28 @@ use super::proto;
 use super::provenance::{self, Provenance};
 use super::torn::{FRAMING, is_torn};
 
-/// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
+/// Largest length of our records and chunks: the longest message, and room for a chunk that is about to close.
 const RECORD_LIMIT: usize = 8 * MAX_DOUBLES + (4 << 20);
 
-/// lz4 cannot shrink data further. A chunk that claims more was damaged or made to harm.
+/// lz4 cannot compress further. A chunk that claims more is damaged or malicious.
 const SHRINK_LIMIT: u64 = 256;
 
-/// Bytes taken from the file at once.
+/// Number of bytes read from the file at once.
 const PIECE: usize = 1 << 16;
 
-/// Opens a log. Damage is an error, and so is an end that is missing.
+/// Opens a log. Damage and a missing end are errors.
 pub fn read(path: &Path) -> Result<LogFile, LogError> {
     LogFile::open(path, false)
 }
 
-/// Opens a log of which only a part may be readable, for instance because its writer was killed. Entries end where
-/// the damage begins; [`LogFile::damage`] says where and what.
+/// Opens a log that may be only partly readable, for example after a killed writer. Entries end at the damage; [`LogFile::damage`]
+/// describes it.
 pub fn recover(path: &Path) -> Result<LogFile, LogError> {
     LogFile::open(path, true)
 }
 
-/// Damage inside of a log, which is read to its end. None for a log that is whole, for the beginning of one that a killed writer
-/// left, and where there is no log.
+/// Damage inside a log, which is read to its end. `None` for a whole log, for the beginning of a log after a killed writer, and if there is
+/// no log.
 pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
     if !path.exists() || is_as_written(path)? {
         return Ok(None);
@@ -57,15 +57,15 @@ pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
     Ok(found.filter(|error| !error.is_torn()))
 }
 
-/// True if the checksum that a recorder puts behind all data holds for the whole file. Nothing is decoded for it: where it does not
-/// hold, or was never written, the entries tell more.
+/// True if the checksum after all data holds for the whole file. It decodes nothing: if the checksum fails or is missing, reading the
+/// entries gives details.
 pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
     let mut file = File::open(path).map_err(LogError::read(path))?;
     let mut reader = LinearReader::new_with_options(options());
     let mut summed = false;
     loop {
         match next_record(&mut reader, &mut file, PIECE) {
-            // A checksum of zero stands for none (MCAP 0, "Data End").
+            // A checksum of zero means no checksum (MCAP 0, "Data End").
             Ok(Some((opcode, data))) => summed |= opcode == op::DATA_END && data != [0; 4],
             Ok(None) => return Ok(summed),
             Err(Failure::Io(source)) => return Err(LogError::read(path)(source)),
@@ -74,7 +74,7 @@ pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
     }
 }
 
-/// Chunks come as they are, checksums are verified, and nothing may follow the end.
+/// Chunks stay compressed, checksums are verified, and no data may follow the end.
 fn options() -> LinearReaderOptions {
     LinearReaderOptions::default()
         .with_emit_chunks(true)
@@ -84,8 +84,8 @@ fn options() -> LinearReaderOptions {
         .with_record_length_limit(RECORD_LIMIT)
 }
 
-/// The entries of a log in the order in which they were recorded. A chunk (about 1 MiB, or one long message) is in
-/// memory at a time, and yields nothing before its checksum is verified.
+/// The entries of a log in recorded order. One chunk (about 1 MiB, or one long message) is in memory at a time, and its checksum is verified
+/// before it yields entries.
 pub struct LogFile {
     path: PathBuf,
     file: File,
@@ -96,14 +96,15 @@ pub struct LogFile {
     interfaces: HashMap<u16, Option<String>>,
     entries: VecDeque<Entry>,
     order: Order,
-    /// Start of the record that is read next (bytes).
+    /// Start of the next record (bytes).
     offset: u64,
-    /// Chunks that were reached, and whether the damage is in the last of them.
+    /// Number of chunks reached.
     chunks: u64,
+    /// True while a chunk is read.
     in_chunk: bool,
     /// Damage that ended a recovered log before its end.
     pub damage: Option<LogError>,
-    /// The rest of the file describes the data again, for readers that seek.
+    /// True if the data has ended: the rest of the file describes it again, for readers that seek.
     data_ended: bool,
     ended: bool,
 }
@@ -139,7 +140,7 @@ impl LogFile {
         }
     }
 
-    /// The first two records are the header and the metadata; a file without them is something else.
+    /// Reads the first two records, header and metadata; a file without them is not a log.
     fn read_provenance(&mut self) -> Result<(), Failure> {
         let missing = || Failure::Damage("it does not begin with its provenance".into());
         let mut next = |wanted: u8| {
@@ -176,7 +177,7 @@ impl LogFile {
         Ok(())
     }
 
-    /// The next record of the file, chunks as a whole. A damaged length may ask for anything: memory is taken as data comes.
+    /// The next record of the file, with chunks as a whole. A damaged length may claim any size, so memory grows with the data.
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
         let record = next_record(&mut self.reader, &mut self.file, PIECE)?;
         if let Some((_, data)) = &record {
@@ -284,7 +285,7 @@ impl Iterator for LogFile {
     }
 }
 
-/// Reasons for which reading cannot go on.
+/// Reasons why reading cannot continue.
 enum Failure {
     Io(io::Error),
     Damage(String),
@@ -302,8 +303,8 @@ impl From<McapError> for Failure {
     }
 }
 
-/// Between chunks our writer puts attachments, metadata and indices of messages only. Anything else there, or one of them of
-/// another length than it should have, was a chunk once, and what comes after it must not pass for what comes next.
+/// Checks a record between chunks, where our writer puts only attachments, metadata and message indices. Any other record, or one with a
+/// wrong length, is a damaged chunk, and the data after it must not count as its continuation.
 fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
     let kind = format!("a record of kind {opcode:#04x}");
     let length = match parse(opcode, data).map_err(Failure::Damage)? {
@@ -314,22 +315,22 @@ fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
             ..
         } => 8 + 8 + 4 + header.name.len() + 4 + header.media_type.len() + 8 + attached.len() + 4,
         Record::Metadata(_) => data.len(),
-        _ => return Err(Failure::Damage(format!("{kind} stands between chunks"))),
+        _ => return Err(Failure::Damage(format!("{kind} is between chunks"))),
     };
     if length == data.len() {
         return Ok(());
     }
     Err(Failure::Damage(format!(
-        "{kind} holds {} bytes where it counts {length}",
+        "{kind} holds {} bytes, but counts {length}",
         data.len()
     )))
 }
 
-/// Hands a chunk to a reader of its own as if it were a file: only that one decompresses within a limit and verifies before
-/// it yields.
+/// Passes a chunk to a separate reader as if it were a file: only such a reader limits the decompressed size and verifies before it yields
+/// records.
 fn chunk_reader(data: &[u8]) -> Result<LinearReader, Failure> {
     let Record::Chunk { header, .. } = parse(op::CHUNK, data).map_err(Failure::Damage)? else {
-        return Err(Failure::Damage("the chunk is none".into()));
+        return Err(Failure::Damage("the record is not a chunk".into()));
     };
     let (length, claimed) = (data.len(), header.uncompressed_size);
     if claimed > SHRINK_LIMIT * length as u64 {
@@ -348,7 +349,7 @@ fn chunk_reader(data: &[u8]) -> Result<LinearReader, Failure> {
     Ok(reader)
 }
 
-/// The next record of a reader that is fed from `source`, so many bytes at most at once.
+/// The next record of a reader that reads from `source`, at most `piece` bytes at once.
 fn next_record(
     reader: &mut LinearReader,
     source: &mut impl Read,

@@ -1,4 +1,4 @@
-//! Writing the log, on a thread of its own.
+//! Writing the log, on a separate thread.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,16 +21,16 @@ use super::error::LogError;
 use super::proto;
 use super::provenance::{self, Provenance};
 
-/// Batches that may wait for the writer. More would only hide for longer that the disk is too slow.
+/// Number of batches that may wait for the writer. More would only delay the detection of a slow disk.
 const WAITING: usize = 16;
 
-/// A disk that takes nothing for so long is broken.
+/// A disk that takes no data for this time is broken.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A chunk closes beyond this size, whatever the windows do.
+/// A chunk closes beyond this size, also within a window.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// Amounts that were written.
+/// Written amounts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LogStats {
     /// Size of the file.
@@ -39,15 +39,14 @@ pub struct LogStats {
     pub messages: u64,
     /// Windows that ended.
     pub windows: u64,
-    /// Wall-clock time that the caller spent on recording, waits for a slow writer included.
+    /// Wall-clock time that the caller spent on recording, including waits for a slow writer.
     pub caller_wall: Duration,
-    /// Wall-clock time that the writing thread was at work.
+    /// Wall-clock time of the writing thread at work.
     pub writer_wall: Duration,
 }
 
-/// Writes an exchange log. Frames are handed to a thread that compresses and writes them, best those of a window at once: to
-/// wake that thread for each would cost more than to write it. When it falls behind, the recorder waits. Nothing is left
-/// out.
+/// Writes an exchange log. A thread compresses and writes the frames. Pass the frames of a window at once: to wake the thread costs more
+/// than to write a frame. If the thread falls behind, the recorder waits; no frame is dropped.
 pub struct Recorder {
     path: PathBuf,
     jobs: Option<Sender<Job>>,
@@ -61,8 +60,8 @@ enum Job {
 }
 
 impl Recorder {
-    /// Starts a log at `path`, in place of what is there. What was recorded is on its way to the disk after every
-    /// `flush_every_windows` windows (at least 1): a process that is killed loses no more.
+    /// Starts a log at `path`, replacing any file there. The log is flushed after every `flush_every_windows` windows (at least 1): a killed
+    /// process loses no more than that.
     pub fn create(
         path: &Path,
         provenance: &Provenance,
@@ -88,7 +87,7 @@ impl Recorder {
         })
     }
 
-    /// Records what happened. An error may be about earlier entries.
+    /// Records entries. An error may be about earlier entries.
     pub fn record(&mut self, mut entries: Vec<Entry>) -> Result<(), LogError> {
         if entries.is_empty() {
             return Ok(());
@@ -109,14 +108,14 @@ impl Recorder {
         handed.and(refused.map_or(Ok(()), Err))
     }
 
-    /// Returns when all that was recorded is on the disk.
+    /// Returns when all recorded entries are on the disk.
     pub fn sync(&mut self) -> Result<(), LogError> {
         let (done, waiting) = bounded(1);
         self.hand_over(Job::Sync(done))?;
-        // A job that a failed thread left in the queue keeps its end of the answer alive: the thread's last word comes instead.
+        // A job left in the queue by a failed thread keeps its channel open, so the outcome of the thread is received as well.
         select! {
             recv(waiting) -> done => done.map_err(|_| self.ended()),
-            recv(self.outcome) -> said => Err(self.reason(said.ok())),
+            recv(self.outcome) -> outcome => Err(self.reason(outcome.ok())),
             default(PATIENCE) => Err(self.stalled()),
         }
     }
@@ -141,7 +140,7 @@ impl Recorder {
         }
     }
 
-    /// Tells the thread that nothing follows, and waits for what it says.
+    /// Closes the queue of the thread and waits for its outcome.
     fn close(&mut self) -> Result<LogStats, LogError> {
         self.jobs.take().ok_or_else(|| self.closed())?;
         match self.outcome.recv_timeout(PATIENCE) {
@@ -150,14 +149,16 @@ impl Recorder {
         }
     }
 
-    /// The error of a thread that ended before it was told to: closing hands it out.
+    /// The error of a thread that ended early, from closing it.
     fn ended(&mut self) -> LogError {
-        let said = self.close();
-        self.reason(Some(said))
+        let outcome = self.close();
+        self.reason(Some(outcome))
     }
 
-    fn reason(&self, said: Option<Result<LogStats, LogError>>) -> LogError {
-        said.and_then(Result::err).unwrap_or_else(|| self.closed())
+    fn reason(&self, outcome: Option<Result<LogStats, LogError>>) -> LogError {
+        outcome
+            .and_then(Result::err)
+            .unwrap_or_else(|| self.closed())
     }
 
     fn stalled(&self) -> LogError {
@@ -172,17 +173,17 @@ impl Recorder {
 }
 
 impl Drop for Recorder {
-    /// A run that ends early still has a complete file; its error is another one.
+    /// Completes the file of a run that ends early; errors are ignored, because the run has its own error.
     fn drop(&mut self) {
         let _ = self.close();
     }
 }
 
-/// The file, on the side of the thread.
+/// The file, on the thread's side.
 struct LogWriter {
     path: PathBuf,
     writer: Writer<BufWriter<Counted>>,
-    /// The same file, by which it is told to reach the disk.
+    /// The same file, for syncing it to the disk.
     disk: Counted,
     flush_every_windows: u64,
     exchange_schema: u16,
@@ -245,7 +246,7 @@ impl LogWriter {
     fn write_one(&mut self, exchange: Exchange) -> Result<(), McapError> {
         let channel_id = self.channel(&exchange)?;
         let header = exchange.frame.header;
-        // Not a number becomes 0 here; the exact time is in the message.
+        // NaN becomes 0 here; the exact time is in the message.
         self.log_time = (header.t1_s * 1e9).round() as u64;
         let message = proto::ExchangeMessage {
             kind: header.kind,
@@ -290,7 +291,7 @@ impl LogWriter {
     fn put(&mut self, channel_id: u16, window: u64, data: &[u8]) -> Result<(), McapError> {
         let header = MessageHeader {
             channel_id,
-            // The format has 32 bits here; the message has all 64.
+            // The format has only 32 bits here; the message has all 64.
             sequence: window as u32,
             log_time: self.log_time,
             publish_time: self.log_time,
@@ -298,7 +299,7 @@ impl LogWriter {
         self.writer.write_to_known_channel(&header, data)
     }
 
-    /// The channel of the messages like this one, opened by the first of them.
+    /// The channel for messages like this one, opened by the first of them.
     fn channel(&mut self, exchange: &Exchange) -> Result<u16, McapError> {
         let metadata = BTreeMap::from([
             (INTERFACE.to_string(), exchange.interface.clone()),
@@ -324,7 +325,7 @@ impl LogWriter {
     }
 }
 
-/// A file that is written at its end, wherever that is by then, and the bytes that it took.
+/// A file opened to append, and the number of bytes written.
 struct Counted {
     file: File,
     written: Arc<AtomicU64>,
@@ -339,8 +340,8 @@ impl Counted {
         })
     }
 
-    /// Bytes that were written, if all of them are there under this name: a file that somebody removed, replaced or cut short
-    /// takes everything and keeps nothing.
+    /// Number of bytes written, if all of them are in the file with this name: a file that was removed, replaced or truncated accepts data
+    /// without keeping it.
     fn in_place(&self, path: &Path) -> io::Result<u64> {
         let (ours, written) = (self.file.metadata()?, self.written.load(Ordering::Relaxed));
         let refuse = |why: String| Err(io::Error::other(why));
@@ -350,7 +351,7 @@ impl Counted {
                 refuse("it was replaced by another file during the run".into())
             }
             Ok(found) if found.len() != written => refuse(format!(
-                "it was changed during the run: it holds {} bytes, {written} were written",
+                "it was changed during the run: it holds {} bytes, but {written} were written",
                 found.len()
             )),
             Ok(_) => Ok(written),
@@ -376,8 +377,8 @@ impl Seek for Counted {
     }
 }
 
-/// Chunks are put together in memory and written at once: with mcap's way of going back to fill in their header,
-/// a writer that is killed leaves a header that says nothing.
+/// Chunks are assembled in memory and written at once. By default mcap seeks back to fill in their headers, and a killed writer leaves an
+/// empty header.
 fn options() -> WriteOptions {
     WriteOptions::new()
         .profile("thirdbody")

@@ -17,19 +17,19 @@ use super::read::LogFile;
 pub struct LogSummary {
     /// The run that the log belongs to.
     pub provenance: Provenance,
-    /// In the order of their first message.
+    /// Streams in the order of their first message.
     pub streams: Vec<Stream>,
     /// Size of the file (bytes).
     pub file_bytes: u64,
-    /// Blocks that ended: windows, and before them the handshake of a coupled run.
+    /// Number of complete blocks: windows, and before them the handshake of a coupled run.
     pub windows: u64,
-    /// The last of them.
+    /// The last complete window.
     pub last_window: Option<u64>,
     /// Lengths and repeats of the windows.
     pub stats: WindowStats,
-    /// The first number that is not finite, and its place.
+    /// The first NaN or infinite number, and its position.
     pub non_finite: Option<NonFinite>,
-    /// `hashes.exchange`, to be compared with the run's summary.
+    /// `hashes.exchange`, to compare with the run's summary.
     pub hash: String,
     /// Damage that ended a recovered log before its end.
     pub damage: Option<LogError>,
@@ -38,18 +38,18 @@ pub struct LogSummary {
 /// Lengths and repeats of the windows of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WindowStats {
-    /// Windows by the number of their last iteration.
+    /// Number of windows by their last iteration.
     pub by_iterations: BTreeMap<u32, u64>,
-    /// Windows by the explicit steps that they stand for.
+    /// Number of windows by their explicit steps.
     pub by_substeps: BTreeMap<u32, u64>,
-    /// Simulated time at the end of the last one (s).
+    /// Simulated time at the end of the last window (s).
     pub end_s: f64,
-    /// Of the block at hand: last iteration, substeps and end of what was committed or done alone.
+    /// Last iteration, substeps and end of the current window, once it is committed or done alone.
     open: Option<(u32, u32, f64)>,
 }
 
 impl WindowStats {
-    /// A window ends with a commit, or is done alone.
+    /// Records the end of a window: a commit, or an advance alone.
     fn see(&mut self, frame: &Frame) {
         if let Ok(Kind::Commit | Kind::AdvanceAlone) = frame.kind() {
             let header = &frame.header;
@@ -66,29 +66,29 @@ impl WindowStats {
     }
 }
 
-/// All messages of one kind between two.
+/// All messages of one kind from a sender to a receiver.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Stream {
     /// Name of its channel in the log.
     pub topic: String,
     /// Name of the interface.
     pub interface: String,
-    /// Their sender.
+    /// Sender.
     pub sender: String,
-    /// Their receiver.
+    /// Receiver.
     pub receiver: String,
-    /// Their number.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes of their payloads.
+    /// Bytes of all payloads.
     #[serde(rename = "payload_bytes")]
     pub bytes: u64,
-    /// Window of the first.
+    /// Window of the first message.
     pub first_window: u64,
-    /// Window of the last.
+    /// Window of the last message.
     pub last_window: u64,
 }
 
-/// A number that is not finite, and where it was.
+/// A NaN or infinite number, and its position.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NonFinite {
     /// The channel.
@@ -99,7 +99,7 @@ pub struct NonFinite {
     pub iteration: u32,
     /// Entry of the payload.
     pub entry: usize,
-    /// The number, as text where JSON has none.
+    /// The number; as text in JSON, which has no such numbers.
     #[serde(serialize_with = "as_text")]
     pub value: f64,
 }
@@ -108,7 +108,7 @@ fn as_text<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error>
     serializer.collect_str(value)
 }
 
-/// Reads a whole log; with `tolerant`, as much of it as can be read.
+/// Reads a whole log; with `tolerant`, its readable part.
 pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
     let mut log = LogFile::open(path, tolerant)?;
     let mut summary = LogSummary {
@@ -157,7 +157,7 @@ impl LogSummary {
         stream.messages += 1;
         stream.bytes += 8 * frame.payload.len() as u64;
         stream.last_window = header.window;
-        // Texts are not in the way: no eight bytes of UTF-8 make a double that is not finite.
+        // Texts cannot trigger this: no eight bytes of UTF-8 form a NaN or an infinity.
         let odd = frame.payload.iter().position(|value| !value.is_finite());
         if let Some(entry) = odd.filter(|_| self.non_finite.is_none()) {
             self.non_finite = Some(NonFinite {

@@ -1,4 +1,4 @@
-//! Recording, reading back, and what damage does.
+//! Recording, reading, and damage.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,7 +13,7 @@ use super::export::{Selection, bytes, long};
 use super::read::is_as_written;
 use super::*;
 
-/// A file of one test, gone with it.
+/// A file of one test, removed with it.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -151,7 +151,7 @@ fn read_all(path: &Path) -> Result<Vec<Entry>, LogError> {
 }
 
 #[test]
-fn a_log_gives_back_what_was_recorded_to_the_bit() {
+fn a_log_restores_recorded_entries_to_the_bit() {
     let scratch = Scratch::new();
     let mut entries = story(40);
     let odd = vec![
@@ -179,7 +179,7 @@ fn a_log_gives_back_what_was_recorded_to_the_bit() {
 }
 
 #[test]
-fn a_large_message_comes_back() {
+fn a_large_message_is_restored() {
     let scratch = Scratch::new();
     let matrix = (0..1_000_000).map(|i| f64::from(i).sqrt()).collect();
     let entries = [Entry::Exchange(exchange(
@@ -193,7 +193,7 @@ fn a_large_message_comes_back() {
 }
 
 #[test]
-fn a_payload_that_shrinks_to_nothing_comes_back() {
+fn a_payload_that_compresses_to_almost_nothing_is_restored() {
     let scratch = Scratch::new();
     let entries = [Entry::Exchange(exchange(
         "rail",
@@ -213,7 +213,7 @@ fn a_message_beyond_the_cap_is_refused() {
     long.frame.payload = vec![0.0; MAX_DOUBLES + 1];
     let refused = recorder.record(vec![Entry::Exchange(long)]);
     assert!(matches!(refused, Err(LogError::TooLong { .. })));
-    recorder.finish().expect("the log goes on without it");
+    recorder.finish().expect("the log continues without it");
 }
 
 #[test]
@@ -227,8 +227,8 @@ fn equal_exchanges_of_different_runs_have_equal_messages() {
     assert_eq!(bytes_of(&story(3), 1), bytes_of(&other, 1));
 }
 
-/// A killed writer leaves the beginning of a file. Whatever its length, what can be read is the beginning
-/// of the story, and a longer file never holds less.
+/// A killed writer leaves the beginning of a file. For any length, the readable part is the beginning of the story, and a longer file never
+/// has fewer entries.
 #[test]
 fn a_truncated_log_holds_the_beginning_of_the_story() {
     let entries = story(12);
@@ -247,7 +247,7 @@ fn a_truncated_log_holds_the_beginning_of_the_story() {
         let found: Vec<Entry> = log
             .by_ref()
             .collect::<Result<_, _>>()
-            .expect("what cannot be read is left out");
+            .expect("unreadable entries are left out");
         let damage = log.damage.as_ref().expect("it has no end");
         assert!(damage.is_torn(), "{length} bytes: {damage}");
         assert!(found.len() >= most, "{length} bytes");
@@ -275,10 +275,10 @@ fn one_flipped_bit_anywhere_is_an_error() {
             if let Ok(mut log) = recover(&scratch.0) {
                 let mut found: Vec<Entry> = log.by_ref().filter_map(Result::ok).collect();
                 let damage = log.damage.as_ref().expect("a bit was flipped");
-                // The end may have become the kind of a record that was cut off.
+                // The flipped bit at the end may look like the kind of a torn record.
                 let torn = damage.is_torn() && index != bytes.len() - 8;
                 assert!(!torn, "byte {index} of {}, bit {bit}", bytes.len());
-                // The number of the run is in no chunk: only the checksum at the end of the file covers it.
+                // The run id is in no chunk: only the checksum at the end of the file covers it.
                 for entry in &mut found {
                     if let Entry::Exchange(exchange) = entry {
                         exchange.frame.header.run_id = RUN;
@@ -291,7 +291,7 @@ fn one_flipped_bit_anywhere_is_an_error() {
 }
 
 #[test]
-fn a_whole_log_is_known_by_the_checksum_of_its_data() {
+fn the_checksum_of_its_data_identifies_a_whole_log() {
     let scratch = Scratch::holding(&bytes_of(&story(4), 2));
     assert!(is_as_written(&scratch.0).expect("it is read"));
     assert!(damage(&scratch.0).expect("it is read").is_none());
@@ -309,7 +309,7 @@ fn bytes_after_the_end_are_an_error() {
 fn damage_is_named_with_its_chunk_and_byte() {
     let entries = story(6);
     let bytes = bytes_of(&entries, 2);
-    // Three chunks hold two windows each, after the one that declares the messages.
+    // Three chunks hold two windows each, after the chunk that declares the messages.
     let needle = b"lz4";
     let chunks: Vec<usize> = (0..bytes.len() - 3)
         .filter(|start| &bytes[*start..start + 3] == needle)
@@ -337,7 +337,7 @@ fn a_killed_writer_loses_no_more_than_the_windows_since_the_last_flush() {
             .record(vec![entry.clone()])
             .expect("it is recorded");
     }
-    // Killed here, as soon as the writer has caught up with the six windows it has to have flushed.
+    // Killed here, as soon as the writer has flushed six windows.
     let found = loop {
         let copy = Scratch::holding(&fs::read(&scratch.0).expect("it exists"));
         let summary = summarize(&copy.0, true).expect("its beginning is fine");
@@ -364,7 +364,7 @@ fn a_full_disk_is_an_error_and_not_a_panic() {
 }
 
 #[test]
-fn a_log_that_is_not_under_its_name_when_it_is_closed_is_an_error() {
+fn closing_a_log_that_was_removed_replaced_or_changed_is_an_error() {
     type Harm = fn(&Path) -> std::io::Result<()>;
     let harms: [(&str, Harm); 4] = [
         ("removed", |log| fs::remove_file(log)),
@@ -393,12 +393,12 @@ fn a_log_that_is_not_under_its_name_when_it_is_closed_is_an_error() {
 }
 
 #[test]
-fn whoever_waits_for_the_disk_hears_at_once_that_the_writer_has_failed() {
+fn a_wait_for_the_disk_ends_at_once_if_the_writer_has_failed() {
     for trial in 0..100 {
         let scratch = Scratch::new();
         let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
         fs::remove_file(&scratch.0).expect("the folder is writable");
-        // The writer fails at the first end of a window; the wait is behind it in the queue, or comes too late.
+        // The writer fails at the end of the first window; the wait is behind it in the queue, or comes too late.
         let start = Instant::now();
         let error = story(3)
             .iter()
@@ -412,7 +412,7 @@ fn whoever_waits_for_the_disk_hears_at_once_that_the_writer_has_failed() {
 }
 
 #[test]
-fn an_export_takes_every_second_window_and_foretells_its_size() {
+fn an_export_takes_every_second_window_and_predicts_its_size() {
     let scratch = Scratch::new();
     recorded(&scratch.0, &story(5), 2);
     let out = scratch.0.with_extension("csv");
@@ -433,7 +433,7 @@ fn an_export_takes_every_second_window_and_foretells_its_size() {
         (3, BTreeSet::from(["0", "2", "4"]))
     );
     let _ = fs::remove_file(&out);
-    // Five numbers a message.
+    // Five numbers per message.
     let size = |n, is_long| bytes(&scratch.0, &every(n), is_long).expect("it is whole");
     assert_eq!((size(1, true), size(2, true)), (25 * 82, 15 * 82));
     assert!(size(1, false) < size(1, true));
@@ -443,7 +443,7 @@ fn an_export_takes_every_second_window_and_foretells_its_size() {
 fn a_summary_counts_streams_and_repeats_the_hash() {
     let scratch = Scratch::new();
     let mut entries = story(5);
-    // Names window 0 again, as the handshake of a shorter window does.
+    // It names window 0 again, like the handshake of a shorter window.
     entries.push(Entry::Exchange(exchange(
         "coupler",
         Kind::Columns,
@@ -470,7 +470,7 @@ fn a_summary_counts_streams_and_repeats_the_hash() {
 }
 
 #[test]
-fn the_first_number_that_is_not_finite_is_found() {
+fn the_first_nan_or_infinite_number_is_found() {
     let scratch = Scratch::new();
     let mut entries = story(3);
     for window in 3..5 {
@@ -495,7 +495,7 @@ fn the_first_number_that_is_not_finite_is_found() {
 }
 
 #[test]
-fn what_is_not_a_log_is_refused_by_name() {
+fn a_file_that_is_not_a_log_is_refused_by_name() {
     let missing = read(Path::new("/nowhere/exchange.mcap")).err();
     assert!(matches!(missing, Some(LogError::Read { .. })));
     let folder = read(&std::env::temp_dir()).err();

@@ -1,9 +1,9 @@
-//! `timing.mcap`: the wall-clock times of the requests of a run, kept apart from the exchange, which equal runs have equal.
+//! `timing.mcap`: the wall-clock times of the requests of a run, separate from the exchange, which is the same for equal runs.
 //!
-//! Each participant has two channels of JSON messages. `NAME/requests` has the requests that it answered, in its order, as lists: `kind`
-//! (number of [`protocol::Kind`]), `window`, `iteration`, and the times at which the coordinator sent it, began to wait for its
-//! answer and had it. `NAME/work`, one message at the end, has what the participant itself says: when it was at work, and its
-//! totals. Times are ns of the monotonic clock of the coordinator's host.
+//! Each participant has two channels of JSON messages. `NAME/requests` contains the answered requests in order, as lists: `kind` (number of
+//! [`protocol::Kind`]), `window`, `iteration`, and the times at which the coordinator sent a request, began to wait for its answer and had
+//! the answer. `NAME/work`, one message at the end, is the participant's own report: its times at work, and its totals. Times are ns of the
+//! monotonic clock of the coordinator's host.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -25,28 +25,28 @@ use super::error::LogError;
 /// Name of the file in a run directory.
 pub const TIMING: &str = "timing.mcap";
 
-/// Requests of one message: some 40 kB of text.
+/// Number of requests per message: about 40 kB of text.
 const BATCH: usize = 512;
 
-/// One request that was answered.
+/// One answered request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTimes {
     /// Number of its [`protocol::Kind`].
     pub kind: u32,
-    /// Window that it is about.
+    /// Its window.
     pub window: u64,
     /// Repeat of the window.
     pub iteration: u32,
-    /// The coordinator sent it (ns).
+    /// Time at which the coordinator sent it (ns).
     pub asked_ns: u64,
-    /// The coordinator began to do nothing but wait for the answer (ns).
+    /// Time at which the coordinator began to wait for the answer (ns).
     pub awaited_ns: u64,
-    /// The coordinator had the answer (ns).
+    /// Time at which the coordinator had the answer (ns).
     pub answered_ns: u64,
 }
 
 impl RequestTimes {
-    /// A request with this header, answered just now.
+    /// A request with this header, answered now.
     pub fn answered_now(header: &Header, asked_ns: u64, awaited_ns: u64) -> RequestTimes {
         RequestTimes {
             kind: header.kind,
@@ -59,7 +59,7 @@ impl RequestTimes {
     }
 }
 
-/// Requests as lists, one entry a request.
+/// Requests as lists, one entry per request.
 #[derive(Default, Serialize, Deserialize)]
 struct Batch {
     kind: Vec<u32>,
@@ -84,7 +84,7 @@ impl Batch {
         batch
     }
 
-    /// The requests; `None` if the lists do not have one length.
+    /// The requests; `None` if the lists differ in length.
     fn requests(&self) -> Option<Vec<RequestTimes>> {
         let request = |at: usize| {
             Some(RequestTimes {
@@ -100,21 +100,21 @@ impl Batch {
     }
 }
 
-/// The words of a participant about its own time.
+/// The report of a participant about its own time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OwnTimes {
-    /// Wall-clock time at work (s), set-up excluded.
+    /// Wall-clock time at work without set-up (s).
     pub solve_wall_s: f64,
     /// Wall-clock time of the set-up (s).
     pub setup_wall_s: f64,
     /// Wall-clock time of the rest (s).
     pub wait_s: f64,
-    /// Stretches at work.
+    /// Time spans at work.
     pub busy: BusyTimes,
 }
 
 impl OwnTimes {
-    /// Those of a farewell.
+    /// The times in a farewell.
     pub fn of(farewell: &Farewell) -> OwnTimes {
         OwnTimes {
             solve_wall_s: farewell.solve_wall_s,
@@ -130,33 +130,33 @@ impl OwnTimes {
 pub struct ParticipantTimes {
     /// Its name in the scenario.
     pub name: String,
-    /// The requests that it answered, in its order.
+    /// The answered requests, in order.
     pub requests: Vec<RequestTimes>,
-    /// Its own words; none if the run ended before they came.
+    /// Its own report; `None` if the run ended before.
     pub own: Option<OwnTimes>,
 }
 
-/// Writes timing.mcap. Requests wait in memory until they are a batch.
+/// Writes timing.mcap. Requests wait in memory until they form a batch.
 pub struct TimingLog {
     writer: Writer<BufWriter<File>>,
     participants: Vec<Waiting>,
 }
 
-/// Channels of a participant, and its requests that are not written yet.
+/// Channels of a participant, and its unwritten requests.
 struct Waiting {
     channels: [u16; 2],
     requests: Vec<RequestTimes>,
 }
 
 impl TimingLog {
-    /// Starts the file for participants of these names, in place of what is there.
+    /// Starts the file for participants with these names, replacing any file at `path`.
     pub fn create(path: &Path, names: &[&str]) -> Result<TimingLog, LogError> {
         let file = File::create(path).map_err(LogError::write(path))?;
         TimingLog::start(file, names).map_err(LogError::write(path))
     }
 
     fn start(file: File, names: &[&str]) -> Result<TimingLog, McapError> {
-        // As with the exchange, a killed writer leaves whole chunks.
+        // As in the exchange log, a killed writer leaves whole chunks.
         let options = WriteOptions::new()
             .profile("thirdbody")
             .compression(Some(Compression::Lz4))
@@ -180,7 +180,7 @@ impl TimingLog {
         })
     }
 
-    /// Adds requests that a participant answered, and forgets them there.
+    /// Moves the answered requests of a participant into the log.
     pub fn add(
         &mut self,
         participant: usize,
@@ -194,7 +194,7 @@ impl TimingLog {
         self.write_down(participant)
     }
 
-    /// Adds what a participant says of itself at the end.
+    /// Adds a participant's own report, at the end.
     pub fn tell(&mut self, participant: usize, own: &OwnTimes) -> Result<(), McapError> {
         self.write_down(participant)?;
         self.put(self.participants[participant].channels[1], own)
@@ -233,16 +233,16 @@ impl TimingLog {
 const REQUESTS: &str = "requests";
 const WORK: &str = "work";
 
-/// What timing.mcap holds.
+/// The contents of timing.mcap.
 #[derive(Debug, Default)]
 pub struct Timing {
     /// Participants, in the order of the scenario.
     pub participants: Vec<ParticipantTimes>,
-    /// Reason for which the file ends early: its writer was killed, or it is damaged.
+    /// Reason why the file ends early: its writer was killed, or it is damaged.
     pub cut_off: Option<String>,
 }
 
-/// Reads timing.mcap, as far as it is whole.
+/// Reads the whole part of timing.mcap.
 pub fn read(path: &Path) -> Result<Timing, LogError> {
     let bytes = fs::read(path).map_err(LogError::read(path))?;
     let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into());
@@ -274,7 +274,7 @@ impl Timing {
         match what {
             REQUESTS => {
                 let batch: Batch = parsed(topic, data)?;
-                let uneven = || broken(topic, "its lists are of several lengths");
+                let uneven = || broken(topic, "its lists differ in length");
                 let requests = batch.requests().ok_or_else(uneven)?;
                 participant.requests.extend(requests);
             }
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_comes_back_in_order() {
+    fn all_times_are_restored_in_order() {
         let scratch = Scratch::new("timing", 1);
         let own = OwnTimes {
             solve_wall_s: 0.25,
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn the_beginning_of_a_file_that_was_cut_off_is_read() {
+    fn the_beginning_of_a_truncated_file_is_read() {
         let scratch = Scratch::new("timing", 2);
         let bytes = written(scratch.path(), 30_000, &OwnTimes::default());
         let path = scratch.path().join("torn.mcap");

@@ -1,4 +1,4 @@
-//! The end that a killed writer leaves, told from damage.
+//! Distinguishes the torn end after a killed writer from damage.
 
 use std::fs::File;
 use std::io;
@@ -9,15 +9,14 @@ use mcap::records::op;
 
 use super::lengths::{Layout, layout};
 
-/// The kind and the length before the data of each record (bytes).
+/// Size of kind and length before the data of each record (bytes).
 pub(super) const FRAMING: usize = 9;
 
-/// The longest beginning of a record that is looked at (bytes).
+/// Longest beginning of a record that is checked (bytes).
 const BEGINNING: u64 = 1 << 12;
 
-/// True if a file is the beginning of a log: it ends inside of the record at `offset`, or right before it. A file with the end
-/// of a log was closed, and a record whose parts do not add up to its length has another length than was written: what
-/// comes after it was lost to damage.
+/// True if a file is the beginning of a log: it ends inside the record at `offset`, or right before it. A file with the end of a log was
+/// closed. If the parts of a record do not add up to its length, the length is damaged.
 pub(super) fn is_torn(file: &File, offset: u64) -> io::Result<bool> {
     let size = file.metadata()?.len();
     let part = |start: u64, length: u64| {
@@ -42,11 +41,11 @@ pub(super) fn is_torn(file: &File, offset: u64) -> io::Result<bool> {
     Ok(length > left && may_have_length(opcode, data, length))
 }
 
-/// True unless the beginning of a record tells another length of it.
+/// True unless the beginning of a record implies another length.
 fn may_have_length(opcode: u8, data: &[u8], length: u64) -> bool {
     match opcode {
         op::DATA_END => length == 4,
-        // The description of the data at the end of the file, which is not read here.
+        // These describe the data at the end of the file, which is not read here.
         op::FOOTER | op::SCHEMA | op::CHANNEL | op::STATISTICS | op::SUMMARY_OFFSET => true,
         op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => true,
         _ => {
@@ -56,7 +55,7 @@ fn may_have_length(opcode: u8, data: &[u8], length: u64) -> bool {
 }
 
 impl Layout {
-    /// Length of all parts, if so much of the record is there that it can be told.
+    /// Length of all parts, if the available part of the record determines it.
     fn length(&self, data: &[u8]) -> Option<u64> {
         let mut end = self.front;
         for width in self.counted {

@@ -1,13 +1,13 @@
-//! The wall-clock times of a run as a trace: who worked and who waited when, in the JSON of Chrome's trace events
-//! (Google, *Trace Event Format*), which <https://ui.perfetto.dev> opens.
+//! The wall-clock times of a run as a trace of work and waiting, in the JSON of Chrome's trace events (Google, *Trace Event Format*), which
+//! <https://ui.perfetto.dev> opens.
 //!
-//! Processes are the coordinator (0) and the participants, each with a thread `work` (1) and a thread `wait` (2). Events are complete
-//! ones (`X`), times are microseconds since the first of them. Those of one thread follow each other without overlap, and the
-//! two threads of a participant together have no gap.
+//! Processes are the coordinator (0) and the participants, each with a thread `work` (1) and a thread `wait` (2). Events are complete events
+//! (`X`), times are microseconds since the first event. Events of one thread do not overlap, and the two threads of a participant together
+//! have no gap.
 //!
-//! A participant's work is drawn as it says itself, request by request. One that does not, or that kept a sample only because
-//! its run was long (see [`protocol::busy`]), is drawn as the coordinator sees it, from request to answer: its events have
-//! `"seen_by": "coordinator"`, and last longer than the work by what frames and wake-ups took.
+//! A participant's work is drawn from its own report, request by request. Without a report, or with only a sample because the run was long
+//! (see [`protocol::busy`]), work is drawn from request to answer, as the coordinator sees it: its events have
+//! `"seen_by": "coordinator"`, and include the time of frames and wake-ups.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -20,21 +20,21 @@ use super::entry::kind_name;
 use super::timing::{OwnTimes, ParticipantTimes, RequestTimes, Timing};
 use crate::error::ExportError;
 
-/// Windows that are drawn, first and last.
+/// First and last window to draw.
 pub type Windows = [u64; 2];
 
-/// A trace that was written.
+/// A written trace.
 #[derive(Debug, Default)]
 pub struct Traced {
-    /// Events in it.
+    /// Number of events.
     pub events: u64,
     /// Size of the file.
     pub bytes: u64,
-    /// What is not drawn as its participants say it, and why.
+    /// Notes on participants whose own report is not drawn, with reasons.
     pub notes: Vec<String>,
 }
 
-/// Writes the trace of all windows, or of some with what else happened between the first and the last of them.
+/// Writes the trace of all windows, or of all events from the first to the last of some windows.
 pub fn write(timing: &Timing, windows: Option<Windows>, out: &Path) -> Result<Traced, ExportError> {
     let range = range(timing, windows)?;
     let (mut processes, notes): (Vec<_>, Vec<_>) = timing.participants.iter().map(process).unzip();
@@ -94,7 +94,7 @@ fn is_about_window(request: &RequestTimes) -> bool {
     Kind::from_number(request.kind).is_some_and(Kind::is_about_window)
 }
 
-/// The coordinator: its waits as it noted them, its own work between them.
+/// The coordinator: its recorded waits, and its own work between them.
 fn coordinator(timing: &Timing) -> Process {
     let requests = timing.participants.iter();
     let requests = requests.flat_map(|one| one.requests.iter().map(move |request| (one, request)));
@@ -118,10 +118,10 @@ fn coordinator(timing: &Timing) -> Process {
     }
 }
 
-/// A participant: its work, and its waits between. The note tells why its work is not drawn as it says it.
+/// A participant: its work, and the waits in between. The note says why its own report is not drawn.
 fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
     let name = participant.name.clone();
-    let (mut work, begin_ns, note) = match told(participant) {
+    let (mut work, begin_ns, note) = match reported(participant) {
         Ok((work, begin_ns)) => (work, begin_ns, None),
         Err(why) => {
             let work = seen(participant);
@@ -145,10 +145,10 @@ fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
     (Process { name, work, wait }, note)
 }
 
-/// The work of a participant by its own words, and its begin; or why these cannot be drawn.
-fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
+/// The work of a participant from its own report, and its beginning; or the reason why the report cannot be drawn.
+fn reported(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
     let Some(own) = &participant.own else {
-        return Err("said nothing of its time, for the run ended early".into());
+        return Err("did not report its times, because the run ended early".into());
     };
     let [hello, requests @ ..] = &participant.requests[..] else {
         return Err("has answered no request".into());
@@ -156,10 +156,10 @@ fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
     let spans = &own.busy.spans_ns;
     let (every, found, due) = (own.busy.every, spans.len(), requests.len());
     if every != 1 {
-        return Err(format!("kept one of {every} slots of its time"));
+        return Err(format!("kept one of {every} slots of its times"));
     }
     if found != due {
-        return Err(format!("tells of {found} requests, {due} were answered"));
+        return Err(format!("reports {found} requests, but answered {due}"));
     }
     let fits = |(request, [from, to]): (&RequestTimes, &[u64; 2])| {
         request.asked_ns <= *from && from <= to && *to <= request.answered_ns
@@ -168,13 +168,14 @@ fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
         return Err("has another clock".into());
     }
     let (setup, begin_ns) = setup(hello, own);
-    let told = requests.iter().zip(spans);
-    let work = told.map(|(request, span)| Span::new(kind_name(request.kind), *span, args(request)));
+    let pairs = requests.iter().zip(spans);
+    let work =
+        pairs.map(|(request, span)| Span::new(kind_name(request.kind), *span, args(request)));
     Ok(([setup].into_iter().chain(work).collect(), begin_ns))
 }
 
-/// The set-up of a participant, and its begin: so long before its end as its work, set-up and waits took. The greeting can have
-/// come at any time after it was sent; the earliest is drawn.
+/// The set-up of a participant, and its beginning: its end minus the time of its work, set-up and waits. The greeting can have arrived at any
+/// time after it was sent; the earliest time is drawn.
 fn setup(hello: &RequestTimes, own: &OwnTimes) -> (Span, u64) {
     let ns = |seconds: f64| (1e9 * seconds.max(0.0)).round() as u64;
     let spans = &own.busy.spans_ns;
@@ -205,7 +206,7 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
     spans.collect()
 }
 
-/// The time that is drawn: all of it, or that of the windows.
+/// The time to draw: all, or the time of the windows.
 fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportError> {
     let Some([first, last]) = windows else {
         return Ok([0, u64::MAX]);
@@ -222,7 +223,7 @@ fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportEr
         return Ok([from_ns, to_ns]);
     }
     let has = about.map(|request| request.window).max();
-    let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
+    let has = has.map_or("no windows".into(), |end| format!("windows up to {end}"));
     Err(ExportError::NoWindow { first, last, has })
 }
 
@@ -259,7 +260,7 @@ fn put(processes: Vec<Process>, range: [u64; 2], notes: &[String], out: &Path) -
     Ok(events)
 }
 
-/// The parts of spans that lie in a range of time.
+/// The parts of spans within a range of time.
 fn clipped(spans: Vec<Span>, [from_ns, to_ns]: [u64; 2]) -> Vec<Span> {
     let inside = |span: &Span| span.from_ns < to_ns && span.to_ns > from_ns;
     let cut = |span: Span| Span {
@@ -274,7 +275,7 @@ fn named(what: &str, pid: usize, tid: usize, name: &str) -> Value {
     json!({ "ph": "M", "name": what, "pid": pid, "tid": tid, "args": { "name": name } })
 }
 
-/// Times are written to the ns, which a double of microseconds could not keep for long.
+/// An event as JSON, with times to the ns: a double of microseconds could not resolve them for long.
 fn event(span: &Span, [pid, tid]: [usize; 2], category: &str, zero_ns: u64) -> String {
     let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
     let (ts, dur) = (us(span.from_ns - zero_ns), us(span.to_ns - span.from_ns));

@@ -1,42 +1,41 @@
-//! Length of a log, predicted from the messages that are expected in it.
+//! Size of a log, predicted from the expected messages.
 
-/// Shares that lz4 leaves of the payload and of everything around it. They are fitted to the log of the scene `quick`, the
-/// second one being a guess; short runs pack up to a quarter better. Mantissas hardly pack, but each window begins with
-/// the force that ended the one before, and grains that hang on the boundary repeat zeros.
+/// Compression ratios of lz4 for the payload and for the data around it, fitted to the log of the scene `quick`; the second is a guess. Logs
+/// of short runs are up to a quarter smaller. Mantissas hardly compress, but each window begins with the last force of the window before,
+/// and grains that stick to the boundary repeat zeros.
 const PAYLOAD_PACKED: f64 = 0.79;
 const HEADER_PACKED: f64 = 0.3;
 
-/// Of a message outside its chunk, which is not packed: a time and a place in the index (bytes).
+/// Part of a message outside its chunk, which is not compressed: a time and a position in the index (bytes).
 const INDEX_BYTES: u64 = 16;
 
-/// Of a message inside its chunk, before its protobuf: operation, length, channel, sequence and two times (bytes).
+/// Part of a message inside its chunk before its protobuf: operation, length, channel, sequence and two times (bytes).
 const RECORD_BYTES: u64 = 31;
 
-/// Protobuf of a message in the middle of a run, where numbers have the length that most have, around the payload and the
-/// letters of both names (bytes).
+/// Protobuf of a message in the middle of a run, where numbers have typical lengths, without payload and names (bytes).
 const MESSAGE_BYTES: u64 = 52;
 
-/// Head and index of a chunk with some twenty streams (bytes).
+/// Header and index of a chunk with about twenty streams (bytes).
 const CHUNK_BYTES: u64 = 900;
 
 /// Schemas, channels and statistics (bytes).
 const FRAME_BYTES: u64 = 6_000;
 
-/// Messages that are expected in a log.
+/// Expected messages of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Volume {
-    /// Their number.
+    /// Number of messages.
     pub messages: u64,
-    /// Windows that will stand.
+    /// Number of windows that will end.
     pub windows: u64,
     /// Doubles in all payloads.
     pub doubles: u64,
-    /// Everything around the payloads, before it is packed (bytes).
+    /// Data around the payloads, before compression (bytes).
     header_bytes: u64,
 }
 
 impl Volume {
-    /// `times` messages of so many doubles, passed between two of these names under the third.
+    /// Adds `times` messages of `doubles` doubles; the names are interface, sender and receiver.
     pub fn add(&mut self, times: u64, doubles: usize, names: [&str; 3]) {
         let [interface, sender, receiver] = names;
         let topic = interface.len() as u64;
@@ -46,21 +45,20 @@ impl Volume {
         self.header_bytes += times * around + topic;
     }
 
-    /// Windows that stand, each with a mark of its own.
+    /// Adds windows, each of which ends with a mark.
     pub fn add_windows(&mut self, windows: u64) {
         self.windows += windows;
         self.header_bytes += windows * (RECORD_BYTES + 3);
     }
 
-    /// Size of the file (bytes) if `provenance_bytes` of text travel along and a chunk ends with every
-    /// `flush_every_windows` windows.
+    /// Size of the file (bytes) with `provenance_bytes` of text, if a chunk ends with every `flush_every_windows` windows.
     pub fn bytes(&self, provenance_bytes: usize, flush_every_windows: u64) -> u64 {
         let packed =
             PAYLOAD_PACKED * (8 * self.doubles) as f64 + HEADER_PACKED * self.header_bytes as f64;
         let chunks = self.windows.div_ceil(flush_every_windows.max(1));
         let plain = INDEX_BYTES * (self.messages + self.windows)
             + CHUNK_BYTES * chunks
-            // As metadata and as attachments.
+            // Twice: as metadata and as attachments.
             + 2 * provenance_bytes as u64
             + FRAME_BYTES;
         packed.round() as u64 + plain

@@ -1,7 +1,7 @@
-//! Measurements of what the machine gives.
+//! Benchmarks of the exchange and of the coupling schemes.
 //!
-//! - [`exchange`], [`participant`]: time of a request and its answer, over shared memory and of any participant;
-//! - [`stability`]: where the schemes grow.
+//! - [`exchange`], [`participant`]: time of a request and its answer, over shared memory and for any participant;
+//! - [`stability`]: the set-ups in which schemes are unstable.
 
 pub mod exchange;
 pub mod participant;
@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use scenario::error::Error;
 
-/// Median and 99th percentile (us) of the times of turns, after some that are not counted.
+/// Median and 99th percentile (us) of the times of turns, after a warm-up.
 fn time_turns(
     warm_up: usize,
     timed: usize,

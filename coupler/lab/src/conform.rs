@@ -1,12 +1,12 @@
-//! The rules of the wire, tried on one participant, one by one (`thirdbody conform`).
+//! Tests one participant against the rules of the protocol, one by one (`thirdbody conform`).
 //!
-//! The participant is launched as in a run of its scenario, with its configuration, sets and windows, but all requests come from
-//! here: windows under small loads that are the same in each launch. One *plain* launch is asked for each window once; the others are
-//! asked twice, early, under another load first, for fields or for a checkpoint in between, and must answer with the bits of
-//! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
+//! The participant is launched as in a run of its scenario, with its configuration, sets and windows, but all requests come from here:
+//! windows under small loads that are the same in each launch. One *plain* launch gets a request for each window once. Other launches get
+//! a window twice, early, under another load first, or with fields or a checkpoint in between, and must answer with the bits of the plain
+//! launch. Answers without such a twin are compared with WIRE.md: work, columns, velocities of a boundary.
 //!
 //! - [`rule`]: the rules by name, and the outcome of each;
-//! - [`tested`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain launch;
+//! - [`tested`]: the participant with its part; [`launch`]: one launch; [`load`]: the loads; [`plain`]: the plain launch;
 //! - [`joined`], [`all_parts`], [`continuum`], [`layer`], [`ending`]: the trials.
 
 pub mod all_parts;
@@ -33,7 +33,7 @@ use scenario::keys::Participant;
 use scenario::load::Loaded;
 use tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
-/// A rule, the parts that it concerns, and how it is tried.
+/// A rule, the parts that it concerns, and its test.
 type Test = (Rule, &'static [Part], fn(&RuleTrial) -> RuleFinding);
 
 const ALL: &[Part] = &[Part::Alone, Part::ForceDriven, Part::MotionDriven];
@@ -41,7 +41,7 @@ const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
 const FORCE: &[Part] = &[Part::ForceDriven];
 const MOTION: &[Part] = &[Part::MotionDriven];
 
-/// In this order: launches that end before their time come last.
+/// The tests in order; launches that end early come last.
 const TESTS: [Test; 23] = [
     (Rule::SameBits, ALL, all_parts::same_bits),
     (Rule::Repeats, JOINED, all_parts::repeats),
@@ -68,7 +68,7 @@ const TESTS: [Test; 23] = [
     (Rule::Shutdown, ALL, ending::shutdown),
 ];
 
-/// Tries a participant of a scenario, or another program instead of it. `seen` is given each row as it comes about.
+/// Tests a participant of a scenario, or another program in its place. `seen` gets each row as soon as it is known.
 pub fn conform(
     loaded: &Loaded,
     name: &str,
@@ -120,7 +120,7 @@ pub fn conform(
     Ok(table.rows)
 }
 
-/// The points of a participant, and that those of a continuum with a step of its own have masses.
+/// Counts the points of a participant, and checks that a continuum with its own step gives them masses.
 fn weights(tested: &TestedParticipant, surface: &Surface) -> RuleFinding {
     let points = surface.len();
     let weightless = surface.mass_kg.iter().filter(|mass| **mass == 0.0).count();
@@ -133,7 +133,7 @@ fn weights(tested: &TestedParticipant, surface: &Surface) -> RuleFinding {
     Ok(format!("{points} points"))
 }
 
-/// Refuses names that no rule has.
+/// Refuses names of unknown rules.
 fn refuse_unknown_rules(only: &[String]) -> Result<(), Error> {
     let rules = TESTS.iter().map(|(rule, ..)| *rule).chain([Rule::Joins]);
     let mut known: Vec<String> = rules.map(|rule| rule.to_string()).collect();
@@ -146,7 +146,7 @@ fn refuse_unknown_rules(only: &[String]) -> Result<(), Error> {
     Err(Refusal::argument(format!("--only {word}"), problem).into())
 }
 
-/// The participant of this name, or another program instead of it.
+/// The participant with this name, or another program in its place.
 pub fn conforming(
     loaded: &Loaded,
     name: &str,
@@ -177,7 +177,7 @@ impl Table<'_> {
         self.rows.push(row);
     }
 
-    /// Enters what came of a trial.
+    /// Adds the outcome of a test.
     fn enter(&mut self, rule: Rule, finding: RuleFinding) -> Result<(), Error> {
         match finding {
             Ok(why) => self.add(rule, RuleVerdict::Holds, why),
@@ -187,7 +187,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The value of something that came to its end; an error is entered.
+    /// The value of a result; adds its error to the table.
     fn tried<T>(&mut self, rule: Rule, result: Result<T, Error>) -> Result<Option<T>, Error> {
         match result {
             Ok(value) => Ok(Some(value)),
@@ -195,7 +195,7 @@ impl Table<'_> {
         }
     }
 
-    /// Enters an error that is the participant's under the rule that it breaks; returns one that is not.
+    /// Adds an error of the participant under the rule that it breaks; returns any other error.
     fn failed(&mut self, rule: Rule, error: Error) -> Result<(), Error> {
         let breaks = match &error {
             Error::Interrupted { .. } | Error::Input { .. } | Error::Scenario(_) => {

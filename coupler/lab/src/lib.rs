@@ -1,10 +1,10 @@
-//! What tries, measures and repeats: test apparatus that users run.
+//! Test equipment that users run: replay, conformance, validation, benchmarks.
 //!
-//! - [`replay`]: solvers and coupler again, against the log;
-//! - [`conform`]: the rules of the wire, tried on one participant;
-//! - [`validate`]: scenes against what must come out of them;
-//! - [`mod@bench`]: what the machine gives;
-//! - [`random`]: numbers for trials; [`cores`]: trials side by side; [`quiet`]: runs of trials.
+//! - [`replay`]: runs solvers and coupler again against the log;
+//! - [`conform`]: tests one participant against the rules of the protocol;
+//! - [`validate`]: compares scenes with their expected results;
+//! - [`mod@bench`]: benchmarks of the exchange and of the coupling schemes;
+//! - [`random`]: random numbers; [`cores`]: trials in parallel; [`quiet`]: runs without output.
 
 pub mod bench;
 pub mod conform;

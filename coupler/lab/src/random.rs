@@ -1,4 +1,4 @@
-//! Random numbers of trials: the same seed gives the same instants, faults, schedules and loads on every machine.
+//! Random numbers for trials: the same seed gives the same instants, faults, schedules and loads on every machine.
 
 /// A generator, SplitMix64 (Steele, Lea and Flood 2014, figure 5).
 #[derive(Clone, Debug, Default)]
@@ -7,7 +7,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The numbers of this seed.
+    /// A generator with this seed.
     pub fn new(seed: u64) -> Random {
         Random { state: seed }
     }
@@ -21,7 +21,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number of 0 to `count` - 1.
+    /// A number from 0 to `count` - 1.
     pub fn below(&mut self, count: u64) -> u64 {
         self.draw() % count.max(1)
     }
@@ -31,7 +31,7 @@ impl Random {
         (self.draw() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// A number between two positive ones, its logarithm spread evenly.
+    /// A number between two positive numbers, with a uniform distribution of its logarithm.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.share())
     }

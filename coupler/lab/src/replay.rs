@@ -1,9 +1,9 @@
-//! Replaying a logged run: each solver alone against what the other side said, and the coupler against both.
+//! Replay of a logged run: each solver alone against the logged other side, and the coupler against all participants.
 //!
-//! Requests are asked again and every answer is compared bit for bit with the logged one, repeats and halved windows
-//! included; the coupler is run against tapes of both participants, and every request of its is compared.
+//! A solver gets all requests again, including repeats and halved windows, and every answer is compared bit for bit with the logged one.
+//! The coupler runs against tapes of the participants, and every request is compared.
 //!
-//! - [`replayed`]: what came of a replay;
+//! - [`replayed`]: the outcome of a replay;
 //! - [`tape`]: the logged conversation with one participant, also as a link;
 //! - [`deviation`]: the size of a mismatch; [`mod@drift`]: its growth;
 //! - [`solver`], [`coupler`]: the two kinds of replay.
@@ -28,41 +28,41 @@ pub mod tape;
 pub struct Recording {
     /// The scenario, resolved.
     pub loaded: Loaded,
-    /// All interface messages in the order in which they passed.
+    /// All interface messages in the order in which they were sent.
     pub messages: Vec<Exchange>,
-    /// Messages before the end of each block: the handshake of a coupled run, then each window.
+    /// Number of messages before the end of each block: the handshake of a coupled run, then each window.
     pub ends: Vec<usize>,
     /// Reason why the log ends early, if it does.
     pub damage: Option<String>,
-    /// True if it ends early and is sound up to there, as a killed writer leaves it.
+    /// True if it ends early but is valid up to that point, as after a killed writer.
     pub torn: bool,
 }
 
 impl Recording {
-    /// Messages that had passed when a checkpoint was written; none for a replay from the start.
+    /// Number of messages before a checkpoint; 0 for a replay from the start.
     pub fn messages_before(&self, origin: Option<&RestartPoint>) -> usize {
         self.before(origin.map_or(0, |origin| origin.checkpoint.log_blocks))
     }
 
-    /// Messages of the handshake of a coupled run.
+    /// Number of messages of the handshake of a coupled run.
     pub fn handshake(&self) -> usize {
         self.before(1)
     }
 
-    /// Turns of a participant after the last window that ended: whoever repeats them may stop among them as well.
+    /// Number of turns of a participant after the last complete window: a replay may stop among them as well.
     fn open_turns(&self, participant: &str) -> usize {
         let ended = self.before(self.ends.len() as u64);
         turns(&self.messages[ended..], participant).len()
     }
 
-    /// Messages of the first so many blocks.
+    /// Number of messages of the first `blocks` blocks.
     fn before(&self, blocks: u64) -> usize {
         let end = |blocks: usize| self.ends.get(blocks.checked_sub(1)?);
         end(blocks as usize).copied().unwrap_or(0)
     }
 }
 
-/// Reads a log; of a truncated one, the valid beginning. `overrides` change the scenario that made it.
+/// Reads a log, of a truncated log the valid part. `overrides` change its scenario.
 pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> {
     let mut log = recover(path)?;
     let name = format!("{} (scenario)", path.display());

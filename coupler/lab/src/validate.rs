@@ -1,4 +1,4 @@
-//! Verification by scenes: a folder with a scenario and `expected.toml`, which says what must come out and who says so.
+//! Verification by scenes: a folder with a scenario and `expected.toml`, which contains the expected results and their sources.
 //!
 //! ```toml
 //! [[case]]
@@ -11,10 +11,11 @@
 //! tolerance_rel = 0.03               # or tolerance_abs, or ratio = [least, largest]
 //! ```
 //!
-//! `full = true` keeps a long case for `--full`, `seeds = [1, 2, 3]` runs it with each of them. `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
+//! `full = true` reserves a long case for `--full`; `seeds = [1, 2, 3]` runs a case with each seed. `scene = "../../quick"` at the top of the
+//! file runs a scenario in another folder. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
 //!
 //! - [`case`](mod@case): the file; `signals`: numbers of signals.csv;
-//! - [`suite`]: running the cases of a folder; [`page`]: a page of what came out.
+//! - [`suite`]: running the cases of a folder; [`page`]: a page of the results.
 
 pub mod case;
 pub mod page;

@@ -13,13 +13,13 @@ use scenario::error::Error;
 
 /// Arrows along the longer side of a field.
 const ARROWS: f64 = 48.0;
-/// Share of the arrows that are to scale: single grains that came off have many times the mean.
+/// Share of the arrows that are to scale: single detached grains move many times as fast as the mean.
 const TO_SCALE: f64 = 0.95;
-/// Angle of the head of an arrow to its shaft (rad), and its length over that.
+/// Head of an arrow: angle to the shaft (rad), and length over the shaft's.
 const HEAD: [f64; 2] = [0.45, 0.35];
 
-/// Vectors that the files of grains hold: the name of each, its file, words, unit, and what most arrows are beside the longest. Velocities
-/// (Renouf, Saulot and Berthier 2006, figure 10), and displacements since the start of the run.
+/// Vectors in the files of grains: name, file of the picture, words, unit, and comparative of the shorter arrows. Velocities (Renouf,
+/// Saulot and Berthier 2006, figure 10), and displacements since the start of the run.
 const VECTORS: [[&str; 5]; 2] = [
     [
         "velocity_m_per_s",
@@ -37,7 +37,7 @@ const VECTORS: [[&str; 5]; 2] = [
     ],
 ];
 
-/// The vectors at the last of the moments that has grains.
+/// The vectors at the last moment that has grains.
 pub fn at_last(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     let Some((moment, arrays)) = run.fields_among(run.moments().into_iter().rev(), ".vtp")? else {
         return Ok(Vec::new());
@@ -62,9 +62,9 @@ pub fn at_last(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(VECTORS.iter().filter_map(picture).collect())
 }
 
-/// The displacements since the start of the last phase of the load, at its moments where the wheel was last furthest right, in
-/// the middle and furthest left (Renouf, Saulot and Berthier 2006, figure 9). None where the wheel is no row of disks, or
-/// without fields within the phase.
+/// The displacements since the start of the last phase of the load, at the last moments at which the wheel was furthest right, in the
+/// middle and furthest left (Renouf, Saulot and Berthier 2006, figure 9). `None` if the wheel is no row of disks, or without fields
+/// within the phase.
 pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
     let [.., before, last] = run.phases()[..] else {
         return Ok(None);
@@ -79,7 +79,7 @@ pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
     Ok(displaced([before, last], &start, &moments))
 }
 
-/// The picture of the displacements since the end of the first of two phases; none where the wheel moves to one side only.
+/// The picture of the displacements since the end of the first of two phases; `None` if the wheel moves to one side only.
 fn displaced([before, last]: [&str; 2], start: &Arrays, moments: &[Arrays]) -> Option<Picture> {
     let (from, wheel) = (numbers(start, "points"), flags(start, "wheel"));
     let moved = moments.iter().map(|arrays| {
@@ -119,9 +119,9 @@ fn mean_x(vectors: &[f64], marks: &[bool]) -> Option<f64> {
     (!marked.is_empty()).then(|| marked.iter().sum::<f64>() / marked.len() as f64)
 }
 
-/// Square cells over the grains of a file that are neither the wheel's nor in store, without a radius.
+/// Square cells over the grains of a file, without the grains of the wheel and those in store, which have no radius.
 struct GrainCells {
-    /// Numbers of the grains in the file, with their centres (mm).
+    /// Indices of the grains in the file, with their centres (mm).
     grains: Vec<(usize, [f64; 2])>,
     extent: Extent,
     /// Side of a cell (mm).
@@ -145,7 +145,7 @@ impl GrainCells {
         })
     }
 
-    /// Means of vectors of three numbers a disk.
+    /// Means of vectors, which have three numbers per disk.
     fn means(&self, vectors: &[f64]) -> Means {
         let (Extent { x, y }, size) = (self.extent, self.size);
         let columns = (self.extent.width() / size) as usize + 1;
@@ -171,7 +171,7 @@ impl GrainCells {
         filled.map(mean).collect()
     }
 
-    /// Fields one below the other on one scale, each below its heading.
+    /// Fields one below another on one scale, each below its heading.
     fn draw(&self, fields: &[Means], longest: f64, heading: impl Fn(usize) -> String) -> String {
         let size = self.size;
         let extent = self.extent.with_margin(size, size, size);
@@ -185,14 +185,14 @@ impl GrainCells {
     }
 }
 
-/// The length that all but the longest arrows stay below; none where nothing moves.
+/// The length that all but the longest arrows stay below; `None` if nothing moves.
 fn longest(fields: &[Means]) -> Option<f64> {
     let arrows = fields.iter().flatten();
     let lengths = arrows.map(|(_, v)| v[0].hypot(v[1])).filter(|v| *v > 0.0);
     quantile(lengths.collect(), TO_SCALE)
 }
 
-/// An arrow of this part of a cell's size around its centre.
+/// An arrow centred at a point; `part` is its length in units of a cell's size.
 fn arrow(panel: &mut Panel, at: [f64; 2], part: [f64; 2], size: f64) {
     let along = part.map(|part| part * size);
     let from = [0, 1].map(|k| at[k] - 0.5 * along[k]);
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use kit::scratch::Scratch;
 
-    /// A disk of the wheel over three grains, displaced by so much (m).
+    /// A disk of the wheel over three grains, with their displacements (m).
     fn file(run: &std::path::Path, moment: &str, wheel: f64, grain: f64) {
         let (w, a, b) = (wheel, grain, 2e-3 + grain);
         let text = format!(
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn displacements_are_shown_where_the_wheel_was_last_furthest_and_in_the_middle() {
+    fn displacements_are_shown_at_the_last_extreme_and_middle_positions_of_the_wheel() {
         let scratch = Scratch::new("arrows", 1);
         let run = scratch.path();
         file(run, "hold", 0.0, 0.0);

@@ -1,5 +1,5 @@
-//! First and third body: the grains by the body that they belong to, at the first marked moment and at the end, and the surface that
-//! debris lies on.
+//! First and third body: the grains in the colours of their bodies, at the first marked moment and at the end, and the surface that
+//! carries debris.
 
 use super::mesh::points_mm;
 use super::scene::{circles, disks};
@@ -10,7 +10,7 @@ use runs::fields::{Arrays, numbers};
 use runs::files::RunFiles;
 use scenario::error::Error;
 
-/// Colour and words of each body by its number in the fields: light what holds, dark what came off.
+/// Colour and words of each body by its number in the fields: attached grains are light, detached ones dark.
 const BODIES: [[&str; 2]; 4] = [
     ["#f0ead8", "first body"],
     ["#12355b", "third body, detached"],
@@ -18,8 +18,8 @@ const BODIES: [[&str; 2]; 4] = [
     ["#aabed2", "third body, fed in"],
 ];
 
-/// The grains in the colours of their bodies at the first moment that has them and, where they have moved since, at the last. `None` of a
-/// run that follows no flows.
+/// The grains in the colours of their bodies at the first moment that has them and, if they have moved since, at the last. `None` if the
+/// run does not follow flows.
 pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> {
     // Words, grains, and ends of the segments of surfaces (mm).
     let mut shown: Vec<(String, Arrays, Vec<[f64; 2]>)> = Vec::new();
@@ -38,10 +38,10 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     let Some(layer) = layer.flatten() else {
         return Ok(None);
     };
-    // Grains that were thrown far away would make the others too small to be seen.
+    // Grains thrown far away would make the others too small to see.
     let height = layer.height();
     let mut extent = layer.with_margin(height, 0.1 * height, 0.4 * height);
-    // Those that lie on the surface beside the layer are shown as far as they go.
+    // Grains on the surface beside the layer widen the map.
     if let Some((_, last, surface)) = shown.last()
         && let Some(surface) = Extent::around(surface.iter().map(|point| (*point, 0.0)))
     {
@@ -71,7 +71,7 @@ pub(super) fn first_and_third(run: &RunFiles) -> Result<Option<Picture>, Error> 
     Ok(Some(Picture {
         file: "bodies.svg".into(),
         caption: format!(
-            "First and third body {}, to scale. Thick outlines: glued grains. Lines: bare surfaces. What is more than the layer's height beyond its ends and lies on no surface is not drawn.",
+            "First and third body {}, to scale. Thick outlines: glued grains. Lines: bare surfaces. Grains beyond the layer's ends by more than its height are drawn only if they lie on a surface.",
             Vec::from_iter(moments).join(" and ")
         ),
         alternative: Vec::from_iter(each).join(" "),
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn grains_stand_in_the_colours_of_their_bodies_at_the_hold_and_at_the_end() {
+    fn grains_have_the_colours_of_their_bodies_at_the_hold_and_at_the_end() {
         let scratch = Scratch::new("bodies", 1);
         let run = run(&scratch);
         write(&run, "hold", 0.0, Some("0 0 3"));
@@ -129,7 +129,7 @@ mod tests {
         for words in ["At the end of the hold<", "At the end of the run<"] {
             assert!(picture.svg.contains(words), "{words}");
         }
-        // In the legend and as a grain, but for the one that is far away; what is in store is neither.
+        // In the legend and as a grain, except the one far away; the one in store is only in the legend.
         for ([colour, words], times) in BODIES.iter().zip([2, 1, 2, 1]) {
             let style = format!("fill=\"{colour}\"");
             assert_eq!(picture.svg.matches(&style).count(), times, "{words}");
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_on_the_surface_beside_the_layer_is_drawn_with_it() {
+    fn grains_on_the_surface_beside_the_layer_are_drawn_with_it() {
         let scratch = Scratch::new("bodies-surface", 1);
         let run = run(&scratch);
         write(&run, "hold", 0.0, Some("0 0 3"));

@@ -1,4 +1,4 @@
-//! The continuum alone: hydrostatic pressure in the whole body, and displacement under the nodes that stick or slip.
+//! The continuum alone: hydrostatic pressure in the whole body, and displacement below the contact nodes, which stick or slip.
 
 use super::mesh::{deformed_extent, deformed_mm, draw_elements};
 use draw::colour::{ColourScale, full_mpa, full_scale};
@@ -10,7 +10,7 @@ use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 use scenario::error::Error;
 
-/// Hydrostatic pressure in the whole of each body at the first of the moments that has fields of one.
+/// Hydrostatic pressure in the whole of each body, at the first moment that has fields of a body.
 pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     for MarkedMoment { name, words } in run.moments() {
         let bodies = run.all_fields(&name, ".vtu")?;
@@ -19,7 +19,7 @@ pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {
         }
         let several = bodies.len() > 1;
         let pictures = bodies.iter().enumerate().filter_map(|(k, (name, arrays))| {
-            // The first one keeps the name of its picture, however many there are.
+            // The first picture has the same name for any number of bodies.
             let file = match k {
                 0 => "pressure.svg".into(),
                 _ => format!("pressure-{name}.svg"),
@@ -48,7 +48,7 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     );
     let scales = match is_to_scale(&extent) {
         true => "",
-        false => " Both axes have scales of their own.",
+        false => " Each axis has its own scale.",
     };
     let (elements, most) = (values.len(), with_unit(largest, "Pa"));
     Some(Picture {
@@ -61,8 +61,8 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     })
 }
 
-/// Magnitude of the displacement near the contact, and the contact nodes by their status, at the first two of the moments
-/// that have contact (Renouf, Saulot and Berthier 2006, figures 4 and 5).
+/// Magnitude of the displacement near the contact, and the contact nodes by their status, at the first two moments with contact (Renouf,
+/// Saulot and Berthier 2006, figures 4 and 5).
 pub fn status(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     let mut files = ["status.svg", "status-later.svg"].into_iter();
     let mut pictures = Vec::new();
@@ -80,7 +80,7 @@ pub fn status(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(pictures)
 }
 
-/// The contact nodes over the displacement of the body.
+/// The contact nodes drawn over the displacement of the body.
 fn contact(file: &str, words: &str, arrays: &Arrays, nodes: &[ContactNode]) -> Picture {
     let sizes = magnitudes(arrays);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
@@ -119,7 +119,7 @@ struct ContactNode {
     slips: bool,
 }
 
-/// The contact nodes and a margin of half of their width, three times as wide as deep.
+/// The extent around the contact nodes, with a margin of half their width.
 fn around(nodes: &[ContactNode]) -> Extent {
     let distances = nodes.iter().map(|node| node.at[0].abs());
     let half = 1.5 * distances.fold(0.0, f64::max).max(1e-3);

@@ -1,4 +1,4 @@
-//! Force chains: contacts and bonds of the grains as lines, as wide as their forces, and the adhesion of bonds.
+//! Force chains: contacts and bonds of the grains as lines whose widths are their forces, and the adhesion of bonds.
 
 use super::mesh::{closer, points_mm};
 use draw::colour::ColourScale;
@@ -10,12 +10,13 @@ use runs::fields::{Arrays, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 use scenario::error::Error;
 
-/// More contacts than this are drawn by their strongest.
+/// Largest number of contacts drawn; beyond it only the strongest are.
 const LINES_MAX: usize = 20_000;
-/// Width of the line of the largest force drawn (pixels), which 99 of 100 stay below.
+/// Width of the widest lines (pixels).
 const WIDEST: f64 = 5.0;
+/// Share of the lines that are narrower.
 const SHOWN: f64 = 0.99;
-/// Classes of width: lines of one are one path of the file.
+/// Number of classes of width: the lines of a class are one path of the file.
 const CLASSES: f64 = 16.0;
 
 /// A contact or bond.
@@ -34,7 +35,7 @@ impl Link {
     }
 }
 
-/// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
+/// Forces, and adhesion where there are bonds, at the first moment that has grains in contact.
 pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     for MarkedMoment { name, words } in run.moments() {
         let layers = run.all_fields(&name, "-contacts.vtp")?;
@@ -81,7 +82,7 @@ fn around(links: &[Link]) -> Option<Extent> {
     (margin > 0.0).then(|| extent.with_margin(margin, margin, margin))
 }
 
-/// Compression in dark lines, tension in light and dashed ones.
+/// Compression as dark lines, tension as light and dashed lines.
 fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     let sizes = links.iter().map(|link| link.force.abs());
     let mut sizes: Vec<f64> = sizes.filter(|f| *f > 0.0).collect();
@@ -100,7 +101,7 @@ fn forces(links: &[Link], shown: &[Map], words: &str) -> Option<Picture> {
     });
     let tension = links.iter().filter(|link| link.force < 0.0).count();
     let mut caption = format!(
-        "Force chains at the {words}: lines between the centres of grains, as wide as the normal force; the widest stand for {} and more.",
+        "Force chains at the {words}: lines between the centres of grains, with the normal force as width; the widest stand for {} and more.",
         with_unit(full, "N")
     );
     if tension > 0 {

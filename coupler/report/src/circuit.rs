@@ -7,13 +7,13 @@ use draw::svg::{Anchor, Svg};
 
 /// Size of the picture (pixels).
 const SIZE: [f64; 2] = [1040.0, 460.0];
-/// Colours of what passed, and of flows of nothing.
+/// Colours of flows, and of flows that are zero.
 const BLUE: &str = "#12355b";
 const GREY: &str = "#969696";
 /// Half the width of an arrow's head, and its length (pixels).
 const HEAD: [f64; 2] = [5.0, 11.0];
 
-/// The boxes of the circuit: left, top, right and bottom edge (pixels), and the lines in them.
+/// The boxes of the circuit: left, top, right and bottom edge (pixels), and their lines of text.
 const STATIONS: [([f64; 4], &str, &str); 5] = [
     (
         [330.0, 20.0, 650.0, 80.0],
@@ -26,7 +26,7 @@ const STATIONS: [([f64; 4], &str, &str); 5] = [
     ([20.0, 200.0, 180.0, 290.0], "outside", "around the zone"),
 ];
 
-/// An arrow of the circuit: its tail and its tip (pixels), words, and the accounts whose sum it carries.
+/// An arrow of the circuit: tail and tip (pixels), words, and the accounts whose sum it carries.
 type Flow = ([[f64; 2]; 2], &'static str, &'static [&'static str]);
 
 const LEFT_THE_ZONE: &[&str] = &["q_ejected_kg", "q_left_by_zone_kg"];
@@ -44,7 +44,7 @@ const FLOWS: [Flow; 9] = [
     ([[180.0, 270.0], [330.0, 270.0]], "taken in", &["q_entered_by_zone_kg"]),
 ];
 
-/// The circuit of a run whose summary has its accounts; none without them. Only what passed is blue.
+/// The circuit of a run whose summary has its accounts; `None` without them. Only flows other than zero are blue.
 pub fn circuit(summary: &Value) -> Option<Picture> {
     let results = &summary["results"];
     let of = |account: &&str| results[*account].as_f64();
@@ -75,7 +75,7 @@ pub fn circuit(summary: &Value) -> Option<Picture> {
     let each = each.map(|((_, words, _), mass_kg)| format!("{words} {}", mass(*mass_kg)));
     Some(Picture {
         file: "circuit.svg".into(),
-        caption: "The tribological circuit: masses of third body that passed until the end of the run (Berthier's circuit; Renouf, Saulot and Berthier 2006, figure 1)".into(),
+        caption: "The tribological circuit: masses of third body that flowed until the end of the run (Berthier's circuit; Renouf, Saulot and Berthier 2006, figure 1)".into(),
         alternative: Vec::from_iter(each).join("; "),
         svg: svg.page(SIZE),
     })
@@ -90,13 +90,13 @@ fn mass(kg: f64) -> String {
     }
 }
 
-/// Text whose middle has this height.
+/// Text with its middle at this height.
 fn text(svg: &mut Svg, words: &str, [x, y]: [f64; 2], anchor: Anchor, size: f64) {
     let style = format!("font-size=\"{size}\" fill=\"#000\"");
     svg.styled_text(&style, [x, y + 0.36 * size], anchor, words);
 }
 
-/// An arrow, and beside its middle what it carries.
+/// An arrow, with its words and mass beside its middle.
 fn arrow(svg: &mut Svg, ([from, to], words, _): &Flow, mass_kg: f64) {
     let colour = if mass_kg == 0.0 { GREY } else { BLUE };
     let along = [0, 1].map(|k| (to[k] - from[k]).clamp(-1.0, 1.0));
@@ -109,7 +109,7 @@ fn arrow(svg: &mut Svg, ([from, to], words, _): &Flow, mass_kg: f64) {
     let filled = format!("style=\"fill:{colour}\"");
     svg.line(&filled, [*to, corner(1.0), corner(-1.0)]);
     let [x, y] = [0, 1].map(|k| 0.5 * (from[k] + to[k]));
-    // Left of an arrow downwards, right of one upwards, above a level one.
+    // The text is left of an arrow downwards, right of an arrow upwards, above a level arrow.
     let (x, heights, anchor) = match along {
         [0.0, down] if down > 0.0 => (x - 10.0, [y - 9.0, y + 9.0], Anchor::End),
         [0.0, _] => (x + 10.0, [y - 9.0, y + 9.0], Anchor::Start),
@@ -135,7 +135,7 @@ mod tests {
         }
         let summary = json!({"results": results});
         let drawn = circuit(&summary).expect("it has flows");
-        // The third carries two accounts of 3e-9 kg each.
+        // The third flow carries two accounts of 3e-9 kg each.
         for mass in ["1", "2", "6", "4", "5", "6", "7", "8", "9"] {
             assert!(drawn.svg.contains(&format!("{mass}.00e-9 kg")), "{mass}");
         }

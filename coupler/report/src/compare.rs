@@ -1,4 +1,4 @@
-//! A run beside another one: distances as `compare` tells them.
+//! A run against another one: distances as `compare` prints them.
 
 use std::collections::BTreeMap;
 
@@ -19,10 +19,10 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     let same = if found.same_exchange {
         "All messages between the participants were the same, bit for bit."
     } else {
-        "Distances are over those of the other run: L2 over its length, largest over its largest value."
+        "Distances are relative to the other run: L2 over its length, largest over its largest value."
     };
     let path = escape(&other.path.display().to_string());
-    let mut html = format!("<p>Held against <code>{path}</code>. {same}</p>");
+    let mut html = format!("<p>Compared with <code>{path}</code>. {same}</p>");
     let keys = found.keys.iter().map(|(key, [reference, own])| {
         let shown = |value: &Option<String>| escape(value.as_deref().unwrap_or("not given"));
         [escape(key), shown(own), shown(reference)]
@@ -46,10 +46,10 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     Ok(html)
 }
 
-/// What is made of a number of the run and of the other one.
+/// Computes the last column from the numbers of both runs.
 type OfPair = fn(NumberPair) -> Option<f64>;
 
-/// Distances of curves; those that are the same, or cannot be compared, are counted.
+/// Distances of curves; curves that are the same, or cannot be compared, are counted.
 fn curves(title: &str, all: &[(String, Compared)]) -> String {
     if all.is_empty() {
         return String::new();

@@ -12,14 +12,13 @@ use runs::files::RunFiles;
 use runs::table::Table;
 use scenario::error::Error;
 
-/// Share of the profile's length over which the smooth curve of its pressure is a mean, and the largest share of the part that is
-/// pressed by more than this part of the largest pressure.
+/// Width of the moving mean of the pressure: this share of the profile's length, and at most [`MEAN_SHARE_PRESSED`] of the part whose
+/// pressure exceeds [`PRESSED`] times the largest.
 const MEAN_SHARE: f64 = 0.05;
 const MEAN_SHARE_PRESSED: f64 = 0.1;
 const PRESSED: f64 = 0.01;
 
-/// Columns that the report adds to those of signals.csv: |D| over its amplitude (%), height of the wheel over that at which its motion
-/// began (m), |F_T|/F_N.
+/// Columns that the report adds to signals.csv: |D| over its amplitude (%), rise of the wheel since its motion began (m), |F_T|/F_N.
 const SHARE: &str = "share_of_amplitude_pct";
 const RISE: &str = "wheel_rise_m";
 const FRICTION: &str = "force_ratio";
@@ -27,7 +26,7 @@ const FRICTION: &str = "force_ratio";
 const X_OVER_R: &str = "wheel_x_over_r";
 const RISE_OVER_R: &str = "wheel_rise_over_r";
 
-/// Signals over another one.
+/// Signals drawn over another signal.
 pub(super) struct Chart {
     pub(super) file: String,
     pub(super) caption: String,
@@ -35,7 +34,7 @@ pub(super) struct Chart {
     pub(super) y: YAxis,
     /// Words of the legend and signal of each line.
     pub(super) lines: Vec<(String, String)>,
-    /// Styles of the first lines, of a chart that has other ones than the first styles.
+    /// Styles of the first lines, in a chart that deviates from the usual styles.
     pub(super) styles: &'static [usize],
 }
 
@@ -48,9 +47,9 @@ const D: XAxis = ("D (mm)", Cow::Borrowed("wheel_x_m"), 1e3);
 /// The axis upwards.
 #[derive(Clone, Copy)]
 pub(super) enum YAxis {
-    /// Words along it, and the factor from SI to their unit.
+    /// Words along the axis, and the factor from SI to their unit.
     Linear(&'static str, f64),
-    /// Words along a logarithmic one.
+    /// Words along a logarithmic axis.
     Log(&'static str),
 }
 
@@ -75,7 +74,7 @@ pub(super) fn over_time(file: &str, caption: &str, y: YAxis, lines: &[(&str, &st
     of_found(file, caption, y, lines.iter().map(line).collect())
 }
 
-/// A chart over time of columns that a run was found to have.
+/// A chart over time of columns that were found in a run.
 pub(super) fn of_found(file: &str, caption: &str, y: YAxis, lines: Vec<(String, String)>) -> Chart {
     Chart {
         file: file.into(),
@@ -87,21 +86,21 @@ pub(super) fn of_found(file: &str, caption: &str, y: YAxis, lines: Vec<(String, 
     }
 }
 
-/// The signals of a run, and those of the runs that are laid over it, each with its name in legends.
+/// The signals of a run, and of the runs that overlay it, with their names in legends.
 pub(super) struct Tables {
     pub(super) own: Table,
     pub(super) others: Vec<(Table, String)>,
 }
 
 impl Tables {
-    /// The signals of a run by itself.
+    /// The signals of a single run.
     pub(super) fn of(own: Table) -> Tables {
         let others = Vec::new();
         Tables { own, others }
     }
 }
 
-/// The signals of a run with those that the report adds.
+/// The signals of a run, with the columns that the report adds.
 ///
 /// # Errors
 /// The fields of the grains cannot be read.
@@ -180,14 +179,14 @@ pub(super) fn wheel() -> Vec<Chart> {
             x: D,
             ..over_time(
                 "wheel-path.svg",
-                "Height of the wheel over its lateral position, from the start of the motion on",
+                "Height of the wheel over its lateral position, since the start of the motion",
                 YAxis::Linear("rise (µm)", 1e6),
                 &[("rise since the motion began", RISE)],
             )
         },
         over_time(
             "wheel-over-r.svg",
-            "Place of the wheel over the mean radius r of the grains (Renouf, Saulot and Berthier 2006, figure 8)",
+            "Position of the wheel over the mean radius r of the grains (Renouf, Saulot and Berthier 2006, figure 8)",
             YAxis::Linear("over r", 1.0),
             &[("x/r", X_OVER_R), ("(y - y at the start)/r", RISE_OVER_R)],
         ),
@@ -198,13 +197,13 @@ pub(super) fn wheel() -> Vec<Chart> {
 pub(super) fn sliding() -> Chart {
     over_time(
         "sliding.svg",
-        "Share of sliding nodes Sn over time, beside the position of the wheel",
+        "Share of sliding nodes Sn over time, and the position of the wheel",
         YAxis::Linear("(%)", 1.0),
         &[("Sn", "sn_pct"), ("|D| over its amplitude", SHARE)],
     )
 }
 
-/// Heights (m) over the one in this row; 0 in the rows before it.
+/// Heights above the height in row `began` (m); 0 in the rows before.
 fn rise(heights: &[f64], began: usize) -> Vec<f64> {
     let first = heights.get(began).copied().unwrap_or(0.0);
     let since = |(row, height): (usize, &f64)| if row < began { 0.0 } else { height - first };
@@ -217,7 +216,7 @@ pub(super) fn cycle_flows(run: &RunFiles) -> Vec<Picture> {
     let chart = over_time(
         "cycle-flows.svg",
         "Flows of third body in each full cycle, real masses",
-        YAxis::Linear("mass a cycle (µg)", 1e9),
+        YAxis::Linear("mass per cycle (µg)", 1e9),
         &[
             ("Qs, detached", "source_kg"),
             ("ejected", "ejected_kg"),
@@ -227,19 +226,19 @@ pub(super) fn cycle_flows(run: &RunFiles) -> Vec<Picture> {
     plots(&Tables::of(own), &[chart])
 }
 
-/// The column of this name, or the first participant's or interface's.
+/// The column of this name, or else of the first participant or interface that has it.
 pub(super) fn column<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     let ending = format!(".{name}");
     let found = || Some(signals.chosen(|key| key.ends_with(&ending)).first()?.1);
     signals.get(name).or_else(found)
 }
 
-/// The same, of a signal that is a number other than zero somewhere.
+/// The same column, if it has a finite number other than zero.
 fn moving<'a>(signals: &'a Table, name: &str) -> Option<&'a [f64]> {
     column(signals, name).filter(|values| values.iter().any(|x| *x != 0.0 && x.is_finite()))
 }
 
-/// The charts whose signals the run has, that along x not being zero throughout; lines of nothing but zeros are left out.
+/// The charts whose signals the run has. The signal along x must not be zero throughout; lines that are zero throughout are left out.
 pub(super) fn plots(tables: &Tables, charts: &[Chart]) -> Vec<Picture> {
     let charts = charts.iter();
     charts.filter_map(|chart| drawn(tables, chart)).collect()
@@ -267,7 +266,7 @@ fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
     })
 }
 
-/// The legend of a line of another run; none where others stand for it.
+/// The legend of a line of another run; empty if another line's legend covers it.
 fn beside(label: &str, name: &str) -> String {
     match name {
         "" => String::new(),
@@ -275,9 +274,9 @@ fn beside(label: &str, name: &str) -> String {
     }
 }
 
-/// The lines of a chart that have two points at least, in styles from this one on.
+/// The lines of a chart that have at least two points, in styles from `styles` on.
 fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
-    // The first line is what a chart is about; the others stand beside it.
+    // A chart needs its first line; the others are optional.
     let first = chart.lines.first();
     let first = first.and_then(|(_, signal)| column(signals, signal));
     let (Some(x), Some(_)) = (moving(signals, &chart.x.1), first) else {
@@ -307,7 +306,7 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
     curves
 }
 
-/// The extent of each line, for a reader who cannot see them.
+/// The extent of each line, for a reader who cannot see the chart.
 fn ranges_in_words(curves: &[PlotCurve], chart: &Chart) -> String {
     let is_linear = matches!(chart.y, YAxis::Linear(..));
     let each = curves.iter().map(|curve| {
@@ -332,7 +331,7 @@ pub(super) fn traction(run: &RunFiles, others: &[(&RunFiles, String)]) -> Option
         .filter(|(_, p)| **p > PRESSED * largest);
     let [left, right] = range(pressed.map(|(x, _)| *x)).unwrap_or([low, high]);
     let width = (MEAN_SHARE * (high - low)).min(MEAN_SHARE_PRESSED * (right - left));
-    // What is pressed, and as much beside it.
+    // The pressed part, and its width on either side.
     let near = 2.0 * left - right..=2.0 * right - left;
     let curve = |label: String, style: usize, x: &[f64], y: &[f64]| PlotCurve {
         label,
@@ -364,7 +363,7 @@ pub(super) fn traction(run: &RunFiles, others: &[(&RunFiles, String)]) -> Option
         curves.push(curve(contact.words(), 4, &x, &y));
     }
     if let Some(friction) = friction(run) {
-        // Both signs, with a gap between them.
+        // Curves of both signs, with a gap between them.
         let smooth = moving_mean(&x, &pressure, width);
         let limit = |sign: f64| smooth.iter().map(move |p| sign * friction * p);
         let y: Vec<f64> = limit(1.0).chain([f64::NAN]).chain(limit(-1.0)).collect();
@@ -396,13 +395,14 @@ pub(super) fn sliding_over_velocity(signals: &Table) -> Option<Picture> {
     let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
     (points.len() > 1).then(|| Picture {
         file: "sliding-velocity.svg".into(),
-        caption: "Share of sliding nodes Sn over the velocity of the wheel, a dot a window".into(),
+        caption: "Share of sliding nodes Sn over the velocity of the wheel, one dot per window"
+            .into(),
         alternative: format!("Cloud of {} dots.", points.len()),
         svg: cloud(["wheel velocity (mm/s)", "Sn (%)"], &points),
     })
 }
 
-/// Mean of the values whose positions lie within half of `width` of each position.
+/// Mean of the values within half of `width` of each position.
 fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
     let reach = 0.5 * width * (1.0 + 1e-9);
     let mean = |centre: &f64| {

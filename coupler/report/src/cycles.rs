@@ -1,9 +1,9 @@
-//! Cycle by cycle of the wheel's motion: friction loops, and what each of them took off, ejected and wore.
+//! The wheel's motion cycle by cycle: friction loops, and the masses detached, ejected and worn in each.
 
 use runs::files::RunFiles;
 use runs::table::Table;
 
-/// Columns that the signals get: |F_T|/F_N, the mean of the full cycle at hand; F_T in the last full cycle, and at other times of the motion.
+/// Columns added to the signals: mean |F_T|/F_N of the current full cycle; F_T in the last full cycle, and at other times of the motion.
 pub(super) const MEAN: &str = "force_ratio_of_cycle";
 pub(super) const LAST: &str = "wheel_ft_of_last_cycle";
 pub(super) const OTHERS: &str = "wheel_ft_of_other_cycles";
@@ -11,7 +11,7 @@ pub(super) const OTHERS: &str = "wheel_ft_of_other_cycles";
 /// Part of a period by which the reports may end before a cycle does.
 const ROUNDING: f64 = 1e-6;
 
-/// Adds the columns, which are NaN where they have nothing to tell, to signals with these times, positions and forces F_T of the wheel.
+/// Adds the columns, which are NaN where they do not apply, to signals with these times, positions and forces F_T of the wheel.
 pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3]) {
     let end = t.len() - 1;
     // The last report before the wheel moves is the start of its first loop.
@@ -33,7 +33,7 @@ pub(super) fn add(run: &RunFiles, signals: &mut Table, [t, x, force]: [&[f64]; 3
     signals.add(MEAN, means(&written(run), t));
 }
 
-/// The number of a row; a gap of a curve where it is not chosen.
+/// The number of a row; NaN, a gap of a curve, if the row is not chosen.
 pub(super) fn number_or_gap(numbers: &[f64], row: usize, chosen: bool) -> f64 {
     if chosen { numbers[row] } else { f64::NAN }
 }
@@ -55,7 +55,7 @@ pub(super) fn written(run: &RunFiles) -> Table {
     table.unwrap_or_default()
 }
 
-/// The mean |F_T|/F_N of the cycle at hand at these times.
+/// The mean |F_T|/F_N of the current cycle at these times.
 fn means(cycles: &Table, t: &[f64]) -> Vec<f64> {
     let [starts, ends, means] =
         ["t0_s", "t1_s", "traction_ratio"].map(|name| cycles.get(name).unwrap_or_default());
@@ -67,7 +67,7 @@ fn means(cycles: &Table, t: &[f64]) -> Vec<f64> {
     t.iter().map(mean).collect()
 }
 
-/// The cycles as steps over time: each number at the start and at the end of its cycle. Empty without two of them.
+/// The cycles as steps over time: each number at the start and at the end of its cycle. Empty with fewer than two cycles.
 pub(super) fn steps(mut cycles: Table) -> Table {
     let [starts, ends] = ["t0_s", "t1_s"].map(|name| cycles.get(name).unwrap_or_default());
     let pairs = starts.iter().zip(ends);
@@ -89,7 +89,7 @@ mod tests {
     use kit::scratch::Scratch;
     use serde_json::json;
 
-    /// A wheel of 1 Hz that moves from 1 s on, eight reports a second, as long as told (s), with these cycles in its table.
+    /// A wheel of 1 Hz that moves from 1 s to `until`, with eight reports per second and these cycles in its table.
     fn run(scratch: &Scratch, until: f64, table: &str) -> RunFiles {
         let fields = scratch.path().join("fields");
         std::fs::create_dir_all(&fields).expect("a folder");
@@ -114,7 +114,7 @@ mod tests {
                        1,1,2,3e-6,20,0.25,2e-9,1e-9,0\n2,2,3,1e-6,30,0.5,4e-9,3e-9,0\n";
     const ONE: &str = "cycle,t0_s,t1_s,traction_ratio\n1,1,2,0.25\n";
 
-    /// First and last force of each piece of both columns of loops (N); the force counts the reports.
+    /// First and last force (N) of each piece, in both columns of loops; the force is the number of the report.
     fn loops_of(run: &RunFiles) -> [Vec<(f64, f64)>; 2] {
         let signals = signals(run).expect("it is readable");
         [OTHERS, LAST].map(|name| {
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_full_cycle_stands_before_those_beside_it() {
+    fn the_last_full_cycle_is_drawn_in_front_of_the_others() {
         let scratch = Scratch::new("loops", 1);
         let found = |until: f64| loops_of(&run(&scratch, until, ""));
         assert_eq!(
@@ -150,7 +150,7 @@ mod tests {
         let [both, one] = [3.0, 1.5].map(drawn);
         assert!(both.contains(">tangential force<") && both.contains(">in the last full cycle<"));
         assert!(one.contains(">tangential force<") && !one.contains("full cycle"));
-        // A program of its own moves the wheel, and nobody knows how.
+        // A foreign program moves the wheel, and its frequency is unknown.
         let run = run(&scratch, 4.25, "");
         std::fs::remove_file(scratch.path().join("scenario.toml")).expect("it is there");
         assert_eq!(loops_of(&run), [vec![(8.0, 34.0)], vec![]]);
@@ -169,7 +169,7 @@ mod tests {
         };
         assert_eq!(
             picture.alternative,
-            "Curves over t (ms); mass a cycle (µg): Qs, detached from 2.0000e0 to 4.0000e0; ejected from 1.0000e0 to 3.0000e0."
+            "Curves over t (ms); mass per cycle (µg): Qs, detached from 2.0000e0 to 4.0000e0; ejected from 1.0000e0 to 3.0000e0."
         );
         for table in [ONE, ""] {
             assert!(cycle_flows(&run(&scratch, 3.5, table)).is_empty());

@@ -1,4 +1,4 @@
-//! Speed against accuracy: a run among the settings that a study measured for its scene, and what half of its error or of its time would take.
+//! Speed against accuracy: a run among the settings that a study measured for its scene, and settings with half its error or half its time.
 
 use super::page::{Section, names};
 use super::provenance::{quoted, scenario_file};
@@ -9,12 +9,12 @@ use runs::files::RunFiles;
 use runs::front::{MeasuredFront, MeasuredSetting};
 use scenario::overrides::{key_of, value_at};
 
-/// Attributes of the settings in a picture, of their bounds, of the front, and of the marks.
+/// SVG attributes of settings, bounds, the front, and marks.
 const DOTS: &str = "fill=\"#787878\"";
 const BOUNDS: &str = "stroke=\"#aabed2\" stroke-width=\"1.5\"";
 const FRONT: &str = "stroke=\"#12355b\" stroke-width=\"1.8\"";
 const MARKS: &str = "fill=\"none\" stroke=\"#e27d1e\" stroke-width=\"2.4\"";
-/// Words of the marks, and their outlines from the middle on.
+/// Words of the marks, and their outlines relative to the middle.
 const MARKED: [[&str; 2]; 3] = [
     ["Ring: this run", "m-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0"],
     ["Square: half the error", "m-7-7h14v14h-14z"],
@@ -25,7 +25,7 @@ const SIZE: [f64; 2] = [530.0, 290.0];
 const ACROSS: [f64; 2] = [78.0, 518.0];
 const DOWN: [f64; 2] = [12.0, 244.0];
 
-/// The section; empty where neither a study nor a budget tells anything.
+/// The section; empty without a study and a budget.
 pub(super) fn section(run: &RunFiles, front: Option<&MeasuredFront>) -> Section {
     let title = "Speed against accuracy";
     let promised = promised(run).map_or(String::new(), |text| paragraph(&text));
@@ -73,11 +73,11 @@ fn promised(run: &RunFiles) -> Option<String> {
     ))
 }
 
-/// Names the study, and says what its errors are distances from.
+/// Names the study and the reference of its errors.
 fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     let (study, count, build) = (&front.study, front.settings.len(), &front.build);
     let mut text = format!(
-        "The study `{study}` has measured {count} settings for this scene. Their errors are distances from its reference, which has errors of its own: what is expected is the middle, and 39 of 40 scenes stay below a bound."
+        "The study `{study}` has measured {count} settings for this scene. Errors are distances from the study's reference, which has errors of its own. An expected error is a median; 39 of 40 scenes stay below the bound."
     );
     let missed = front.measures.iter().zip(&front.reference_misses);
     let missed = missed.map(|(name, error)| format!("{name} {}", percent(*error)));
@@ -87,13 +87,13 @@ fn origin(run: &RunFiles, front: &MeasuredFront) -> String {
     }
     if run.manifest()["build"] != **build {
         text += &format!(
-            " It was made by another build than this run, {build}: its errors are taken to hold for this one."
+            " The study is of another build, {build}: its errors are assumed to hold for this run."
         );
     }
     text
 }
 
-/// Names the setting of the run, with its errors, or the nearest one.
+/// Names the setting of the run with its errors, or else the nearest setting.
 fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
     let (nearest, words) = (&front.nearest, &front.nearest.words);
     let table = run.scenario_table();
@@ -108,7 +108,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
             "This run has a setting that the study did not measure. The nearest is `{words}`, which has {differs}."
         ),
         None => format!(
-            "This run has the setting `{words}`, whose errors the study does not tell. Warnings of its runs that the reference does not have: {}.",
+            "This run has the setting `{words}`, whose errors the study does not state. Warnings of its runs that the reference does not have: {}.",
             nearest.warned.join(", ")
         ),
         Some((own, setting)) => {
@@ -121,7 +121,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
             };
             let (cost, errors) = (number(setting.cost), errors(front, setting));
             format!(
-                "This run has the setting `{words}`, at {cost} of the processor time of the reference. {errors} It lies on the front by {on}."
+                "This run has the setting `{words}`, at {cost} of the processor time of the reference. {errors} It lies on the front in {on}."
             )
         }
     }
@@ -129,7 +129,7 @@ fn own_words(run: &RunFiles, front: &MeasuredFront) -> String {
 
 fn errors(front: &MeasuredFront, setting: &MeasuredSetting) -> String {
     if setting.is_reference {
-        return "It is the reference, whose own errors are no part of these.".into();
+        return "It is the reference; these errors do not include its own.".into();
     }
     let errors = front.measures.iter().zip(&setting.errors);
     let errors = errors.map(|(name, error)| {
@@ -139,12 +139,12 @@ fn errors(front: &MeasuredFront, setting: &MeasuredSetting) -> String {
     format!("Expected errors: {}.", Vec::from_iter(errors).join(", "))
 }
 
-/// Commands for half the error and for half the time, where the study has settings for them.
+/// Commands for half the error and for half the time, if the study has such settings.
 fn halves(run: &RunFiles, front: &MeasuredFront) -> String {
     let Some(own) = front.own.map(|own| &front.settings[own]) else {
         return String::new();
     };
-    let told = |half: Option<usize>, found: &str, none: &str| {
+    let paragraphs = |half: Option<usize>, found: &str, none: &str| {
         let Some(half) = half.map(|half| &front.settings[half]) else {
             return paragraph(none);
         };
@@ -157,20 +157,20 @@ fn halves(run: &RunFiles, front: &MeasuredFront) -> String {
         }
         format!("{}<pre>{}</pre>", paragraph(&text), escape(&command))
     };
-    let error = told(
+    let error = paragraphs(
         front.half_error,
-        "Half the error by every measure takes, at the least cost,",
-        "No setting of the study errs half as much by every measure.",
+        "The cheapest setting with half the error in every measure is",
+        "No setting of the study has half the error in every measure.",
     );
-    let time = told(
+    let time = paragraphs(
         front.half_time,
-        "Half the processor time allows, as the most accurate,",
-        "No setting of the study takes half of the processor time.",
+        "The most accurate setting within half the processor time is",
+        "No setting of the study takes half the processor time.",
     );
     error + &time
 }
 
-/// `None` of a single setting, which trades nothing.
+/// Error over cost by one measure; `None` for a single setting, which shows no trade-off.
 fn picture(front: &MeasuredFront, measure: usize) -> Option<Picture> {
     let (name, settings) = (&front.measures[measure], &front.settings);
     let is_drawn = |k: &usize| !settings[*k].is_reference;
@@ -182,8 +182,8 @@ fn picture(front: &MeasuredFront, measure: usize) -> Option<Picture> {
     let costs = settings.iter().map(|of| of.cost);
     let errors = drawn.iter().flat_map(ends);
     let axes = AxisPair {
-        x: PlotAxis::logarithmic("processor time over that of the reference", costs),
-        y: PlotAxis::logarithmic(&format!("expected error by {name} (%)"), errors),
+        x: PlotAxis::logarithmic("processor time relative to the reference", costs),
+        y: PlotAxis::logarithmic(&format!("expected error in {name} (%)"), errors),
         across: ACROSS,
         down: DOWN,
     };
@@ -210,7 +210,7 @@ fn picture(front: &MeasuredFront, measure: usize) -> Option<Picture> {
     Some(Picture {
         file: format!("front-{}.svg", measure + 1),
         caption: format!(
-            "Error by {name} over processor time: each setting a dot, with a line up to its bound; the front joined. The reference, at 1, has no error to draw.{marked}"
+            "Error in {name} over processor time: one dot per setting, with a line up to its bound; a line joins the front. The reference, at 1, has no error to draw.{marked}"
         ),
         alternative: format!("{} settings.", drawn.len()),
         svg: svg.page(SIZE),

@@ -1,4 +1,4 @@
-//! Grains as a continuum: pressure of the cells of their stress.
+//! Grains as a continuum: pressure in the cells of their stress.
 
 use super::mesh::{deformed_extent, draw_elements};
 use draw::colour::{ColourScale, full_scale};
@@ -11,11 +11,11 @@ use runs::files::RunFiles;
 use runs::table::Table;
 use scenario::error::Error;
 
-/// Share of the cells whose pressure the colours show: single ones have many times the mean.
+/// Share of the cells whose pressure the colours resolve: single cells have many times the mean.
 const SHOWN: f64 = 0.98;
 
-/// Pressure 2D trace / 3 in the cells of the first participant that wrote its stress, and below it the hydrostatic pressure of the
-/// first continuum in the same colours, where there is one (Renouf, Saulot and Berthier 2006, figure 4).
+/// Pressure 2D trace / 3 in the cells of the first participant that wrote its stress, and below it, in the same colours, the hydrostatic
+/// pressure of the first continuum, if there is one (Renouf, Saulot and Berthier 2006, figure 4).
 pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
     let Some(cells) = StressCells::read(run) else {
         return Ok(None);
@@ -51,7 +51,7 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
 struct StressCells {
     /// Centres (mm) and pressure (Pa).
     all: Vec<([f64; 2], f64)>,
-    /// Their size (mm), and what they cover.
+    /// Size of a cell (mm), and extent of all.
     size: f64,
     extent: Extent,
 }

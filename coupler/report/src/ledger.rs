@@ -1,15 +1,15 @@
-//! Curves of the balances of a run: interfaces, energies, bonds and flows of third body, as many as it has.
+//! Curves of the balances that a run has: interfaces, energies, bonds and flows of third body.
 
 use super::curves::{Chart, YAxis, of_found, over_time};
 use runs::files::RunFiles;
 use runs::table::Table;
 
-/// Force, repeats, gap and work of each interface, iterations and residual of the contact solve.
+/// Force, repeats, gap and work of each interface; iterations and residual of the contact solve.
 pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
     let names: Vec<&String> = run.entries("interfaces").map(|(name, _)| name).collect();
     let mut charts = Vec::new();
     for name in &names {
-        // One interface needs no prefix.
+        // A single interface needs no prefix.
         let (prefix, suffix) = match names.len() {
             1 => (String::new(), String::new()),
             _ => (format!("{name}."), format!("-{name}")),
@@ -44,7 +44,7 @@ pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
         works(&run.signals),
         over_time(
             "contact-residual.svg",
-            "Residual of the contact solve of each window, which is held against its tolerance",
+            "Residual of the contact solve of each window, which has a tolerance",
             YAxis::Log("residual"),
             &[("true residual", "true_residual")],
         ),
@@ -58,7 +58,7 @@ pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {
     charts
 }
 
-/// The work through the interfaces as each participant reports it; what one gives the other takes.
+/// The work through the interfaces as each participant reports it.
 fn works(signals: &Table) -> Chart {
     let works = ["interface_work_j", "interface_j"];
     let participant = |name: &str| {
@@ -76,7 +76,7 @@ fn works(signals: &Table) -> Chart {
     )
 }
 
-/// A term that is less than this over the largest one would be a line at zero beside it.
+/// Relative to the largest term, a smaller term would look like a line at zero.
 const SEEN: f64 = 1e-4;
 
 /// The terms of the energy balance of each participant.
@@ -174,7 +174,7 @@ pub(super) fn loops(signals: &Table) -> Vec<Chart> {
                 x: ("displacement (µm)", moved.into(), 1e6),
                 ..over_time(
                     &format!("loop-{}-{direction}.svg", set.replace('.', "-")),
-                    "Force that a driven set exerts on its body over its displacement: the area of a loop is the work of its cycle",
+                    "Force of a driven set on its body over its displacement: the area of a loop is the work of its cycle",
                     YAxis::Linear("force (N)", 1.0),
                     &[(&format!("{set}, along {direction}"), force)],
                 )

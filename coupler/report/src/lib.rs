@@ -1,14 +1,15 @@
-//! `report.html` with its pictures, and `movie.html`, made from what a run left in its directory.
+//! `report.html` with its pictures, and `movie.html`, made from the files in a run directory.
 //!
 //! - [`page`]: sections, tables and pictures as one file;
-//! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
-//! - `results`: the results, explained as in the book's reference; `compare`: a run beside another one;
-//! - `mesh`: meshes and grains in millimetres; `scene`: both around the contact, coloured by pressure;
-//! - `body`: the whole continuum, and which of its nodes stick;
-//! - `bodies`: first and third body; `cycles`: cycle by cycle of the wheel's motion; `profiles`: across a layer of grains;
+//! - `verdict`: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: the origin of the run;
+//! - `results`: the results, explained as in the book's reference; `compare`: a run against another one; [`seeds`]: several seeds;
+//! - `mesh`: meshes and grains in millimetres; `scene`: meshes and grains around the contact, coloured by pressure;
+//! - `body`: the whole continuum, and its nodes that stick;
+//! - `bodies`: first and third body; `cycles`: the wheel's motion cycle by cycle; `profiles`: profiles across a layer of grains;
 //! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
-//! - `circuit`: the flows of third body; `times`: where the time went; `front`: what less error or less time would take;
-//! - `curves`: loads, friction, sliding nodes, traction; `line_contact`: Hertz's pressure and the limit of friction beside it; `ledger`: interfaces, energies, bonds, flows;
+//! - `circuit`: the flows of third body; `times`: where the time went; `front`: settings with less error or less time;
+//! - `curves`: loads, friction, sliding nodes, traction; `line_contact`: Hertz's pressure and the limit of friction;
+//!   `ledger`: interfaces, energies, bonds, flows;
 //! - [`study`]: the page of a study;
 //! - [`terminal`]: the results of a run as a table for a terminal;
 //! - [`movie`]: `movie.html`, a player of all moments.
@@ -48,11 +49,11 @@ pub mod terminal;
 mod times;
 mod verdict;
 
-/// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given, with what a study
-/// knows of its scene; returns the names of the files, and what table or field is not what its run wrote.
+/// Writes the pictures and `report.html` into a run directory, with the curves of another run and the settings of a study if they are
+/// given. Returns the names of the files, and an error if a table or field differs from what its run wrote.
 ///
 /// # Errors
-/// A file of a run is missing or damaged, or one cannot be written.
+/// A file of a run is missing or damaged, or a file cannot be written.
 pub fn write(
     run: &Path,
     other: Option<&Path>,
@@ -78,8 +79,7 @@ pub fn write(
     Ok((names, damage))
 }
 
-/// The pictures of a run's report that have these file names, laid over those of another run where one is given, as a section without
-/// words.
+/// The pictures of a run's report with these file names, with the curves of another run if it is given, as a section without words.
 ///
 /// # Errors
 /// A file of a run is damaged.
@@ -103,15 +103,15 @@ fn save(path: &Path, text: &str) -> Result<(), Error> {
     std::fs::write(path, text).map_err(Error::output(path.display()))
 }
 
-/// Tells that the run has its fields as VTKHDF, which a report does not read.
+/// A paragraph for a run whose fields are VTKHDF files, which a report does not read.
 fn unread_fields(run: &RunFiles) -> String {
     if run.field_files(".vtkhdf").is_empty() {
         return String::new();
     }
-    "<p>The fields are files of VTKHDF, which a report does not read: its pictures of them are left out. ParaView opens them; with <code>run.output.fields_format = \"vtk-xml\"</code> they are drawn.</p>".into()
+    "<p>The fields are VTKHDF files, which a report does not read: their pictures are left out. ParaView opens them; with <code>run.output.fields_format = \"vtk-xml\"</code> the report draws them.</p>".into()
 }
 
-/// The sections that the run has something for.
+/// The sections for which the run has content.
 fn sections(
     run: &RunFiles,
     others: &[&RunFiles],
@@ -119,7 +119,7 @@ fn sections(
 ) -> Result<Vec<Section>, Error> {
     let names = match others {
         [other] => vec![name(other)],
-        // The first stands for all in legends.
+        // The first name represents all in legends.
         _ => Vec::from_iter(others.iter().enumerate().map(|(k, _)| match k {
             0 => "other seeds".to_string(),
             _ => String::new(),
@@ -140,7 +140,7 @@ fn sections(
         |title, charts: Vec<_>| Section::of_pictures(title, Vec::new(), plots(&tables, &charts));
     let mut all = vec![
         Section::of_text("Verdict", verdict::judged(run)),
-        Section::of_text("Beside another run", beside),
+        Section::of_text("Compared with another run", beside),
         Section::of_text("Provenance", provenance::provenance(run)),
         Section {
             maps: scene(run)?,
@@ -166,7 +166,7 @@ fn sections(
     Ok(all)
 }
 
-/// Name of a run in legends: that of its directory, or of its scenario where that is one of many called alike.
+/// Name of a run in legends: its directory's, or its scenario's if the directory is called `run`, as many are.
 fn name(run: &RunFiles) -> String {
     let name = run.path.file_name().filter(|name| *name != "run");
     let name = name.map(|name| name.to_string_lossy().into_owned());

@@ -1,4 +1,4 @@
-//! The line contact of a scene after Hertz, and its limit of friction, to be drawn beside the traction of a run.
+//! The line contact of a scene after Hertz, and its limit of friction, for comparison with the traction of a run.
 
 use std::f64::consts::PI;
 
@@ -16,12 +16,12 @@ pub(super) struct LineContact {
     load_n_per_m: f64,
     /// 1/R = 1/R of the crown + 1/R of the wheel; a flat face adds nothing.
     radius_m: f64,
-    /// E* = E / (1 - ν²) in plane strain and E in plane stress, the wheel being rigid.
+    /// E* = E / (1 - ν²) in plane strain and E in plane stress, for a rigid wheel.
     modulus_pa: f64,
 }
 
 impl LineContact {
-    /// The contact of a scene with one elastic body of known crown below a smooth wheel; `None` of any other scene.
+    /// The contact of a scene with one elastic body of known crown below a smooth wheel; `None` for any other scene.
     pub(super) fn of(run: &RunFiles) -> Option<LineContact> {
         let keys = run.scenario_table();
         let setup = Setup::from(&keys);
@@ -69,7 +69,7 @@ impl LineContact {
         shares.map(point).unzip()
     }
 
-    /// Its words in a legend.
+    /// Words in a legend.
     pub(super) fn words(&self) -> String {
         let [modulus, radius] = [(self.modulus_pa, "Pa"), (self.radius_m, "m")];
         let [modulus, radius] = [modulus, radius].map(|(value, unit)| with_unit(value, unit));
@@ -77,7 +77,7 @@ impl LineContact {
     }
 }
 
-/// The coefficient of friction of the surface, where it has one: of the contact with the wheel, or of a layer with one law throughout.
+/// The coefficient of friction of the surface, if it has one: of the contact with the wheel, or of a layer with a single law.
 pub(super) fn friction(run: &RunFiles) -> Option<f64> {
     let keys = run.scenario_table();
     let setup = Setup::from(&keys);

@@ -1,10 +1,10 @@
-//! Meshes and grains of the files of fields, in the millimetres of maps.
+//! Meshes and grains from the files of fields, in millimetres for maps.
 
 use draw::extent::Extent;
 use draw::map::{Panel, middle};
 use runs::fields::{Arrays, numbers, points};
 
-/// Draws the displaced elements that touch a map, each in the colour of its number.
+/// Draws the displaced elements that touch a map; `colour` takes the index of an element.
 pub(super) fn draw_elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize) -> String) {
     let (cells, nodes) = (numbers(arrays, "connectivity"), deformed_mm(arrays));
     for (number, cell) in cells.chunks_exact(4).enumerate() {
@@ -18,7 +18,7 @@ pub(super) fn draw_elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(
     }
 }
 
-/// Current positions of the nodes of a mesh (mm), whose points are those before the deformation.
+/// Current positions of the nodes of a mesh (mm); its points are the positions before the deformation.
 pub(super) fn deformed_mm(arrays: &Arrays) -> Vec<[f64; 2]> {
     let moved = numbers(arrays, "displacement_m");
     let at = |k: usize| 1e3 * moved.get(k).copied().unwrap_or(0.0);
@@ -33,11 +33,11 @@ pub(super) fn deformed_extent(arrays: &Arrays) -> Option<Extent> {
     Extent::around(nodes.map(|node| (node, 0.0)))
 }
 
-/// The part of layers of grains, by name with their extents, that a map shows once more and larger, and its heading: the middle of a layer
-/// that is much longer than high, or one of several.
+/// The part of layers of grains, given by name and extent, that a second map shows larger, with the heading of that map: the middle of a
+/// layer that is much longer than high, or one of several layers.
 pub(super) fn closer(layers: &[(&str, Extent)]) -> Option<(Extent, String)> {
     match layers {
-        [(_, layer)] => Some((middle(layer)?, "The middle of it".into())),
+        [(_, layer)] => Some((middle(layer)?, "The middle of the layer".into())),
         _ => {
             let (name, layer) = layers.get(layers.len() / 2)?;
             Some((*layer, format!("The grains of {name}")))

@@ -1,7 +1,7 @@
-//! `movie.html`: a player of grains on the deforming mesh, at all moments at which a run wrote fields.
+//! `movie.html`: a player of grains on the deforming mesh, for all moments at which a run wrote fields.
 //!
-//! - `fields`: the files and moments there are;
-//! - `mesh`: outline and sides of a mesh; `position`: its position beside grains; `scene`: all bodies at the first moment;
+//! - `fields`: the files and moments of a run;
+//! - `mesh`: outline and sides of a mesh; `position`: its position relative to grains; `scene`: all bodies at the first moment;
 //! - `fit`: the parts that fit into the page; `shots`: their frames; `range`: ranges of all numbers; `view`: parts of the scene;
 //! - `track`: signals; `encode`: numbers as text; `page`: the player with the data in it.
 
@@ -40,13 +40,13 @@ const FILE: &str = "movie.html";
 const BYTES_MOST: usize = 5_000_000;
 /// Room for texts and signals (bytes).
 const TEXTS: usize = 150_000;
-/// With fewer moments than these, the page says how there will be more.
+/// With fewer moments, the page explains how to get more.
 const FEW: usize = 12;
 
-/// Writes `movie.html` into a run directory; returns its name, and what makes more frames where the run wrote few.
+/// Writes `movie.html` into a run directory; returns its name, and a note on damage or on how to get more frames.
 ///
 /// # Errors
-/// The run left no fields that can be shown.
+/// The run wrote no fields that can be shown.
 pub fn write(run: &Path) -> Result<(String, Option<String>), Error> {
     let run_files = RunFiles::read_what_is_there(run);
     let html = make(&run_files, BYTES_MOST)?;
@@ -57,7 +57,7 @@ pub fn write(run: &Path) -> Result<(String, Option<String>), Error> {
     Ok((FILE.into(), note))
 }
 
-/// The page of at most so many bytes. Its size is foreseen from above; what that leaves free is used in a second attempt.
+/// The page, of at most `bytes` bytes. The estimate of its size is an upper bound; a second attempt uses the room that is left.
 fn make(run: &RunFiles, bytes: usize) -> Result<String, Error> {
     let attempt = |room: usize| Material::of(run)?.page(run, room);
     let mut room = bytes.saturating_sub(PLAYER.len() + TEXTS);
@@ -75,7 +75,7 @@ fn make(run: &RunFiles, bytes: usize) -> Result<String, Error> {
     Ok(if more.len() <= bytes { more } else { html })
 }
 
-/// What makes more frames, of a run that wrote few.
+/// Instructions for more frames, if the run wrote few.
 fn few(files: &FieldFiles) -> Option<String> {
     let moments = &files.moments;
     let times = moments.iter().filter_map(|moment| moment.time_s);
@@ -84,7 +84,7 @@ fn few(files: &FieldFiles) -> Option<String> {
     (moments.len() < FEW).then(|| format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", moments.len()))
 }
 
-/// Everything that a run left for a movie.
+/// All parts of a run for a movie.
 struct Material {
     setup: Setup,
     files: FieldFiles,
@@ -110,7 +110,7 @@ impl Material {
         })
     }
 
-    /// The page with as much as fits into so many bytes of data, and if everything is in it.
+    /// The page with as much as fits into `room` bytes of data, and whether it contains everything.
     fn page(mut self, run: &RunFiles, room: usize) -> Result<(String, bool), Error> {
         let whole = self.scene.content(self.files.moments.len());
         let kept = whole.within(room, self.scene.outline());
@@ -195,7 +195,7 @@ impl Material {
     }
 }
 
-/// A frame as the page takes it, without bodies.
+/// A frame for the page, without bodies.
 fn frame(moment: &FieldMoment, track: &Track) -> Value {
     let inside = moment.name.rsplit_once('-');
     let inside = inside.filter(|(_, number)| number.bytes().all(|digit| digit.is_ascii_digit()));
@@ -207,7 +207,7 @@ fn frame(moment: &FieldMoment, track: &Track) -> Value {
     })
 }
 
-/// What the page leaves out because of its size.
+/// Notes on the parts that the page leaves out because of its size.
 fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
     let size = BYTES_MOST / 1_000_000;
     let because = format!("so that the page stays below {size} MB");
@@ -218,7 +218,7 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
         }
     };
     let minute = match whole.frames > FRAMES_MOST {
-        true => " and goes through them in a minute",
+        true => " and plays in a minute",
         false => "",
     };
     let elements = "elements are drawn, those nearest to the contact, and the outline";
@@ -235,7 +235,7 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
     notes
 }
 
-/// Accuracy of what is shown.
+/// Accuracy of the numbers on the page.
 fn accuracy(scene: &Scene, ranges: &MovieRanges) -> String {
     let half = |range: [f64; 2], codes: f64| 0.5 * (range[1] - range[0]) / codes;
     let nm = |ranges: [[f64; 2]; 2]| {
@@ -268,9 +268,7 @@ fn accuracy(scene: &Scene, ranges: &MovieRanges) -> String {
 /// The end of the run in words.
 fn status(run: &RunFiles) -> String {
     match run.text("status") {
-        "" => {
-            "The run left no summary.json that can be read: it was killed, or is not over.".into()
-        }
+        "" => "The run has no readable summary.json: it was killed, or still runs.".into(),
         status => format!("Status of the run: {status}. {}", run.text("message")),
     }
 }
@@ -280,7 +278,7 @@ mod tests {
     use super::*;
     use kit::scratch::Scratch;
 
-    /// Fields of so many grains on a lattice at two moments, each pressed on its neighbour.
+    /// Fields of `count` grains on a lattice at two moments, each pressed on its neighbour.
     fn run(purpose: &str, count: usize) -> Scratch {
         let scratch = Scratch::new(purpose, 1);
         let fields = scratch.path().join("fields");
@@ -329,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_is_never_larger_and_tells_what_it_left_out() {
+    fn a_page_is_never_larger_and_names_what_it_leaves_out() {
         let run = run("movie-bound", 20_000);
         let html = make(&RunFiles::read_what_is_there(run.path()), 300_000).expect("it has fields");
         assert!((200_000..=300_000).contains(&html.len()), "{}", html.len());

@@ -1,4 +1,4 @@
-//! The page: sections of words, tables and pictures in one file that needs nothing else.
+//! The page: sections of words, tables and pictures in one self-contained file.
 
 use std::fmt::Write as _;
 
@@ -13,9 +13,9 @@ pub struct Section {
     pub title: String,
     /// HTML below the title: paragraphs and tables, already escaped.
     pub text: String,
-    /// Pictures over the whole width.
+    /// Pictures of full width.
     pub maps: Vec<Picture>,
-    /// Pictures of which two stand side by side.
+    /// Pictures in two columns.
     pub plots: Vec<Picture>,
 }
 
@@ -38,7 +38,7 @@ impl Section {
         }
     }
 
-    /// True where there is nothing to show.
+    /// True if there is nothing to show.
     pub(super) fn is_empty(&self) -> bool {
         self.text.is_empty() && self.maps.is_empty() && self.plots.is_empty()
     }
@@ -47,7 +47,7 @@ impl Section {
         self.maps.iter().chain(&self.plots)
     }
 
-    /// Its HTML; pictures are numbered from the one after `figures` on.
+    /// HTML of the section; its pictures are numbered from `figures` + 1 on.
     fn html(&self, number: usize, figures: &mut usize) -> String {
         let mut figure = |picture: &Picture| {
             *figures += 1;
@@ -105,13 +105,13 @@ pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
     )
 }
 
-/// A picture with its caption, its text alternative being part of the drawing.
+/// A picture with its caption; the drawing contains the text alternative.
 fn figure(number: usize, picture: &Picture) -> String {
     let (svg, caption) = (accessible(picture), names(&escape(&picture.caption)));
     format!("<figure>{svg}<figcaption>Figure {number}: {caption}</figcaption></figure>")
 }
 
-/// Escaped text whose names, between backticks, are set as code.
+/// Escaped text with names between backticks set as code.
 pub fn names(text: &str) -> String {
     let parts = text.split('`').enumerate();
     let parts = parts.map(|(number, part)| match number % 2 {
@@ -121,7 +121,7 @@ pub fn names(text: &str) -> String {
     parts.collect()
 }
 
-/// The drawing with its name and description for readers of screens.
+/// The drawing with its name and description for screen readers.
 pub(super) fn accessible(picture: &Picture) -> String {
     let (caption, alternative) = (escape(&picture.caption), escape(&picture.alternative));
     let described = format!("<svg role=\"img\" aria-label=\"{caption} {alternative}\" ");
@@ -135,7 +135,7 @@ pub(super) fn accessible(picture: &Picture) -> String {
     format!("{described}{attributes}><title>{caption}</title><desc>{alternative}</desc>{inside}")
 }
 
-/// A table: its head, and rows of cells that are escaped already; those of `numbers` stand at the right. Nothing without rows.
+/// A table: its head, and rows of cells that are escaped already. Columns in `numbers` are right-aligned. Empty without rows.
 pub fn table<'a>(
     head: impl AsRef<[&'a str]>,
     numbers: &[usize],

@@ -1,4 +1,4 @@
-//! Profiles across a layer of grains: velocity, solid fraction and stress in slices, means over intervals.
+//! Profiles across a layer of grains: velocity, solid fraction and stress in slices, averaged over intervals.
 
 use super::curves::{Chart, Tables, YAxis, over_time, plots};
 use super::cycles::number_or_gap;
@@ -7,17 +7,17 @@ use draw::units::four;
 use runs::files::RunFiles;
 use runs::table::Table;
 
-/// An interval below this part of the longest one was cut by the end of the run.
+/// The end of the run cut an interval that is shorter than this part of the longest.
 const WHOLE: f64 = 0.9;
 
-/// The profiles of the first participant that wrote them: those of the last whole interval before paler ones of the earlier intervals.
+/// The profiles of the first participant that wrote them: the last whole interval in front, earlier intervals paler behind it.
 pub(super) fn profiles(run: &RunFiles) -> Vec<Picture> {
     let mut files = run.field_files("-profile.csv").into_iter();
     let found = files.find_map(|file| drawn(&Table::read_whole_rows(&file)));
     found.unwrap_or_default()
 }
 
-/// `None` of a table of something else, or without an interval.
+/// `None` for a table of something else, or without an interval.
 fn drawn(slices: &Table) -> Option<Vec<Picture>> {
     let (starts, ends) = (slices.get("t0_s")?, slices.get("t1_s")?);
     let length = |row: &usize| ends[*row] - starts[*row];
@@ -39,7 +39,7 @@ fn drawn(slices: &Table) -> Option<Vec<Picture>> {
         ("shear", format!("stress_{across}{axis}_pa")),
     ] {
         let numbers = slices.get(&column)?;
-        // With a gap after each interval.
+        // Each interval ends with a gap.
         let among = |chosen: &dyn Fn(usize) -> bool| {
             let number = |row: &usize| number_or_gap(numbers, *row, chosen(*row));
             let intervals = rows.chunk_by(|a, b| starts[*a] == starts[*b]);
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use kit::scratch::Scratch;
 
-    /// Three intervals of two slices each, of which the end of the run cut the last; the velocity is the number of the row.
+    /// Three intervals of two slices each; the end of the run cut the last interval. The velocity is the index of the row.
     fn table(axis: &str) -> String {
         let mut text = format!(
             "t0_s,t1_s,{axis}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s\n"
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_whole_interval_stands_before_the_earlier_ones() {
+    fn the_last_whole_interval_is_drawn_in_front_of_the_earlier_ones() {
         let traction = "x_m,pressure_pa,shear_pa,status\n0,1,1,open\n";
         let files = [
             ("a-hold-profile.csv", traction),
@@ -174,7 +174,7 @@ mod tests {
         assert!(drawn_of("profiles-empty", &[("layer-profile.csv", header)]).is_empty());
     }
 
-    /// Each whole interval is a line of its own, and the legend has two more.
+    /// Each whole interval is a separate line, and the legend has two more lines.
     #[test]
     fn no_line_joins_two_intervals() {
         let text = table("y").replace("2.3", "3");

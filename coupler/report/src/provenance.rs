@@ -1,4 +1,4 @@
-//! Where a run comes from, and the command that repeats it.
+//! The origin of a run, and the command that repeats it.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use draw::svg::escape;
 use draw::units::{four, with_unit};
 use runs::files::RunFiles;
 
-/// The keys that were set for the run, one a line: its value, and the one that it has in the scene.
+/// The keys that were set for the run, one per line: the value, and the value in the scene.
 pub(super) fn changed(run: &RunFiles) -> Vec<String> {
     let shown = |value: Option<String>| value.unwrap_or("not given".into());
     let changed = run.changed().into_iter();
@@ -52,15 +52,15 @@ pub(super) fn provenance(run: &RunFiles) -> String {
     let threads = threads.map_or(String::new(), |count| format!(" --threads {count}"));
     let file = scenario_file(run);
     format!(
-        "{}<p>Repeat it; the same build gives the same hashes for any number of threads:</p><pre>{}</pre>",
+        "{}<p>To repeat the run (the same build gives the same hashes for any number of threads):</p><pre>{}</pre>",
         table(["", ""], &[], rows.map(|(name, text)| [name.into(), text])),
         escape(&format!("thirdbody run {file}{threads}"))
     )
 }
 
-/// Its own copy of its scenario, as a word of a shell.
+/// The run's copy of its scenario, as a word of a shell.
 pub(super) fn scenario_file(run: &RunFiles) -> String {
-    // A name such as runs/latest points at another run an hour later.
+    // A name such as runs/latest points at another run later.
     let path = run.path.canonicalize().unwrap_or_else(|_| run.path.clone());
     quoted(&path.join("scenario.toml").display().to_string())
 }
@@ -75,7 +75,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// Processor time, memory, and work with its pace, of each process.
+/// Processor time, memory, work and time per unit of work, for each process.
 pub(super) fn processes(run: &RunFiles) -> String {
     let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or(0.0);
     let rows = run.entries("participants").map(|(name, of)| {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_a_shell_are_quoted_where_they_must_be() {
+    fn words_of_a_shell_are_quoted_if_they_need_it() {
         assert_eq!(quoted("runs/a-1/scenario.toml"), "runs/a-1/scenario.toml");
         assert_eq!(quoted("it's here"), "'it'\\''s here'");
     }

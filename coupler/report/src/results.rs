@@ -1,4 +1,4 @@
-//! Results with their units, in groups, a sentence each.
+//! Results with their units, in groups, each with a sentence.
 
 use super::page::table;
 use draw::svg::escape;
@@ -33,13 +33,13 @@ fn is_signal(entry: &ResultKind) -> bool {
     entry.group.starts_with("Signals")
 }
 
-/// The names of all results, some with a `<set>` in front.
+/// The names of all results, some with the prefix `<set>`.
 pub fn names() -> Vec<String> {
     let results = entries().into_iter().filter(|entry| !is_signal(entry));
     results.map(|entry| entry.name).collect()
 }
 
-/// The names of those that need a full cycle of a wheel.
+/// The names of the results that need a full cycle of a wheel.
 pub fn of_full_cycles() -> Vec<String> {
     let of_cycles = |entry: &ResultKind| {
         entry.group.starts_with("Cycles") || entry.sentence.contains("full cycle")
@@ -48,7 +48,7 @@ pub fn of_full_cycles() -> Vec<String> {
     entries.map(|entry| entry.name).collect()
 }
 
-/// What a result or a signal is, whether or not the name of its participant stands before it.
+/// The meaning of a result or a signal, named with or without its participant.
 pub fn explained(name: &str) -> Option<String> {
     let entries = entries();
     let entry = &entries[number(&entries, name)?];
@@ -56,7 +56,7 @@ pub fn explained(name: &str) -> Option<String> {
     Some(format!("{name} (a {kind}): {}", entry.sentence))
 }
 
-/// True if the entry is that of a name; `<set>` stands for any beginning.
+/// True if the entry explains a name; `<set>` stands for any beginning.
 fn explains(entry: &ResultKind, name: &str) -> bool {
     match entry.name.strip_prefix("<set>") {
         Some(ending) => name.len() > ending.len() && name.ends_with(ending),
@@ -64,8 +64,8 @@ fn explains(entry: &ResultKind, name: &str) -> bool {
     }
 }
 
-/// Number of the entry that explains a result, whether or not the name of its participant or interface stands before it; exact names come
-/// before patterns.
+/// Index of the entry that explains a result, named with or without its participant or interface; exact names take precedence over
+/// patterns.
 fn number(entries: &[ResultKind], name: &str) -> Option<usize> {
     let last = name.rsplit('.').next()?;
     let exact = |name: &str| entries.iter().position(|entry| entry.name == name);
@@ -75,7 +75,7 @@ fn number(entries: &[ResultKind], name: &str) -> Option<usize> {
         .or_else(|| pattern(last))
 }
 
-/// Group for results of foreign solvers, which nothing explains.
+/// Group for results of foreign solvers, which have no entry.
 const OTHERS: &str = "Others";
 
 /// Results of one group.
@@ -110,7 +110,7 @@ pub(super) fn groups(run: &RunFiles) -> Vec<ResultGroup<'_>> {
     groups.collect()
 }
 
-/// Tables of the results of a run, a group each.
+/// Tables of the results of a run, one per group.
 pub(super) fn grouped(run: &RunFiles) -> String {
     let mut html = String::new();
     for group in groups(run) {

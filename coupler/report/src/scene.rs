@@ -14,26 +14,26 @@ use runs::fields::{Arrays, flags, numbers};
 use runs::files::{MarkedMoment, RunFiles};
 use scenario::error::Error;
 
-/// Fields at a moment: those of the first continuum and of all layers of grains. A second continuum has a frame of its
-/// own, in which it may lie where the first one does.
+/// Fields of the first continuum and of all layers of grains at a moment. A second continuum has its own frame, in which it may have the
+/// same position as the first one.
 struct Scene {
     continuum: Option<Arrays>,
-    /// By the names of their participants.
+    /// With the names of their participants.
     grains: Vec<(String, Arrays)>,
-    /// Lowest point and radius of the face of the wheel (mm); a flat one has the radius 0.
+    /// Lowest point and radius of the face of the wheel (mm); a flat face has the radius 0.
     wheel: Option<[f64; 3]>,
 }
 
-/// Height of the wheel above its lowest point in a map, over that of the scene.
+/// Height of the wheel above its lowest point in a map, over the height of the scene.
 const WHEEL: f64 = 0.1;
-/// Pieces of the drawn face.
+/// Number of pieces of the drawn face.
 const PIECES: i32 = 120;
 
-/// Most disks that are drawn one by one: more make a page of tens of megabytes, of disks of a pixel or two.
+/// Largest number of disks drawn: more disks of a pixel or two make a page of tens of megabytes.
 const DISKS_MAX: usize = 20_000;
 
-/// The scene at the first of the moments that has fields: the whole contact and, where a layer of grains is much longer
-/// than high, its middle below, or one of several layers. `None` where no participant wrote fields.
+/// The scene at the first moment that has fields: the whole contact, and below it the middle of a layer of grains that is much longer
+/// than high, or one of several layers. `None` if no participant wrote fields.
 pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
     for MarkedMoment { name, words } in run.moments() {
         let mut continua = run.all_fields(&name, ".vtu")?.into_iter();
@@ -63,8 +63,7 @@ fn wheel_mm(run: &RunFiles, moment: &str) -> Option<[f64; 3]> {
     Some([x?, y?, 1e3 * wheel.radius_m])
 }
 
-/// The fields of a continuum, which are moved to where the grains of its first layer are glued to it if it lies on top of them, in a frame of
-/// its own.
+/// The fields of a continuum. A continuum on top of a layer has its own frame; it is moved to the grains that are glued to it.
 fn raised(
     run: &RunFiles,
     name: &str,
@@ -105,7 +104,7 @@ impl Scene {
             what += " Thick outlines: glued grains.";
         }
         if self.wheel.is_some() {
-            what += " Blue: the wheel down to its face.";
+            what += " Blue: the wheel, down to its face.";
         }
         let stride = disks.div_ceil(DISKS_MAX);
         if stride > 1 {
@@ -131,8 +130,8 @@ impl Scene {
         values.iter().copied().reduce(f64::max)
     }
 
-    /// The grains and as much of the continuum as their pressure reaches; without grains all of it. Below, the middle of a layer, or of
-    /// several layers one.
+    /// The grains with the part of the continuum that their pressure reaches; without grains the whole continuum. Below, the middle of a
+    /// layer, or one of several layers.
     fn shown(&self) -> Vec<Map> {
         let nodes = self.continuum.iter();
         let nodes = nodes.flat_map(deformed_mm).map(|node| (node, 0.0));
@@ -149,7 +148,7 @@ impl Scene {
         };
         let side = 0.02 * layer.width();
         let deep = 0.16 * layer.width();
-        // A body above is shown as deep as the one below, a rigid wheel needs less.
+        // A body above is shown to the same depth as the body below; a rigid wheel needs less.
         let above = self.wheel.map_or(deep, |_| 0.3 * deep);
         let whole = layer.with_margin(side, deep, above).within(&all);
         let mut shown = vec![Map::to_scale(whole, "")];
@@ -171,8 +170,8 @@ impl Scene {
         self.grains.iter().flat_map(|(_, arrays)| circles(arrays))
     }
 
-    /// Pressure at which the colours end (MPa): the largest in the continuum; without one, a value that 95 of 100 grains stay
-    /// below, as single grains carry many times the mean.
+    /// Pressure at which the colours end (MPa): the largest in the continuum; without a continuum, a value that 95 of 100 grains stay below,
+    /// because single grains carry many times the mean.
     fn full_mpa(&self) -> f64 {
         if let Some(largest) = self.largest_pa() {
             return full_mpa(largest.max(0.0));
@@ -201,7 +200,7 @@ impl Scene {
     }
 }
 
-/// Draws the wheel down to its face, as far as the map shows it.
+/// Draws the part of the wheel that the map shows, down to its face.
 fn draw_wheel(panel: &mut Panel, [x, y, radius]: [f64; 3]) {
     let Extent {
         x: [left, right],
@@ -227,7 +226,7 @@ pub(super) fn circles(arrays: &Arrays) -> impl Iterator<Item = ([f64; 2], f64)> 
     all.filter(|(_, radius)| *radius > 0.0)
 }
 
-/// Draws the grains that a map shows, each in the colour of its number.
+/// Draws the grains that a map shows; `colour` takes the index of a grain.
 pub(super) fn disks(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize) -> String) {
     let glued = flags(arrays, "glued");
     let radii = numbers(arrays, "radius_m");

@@ -1,4 +1,4 @@
-//! Runs of one scene that differ by their seeds: the mean of each result with its 95 % interval, and a page that overlays the runs.
+//! Runs of one scene with different seeds: the mean of each result with its 95 % interval, and a page that overlays the runs.
 
 use std::path::{Path, PathBuf};
 
@@ -15,13 +15,13 @@ use scenario::error::Error;
 /// A result over the seeds.
 #[derive(Clone, Debug)]
 pub struct SeedMean {
-    /// Its name.
+    /// Name of the result.
     pub name: String,
-    /// What it is, in a sentence.
+    /// Its meaning, in a sentence.
     pub sentence: String,
-    /// Its value in each run that has it.
+    /// Value in each run that has the result.
     pub values: Vec<f64>,
-    /// Their mean.
+    /// Mean of the values.
     pub mean: f64,
     /// Half of the 95 % interval of the mean, Student's t s / sqrt(n).
     pub half_width: f64,
@@ -47,7 +47,7 @@ pub fn means(runs: &[RunFiles]) -> Vec<SeedMean> {
 }
 
 impl SeedMean {
-    /// Mean, half of the interval, lowest and highest value, with their unit.
+    /// Mean, half-width of the interval, lowest and highest value, with their unit.
     fn numbers(&self) -> [String; 4] {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self
@@ -59,7 +59,7 @@ impl SeedMean {
     }
 }
 
-/// The means for a terminal, a line each: all of them, or those that people ask for first and what they are.
+/// The means for a terminal, one per line: all of them, or the most important ones with their meanings.
 pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
     let shown = match all {
         true => means.iter().collect(),
@@ -77,22 +77,24 @@ pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
     shown.iter().map(line).collect()
 }
 
-/// Writes `report.html` and its pictures into a folder: means over these runs, and their curves over each other, the first one in front.
+/// Writes `report.html` and its pictures into a folder: means over these runs, and their overlaid curves with the first run in front.
 /// Returns the path of the page.
 ///
 /// # Errors
-/// A file of a run is missing or damaged, or one cannot be written.
+/// A file of a run is missing or damaged, or a file cannot be written.
 pub fn write(folder: &Path, title: &str, runs: &[PathBuf]) -> Result<PathBuf, Error> {
     let runs = runs.iter().map(|run| RunFiles::read_for_page(run));
     let runs = runs.collect::<Result<Vec<_>, Error>>()?;
-    let (first, others) = runs.split_first().expect("there are two at least");
+    let (first, others) = runs.split_first().expect("at least two runs");
     let mut all = sections(first, &Vec::from_iter(others), None)?;
     for section in &mut all {
         if section.title == "Provenance" {
             section.title += " of the first run";
         }
     }
-    all.retain(|section| !["Verdict", "Beside another run", "Results"].contains(&&*section.title));
+    all.retain(|section| {
+        !["Verdict", "Compared with another run", "Results"].contains(&&*section.title)
+    });
     let rows = means(&runs).into_iter().map(|of| {
         let name = format!("<code>{}</code>", escape(&of.name));
         let [mean, half_width, low, high] = of.numbers().map(|text| escape(&text));
@@ -122,7 +124,7 @@ pub fn write(folder: &Path, title: &str, runs: &[PathBuf]) -> Result<PathBuf, Er
         save(&folder.join(&picture.file), &accessible(picture))?;
     }
     let verdict = format!(
-        "<div class=\"verdict completed\" role=\"status\"><p><strong>{} runs that differ by their seeds.</strong></p><p>Each run is one random realisation. Curves of the first one are in front and the others behind them; maps show the first run alone.</p></div>",
+        "<div class=\"verdict completed\" role=\"status\"><p><strong>{} runs with different seeds.</strong></p><p>Each run is one random realisation. The curves of the first run are in front of the others; maps show only the first run.</p></div>",
         runs.len()
     );
     let path = folder.join("report.html");

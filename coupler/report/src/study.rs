@@ -1,4 +1,4 @@
-//! The page of a study, made from what `study run` and `study collect` left in its folder: the study file, tables, pictures, warnings.
+//! The page of a study, made from the files that `study run` and `study collect` wrote: the study file, tables, pictures, warnings.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use draw::units::four;
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 
-/// Rows of a table that the page shows; the others stand in the file.
+/// Largest number of table rows on the page; the file has the others.
 const MANY: usize = 500;
 
-/// Files of pictures, and what each shows.
+/// Files of pictures, with their captions.
 const PICTURES: [[&str; 2]; 4] = [
     [
         "means.svg",
@@ -21,19 +21,19 @@ const PICTURES: [[&str; 2]; 4] = [
     ],
     [
         "maps.svg",
-        "Means over two keys, and half of their 95 % intervals",
+        "Means over two keys, and half-widths of their 95 % intervals",
     ],
     [
         "front.svg",
-        "Error over cost; the front joins what nothing beats in both",
+        "Error over cost; the front joins the settings that no other setting beats in both",
     ],
     ["knobs.svg", "Error along the values of each key"],
 ];
 
-/// Columns of results.csv that the page leaves to the file.
+/// Columns of results.csv that the page leaves out.
 const HIDDEN: &str = "id exit_code attempts peak_rss_bytes element_steps contact_iterations messages hash_exchange hash_state message";
 
-/// A table of comma-separated cells: its head, and its rows.
+/// A table of comma-separated cells: head and rows.
 struct Cells(Vec<String>, Vec<Vec<String>>);
 
 /// Writes `report.html` into the folder of a study; returns its path.
@@ -43,7 +43,7 @@ struct Cells(Vec<String>, Vec<Vec<String>>);
 pub fn write(folder: &Path) -> Result<PathBuf, Error> {
     let read = |file: &str| std::fs::read_to_string(folder.join(file));
     let Ok(results) = read("results.csv") else {
-        let problem = "holds no results.csv: give the folder of a study, such as runs/study-NAME, after `study run` or `study collect`";
+        let problem = "has no results.csv: give the folder of a study, such as runs/study-NAME, after `study run` or `study collect`";
         return Err(Refusal::file(folder, problem).into());
     };
     let mut rows = results.lines().map(cells);
@@ -83,7 +83,7 @@ pub fn write(folder: &Path) -> Result<PathBuf, Error> {
 }
 
 impl Cells {
-    /// The cell of a row in this column; empty where the table lacks the column.
+    /// The cell of a row in this column; empty if the table lacks the column.
     fn cell<'a>(&self, row: &'a [String], name: &str) -> &'a str {
         let column = self.0.iter().position(|head| head == name);
         column.and_then(|k| row.get(k)).map_or("", |cell| cell)
@@ -108,7 +108,7 @@ impl Cells {
         }
     }
 
-    /// The box at the top: how many runs ended how, and the builds that made them.
+    /// The box at the top: number of runs per ending, and the builds that made them.
     fn verdict(&self, folder: &Path) -> String {
         let mut counts: [BTreeMap<String, usize>; 2] = Default::default();
         for row in &self.1 {
@@ -123,7 +123,7 @@ impl Cells {
                 [Some(software), Some(build), Some(git)] => {
                     format!("by {software}, build {build}, git {git}")
                 }
-                _ => "not there".into(),
+                _ => "missing".into(),
             };
             let warned =
                 ["", " with warnings"][usize::from(!self.cell(row, "warnings").is_empty())];
@@ -145,7 +145,7 @@ impl Cells {
     }
 }
 
-/// The cells of a line, as RFC 4180 has them: between marks a comma is a letter, and two marks are one.
+/// The cells of a line (RFC 4180): within quotes a comma is a character, and two quotes stand for one.
 fn cells(line: &str) -> Vec<String> {
     let line = line.replace("\"\"", "\u{1}");
     let parts = line.split('"').enumerate().map(|(k, part)| match k % 2 {

@@ -1,4 +1,4 @@
-//! What came of a run, for a terminal: how it ended, what was judged, and the results that matter most, or all of them in groups.
+//! The outcome of a run, for a terminal: its ending, its balances, and the most important results, or all of them in groups.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use runs::warning::Warning;
 use runs::written::names;
 use serde_json::Value;
 
-/// Results that people ask for first, in this order; a scene has some of them.
+/// The most important results, in this order; a scene has some of them.
 const FIRST: [&str; 22] = [
     "approach_m",
     "p0_1mm_pa",
@@ -37,11 +37,11 @@ const FIRST: [&str; 22] = [
     "solid_fraction",
 ];
 
-/// Number of results that are shown unless all are asked for.
+/// Number of results that are shown by default.
 const SHOWN: usize = 6;
 
-/// The table that `run` ends with, of a run directory, its summary and what the run was warned of; with all results, or the six that people
-/// ask for first and what they are. Names are those of summary.json, numbers have four digits.
+/// The table that `run` ends with, from a run directory, its summary and its warnings; with all results, or the six most important ones
+/// and their meanings. Names are from summary.json, numbers have four digits.
 pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> String {
     let run = RunFiles {
         path: path.to_path_buf(),
@@ -85,14 +85,14 @@ pub fn table(path: &Path, summary: Value, warnings: &[Warning], all: bool) -> St
     lines.join("\n")
 }
 
-/// True for a run that was cut off and left a checkpoint to go on from.
+/// True for a run that was cut off and left a checkpoint to continue from.
 fn goes_on(run: &RunFiles) -> bool {
     let cut_off = ["interrupted", "peer_lost", "deadline", "output_failed"];
     let mut checkpoints = names(run.path.join("checkpoints"));
     cut_off.contains(&run.text("status")) && checkpoints.next().is_some()
 }
 
-/// Lines with a head; none where there are no lines.
+/// Lines below a head; empty without lines.
 fn headed(head: &str, lines: impl Iterator<Item = String>) -> Vec<String> {
     let mut lines: Vec<String> = lines.collect();
     if !lines.is_empty() {
@@ -101,7 +101,7 @@ fn headed(head: &str, lines: impl Iterator<Item = String>) -> Vec<String> {
     lines
 }
 
-/// The results that people ask for first, and what they are; the first ones of a scene that has none of these.
+/// The most important results with their meanings; the first ones if the scene has none of them.
 fn first(run: &RunFiles) -> Vec<String> {
     let groups = groups(run);
     let all: Vec<_> = groups.iter().flat_map(|group| &group.results).collect();
@@ -117,7 +117,7 @@ fn first(run: &RunFiles) -> Vec<String> {
     lines
 }
 
-/// Of these results those that people ask for first; the first ones where a scene has none of them.
+/// The most important ones among these results; the first ones if the scene has none of them.
 pub(super) fn chosen<'a, R>(all: &'a [R], name: impl Fn(&R) -> &str) -> Vec<&'a R> {
     let known = FIRST.iter();
     let known = known.filter_map(|first| all.iter().find(|result| name(result) == *first));
@@ -127,7 +127,7 @@ pub(super) fn chosen<'a, R>(all: &'a [R], name: impl Fn(&R) -> &str) -> Vec<&'a 
     }
 }
 
-/// The balances that have a bound, or all.
+/// The balances that have a bound, or all balances.
 fn judged(run: &RunFiles, all: bool) -> Vec<String> {
     let balances = balances(run).into_iter();
     let rows = balances
@@ -156,7 +156,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn results_stand_in_groups_with_units_and_balances_beside_their_bounds() {
+    fn results_are_in_groups_with_units_and_balances_have_their_bounds() {
         let summary = json!({
             "status": "suspect", "sim_time_s": 1.7e-3, "windows": 2833, "wall_s": 2.5,
             "coupling": {"gap_max_rel": 2.1456e-16},
@@ -176,9 +176,9 @@ mod tests {
             std::slice::from_ref(&warning),
             false,
         );
-        let told = "92.87 µm  Way of the wheel towards the rail";
+        let approach = "92.87 µm  Way of the wheel towards the rail";
         assert!(
-            short.contains(told) && short.ends_with("next: thirdbody report runs/a"),
+            short.contains(approach) && short.ends_with("next: thirdbody report runs/a"),
             "{short}"
         );
         assert!(!short.contains("Load and approach"), "{short}");

@@ -1,11 +1,11 @@
-//! Where the wall-clock time went, a bar for each process.
+//! Where the wall-clock time went: one bar per process.
 
 use draw::bars::{PartKind, bars};
 use draw::picture::Picture;
 use draw::units::with_unit;
 use runs::files::RunFiles;
 
-/// Kinds of time, with the lightness that tells them apart in grey.
+/// Kinds of time, whose lightness tells them apart in grey.
 const KINDS: [PartKind; 4] = [
     ["set-up", "#aabed2", "#222"],
     ["at work", "#12355b", "#fff"],
@@ -13,11 +13,11 @@ const KINDS: [PartKind; 4] = [
     ["rest: closing, outputs", "#e27d1e", "#222"],
 ];
 
-/// The bars; none where the summary has no times.
+/// The bars; `None` if the summary has no times.
 pub(super) fn times(run: &RunFiles) -> Option<Picture> {
     let wall = run.number("wall_s").filter(|wall| *wall > 0.0)?;
     let seconds = |s: f64| with_unit(s, "s");
-    // The rest is what set-up, work and waiting leave of the whole.
+    // The rest is the wall-clock time without set-up, work and waiting.
     let bar = |name: &str, [setup, work, wait]: [f64; 3]| {
         let rest = (wall - setup - work - wait).max(0.0);
         (name.to_string(), [setup, work, wait, rest])
@@ -43,7 +43,7 @@ pub(super) fn times(run: &RunFiles) -> Option<Picture> {
     Some(Picture {
         file: "times.svg".into(),
         caption: format!(
-            "Wall-clock time of each process, {} in all. The coordinator waits while participants work; participants wait while the others work.",
+            "Wall-clock time of each process, {} in total. The coordinator waits while participants work; participants wait while the others work.",
             seconds(wall)
         ),
         alternative: Vec::from_iter(each).join("; "),

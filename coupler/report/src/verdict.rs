@@ -1,4 +1,4 @@
-//! The verdict of a run in words: how it ended, its balances against their bounds, its warnings.
+//! The verdict of a run in words: its ending, its balances against their bounds, its warnings.
 
 use super::page::table;
 use super::provenance::changed;
@@ -21,13 +21,13 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
     };
     let beyond = beyond(run);
     let ended = match (status, warnings) {
-        ("completed" | "suspect", _) if damage.is_some() => "The run went to its end, but a table is no longer what it wrote: do not use the figures below that are drawn from it.".into(),
-        ("completed", 0) if !beyond.is_empty() => format!("The run completed without a warning; beyond a bound of its steps: {beyond}."),
-        ("completed", 0) => "The run completed, and no check found anything to warn of.".into(),
+        ("completed" | "suspect", _) if damage.is_some() => "The run reached its end, but a table has changed since: do not use the figures below that are drawn from it.".into(),
+        ("completed", 0) if !beyond.is_empty() => format!("The run completed without a warning, but its steps exceed bounds: {beyond}."),
+        ("completed", 0) => "The run completed, and no check found anything to warn about.".into(),
         ("completed", 1) => "The run completed, with one warning.".into(),
         ("completed", count) => format!("The run completed, with {count} warnings."),
-        ("suspect", _) => "The run went to its end, but values lie beyond what can be trusted: do not use its results before the warnings are understood.".into(),
-        (other, _) => format!("The run did not complete ({}): {} What follows holds up to where it came.", escape(other), escape(&sentence(run.text("message")))),
+        ("suspect", _) => "The run reached its end, but some values lie beyond what can be trusted: do not use its results before you understand the warnings.".into(),
+        (other, _) => format!("The run did not complete ({}): {} This page covers the run up to that point.", escape(other), escape(&sentence(run.text("message")))),
     };
     let damage = damage.map_or(String::new(), |damage| {
         format!("<p>{}</p>", escape(&sentence(&damage.to_string())))
@@ -38,10 +38,10 @@ pub(super) fn verdict(run: &RunFiles, damage: Option<&Error>) -> String {
     )
 }
 
-/// Keys that the head shows before it counts the rest.
+/// Number of keys that the head shows; it counts the rest.
 const MANY: usize = 12;
 
-/// What was set for this run.
+/// The keys that were set for this run.
 fn set(run: &RunFiles) -> String {
     let changed = changed(run);
     if changed.is_empty() {
@@ -58,13 +58,13 @@ fn set(run: &RunFiles) -> String {
 
 fn sentence(message: &str) -> String {
     match message.trim_end() {
-        "" => "no reason is on record.".into(),
+        "" => "no reason is recorded.".into(),
         text if text.ends_with('.') => text.into(),
         text => format!("{text}."),
     }
 }
 
-/// Simulated time, windows and time that they took.
+/// Simulated time, windows and wall-clock time.
 fn extent(run: &RunFiles) -> String {
     let simulated = run.number("sim_time_s").unwrap_or(0.0);
     let wall = run.number("wall_s").unwrap_or(0.0);
@@ -78,7 +78,7 @@ fn extent(run: &RunFiles) -> String {
     format!("{simulated} of simulated time in {windows} windows{repeats}; it took {wall}.")
 }
 
-/// A balance with its bound and what it means.
+/// A balance with its bound and its meaning.
 type Balance = (
     &'static str,
     &'static str,
@@ -91,7 +91,7 @@ static BALANCES: [Balance; 8] = [
         "energy",
         "results.energy_balance_rel",
         Some(&ENERGY_BALANCE),
-        "Work done on all bodies less what they store and dissipate, over the sizes of all terms: every term has a formula of its own, none is the remainder.",
+        "Work done on all bodies minus stored and dissipated energy, over the sizes of all terms: each term has its own formula, and no term is the remainder.",
     ),
     (
         "gap",
@@ -133,11 +133,11 @@ static BALANCES: [Balance; 8] = [
         "flows",
         "results.flow_balance_rel",
         None,
-        "Third body in the zone against the books of what came and went, over all that passed.",
+        "Third body in the zone against the sum of its flows, over all flows.",
     ),
 ];
 
-/// The number of windows that did not converge, whose share of all windows has the bound.
+/// The number of windows that did not converge; the bound is on their share of all windows.
 const NOT_CONVERGED_WINDOWS: &str = "coupling.not_converged_windows";
 
 /// A balance of a run.
@@ -145,7 +145,7 @@ pub(super) struct JudgedBalance {
     pub(super) name: &'static str,
     pub(super) value: f64,
     pub(super) bound: Option<f64>,
-    /// Whether it is within its bound, where it has one.
+    /// True within the bound, if there is one.
     pub(super) holds: Option<bool>,
     meaning: &'static str,
 }
@@ -179,7 +179,7 @@ pub(super) fn balances(run: &RunFiles) -> Vec<JudgedBalance> {
     judged.collect()
 }
 
-/// The warnings, if there are any, and the balances that the run has.
+/// The warnings, if there are any, and the balances of the run.
 pub(super) fn judged(run: &RunFiles) -> String {
     let balances = balances(run).into_iter().map(|balance| {
         [
@@ -222,7 +222,7 @@ const MARGINS: [(&str, &str); 2] = [
     ),
 ];
 
-/// The bounds of steps that the run does not keep, and by how much.
+/// The bounds of steps that the run exceeds, and by what factor.
 fn beyond(run: &RunFiles) -> String {
     let bounds = run
         .entries("stability")
@@ -235,7 +235,7 @@ fn beyond(run: &RunFiles) -> String {
     Vec::from_iter(beyond).join(", ")
 }
 
-/// Steps and windows against the bounds of their stability and accuracy; empty where there are none.
+/// Steps and windows against the bounds of stability and accuracy; empty without bounds.
 pub(super) fn steps(run: &RunFiles) -> String {
     let bounds = run.entries("stability").flat_map(|(name, predicted)| {
         let bounds = predicted["bounds"].as_array().into_iter().flatten();
@@ -266,7 +266,7 @@ pub(super) fn steps(run: &RunFiles) -> String {
     match table(head, &[3], bounds.chain(others)) {
         rows if rows.is_empty() => rows,
         rows => format!(
-            "<p>A margin is the factor by which the step or window could be longer.</p>{rows}"
+            "<p>The margin is the factor by which the step or window could be longer.</p>{rows}"
         ),
     }
 }
@@ -297,7 +297,7 @@ mod tests {
             json!({"status": "completed", "warnings": [], "stability": {"a": {"bounds": [{"name": "rebounds", "margin": 0.5}]}}}),
         );
         assert!(
-            coarse.contains("beyond a bound of its steps: rebounds (2 times too long)")
+            coarse.contains("exceed bounds: rebounds (2 times too long)")
                 && !coarse.contains("no check found anything"),
             "{coarse}"
         );
@@ -314,7 +314,7 @@ mod tests {
         );
         let lost = page_of(json!({"status": "peer_lost", "message": "participant `<rail>` died"}));
         assert!(
-            lost.contains("(peer_lost): participant `&lt;rail&gt;` died. What follows"),
+            lost.contains("(peer_lost): participant `&lt;rail&gt;` died. This page"),
             "{lost}"
         );
     }

@@ -146,7 +146,7 @@ impl From<ExportError> for Error {
             ExportError::Write { path, source } => Error::output(path.display())(source),
             ExportError::NoWindow { first, last, has } => Refusal::argument(
                 format!("--windows {first}..{last}"),
-                format!("the run has no such window, but {has}"),
+                format!("the run has no such window; it has {has}"),
             )
             .into(),
         }

@@ -1,4 +1,4 @@
-//! Files of shipped scenes on the disk.
+//! Files of built-in scenes on the disk.
 
 use std::env;
 use std::fs;
@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use super::FILES;
 use thiserror::Error;
 
-/// Reasons for which the files of a scene cannot be put on the disk.
+/// Reasons why the files of a scene cannot be written to the disk.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum KeptError {
@@ -19,17 +19,17 @@ pub enum KeptError {
     Write { path: PathBuf, source: io::Error },
 }
 
-/// Folder below which they are kept; none if nothing is.
+/// Folder that keeps them; `None` if nothing is kept.
 static BELOW: OnceLock<Option<PathBuf>> = OnceLock::new();
 
-/// Has them kept below this folder, or nowhere. The first word counts.
+/// Sets the folder that keeps the files, or `None`. Only the first call has an effect.
 pub fn keep_below(folder: Option<PathBuf>) {
     let _ = BELOW.set(folder);
 }
 
 /// The folder of this program in the user's cache (XDG Base Directory Specification 0.8).
 pub fn user_cache() -> Option<PathBuf> {
-    // The specification has relative paths ignored.
+    // The specification says to ignore relative paths.
     let folder = |name: &str| {
         let path = env::var_os(name).map(PathBuf::from);
         path.filter(|path| path.is_absolute())
@@ -38,11 +38,11 @@ pub fn user_cache() -> Option<PathBuf> {
     cache.map(|cache| cache.join("thirdbody"))
 }
 
-/// A folder with all files in the cache, named by the hash of what they hold, so that whoever goes on with a run or repeats it finds
-/// them again. One that is missing or damaged is written.
+/// A folder in the cache with all files, named by the hash of their contents: a run that is resumed or repeated finds them again.
+/// Missing and damaged files are written.
 ///
 /// # Errors
-/// There is no cache, or it cannot be written.
+/// There is no cache, or the cache cannot be written.
 pub fn all(wanted: &str) -> Result<PathBuf, KeptError> {
     let Some(below) = BELOW.get_or_init(user_cache) else {
         return Err(KeptError::NoCache {
@@ -62,7 +62,7 @@ pub fn all(wanted: &str) -> Result<PathBuf, KeptError> {
     Ok(folder)
 }
 
-/// Writes files into a folder; those that are there as they should be stay.
+/// Writes files into a folder; files that already have the right content stay.
 ///
 /// # Errors
 /// The folder cannot be written.
@@ -73,7 +73,7 @@ pub fn write(files: &[(&str, &[u8])], folder: &Path) -> Result<(), KeptError> {
             continue;
         }
         let beside = path.parent().unwrap_or(folder);
-        // Another run may do the same: each renames a file of its own.
+        // Another run may do the same, so each run renames a file of its own.
         let part = path.with_extension(format!("part-{}", std::process::id()));
         fs::create_dir_all(beside)
             .and_then(|()| fs::write(&part, content))

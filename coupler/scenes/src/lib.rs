@@ -1,20 +1,20 @@
-//! Scenes and studies inside this program: they run anywhere, without the source tree.
+//! Scenes and studies built into this program: they run anywhere, without the source tree.
 //!
-//! - [`listing`]: each with what it shows and how long it takes, as its table `[about]` says;
-//! - [`kept`]: their files on the disk, for those that programs read there.
+//! - [`listing`]: the list of them, each with its purpose and time from its table `[about]`;
+//! - [`kept`]: their files on the disk, for programs that read them there.
 
 use kit::keys::nearest;
 
 pub mod kept;
 pub mod listing;
 
-/// All files, by their paths below `scenarios/`, with their contents: what `build.rs` found there.
+/// All files that `build.rs` found, as paths below `scenarios/` with their contents.
 pub const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
 
-/// The file of a scene.
+/// File name of a scene.
 pub const SCENE: &str = "scenario.toml";
 
-/// The file of a study.
+/// File name of a study.
 pub const STUDY: &str = "study.toml";
 
 /// Folder of the studies.
@@ -26,7 +26,7 @@ pub fn text(path: &str) -> Option<&'static str> {
     std::str::from_utf8(content).ok()
 }
 
-/// The file of a scene that goes by this name, its own (`quick`) or that of a file (`foreign/yade/dem-node.toml`).
+/// The file of the scene with this name: a scene's name (`quick`) or the path of a file (`foreign/yade/dem-node.toml`).
 pub fn scene_file(name: &str) -> Option<String> {
     let name = name.trim_end_matches('/');
     let own = [format!("{name}/{SCENE}"), name.to_string()];
@@ -34,7 +34,7 @@ pub fn scene_file(name: &str) -> Option<String> {
     own.find(|path| !path.starts_with(STUDIES) && text(path).is_some())
 }
 
-/// The folder of a study that goes by this name, with or without `studies/`.
+/// The folder of the study with this name, with or without `studies/`.
 pub fn study_folder(name: &str) -> Option<String> {
     let name = name.trim_end_matches('/');
     let name = name.strip_prefix(STUDIES).unwrap_or(name);
@@ -44,7 +44,7 @@ pub fn study_folder(name: &str) -> Option<String> {
         .then_some(folder)
 }
 
-/// Texts of all files of this name in folders of studies, with their paths.
+/// Paths and texts of all files with this name in folders of studies.
 pub fn of_studies(file: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let paths = FILES.iter().map(|(path, _)| *path);
     let own = paths.filter(move |path| {
@@ -54,8 +54,7 @@ pub fn of_studies(file: &str) -> impl Iterator<Item = (&'static str, &'static st
     own.filter_map(|path| Some((path, text(path)?)))
 }
 
-/// The files below a folder, by their paths from there. What validation expects of a scene is not among them: it holds for the scene as
-/// it ships.
+/// The files below a folder, as paths from there. The expectations of validation are left out: they hold only for the unchanged scene.
 pub fn files_of(folder: &str) -> Vec<(&'static str, &'static [u8])> {
     let inside = |(path, content): &(&'static str, &'static [u8])| {
         let path = path.strip_prefix(folder)?.strip_prefix('/')?;
@@ -64,7 +63,7 @@ pub fn files_of(folder: &str) -> Vec<(&'static str, &'static [u8])> {
     FILES.iter().filter_map(inside).collect()
 }
 
-/// True for a scene that reads nothing but its own file.
+/// True for a scene that reads only its own file.
 pub fn stands_alone(scene_file: &str) -> bool {
     let folder = scene_file.rsplit_once('/').map_or("", |(folder, _)| folder);
     files_of(folder).len() == 1
@@ -79,7 +78,7 @@ pub fn names() -> Vec<&'static str> {
     FILES.iter().filter_map(folder).collect()
 }
 
-/// The scene, or the study, that a mistyped name most likely meant; the folder that it is in may be missing.
+/// The scene or study that a mistyped name most likely means, with or without its folder.
 pub fn meant(name: &str, study: bool) -> Option<&'static str> {
     let name = name.trim_start_matches("scenarios/");
     let names = names().into_iter();

@@ -1,4 +1,4 @@
-//! The list of the shipped scenes and studies.
+//! The list of the built-in scenes and studies.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,9 @@ use super::{SCENE, STUDY, files_of, names, text};
 pub struct About {
     /// Purpose of the scene, in a line or two.
     pub shows: String,
-    /// Time that it takes on two cores, in words.
+    /// Wall-clock time on two cores, in words.
     pub time: String,
-    /// Words to find it by: its solvers (`fem`, `dem`, `coupled`, `foreign`) and its subjects.
+    /// Search words: solvers (`fem`, `dem`, `coupled`, `foreign`) and subjects.
     #[serde(default)]
     pub tags: Vec<String>,
 }
@@ -21,18 +21,18 @@ pub struct About {
 /// A scene or a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Listed {
-    /// Name, as verbs take it.
+    /// Name that verbs accept.
     pub name: String,
-    /// Its own description.
+    /// Its description.
     #[serde(flatten)]
     pub about: About,
-    /// Programs that it starts beside the shipped solvers.
+    /// Programs that it starts in addition to the shipped solvers.
     pub starts: Vec<String>,
     /// Its files.
     pub files: Vec<&'static str>,
 }
 
-/// Folders of scenes in the order of the list; scenes in no folder come first.
+/// Folders of scenes in the order of the list; scenes without a folder come first.
 const FOLDERS: [&str; 5] = [
     "foreign",
     "verification",
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(winkler.about.time, "4 s");
     }
 
-    /// Whatever a scene names beside itself must be inside the program too.
+    /// Files that a scene names must be built into the program too.
     #[test]
     fn files_that_scenes_name_are_shipped() {
         for (name, file) in names().into_iter().flat_map(|n| [(n, SCENE), (n, STUDY)]) {

@@ -1,4 +1,4 @@
-//! `thirdbody bench`: what the machine gives.
+//! `thirdbody bench`: times of the exchange, stability of the coupling schemes.
 
 use std::path::PathBuf;
 
@@ -22,35 +22,35 @@ pub struct BenchArguments {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Time from a request of the coupler to the answer of a node, over shared memory.
+    /// Measure the time from a request of the coupler to the answer of a node, over shared memory.
     Exchange(ExchangeArguments),
-    /// Stable and unstable cells of the coupling schemes: stability.csv, limits.csv and a picture.
+    /// Map the stable and unstable cells of the coupling schemes: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
         #[arg(long)]
         out: PathBuf,
     },
-    /// The other end of `exchange`.
+    /// Serve as the other end of `exchange`.
     #[command(hide = true)]
     Echo,
 }
 
-/// Arguments of `exchange`: without any, the other end sends back what it hears.
+/// Arguments of `exchange`; without any, the other end echoes its input.
 #[derive(Debug, clap::Args)]
 struct ExchangeArguments {
-    /// Scenario with the participant that is asked for windows instead.
+    /// Scenario with the participant to measure (default: an echo).
     #[arg(long, requires = "participant")]
     scenario: Option<String>,
-    /// Its name in the scenario.
+    /// Name of the participant in the scenario.
     #[arg(long, requires = "scenario")]
     participant: Option<String>,
-    /// Override a key of the scenario.
+    /// Override a key of the scenario; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scenario")]
     set: Vec<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Program and arguments that take its place, or that are asked on their own, without configuration.
+    /// Program and arguments that replace the participant, or that are measured on their own, without configuration.
     #[arg(last = true)]
     command: Vec<String>,
 }
@@ -93,7 +93,7 @@ fn show(rows: impl serde::Serialize, json: bool) -> Result<(), Error> {
     print_rows(&rows, json, table)
 }
 
-/// Rows of any columns: the names of the first row, then the values.
+/// Rows with any columns: the names of the first row, then the values.
 fn table(rows: &Value) -> String {
     let rows = rows.as_array().into_iter().flatten();
     let rows: Vec<_> = rows.filter_map(|row| row.as_object()).collect();
@@ -111,7 +111,7 @@ fn table(rows: &Value) -> String {
     lines.join("\n")
 }
 
-/// Errors of rounding keep their size, everyday numbers their look.
+/// Small numbers with an exponent, the others with a few decimals.
 fn short(number: f64) -> String {
     match number.abs() {
         size if size > 0.0 && size < 0.05 => format!("{number:.1e}"),

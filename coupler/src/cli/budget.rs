@@ -1,4 +1,4 @@
-//! `thirdbody run --budget`: the fidelity that a stored study has for an error or a time.
+//! `thirdbody run --budget`: choose a setting of a stored study for an error or a time.
 
 use std::path::PathBuf;
 
@@ -12,25 +12,25 @@ use scenario::load::Loaded;
 use scenario::overrides::{key_of, parse_value};
 use study::budget::{Budget, Candidate, SceneSettings, first_choice};
 use study::stored::StoredStudy;
-use terminal::tell;
+use terminal::print_note;
 
-/// Arguments that choose the fidelity of a run.
+/// Arguments that choose the setting of a run.
 #[derive(Debug, clap::Args)]
 pub struct BudgetArguments {
-    /// Choose the cheapest setting of a stored study that keeps an error (error=2%, or MEASURE=2% for one of its measures), or the
-    /// most accurate one within a time (wall=60s). Keys that the study varies are then set by it.
+    /// Choose the cheapest setting of a stored study that keeps an error (error=2%, or MEASURE=2% for one measure), or the most accurate
+    /// one within a time (wall=60s). The setting fixes the keys that the study varies.
     #[arg(long, value_name = "BUDGET")]
     budget: Option<String>,
-    /// The study to choose by: study.json, or a folder with it. By default the first that covers the scene.
+    /// Study to choose from: study.json, or a folder with it (default: the first stored study that covers the scene).
     #[arg(long, value_name = "DIR", requires = "budget")]
     study: Option<PathBuf>,
 }
 
-/// Rehearsals until a time is kept.
+/// Largest number of dry runs in the search for a setting within a time.
 const REHEARSALS: usize = 4;
 
 impl BudgetArguments {
-    /// The scenario with the setting that was chosen, and what to tell of it; as it is without a budget.
+    /// The scenario with the chosen setting, and the budget for the summary; without a budget, the scenario as it is.
     pub(super) fn load(
         &self,
         scenario: &ScenarioArguments,
@@ -43,16 +43,16 @@ impl BudgetArguments {
         let budget = Budget::parse(text).map_err(|why| Refusal::argument("--budget", why))?;
         let choose = |study: &StoredStudy, at: &[f64]| {
             let choice = SceneSettings::new(study, at)?;
-            let foretell = |candidate: &Candidate| {
+            let predict = |candidate: &Candidate| {
                 let loaded = scenario.with(&candidate.setting.set)?;
-                foretold_wall_s(&loaded, scenario.threads(), registry)
+                predicted_wall_s(&loaded, scenario.threads(), registry)
             };
-            let (chosen, foretold_s, limit_s) = match &budget {
+            let (chosen, predicted_s, limit_s) = match &budget {
                 Budget::Error { measure, error } => {
                     (choice.within_error(measure.as_deref(), *error)?, None, None)
                 }
                 Budget::Wall(limit_s) => {
-                    let (chosen, wall_s) = within_wall(&choice, *limit_s, foretell)?;
+                    let (chosen, wall_s) = within_wall(&choice, *limit_s, predict)?;
                     (chosen, Some(wall_s), Some(*limit_s))
                 }
             };
@@ -62,20 +62,20 @@ impl BudgetArguments {
                 .find(|set| overridden(set, &chosen.setting.set))
             {
                 let problem = format!(
-                    "{set} has no effect: the study `{}` chooses this key, and the budget sets it; remove --set or --budget",
+                    "{set} has no effect: the budget sets this key from the study `{}`; remove --set or --budget",
                     study.study
                 );
                 return Err(Refusal::argument("--set", problem).into());
             }
             if study.build != build().hash {
-                tell(&format!(
-                    "study `{}` was made by another build, {}: its errors are taken to hold for this one",
+                print_note(&format!(
+                    "study `{}` is of another build, {}: its errors are assumed to hold for this build",
                     study.study, study.build
                 ));
             }
-            tell(&choice.words(chosen));
+            print_note(&choice.words(chosen));
             let budget = RunBudget {
-                told: choice.told(chosen, text, foretold_s),
+                told: choice.summary(chosen, text, predicted_s),
                 wall_s: limit_s,
             };
             Ok((scenario.with(&chosen.setting.set)?, Some(budget)))
@@ -84,7 +84,7 @@ impl BudgetArguments {
     }
 }
 
-/// True for an override whose key these give another value.
+/// True if these overrides give the key of `set` another value.
 fn overridden(set: &str, by: &[String]) -> bool {
     let value = |set: &str| {
         set.split_once('=')
@@ -94,12 +94,12 @@ fn overridden(set: &str, by: &[String]) -> bool {
     same.any(|other| value(other) != value(set))
 }
 
-/// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they
-/// are on this machine. One that fits is not the last to be tried where this machine is faster than that of the study.
+/// The most accurate setting whose predicted time is within the limit. The study gives the ratios of the times, dry runs give the times
+/// on this machine. The search continues after a setting that fits, because this machine may be faster than the study's.
 fn within_wall<'a, 'b>(
     choice: &'b SceneSettings<'a>,
     limit_s: f64,
-    foretell: impl Fn(&Candidate) -> Result<f64, Error>,
+    predict: impl Fn(&Candidate) -> Result<f64, Error>,
 ) -> Result<(&'b Candidate<'a>, f64), Error> {
     let order = choice.by_accuracy();
     let mut tried = vec![false; order.len()];
@@ -110,7 +110,7 @@ fn within_wall<'a, 'b>(
             .find(|place| !tried[*place] && pace * order[*place].setting.wall_s <= limit_s);
         let Some(next) = next else { break };
         tried[next] = true;
-        let wall_s = foretell(order[next])?;
+        let wall_s = predict(order[next])?;
         pace = wall_s / order[next].setting.wall_s;
         if wall_s <= limit_s {
             best = Some((next, wall_s));
@@ -122,22 +122,22 @@ fn within_wall<'a, 'b>(
     let least = order.iter().map(|c| c.setting.wall_s);
     let least = least.fold(f64::INFINITY, f64::min);
     let problem = format!(
-        "no setting of the study is foretold to end within {limit_s} s here; its fastest takes about {:.1} s",
+        "no setting of the study is predicted to end within {limit_s} s on this machine; its fastest takes about {:.1} s",
         pace * least
     );
     Err(Refusal::argument("--budget", problem).into())
 }
 
-/// Wall-clock time of a run, as its first second foretells it. A run that is over within that second takes no longer.
-pub(super) fn foretold_wall_s(
+/// Wall-clock time of a run, predicted from its first second; a run that ends within that second gives its own time.
+pub(super) fn predicted_wall_s(
     loaded: &Loaded,
     threads: usize,
     registry: &Registry,
 ) -> Result<f64, Error> {
     let ended = rehearse(loaded, threads, registry)?;
-    let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
-    match (told, ended.error) {
-        (Some(told), _) => Ok(told.wall_s),
+    let prediction = ended.summary.spent.as_ref().and_then(|spent| spent.told);
+    match (prediction, ended.error) {
+        (Some(prediction), _) => Ok(prediction.wall_s),
         (None, Some(error)) => Err(error),
         (None, None) => Ok(ended.summary.value()["wall_s"].as_f64().unwrap_or(0.0)),
     }
@@ -147,7 +147,7 @@ pub(super) fn foretold_wall_s(
 mod tests {
     use super::*;
 
-    /// Settings of 8, 4, 2 and 1 s, the more costly the more accurate.
+    /// Settings of 8, 4, 2 and 1 s; a more costly one is more accurate.
     fn study() -> StoredStudy {
         let setting = |wall_s: f64| {
             serde_json::json!({ "words": format!("{wall_s}"), "set": [format!("a.b={wall_s}")], "cpu_rel": 1.0, "wall_s": wall_s,
@@ -161,11 +161,11 @@ mod tests {
             "floors": [[1e-6, 1e-6, 1e-6, 1e-6, 1e-6]],
             "settings": settings,
         });
-        serde_json::from_value(study).expect("it is one")
+        serde_json::from_value(study).expect("a stored study")
     }
 
     #[test]
-    fn an_override_that_the_budget_would_undo_is_found() {
+    fn an_override_that_the_budget_would_undo_is_detected() {
         let by = [
             "interface.a.substeps=9".to_string(),
             "participant.p.config.mass_scale=1e2".into(),
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_is_kept_by_the_most_accurate_setting_on_machines_of_any_pace() {
+    fn the_most_accurate_setting_within_a_time_is_found_on_machines_of_any_speed() {
         let study = study();
         let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
         let chosen = |pace: f64, limit_s: f64| {

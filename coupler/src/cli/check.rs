@@ -1,4 +1,4 @@
-//! `thirdbody check`: everything that can be said before a run.
+//! `thirdbody check`: all checks and predictions before a run.
 
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ use scenario::error::{CHECK_FAILED, Error};
 use scenario::load::Loaded;
 use scenario::schema::schema;
 
-/// Set-up (s) that a check waits for: a large sample that is not kept yet takes minutes.
+/// Longest set-up that a check waits for (s): preparing a large sample takes minutes.
 const SETUP_S: f64 = 8.0;
 
 /// Arguments of `check`.
@@ -22,18 +22,18 @@ const SETUP_S: f64 = 8.0;
 pub struct CheckArguments {
     #[command(flatten)]
     scenario: Option<ScenarioArguments>,
-    /// Print the keys of a scenario as a JSON Schema for editors instead.
+    /// Print the JSON Schema of all keys instead, for editors.
     #[arg(long, exclusive = true)]
     schema: bool,
-    /// Start nothing: leave out stability, which needs the solvers' own words, and cost, which is measured.
+    /// Do not start the solvers; leaves out stability, which they must report, and cost, which is measured.
     #[arg(long)]
     no_start: bool,
-    /// Start programs that the scenario names, too.
+    /// Also start the programs that the scenario names.
     #[arg(long)]
     allow_commands: bool,
 }
 
-/// Checks a scenario; an error has exit code 2.
+/// Checks a scenario; an error ends with exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let Some(scenario) = &arguments.scenario else {
         print(&format!("{:#}", schema_of(registry)))?;
@@ -53,7 +53,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         && !arguments.allow_commands
     {
         print(&format!(
-            "stability and cost: not predicted, participant {name} is a program of its own; --allow-commands starts it"
+            "stability and cost: not predicted, participant {name} is a foreign program; --allow-commands starts it"
         ))?;
         return Ok(0);
     }
@@ -68,14 +68,14 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     for warning in &foreseen {
         print(&warning.line())?;
     }
-    let (lines, refused) = foretold(ended)?;
+    let (lines, refused) = predictions(ended)?;
     for line in lines {
         print(&line)?;
     }
     let condemned = foreseen.iter().find(|warning| warning.suspect);
     if let (Some(warning), None) = (condemned, &refused) {
         print(&format!(
-            "suspect: a run of it ends with exit code {CHECK_FAILED} for `{}`, which is beyond its second bound",
+            "suspect: a run would end with exit code {CHECK_FAILED}, because `{}` is beyond its second bound",
             warning.code
         ))?;
         return Ok(CHECK_FAILED);
@@ -91,12 +91,12 @@ pub(super) fn schema_of(registry: &Registry) -> Value {
     schema(&solvers)
 }
 
-/// Stability, log and cost as a dry run foretold them, and the error by which it ended early, as a run would.
-fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
+/// Stability, log and cost as a dry run predicts them, and the error that ended the dry run early.
+fn predictions(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     let summary = &ended.summary;
     let mut lines = summary.foreseen.clone();
-    let told = summary.spent.as_ref().and_then(|spent| spent.told);
-    match (told, ended.error) {
+    let predicted = summary.spent.as_ref().and_then(|spent| spent.told);
+    match (predicted, ended.error) {
         (_, Some(error @ Error::Interrupted { .. })) => Err(error),
         (Some(cost), _) => {
             lines.extend(cost_lines(summary, &cost));
@@ -111,7 +111,7 @@ fn foretold(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
             }),
         ) => {
             lines.push(format!(
-                "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the sample that it prepares, and `check` is quick from then on"
+                "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the prepared sample, and later checks are quick"
             ));
             Ok((lines, None))
         }
@@ -123,7 +123,7 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
     let value = summary.value();
     let setup_s = number(&value["setup_wall_s"]);
     let mut lines = vec![format!(
-        "cost: about {:.1} s, {setup_s:.1} s of them for the set-up; the windows as the first {} of them went, in {:.1} s",
+        "cost: about {:.1} s, including {setup_s:.1} s of set-up; extrapolated from the first {} windows, which took {:.1} s",
         cost.wall_s, cost.windows, cost.windows_wall_s
     )];
     for (name, participant) in value["participants"].as_object().into_iter().flatten() {
@@ -134,25 +134,25 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
     if coupling.is_object() {
         let each_us = |key: &str| 1e6 * number(&coupling[key]) / cost.windows as f64;
         let logged = value["log"]["messages"].as_u64();
-        let messages = logged.map(|count| format!(", {count} messages until then"));
+        let messages = logged.map(|count| format!(", {count} messages so far"));
         let messages = messages.unwrap_or_default();
         let [own, wait] = ["own_wall_s", "wait_s"].map(each_us);
         lines.push(format!(
-            "cost: coupler: {own:.0} us of its own and {wait:.0} us of waiting for frames a window{messages}"
+            "cost: coupler: {own:.0} us of work and {wait:.0} us of waiting for frames per window{messages}"
         ));
     }
     lines.push(format!(
-        "cost: uncertain are the iterations of a window, which follow the load history: {:.1} s if all windows to come go as the fastest quarter of those seen, {:.1} s as the slowest",
+        "cost: range: {:.1} s to {:.1} s, if all later windows cost as much as the fastest or the slowest quarter so far; iterations per window follow the load history",
         cost.wall_low_s, cost.wall_high_s
     ));
     lines.push(format!(
-        "memory: about {:.3e} bytes at the peak, all processes together",
+        "memory: about {:.3e} bytes at the peak, summed over all processes",
         cost.memory_bytes as f64
     ));
     lines
 }
 
-/// Work of a participant in a dry run, and the time of each piece.
+/// Work of a participant in a dry run, and the time per unit of work.
 fn work_line(name: &str, participant: &Value) -> Option<String> {
     let work = participant["work"].as_object()?;
     let done = work.iter().filter(|(_, amount)| number(amount) > 0.0);
@@ -160,18 +160,18 @@ fn work_line(name: &str, participant: &Value) -> Option<String> {
     let done = done.collect::<Vec<_>>().join(", ");
     let [wall_s, each_ns] = ["solve_wall_s", "ns_per_work"].map(|key| number(&participant[key]));
     Some(format!(
-        "cost: {name}: {done} until then in {wall_s:.2} s, {each_ns:.1} ns each"
+        "cost: {name}: {done} so far in {wall_s:.2} s, {each_ns:.1} ns each"
     ))
 }
 
-/// The share of the network in the cost, of a participant that may be on another host.
+/// Share of the network in the cost, for a participant that may be on another host.
 fn way_line(name: &str, participant: &Value, cost: &CostPrediction) -> Option<String> {
     let host = participant["host"].as_str()?;
     let way_s = number(&participant["round_trip_s"]);
     let each = number(&participant["round_trips"]) / cost.windows as f64;
     let all_s = each * way_s * cost.windows_of_run;
     Some(format!(
-        "cost: {name} on host `{host}`: {each:.2} round trips a window of {:.3} ms each, in {:.0} windows {all_s:.2} s; longer windows, scheme = \"velocity\" or a place on this host make it less",
+        "cost: {name} on host `{host}`: {each:.2} round trips per window at {:.3} ms each, in {:.0} windows {all_s:.2} s; longer windows, scheme = \"velocity\" or a participant on this host reduce this time",
         1e3 * way_s,
         cost.windows_of_run
     ))
@@ -197,7 +197,7 @@ fn describe(loaded: &Loaded) -> String {
     for interface in &scenario.interface {
         let ([a, b], scheme) = (&interface.between, interface.scheme);
         lines.push(format!(
-            "interface {}: {a} <-> {b}, {scheme}, {} substeps a window, gap within {:.1e} node spacings",
+            "interface {}: {a} <-> {b}, {scheme}, {} substeps per window, gap within {:.1e} node spacings",
             interface.name, interface.substeps(), interface.tolerance_rel
         ));
     }

@@ -1,4 +1,4 @@
-//! Arguments and answers that several verbs share.
+//! Arguments and output shared by several verbs.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -12,25 +12,25 @@ use coordinator::run::checkpoint::{RestartPoint, find};
 use scenario::error::{Code, Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
-use terminal::tell;
+use terminal::print_note;
 
 use scenes::kept::user_cache;
 
-/// The scenario and its overrides, as several verbs take them.
+/// The scenario and its overrides, arguments of several verbs.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArguments {
-    /// A folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists.
+    /// Scenario: a folder with scenario.toml, a file, a name under scenarios/, or a name from `thirdbody scenes`.
     pub scenario: String,
-    /// Override a key: run.seed=2, participant.rail.config.mesh.size_m=1e-4, interface.layer-base.substeps=9.
+    /// Override a key, for example run.seed=2, participant.rail.config.mesh.size_m=1e-4 or interface.layer-base.substeps=9; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Threads of each participant (results never depend on it); by default the cores of the machine.
+    /// Threads per participant; results never depend on this number (default: the number of cores).
     #[arg(long, value_parser = thread_count())]
     pub threads: Option<u16>,
 }
 
 impl ScenarioArguments {
-    /// Reads the scenario with its overrides; tells which one where the name stands for two.
+    /// Reads the scenario with its overrides; prints a note if a local file hides a different built-in scene of that name.
     pub(super) fn load(&self) -> Result<Loaded, Error> {
         let loaded = load(&self.scenario, &self.set)?;
         let shipped = scenes::scene_file(&self.scenario);
@@ -39,8 +39,8 @@ impl ScenarioArguments {
         let here = &loaded.source.text;
         if shipped.is_some_and(|text| text != here && keys(text) != keys(here)) {
             let (name, file) = (&self.scenario, &loaded.source.name);
-            tell(&format!(
-                "`{name}` is {file} here, which differs from the built-in scene of that name"
+            print_note(&format!(
+                "`{name}` means {file}, which differs from the built-in scene of that name"
             ));
         }
         Ok(loaded)
@@ -51,13 +51,13 @@ impl ScenarioArguments {
         load(&self.scenario, &[&self.set[..], set].concat())
     }
 
-    /// Threads of each participant.
+    /// Threads per participant.
     pub fn threads(&self) -> usize {
         threads(self.threads)
     }
 }
 
-/// A scenario as it is found from any folder: its file in full, or the name of a shipped one.
+/// A scenario as it is found from any folder: the absolute path of its file, or the name of a shipped scene.
 pub(super) fn from_anywhere(scenario: &str, loaded: &Loaded) -> String {
     let file = Path::new(&loaded.source.name);
     let full = file
@@ -67,7 +67,7 @@ pub(super) fn from_anywhere(scenario: &str, loaded: &Loaded) -> String {
     full.map_or(scenario.to_string(), |path| path.display().to_string())
 }
 
-/// The folder in which prepared samples and files of shipped scenes are kept: as asked, `none` for nowhere, or one in the user's cache.
+/// The folder for prepared samples and files of shipped scenes: as asked, nothing for `none`, or a folder in the user's cache.
 pub(super) fn cache_folder(asked: Option<PathBuf>) -> Option<PathBuf> {
     match asked {
         None => user_cache(),
@@ -76,12 +76,12 @@ pub(super) fn cache_folder(asked: Option<PathBuf>) -> Option<PathBuf> {
     }
 }
 
-/// Numbers of threads that a participant may have.
+/// Accepted numbers of threads per participant.
 pub(super) fn thread_count() -> RangedI64ValueParser<u16> {
     clap::value_parser!(u16).range(1..=1024)
 }
 
-/// Threads of each participant: as asked, or the cores of the machine.
+/// Threads per participant: as asked, or the number of cores.
 pub(super) fn threads(asked: Option<u16>) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     asked.map_or_else(cores, usize::from)
@@ -103,7 +103,7 @@ pub(super) fn log_of(run: &Path) -> Result<PathBuf, Error> {
     Err(Refusal::file(path, problem).into())
 }
 
-/// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
+/// Refuses a received scenario that starts foreign programs: its sender chose them.
 pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
     let Some((participant, command)) = foreign(scenario) else {
         return Ok(());
@@ -115,7 +115,7 @@ pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
     Err(Refusal::other(Code::ForeignCommand, text).into())
 }
 
-/// The first participant that is a program of its own, and how it is started.
+/// The first foreign participant, and the command that starts it.
 pub(super) fn foreign(scenario: &Scenario) -> Option<(&str, &[String])> {
     let mut participants = scenario.participant.iter();
     participants.find_map(|p| {
@@ -126,7 +126,7 @@ pub(super) fn foreign(scenario: &Scenario) -> Option<(&str, &[String])> {
     })
 }
 
-/// The checkpoint from which a run goes on; tells of those that are passed over.
+/// The checkpoint from which a run continues; prints a warning for each unusable one.
 pub(super) fn restart_point(
     run: &Path,
     loaded: &Loaded,
@@ -135,17 +135,17 @@ pub(super) fn restart_point(
     let (origin, passed_over) = find(run, loaded, from)?;
     for unusable in passed_over {
         let code = Code::Of(Cause::CheckpointUnusable).word();
-        tell(&format!(
-            "warning[{code}]: {unusable}; the one before it is taken"
+        print_note(&format!(
+            "warning[{code}]: {unusable}; the checkpoint before it is used"
         ));
     }
     Ok(origin)
 }
 
-/// Leave to use a log that is not whole.
+/// Permission to use a damaged log.
 #[derive(Debug, clap::Args)]
 pub struct RecoverArgument {
-    /// Accept the valid part of a damaged log, which has exit code 6 otherwise.
+    /// Accept the valid part of a damaged log instead of ending with exit code 6.
     #[arg(long)]
     pub recover: bool,
 }
@@ -153,7 +153,7 @@ pub struct RecoverArgument {
 /// Exit code of a verb, or its error.
 pub(super) type VerbResult = Result<i32, Error>;
 
-/// Prints results. A reader that went away (a closed pipe) is not an error of ours; a full disk is.
+/// Prints results. A closed pipe is no error, but a full disk is.
 pub(super) fn print(text: &str) -> Result<(), Error> {
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::output("stdout")(error)),
@@ -173,7 +173,7 @@ pub(super) fn print_rows<R: Serialize + ?Sized>(
     })
 }
 
-/// Path of this program, to be started again as a participant.
+/// Path of this program, for starting it again as a participant.
 pub(super) fn own_program() -> Result<PathBuf, Error> {
     std::env::current_exe().map_err(Error::input("finding this program"))
 }

@@ -1,4 +1,4 @@
-//! `thirdbody compare`: a run beside a reference.
+//! `thirdbody compare`: a run against a reference run.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,29 +16,29 @@ use study::measure::ReferenceNumbers;
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 pub struct CompareArguments {
-    /// A run directory.
+    /// Run directory.
     run: PathBuf,
-    /// The run directory that it is held against.
+    /// Run directory of the reference.
     reference: PathBuf,
-    /// Width of the bins over which tractions are means (m); by default the segments of the reference's surface.
+    /// Width of the bins over which tractions are averaged, in m (default: the segments of the reference's surface).
     #[arg(long, value_name = "M")]
     bin_m: Option<f64>,
-    /// A signal or traction of the run that is called otherwise in the reference; again for each. Names that differ by a participant's
-    /// need none.
+    /// Compare the run's signal or traction OWN with the reference's OTHER; repeatable. Names that differ only in the participant match
+    /// without it.
     #[arg(long = "map", value_name = "OWN=OTHER")]
     map: Vec<String>,
-    /// A study whose measures are told first: a folder with study.toml, or the file.
+    /// Print the measures of this study first: a folder with study.toml, or the file.
     #[arg(long, value_name = "FOLDER")]
     study: Option<PathBuf>,
-    /// Tell all that both have, not only what differs by more than 0.1 %.
+    /// Print everything that both runs have, not only differences above 0.1 %.
     #[arg(long)]
     all: bool,
-    /// Print JSON, with all that both have.
+    /// Print JSON, with everything that both runs have.
     #[arg(long)]
     json: bool,
 }
 
-/// Prints the distances of signals, tractions and results from those of the reference, and the costs of both.
+/// Prints the distances of signals, tractions and results from the reference, and the costs of both runs.
 pub fn compare(arguments: &CompareArguments) -> VerbResult {
     let is_length = |bin_m: f64| bin_m > 0.0 && bin_m.is_finite();
     if let Some(bin_m) = arguments.bin_m.filter(|bin_m| !is_length(*bin_m)) {
@@ -85,7 +85,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
     Ok(0)
 }
 
-/// Gives a column of the reference the name that the run has for it.
+/// Renames a column of the reference to the run's name for it.
 fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Error> {
     let refuse = |problem: &str| Error::from(Refusal::argument(format!("--map {map}"), problem));
     let (own, other) = map
@@ -103,8 +103,8 @@ fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Err
     Ok(())
 }
 
-/// Relative distance from which something is told without being asked for.
-const TOLD: f64 = 1e-3;
+/// Relative distance from which a row is printed without `--all`.
+const PRINTED: f64 = 1e-3;
 
 fn tables(comparison: &Comparison, all: bool) -> String {
     let mut text = String::new();
@@ -120,7 +120,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
         }
     }
     let moved = |compared: &Compared| match compared {
-        Ok(d) => d.max > 0.0 && d.l2_rel.or(d.max_rel).is_none_or(|part| part >= TOLD),
+        Ok(d) => d.max > 0.0 && d.l2_rel.or(d.max_rel).is_none_or(|part| part >= PRINTED),
         Err(why) => !OF_ONE.contains(&why.as_str()),
     };
     let [mut signals, mut profile] = [comparison.signals.clone(), comparison.profile.clone()];
@@ -128,7 +128,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
         rows.retain(|(_, compared)| all || moved(compared));
     }
     let mut results = comparison.results.clone();
-    results.retain(|_, pair| all || difference(*pair).is_some_and(|part| part >= TOLD));
+    results.retain(|_, pair| all || difference(*pair).is_some_and(|part| part >= PRINTED));
     let rows = |of: &Comparison| of.signals.len() + of.profile.len() + of.results.len();
     let left = rows(comparison) - signals.len() - profile.len() - results.len();
     distances(&mut text, "signals over time", &signals);
@@ -138,7 +138,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
     if left > 0 {
         let _ = writeln!(
             text,
-            "\n{left} signals, tractions and results differ by less than 0.1 %, or only one run has them; --all tells them"
+            "\n{left} signals, tractions and results differ by less than 0.1 %, or only one run has them; --all prints them"
         );
     }
     text.trim_end().to_string()
@@ -165,7 +165,7 @@ fn distances(text: &mut String, title: &str, rows: &[(String, Compared)]) {
     }
 }
 
-/// Numbers of both runs, and what `of` makes of them.
+/// Numbers of both runs, and the value of `of` for each pair.
 fn pairs(
     text: &mut String,
     [title, last]: [&str; 2],
@@ -177,9 +177,9 @@ fn pairs(
     }
     let [run, reference] = ["run", "reference"];
     let _ = writeln!(text, "\n{title:<44}{run:>16}{reference:>16}{last:>12}");
-    let told = |number: Option<f64>| number.map_or("-".into(), |x| format!("{x:.6e}"));
+    let printed = |number: Option<f64>| number.map_or("-".into(), |x| format!("{x:.6e}"));
     for (name, numbers) in by_change(rows) {
-        let ([run, reference], last) = (numbers.map(told), relative(of(numbers)));
+        let ([run, reference], last) = (numbers.map(printed), relative(of(numbers)));
         let _ = writeln!(text, "  {name:<42}{run:>16}{reference:>16}{last:>12}");
     }
 }

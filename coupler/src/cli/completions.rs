@@ -7,7 +7,7 @@ use super::common::{VerbResult, print};
 /// Arguments of `completions`.
 #[derive(Debug, clap::Args)]
 pub struct CompletionsArguments {
-    /// The shell, which reads them as its manual says.
+    /// Shell that the completions are for; its manual says where it reads them.
     shell: Shell,
 }
 

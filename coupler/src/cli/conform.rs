@@ -1,4 +1,4 @@
-//! `thirdbody conform`: the rules of the wire, tried on one participant.
+//! `thirdbody conform`: tests one participant against the rules of the protocol.
 
 use super::common::{VerbResult, own_program, print};
 use super::start::listen;
@@ -9,32 +9,32 @@ use lab::conform::tested::ConformOptions;
 use lab::conform::{all_hold, conform as try_rules};
 use scenario::error::CHECK_FAILED;
 use scenario::load::load;
-use terminal::tell;
+use terminal::print_note;
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]
 pub struct ConformArguments {
-    /// A folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists.
+    /// Scenario: a folder with scenario.toml, a file, a name under scenarios/, or a name from `thirdbody scenes`.
     #[arg(long)]
     scenario: String,
     /// Name of the participant in the scenario.
     #[arg(long)]
     participant: String,
-    /// Override a key of the scenario.
+    /// Override a key of the scenario; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Try this rule only; may be given more than once.
+    /// Test only this rule; repeatable.
     #[arg(long, value_name = "RULE")]
     only: Vec<String>,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,
-    /// Program and arguments that take the place of the participant; they start in the folder of the scenario.
+    /// Program and arguments that replace the participant, started in the folder of the scenario.
     #[arg(last = true)]
     command: Vec<String>,
 }
 
-/// Tries all rules; exit code 8 if one is broken.
+/// Tests all rules; exit code 8 if one is broken.
 pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult {
     let loaded = load(&arguments.scenario, &arguments.set)?;
     if arguments.command.is_empty() {
@@ -47,11 +47,11 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
         only: arguments.only.clone(),
     };
     let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
-    // A row that cannot be printed now cannot be printed at the end either, where that is an error.
+    // A failed print is ignored here: the print at the end then fails too and returns the error.
     let seen = |row: &ConformRow| {
         let text = line(row);
         if arguments.json {
-            tell(&text);
+            print_note(&text);
         } else {
             let _ = print(&text);
         }
@@ -61,7 +61,10 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     let broken: Vec<String> = broken.map(|row| row.rule.to_string()).collect();
     print(&match (arguments.json, &broken[..]) {
         (true, _) => serde_json::json!({ "results": rows }).to_string(),
-        (false, []) => format!("`{}` breaks no rule that was tried", arguments.participant),
+        (false, []) => format!(
+            "`{}` breaks none of the tested rules",
+            arguments.participant
+        ),
         (false, _) => format!("`{}` breaks: {}", arguments.participant, broken.join(", ")),
     })?;
     Ok(if all_hold(&rows) { 0 } else { CHECK_FAILED })

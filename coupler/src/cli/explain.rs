@@ -1,4 +1,4 @@
-//! `thirdbody explain`: cause and cure of an error or a warning, and what a key or a result is.
+//! `thirdbody explain`: cause and cure of an error or a warning; meaning of a key or a result.
 
 use kit::keys::proposal;
 use serde_json::Value;
@@ -12,15 +12,14 @@ use scenario::error::{Refusal, explanation, explanations};
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
 pub struct ExplainArguments {
-    /// Code in front of a message or in summary.json, a key of a scenario or the end of one (law.friction), a result or a signal; all
-    /// codes are listed without it.
+    /// Code from a message or from summary.json, a key or its last parts (law.friction), a result or a signal (default: list all codes).
     word: Option<String>,
 }
 
-/// Keys that are told before they are counted.
+/// Number of keys to print in full; the others are only counted.
 const MANY: usize = 12;
 
-/// Prints an entry of the page of causes and cures, or a line for each; or what a key or a result is.
+/// Prints the explanation of a code, a key or a result; without a word, one line per code.
 pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult {
     let Some(word) = &arguments.word else {
         for explanation in explanations() {
@@ -28,25 +27,25 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
         }
         return Ok(0);
     };
-    // As it stands in a message: error[unknown-key].
+    // The word may come from a message: error[unknown-key].
     let word = word
         .trim_start_matches("error[")
         .trim_start_matches("warning[")
         .trim_end_matches([']', ':']);
     let word = &general(word);
-    // As a status: peer_lost.
+    // Or from a status: peer_lost.
     let hyphened = word.replace('_', "-");
     let code = explanation(word).or_else(|| explanation(&hyphened));
     let code = code.map(|of| format!("{}\n\n{}", of.code, of.text().trim()));
     let result = results::explained(word);
     let keys = keys(registry);
-    let told: Vec<String> = code
+    let texts: Vec<String> = code
         .into_iter()
         .chain(result)
         .chain(matching(&keys, word))
         .collect();
-    if !told.is_empty() {
-        print(&told.join("\n\n"))?;
+    if !texts.is_empty() {
+        print(&texts.join("\n\n"))?;
         return Ok(0);
     }
     let explanations = explanations().into_iter();
@@ -61,14 +60,14 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     let problem = match proposal(word, "", &all) {
         _ if !containing.is_empty() => format!("did you mean {}?", containing.join(", ")),
         meant if meant.starts_with("did you mean") => meant,
-        _ => "without a word all codes are listed; the book's pages `reference/results` and `reference/keys` have all results and keys, `check --schema` the keys, too".into(),
+        _ => "`thirdbody explain` lists all codes, the book's page `reference/results` all results, `check --schema` all keys".into(),
     };
-    let problem = format!("no error, warning, key, result or signal is called so; {problem}");
+    let problem = format!("no error, warning, key, result or signal has this name; {problem}");
     Err(Refusal::argument(format!("explain {word}"), problem).into())
 }
 
-/// A path of a key as a message has it (`participant.third-body.config.law.friction`, `interface.layer-base.substeps`) without the name of
-/// the one participant or interface.
+/// The path of a key as a message prints it (`participant.third-body.config.law.friction`, `interface.layer-base.substeps`), without
+/// the name of the participant or interface.
 fn general(path: &str) -> String {
     if let Some((_, key)) = path.split_once(".config.") {
         return key.into();
@@ -79,7 +78,7 @@ fn general(path: &str) -> String {
     }
 }
 
-/// What the keys are whose names end so.
+/// Descriptions of the keys whose names end with a word.
 fn matching(keys: &[(String, String)], word: &str) -> Vec<String> {
     let end = format!(".{word}");
     let same = |(key, _): &&(String, String)| key == word || key.ends_with(&end);
@@ -87,12 +86,15 @@ fn matching(keys: &[(String, String)], word: &str) -> Vec<String> {
     let shown = found.iter().take(MANY);
     let mut lines: Vec<String> = shown.map(|(key, text)| format!("{key}: {text}")).collect();
     if found.len() > MANY {
-        lines.push(format!("and {} more keys of that name", found.len() - MANY));
+        lines.push(format!(
+            "and {} more keys with that name",
+            found.len() - MANY
+        ));
     }
     lines
 }
 
-/// All keys of a scenario with what they are, in the order of their names; each solver's own stand below `config`.
+/// All keys of a scenario with their descriptions, sorted by name; each solver's own keys are below `config`.
 pub(super) fn keys(registry: &Registry) -> Vec<(String, String)> {
     let schema = schema_of(registry);
     let mut found = Vec::new();
@@ -120,7 +122,7 @@ pub(super) fn keys(registry: &Registry) -> Vec<(String, String)> {
     found
 }
 
-/// The keys of a part of the schema, whichever of its forms has them.
+/// Collects the keys of a part of the schema, from all its forms.
 fn walk(path: &str, part: &Value, found: &mut Vec<(String, String)>) {
     for form in ["oneOf", "anyOf"] {
         for inner in part[form].as_array().into_iter().flatten() {
@@ -136,7 +138,7 @@ fn walk(path: &str, part: &Value, found: &mut Vec<(String, String)>) {
         let default = match &inner["default"] {
             Value::Null => String::new(),
             Value::Object(fields) if fields.is_empty() => String::new(),
-            default => format!(" By default {default}."),
+            default => format!(" Default: {default}."),
         };
         found.push((path.clone(), format!("{text}{default}")));
         walk(&path, inner, found);

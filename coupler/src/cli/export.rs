@@ -1,4 +1,4 @@
-//! `thirdbody export`: the exchange of a run as tables of text, and its wall-clock times as a trace.
+//! `thirdbody export`: the exchange of a run as CSV tables, and its wall-clock times as a trace.
 
 use std::path::{Path, PathBuf};
 
@@ -10,41 +10,40 @@ use exchange_log::export::{Selection, bytes, long, wide};
 use exchange_log::timing;
 use exchange_log::trace;
 use scenario::error::{Code, DAMAGED, Error, Refusal};
-use terminal::tell;
+use terminal::print_note;
 
-/// Size of tables (bytes) that is told before they are written.
+/// Size of the tables above which a note comes before they are written (bytes).
 const MANY_BYTES: u64 = 50_000_000;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
 pub struct ExportArguments {
-    /// A run directory, or an exchange.mcap (with --trace a timing.mcap).
+    /// Run directory, or an exchange.mcap (with --trace a timing.mcap).
     run: PathBuf,
-    /// FILE.csv for one table in long form (one number a row), or a folder for one table a stream in wide form (one
-    /// message a row). With --trace a FILE.json, by default trace.json beside timing.mcap.
+    /// FILE.csv for one table in long form (one number per row), or a folder for one table per stream in wide form (one message per row).
+    /// With --trace, FILE.json (default: trace.json beside timing.mcap).
     #[arg(long, required_unless_present = "trace")]
     out: Option<PathBuf>,
-    /// Only what this participant sends or receives.
+    /// Export only messages that this participant sends or receives.
     #[arg(long)]
     node: Option<String>,
-    /// Only messages of this kind, for instance Motion.
+    /// Export only messages of this kind, for example Motion.
     #[arg(long)]
     kind: Option<String>,
-    /// Only every so-manyth window, from the first on.
+    /// Export only every Nth window, from the first on.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// Who worked and who waited when, in wall-clock time, as a trace that ui.perfetto.dev opens.
+    /// Write a trace of work and waiting in wall-clock time, for ui.perfetto.dev, instead of tables.
     #[arg(long, conflicts_with_all = ["node", "kind", "recover"])]
     trace: bool,
-    /// Only the time of these windows, from A to B, both included.
+    /// Restrict the trace to windows A to B, both included.
     #[arg(long, value_name = "A..B", requires = "trace", value_parser = windows)]
     windows: Option<trace::Windows>,
     #[command(flatten)]
     damaged: RecoverArgument,
 }
 
-/// Writes the tables or the trace. Of a log that ends early, the valid beginning; if an exchange is damaged inside, the exit code
-/// is 6.
+/// Writes the tables or the trace, of a log that ends early the valid part. If the log is damaged inside, the exit code is 6.
 pub fn export(arguments: &ExportArguments) -> VerbResult {
     match &arguments.out {
         Some(out) if !arguments.trace => tables(arguments, out),
@@ -65,8 +64,8 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
     if bytes > MANY_BYTES {
         let less = ["", "a folder in place of the file, "][usize::from(is_long)];
         let megabytes = bytes as f64 * 1e-6;
-        tell(&format!(
-            "about {megabytes:.0} MB of text; {less}--every 10, --node or --kind make it less"
+        print_note(&format!(
+            "about {megabytes:.0} MB of text; {less}--every 10, --node or --kind reduce it"
         ));
     }
     let exported = match is_long {
@@ -75,7 +74,7 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
     };
     let mut code = 0;
     if let Some(damage) = exported.damage {
-        tell(&format!(
+        print_note(&format!(
             "the log ends early, its valid part is exported: {damage}"
         ));
         if !damage.is_torn() && !arguments.damaged.recover {
@@ -83,7 +82,7 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
         }
     }
     if exported.messages == 0 && code == 0 {
-        let text = "no message was chosen: `thirdbody inspect` lists the streams";
+        let text = "no message matches: `thirdbody inspect` lists the streams";
         return Err(Refusal::other(Code::NothingChosen, text).into());
     }
     print(&format!("{} messages", exported.messages))?;
@@ -105,7 +104,7 @@ fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
     let timing = timing::read(&file)?;
     let traced = trace::write(&timing, arguments.windows, out)?;
     for note in &traced.notes {
-        tell(&format!("note: {note}"));
+        print_note(&format!("note: {note}"));
     }
     let megabytes = 1e-6 * traced.bytes as f64;
     print(&format!("{} events, {megabytes:.1} MB", traced.events))?;
@@ -116,7 +115,7 @@ fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
 fn refuse_existing(out: &Path) -> Result<(), Error> {
     let fills = || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some());
     if out.is_file() || fills() {
-        let problem = "it exists already; an export never overwrites anything";
+        let problem = "exists already; an export never overwrites anything";
         return Err(Refusal::argument(format!("--out {}", out.display()), problem).into());
     }
     Ok(())
@@ -127,7 +126,7 @@ fn windows(text: &str) -> Result<trace::Windows, String> {
     let numbers = ends.map(|ends| ends.map(|end| end.trim().parse::<u64>().ok()));
     match numbers {
         Some([Some(first), Some(last)]) if first <= last => Ok([first, last]),
-        _ => Err("two numbers of windows are due, the first not above the last: 100..200".into()),
+        _ => Err("expected two window numbers, the first not above the last: 100..200".into()),
     }
 }
 

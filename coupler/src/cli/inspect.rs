@@ -1,4 +1,4 @@
-//! `thirdbody inspect`: what a run directory or an exchange log holds.
+//! `thirdbody inspect`: the contents of a run directory or an exchange log.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use exchange_log::{COUPLER, LogError, LogSummary, summarize};
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct InspectArguments {
-    /// A run directory, or an exchange.mcap.
+    /// Run directory, or an exchange.mcap.
     path: PathBuf,
     #[command(flatten)]
     damaged: RecoverArgument,
@@ -21,8 +21,8 @@ pub struct InspectArguments {
     json: bool,
 }
 
-/// Lists streams, windows, checkpoints and provenance, of a log that ends early those of its valid beginning. Damage has exit code 6
-/// unless that is what was asked for; the torn end that a killed writer leaves is none, which has left no summary of its run either.
+/// Lists streams, windows, checkpoints and provenance; for a log that ends early, of its valid part. Damage has exit code 6 unless
+/// `--recover` accepts it. A torn end of a run without summary.json is no damage: a killed writer leaves it.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
     let summary = summarize(&path, true)?;
@@ -61,7 +61,7 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
         ),
     ];
     lines.extend(summary.streams.iter().map(|stream| {
-        // What the coupler sends goes to one of them.
+        // A message from the coupler has one receiver.
         let name = match stream.sender.as_str() {
             COUPLER => format!("{} -> {}", stream.topic, stream.receiver),
             _ => stream.topic.clone(),
@@ -73,7 +73,7 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
     lines.push(match &summary.non_finite {
         None => "all numbers are finite".into(),
         Some(found) => format!(
-            "first number that is not finite: {} at entry {} of {}, window {}, iteration {}",
+            "first NaN or infinite number: {} at entry {} of {}, window {}, iteration {}",
             found.value, found.entry, found.topic, found.window, found.iteration
         ),
     });
@@ -83,7 +83,7 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
     lines.join("\n")
 }
 
-/// `2833 x 1, 4 x 2`: windows by a number that they have.
+/// `2833 x 1, 4 x 2`: the number of windows for each value.
 fn counts(of: &BTreeMap<u32, u64>) -> String {
     let each = of
         .iter()

@@ -11,7 +11,7 @@ use scenario::error::Error;
 /// Arguments of `man`.
 #[derive(Debug, clap::Args)]
 pub struct ManArguments {
-    /// Folder for one page a verb; without it the main page goes to stdout.
+    /// Folder for one page per verb (default: print the main page on stdout).
     dir: Option<PathBuf>,
 }
 

@@ -1,4 +1,4 @@
-//! `thirdbody new`: a copy of a shipped scene, to be changed.
+//! `thirdbody new`: copy a built-in scene, to edit it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,20 +13,20 @@ use scenes::{STUDY, kept};
 /// Arguments of `new`.
 #[derive(Debug, clap::Args)]
 pub struct NewArguments {
-    /// A scene or a study that `thirdbody scenes` lists.
+    /// Scene or study to copy; `thirdbody scenes` lists them.
     name: String,
-    /// A new or an empty folder; by default the last part of the name, here.
+    /// Folder for the copy, new or empty (default: the last part of NAME, in the current folder).
     dir: Option<PathBuf>,
 }
 
-/// Copies a scene or a study with its comments and the files beside it, and says what its keys are and what to do next.
+/// Copies a scene or a study with all its files, adds a comment to each key, and prints the next commands.
 pub fn new(arguments: &NewArguments, registry: &Registry) -> VerbResult {
     let name = known(&arguments.name)?;
     let mut files = scenes::files_of(&name);
-    // What came of a study holds for it as it ships.
+    // The stored results belong to the unchanged study.
     files.retain(|(file, _)| *file != "study.json");
     if files.iter().any(|(file, _)| *file == "Cargo.toml") {
-        let problem = "is a crate that needs the source tree around it: `thirdbody new-node rust NAME` writes one like it that finds what it needs";
+        let problem = "is a crate that needs the source tree around it: `thirdbody new-node rust NAME` writes a similar one that finds its dependencies";
         return Err(Refusal::argument(name, problem).into());
     }
     let last = Path::new(&name).file_name().map(PathBuf::from);
@@ -46,7 +46,7 @@ pub fn new(arguments: &NewArguments, registry: &Registry) -> VerbResult {
     Ok(0)
 }
 
-/// Names the run of a copied scene after its folder, and keeps the name of the scene that it is a copy of.
+/// Names the run of a copied scene after its folder, and records the name of the original scene.
 fn renamed(text: String, scene: &str, folder: &Path) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     let name = folder.file_name().and_then(|name| name.to_str());
@@ -61,7 +61,7 @@ fn renamed(text: String, scene: &str, folder: &Path) -> String {
     }
 }
 
-/// A scenario with the first sentence about each of its keys above the line that has it.
+/// A scenario with the first sentence on each key above the key's line.
 fn commented(text: &str, keys: &[(String, String)]) -> String {
     let (mut section, mut kind) = (String::new(), String::new());
     let (mut all, mut statement) = (String::new(), String::new());
@@ -72,7 +72,7 @@ fn commented(text: &str, keys: &[(String, String)]) -> String {
             let name = line.trim_start_matches('[').split(']').next();
             section = name.unwrap_or_default().to_string();
         }
-        // One that goes on in the next line is none yet.
+        // The statement continues on the next line.
         let Ok(table) = statement.parse::<toml::Table>() else {
             continue;
         };
@@ -86,7 +86,7 @@ fn commented(text: &str, keys: &[(String, String)]) -> String {
             None if section != "run" => format!("{section}.NAME"),
             _ => section.clone(),
         };
-        // Entries of a list are one key.
+        // All entries of a list share one key.
         let named = |key: &str| {
             let parts = key.split('.').filter(|part| part.parse::<usize>().is_err());
             parts.collect::<Vec<&str>>().join(".")
@@ -107,7 +107,7 @@ fn commented(text: &str, keys: &[(String, String)]) -> String {
     all + &statement
 }
 
-/// The folder of a scene or a study among the shipped ones.
+/// The folder of a built-in scene or study.
 fn known(name: &str) -> Result<String, Error> {
     let plain = name.trim_end_matches('/');
     if scenes::names().contains(&plain) {
@@ -129,13 +129,13 @@ fn require_empty(folder: &Path) -> Result<(), Error> {
     if empty {
         return Ok(());
     }
-    let problem = "is there and not empty: nothing is overwritten, give another folder as the second argument";
+    let problem = "exists and is not empty: nothing is overwritten, give another folder as the second argument";
     Err(Refusal::file(folder, problem).into())
 }
 
-/// The commands that come next.
+/// The next commands to run.
 fn next(files: &[(&str, &[u8])], folder: &Path) -> String {
-    // A name alone could be that of a shipped scene, but a folder of that name goes before it.
+    // A folder takes precedence over a built-in scene of the same name.
     let place = folder.display();
     if files.iter().any(|(file, _)| *file == STUDY) {
         return format!(

@@ -1,4 +1,4 @@
-//! `thirdbody new-node`: a participant to begin with.
+//! `thirdbody new-node`: a participant to start from.
 
 use std::env;
 use std::fs;
@@ -12,14 +12,14 @@ use scenario::error::{Error, Refusal};
 /// Arguments of `new-node`.
 #[derive(Debug, clap::Args)]
 pub struct NewNodeArguments {
-    /// Its language.
+    /// Language of the solver.
     language: Language,
-    /// Its name, and that of its folder: letters, digits, `-` and `_`, a letter first.
+    /// Name of the participant and of its folder: letters, digits, `-` and `_`, a letter first.
     name: String,
-    /// Folder that its own is made in.
+    /// Folder in which to create the participant's folder.
     #[arg(long, default_value = ".")]
     into: PathBuf,
-    /// Folder of the crate `protocol`, for Rust; by default that of the source tree around this folder, or around this program.
+    /// Folder of the crate `protocol`, for Rust (default: the one in the source tree around the current folder, or around this program).
     #[arg(long)]
     protocol: Option<PathBuf>,
 }
@@ -32,10 +32,10 @@ enum Language {
     Python,
 }
 
-/// Files of the skeleton in Rust, which is a shipped scene.
+/// Files of the Rust skeleton, which is a shipped scene.
 const RUST: [&str; 3] = ["Cargo.toml", "src/main.rs", "scenario.toml"];
 
-/// Files of the skeleton in Python, with the names that they have here.
+/// Files of the Python skeleton, with their names in the new folder.
 const PYTHON: [(&str, &str); 2] = [
     (
         "node.py",
@@ -47,13 +47,13 @@ const PYTHON: [(&str, &str); 2] = [
     ),
 ];
 
-/// Writes the files of a participant that runs as it is, and says what to do next.
+/// Writes the files of a participant that runs as it is, and prints the next commands.
 pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
     let name = &arguments.name;
     check(name)?;
     let folder = arguments.into.join(name);
     if folder.exists() {
-        let problem = "is there already: give another name, or another folder with --into";
+        let problem = "exists already: give another name, or another folder with --into";
         return Err(Refusal::file(folder, problem).into());
     }
     let shipped = |file| Some((file, scenes::text(&format!("foreign/rust-bed/{file}"))?));
@@ -90,14 +90,14 @@ fn check(name: &str) -> Result<(), Error> {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain) {
         return Ok(());
     }
-    let problem = "is no name for a participant: letters, digits, `-` and `_`, a letter first";
+    let problem = "is no name for a participant: use letters, digits, `-` and `_`, a letter first";
     Err(Refusal::argument(name, problem).into())
 }
 
-/// The crate `protocol`, as a path that holds from anywhere.
+/// The absolute path of the crate `protocol`.
 fn protocol(arguments: &NewNodeArguments) -> Result<String, Error> {
     let Some(folder) = arguments.protocol.clone().or_else(nearby) else {
-        let problem = "there is no source tree around this folder or this program, and a solver in Rust needs its crate `protocol`: give the folder of that crate";
+        let problem = "a solver in Rust needs the crate `protocol`, and there is no source tree around this folder or this program: give the folder of that crate";
         return Err(Refusal::argument("--protocol", problem).into());
     };
     let whole = folder.canonicalize().ok();

@@ -24,7 +24,7 @@ use scenario::error::{Code, Error, Refusal};
 pub struct NodeArguments {
     /// Kind of the solver: fem or dem.
     kind: String,
-    /// Refuse to serve if this program is of another build.
+    /// Refuse to serve unless this program is of this build.
     #[arg(long, hide = true)]
     build: Option<String>,
 }
@@ -32,7 +32,7 @@ pub struct NodeArguments {
 /// Arguments of `exec-child`.
 #[derive(Debug, clap::Args)]
 pub struct ExecArguments {
-    /// Give it the session as the first line of its input, which stays open.
+    /// Pass the session as the first line of the program's input, which stays open.
     #[arg(long)]
     pass_session: bool,
     /// Program and arguments.
@@ -40,7 +40,7 @@ pub struct ExecArguments {
     command: Vec<String>,
 }
 
-/// The way to a coordinator on another host.
+/// Connects to a coordinator on another host.
 #[cfg(feature = "zenoh")]
 const CONNECT: Option<Connect> = Some(|session| Ok(Box::new(network::connect(session)?)));
 #[cfg(not(feature = "zenoh"))]
@@ -55,7 +55,7 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     let own = build().hash;
     if let Some(build) = arguments.build.as_ref().filter(|build| *build != own) {
         let text = format!(
-            "this program is of build {own}, the coordinator of {build}: its bits would be others; put the same program on both hosts"
+            "this program is of build {own}, the coordinator of build {build}: the bits would differ; put the same program on both hosts"
         );
         return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
     }
@@ -63,8 +63,8 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     Ok(0)
 }
 
-/// Becomes a foreign participant: asks for SIGKILL at the coordinator's end, which survives `exec`. A program that is
-/// not ours may have no answer to anything milder.
+/// Becomes a foreign participant. It requests SIGKILL at the coordinator's end, and the request survives `exec`: a foreign program may
+/// ignore milder signals.
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
     end_with_coordinator(&session, Signal::SIGKILL).map_err(Refusal::from)?;
@@ -84,33 +84,33 @@ pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
         Stdio::null()
     };
     watch.spawn().map_err(failed(watcher))?;
-    // With the pipe's other end, which would keep the input open.
+    // This also drops the pipe's other end, which would keep the input open.
     drop(watch);
     let (program, rest) = (&arguments.command[0], &arguments.command[1..]);
     let error = Command::new(program).args(rest).stdin(input).exec();
     Err(failed(&format!("`{program}`"))(error))
 }
 
-/// Time that a process group may take to end after it was asked to.
+/// Time between SIGTERM and SIGKILL to a process group.
 const GRACE: Duration = Duration::from_millis(300);
 
 /// Arguments of `end-group`.
 #[derive(Debug, clap::Args)]
 pub struct EndGroupArguments {
-    /// Print the session in one line first, and keep the output open: it is the input of another program.
+    /// Print the session in one line first, and keep the output open: another program reads it.
     #[arg(long)]
     pass_session: bool,
 }
 
-/// Ends its process group when its input does, which the coordinator holds open as long as it lives: of a program behind a shell
-/// the system ends only the shell. Then nobody else may be left to remove the run's shared memory.
+/// Ends its process group when its input closes; the coordinator holds that open as long as it lives. The system would end only the
+/// shell in front of a program. This process also removes the run's shared memory, as no other process may be left to do so.
 pub fn end_group(arguments: &EndGroupArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
     let failed = || Error::input("watching the coordinator");
     if arguments.pass_session {
         pass_on(&session).map_err(failed())?;
     }
-    // Asked to end with its group, it stays for what does not.
+    // This process survives the SIGTERM to its group and then kills the rest of the group.
     flag::register(SIGTERM, Arc::default()).map_err(failed())?;
     std::io::copy(&mut std::io::stdin(), &mut std::io::sink()).map_err(failed())?;
     let _ = killpg(getpgrp(), Signal::SIGTERM);
@@ -124,7 +124,7 @@ pub fn end_group(arguments: &EndGroupArguments) -> VerbResult {
     Ok(0)
 }
 
-/// A program that ended early reads nothing, which others find out.
+/// Prints the session. A broken pipe is no error: the program ended early, and the coordinator notices that.
 fn pass_on(session: &Session) -> std::io::Result<()> {
     let mut text = serde_json::to_vec(session)?;
     text.push(b'\n');

@@ -19,7 +19,7 @@ use runs::files::read_json;
 use runs::run_dir::RunDir;
 use scenario::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use scenario::keys::TransportKind;
-use terminal::tell;
+use terminal::print_note;
 
 /// The picture of a drift.
 const DRIFT: &str = "replay-drift.svg";
@@ -30,29 +30,28 @@ const DEPARTS: i32 = 7;
 /// Arguments of `replay`.
 #[derive(Debug, clap::Args)]
 pub struct ReplayArguments {
-    /// A run directory, or an exchange.mcap.
+    /// Run directory, or an exchange.mcap.
     run: PathBuf,
-    /// Replay this participant only, or `coupler`.
+    /// Replay only this participant, or `coupler` (default: all).
     #[arg(long)]
     node: Option<String>,
-    /// Threads of each participant.
+    /// Threads per participant.
     #[arg(long, default_value_t = 1, value_parser = thread_count())]
     threads: u16,
-    /// Begin at the nearest checkpoint after at most so many windows instead of at the start.
+    /// Begin at the latest checkpoint after at most WINDOW windows (default: at the start).
     #[arg(long, value_name = "WINDOW")]
     from: Option<u64>,
-    /// Accept answers that deviate by so much of the largest number of their kind: for solvers that do not repeat
-    /// every bit.
+    /// Accept answers that deviate by at most REL of the largest number of their kind, for solvers that do not repeat every bit.
     #[arg(long, value_name = "REL", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Give a solver another parameter: participant.third-body.config.law.friction=0.2. Its answers are compared to the
-    /// end, in open loop: the other side still says what it said to the logged solver.
+    /// Give a solver another parameter, for example participant.third-body.config.law.friction=0.2; repeatable. Its answers are compared to
+    /// the end in open loop: the other side sends what it sent to the logged solver.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// File for the picture of the drift that --set draws; by default replay-drift.svg in the run directory.
+    /// File for the picture of the drift with --set (default: replay-drift.svg in the run directory).
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
-    /// Start programs that the logged scenario names.
+    /// Start the programs that the logged scenario names.
     #[arg(long)]
     allow_commands: bool,
     #[command(flatten)]
@@ -62,8 +61,8 @@ pub struct ReplayArguments {
     json: bool,
 }
 
-/// Replays; exit code 7 at the first departure, 8 if there was nothing to compare. With `--set` departures are what is looked
-/// for, and the code is 0. A log that is damaged inside has exit code 6, whatever came of its valid beginning.
+/// Replays a run; exit code 7 at the first departure, 8 if there was nothing to compare. With `--set`, departures are expected and the
+/// code is 0. A log that is damaged inside has exit code 6, with any result of its valid part.
 pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     check_tolerance(arguments.tolerance)?;
     let log = log_of(&arguments.run)?;
@@ -83,14 +82,14 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     let threads = arguments.threads.into();
     let corrupt = recording.damage.is_some() && !recording.torn && !arguments.damaged.recover;
     let mut results = match all(&recording, registry, threads, &chosen, &how) {
-        // What is left of a damaged log may be too little to begin with.
+        // The valid part of a damaged log may be too short to replay.
         Err(error) if corrupt => {
-            tell(&format!("the valid part cannot be replayed: {error}"));
+            print_note(&format!("the valid part cannot be replayed: {error}"));
             Vec::new()
         }
         results => results?,
     };
-    // A log beside which there is no summary has been moved.
+    // A log without a summary beside it has been moved.
     let summary = read_json(&log.with_file_name("summary.json"));
     judge_states(&recording, &mut results, &summary, &how);
     if how.open_loop {
@@ -102,7 +101,7 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     })?;
     if let Some(damage) = recording.damage.filter(|_| corrupt) {
         let code = Code::LogCorrupt.word();
-        tell(&format!("error[{code}]: exchange log: {damage}"));
+        print_note(&format!("error[{code}]: exchange log: {damage}"));
         return Ok(DAMAGED);
     }
     let departs = results.iter().any(|replayed| replayed.mismatch.is_some());
@@ -113,13 +112,13 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     Ok(if failed { CHECK_FAILED } else { 0 })
 }
 
-/// True if there was nothing to compare: that says nothing about the solver.
+/// True if there was nothing to compare, which proves nothing about the solver.
 fn compared_nothing(replayed: &Replayed) -> bool {
     replayed.equal == 0 && replayed.mismatch.is_none()
 }
 
-/// Compares the final states with those of summary.json, if the log reaches to the end of the run and every bit counts; a
-/// solver that was asked nothing has none.
+/// Compares the final states with the hashes in summary.json, if the log reaches the end of the run and every bit counts. A solver
+/// without requests has no final state.
 fn judge_states(
     recording: &Recording,
     results: &mut [Replayed],
@@ -137,7 +136,7 @@ fn judge_states(
     }
 }
 
-/// Nothing departs by more than NaN or infinity: a replay would find every log equal.
+/// Refuses tolerances outside 0 to 1: with NaN or infinity a replay would find every log equal.
 fn check_tolerance(tolerance: Option<f64>) -> Result<(), Error> {
     let outside = tolerance.filter(|tolerance| !(0.0..1.0).contains(tolerance));
     outside.map_or(Ok(()), |tolerance| {
@@ -155,7 +154,7 @@ fn nearest(
     let origin = restart_point(&arguments.run, &recording.loaded, Some(window))?;
     origin.ok_or_else(|| {
         let run = arguments.run.display();
-        let problem = format!("{run} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more");
+        let problem = format!("{run} has no checkpoint that early; `thirdbody inspect` lists the checkpoints, run.checkpoints_kept keeps more");
         Refusal::argument(format!("--from {window}"), problem).into()
     })
 }
@@ -168,7 +167,7 @@ fn all(
     how: &ReplayOptions,
 ) -> Result<Vec<Replayed>, Error> {
     let run_id = fresh_run_id();
-    // Logs and fields of the replayed participants, which nobody keeps.
+    // Temporary logs and fields of the replayed participants.
     let scratch = Scratch::new("replay", run_id);
     let rundir = RunDir::create(Some(scratch.path()), "replay", run_id)?;
     let launcher = Launcher {
@@ -192,11 +191,11 @@ fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> 
     let beside = || file_of(&arguments.run, DRIFT).with_file_name(DRIFT);
     let path = arguments.plot.clone().unwrap_or_else(beside);
     std::fs::write(&path, drift::picture(&drift)).map_err(Error::output(path.display()))?;
-    tell(&path.display().to_string());
+    print_note(&path.display().to_string());
     Ok(())
 }
 
-/// Shipped solvers are replayed as threads; foreign ones need their processes, and the user's leave.
+/// Replays shipped solvers as threads; foreign solvers need their processes and the user's permission.
 fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error> {
     let scenario = &mut recording.loaded.scenario;
     scenario.bring_here();
@@ -209,7 +208,7 @@ fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error>
     Ok(())
 }
 
-/// Participants that are replayed: all, or the one that is named. With `--set` it is those whose keys are set, and never the coupler.
+/// Names to replay: all, or the one that `--node` names. With `--set`, participants whose keys are set, never the coupler.
 fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<String>, Error> {
     let participants = recording.loaded.scenario.participant.iter();
     let mut names: Vec<String> = participants.map(|p| p.name.clone()).collect();
@@ -239,7 +238,7 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
     let from = |origin: &RestartPoint| format!("from {}", origin.path.display());
     lines.extend(how.from.map(from));
     if how.open_loop {
-        lines.push("open loop: the other side says what it said to the logged solver".into());
+        lines.push("open loop: the other side sends what it sent to the logged solver".into());
     }
     let found = match how.tolerance_rel {
         None => "bitwise identical".to_string(),
@@ -249,7 +248,7 @@ fn table(recording: &Recording, results: &[Replayed], how: &ReplayOptions) -> St
         let (who, equal, last) = (&replayed.who, replayed.equal, replayed.last_window);
         lines.push(match &replayed.mismatch {
             _ if compared_nothing(replayed) => {
-                format!("{who}: nothing was compared, the log holds no answer to it")
+                format!("{who}: nothing was compared, the log holds no answer for it")
             }
             None => format!("{who}: {equal} messages equal, up to window {last}: {found}"),
             Some(mismatch) => {
@@ -296,7 +295,7 @@ fn json(
     })
 }
 
-/// By kind: the drift in the last window, the largest, and that of each window.
+/// By kind: the drift in the last window, the largest drift, and the drift in each window.
 fn drifts(replayed: &Replayed) -> Value {
     let rows = drift::table(&replayed.drift).into_iter();
     let rows = rows.map(|(kind, name, last, largest)| {

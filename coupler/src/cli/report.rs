@@ -1,4 +1,4 @@
-//! `thirdbody report`: pictures and a page of what a run left.
+//! `thirdbody report`: a page and pictures of a run.
 
 use std::path::{Path, PathBuf};
 
@@ -6,27 +6,27 @@ use super::common::{VerbResult, print};
 use runs::front::MeasuredFront;
 use study::scene_front::first_front;
 use study::stored::known;
-use terminal::tell;
+use terminal::print_note;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// A run directory.
+    /// Run directory.
     run: PathBuf,
-    /// Lay another run over it: its curves beside this run's, and the distances between both.
+    /// Overlay the curves of another run, and list the distances between both runs.
     #[arg(long, value_name = "RUN2")]
     compare: Option<PathBuf>,
-    /// Write movie.html instead: a player of the fields at all their moments, a page of its own of at most 5 MB.
+    /// Write movie.html instead: a self-contained page of at most 5 MB that plays all saved fields.
     #[arg(long)]
     movie: bool,
 }
 
-/// Writes report.html and its pictures, or movie.html, into the run directory. They do not show the log; one that is damaged has
-/// exit code 6, as a table that is not what the run wrote.
+/// Writes report.html and its pictures, or movie.html, into the run directory. The exit code is 6 if the log, which the pages do not
+/// show, is damaged, or if a table differs from what the run wrote.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
     let (names, damage) = if arguments.movie {
         let (name, note) = report::movie::write(&arguments.run)?;
-        note.iter().for_each(|note| tell(note));
+        note.iter().for_each(|note| print_note(note));
         (vec![name], None)
     } else {
         let front = known_front(&arguments.run);
@@ -44,6 +44,6 @@ pub fn report(arguments: &ReportArguments) -> VerbResult {
 fn known_front(run: &Path) -> Option<MeasuredFront> {
     let resolved = std::fs::read_to_string(run.join("scenario.toml")).ok()?;
     first_front(known(), &resolved, |error| {
-        tell(&format!("{error}; the report goes on without this study"));
+        print_note(&format!("{error}; the report leaves this study out"));
     })
 }

@@ -1,4 +1,4 @@
-//! `thirdbody resume`: go on with a run that was cut off.
+//! `thirdbody resume`: continue a run that was cut off.
 
 use std::path::{Path, PathBuf};
 
@@ -13,26 +13,26 @@ use exchange_log::damage;
 use scenario::error::Refusal;
 use scenario::inputs::refuse_changed_inputs;
 use scenario::load::load;
-use terminal::tell;
+use terminal::print_note;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]
 pub struct ResumeArguments {
-    /// The run directory of a run that was interrupted or killed. It is not changed.
+    /// Run directory of an interrupted or killed run; it is not changed.
     run: PathBuf,
-    /// Go on from the latest checkpoint after at most so many windows.
+    /// Continue from the latest checkpoint after at most WINDOW windows (default: the latest usable checkpoint).
     #[arg(long, value_name = "WINDOW")]
     from: Option<u64>,
-    /// Run directory of the resumed run: a new or an empty folder. By default a new one below runs/.
+    /// Run directory of the resumed run, new or empty (default: a new folder in runs/).
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Threads of each participant (results never depend on it); by default the cores of the machine.
+    /// Threads per participant; results never depend on this number (default: the number of cores).
     #[arg(long, value_parser = thread_count())]
     threads: Option<u16>,
     /// Run all participants on this host, over shared memory, wherever they ran before.
     #[arg(long)]
     here: bool,
-    /// Start programs that the scenario of the run names.
+    /// Start the programs that the run's scenario names.
     #[arg(long)]
     allow_commands: bool,
     #[command(flatten)]
@@ -41,7 +41,7 @@ pub struct ResumeArguments {
     ending: EndingArguments,
 }
 
-/// Goes on; the exit code is the run's. A damaged log is not gone on with unless that is asked for.
+/// Continues a run and returns its exit code. Refuses a damaged log unless `--recover` is given.
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
@@ -61,9 +61,9 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         return Err(damage.into());
     }
     let origin = restart_point(run, &loaded, arguments.from)?;
-    let begins = "no checkpoint to go on from, the run begins again";
-    tell(&match &origin {
-        Some(origin) => format!("goes on from {}", origin.path.display()),
+    let begins = "no checkpoint to continue from, the run starts again";
+    print_note(&match &origin {
+        Some(origin) => format!("continues from {}", origin.path.display()),
         None => format!("{}: {begins}", run.display()),
     });
     let (out, threads) = (arguments.out.as_deref(), threads(arguments.threads));
@@ -74,7 +74,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     conclude(ended, arguments.ending)
 }
 
-/// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.
+/// The folder behind the path: runs/latest points to the resumed run as soon as that run begins.
 fn resolved(run: &Path) -> PathBuf {
     let whole = run.canonicalize().unwrap_or_else(|_| run.into());
     let here = std::env::current_dir().and_then(|here| here.canonicalize());

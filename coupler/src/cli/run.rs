@@ -15,11 +15,11 @@ use coordinator::run::session::{Ended, run as run_scenario};
 pub struct RunArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
-    /// Run directory: a new or an empty folder. By default a new one below runs/.
+    /// Run directory, new or empty (default: a new folder in runs/).
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Run the scene under this many seeds, from its own on, side by side on the cores; print the mean of each result with its 95 %
-    /// interval, and write one report that overlays the runs. Each keeps tables and fields, but no log.
+    /// Run the scene in parallel under N seeds, counted up from its own. Print the mean of each result with its 95 % interval and write one
+    /// report that overlays the runs. Each run keeps tables and fields, but no log.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1000), conflicts_with = "budget")]
     seeds: Option<u64>,
     #[command(flatten)]
@@ -28,21 +28,21 @@ pub struct RunArguments {
     ending: EndingArguments,
 }
 
-/// Arguments of the verbs that bring a run to its end.
+/// Arguments of the verbs that complete a run.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct EndingArguments {
     /// Print summary.json on stdout instead of a short table.
     #[arg(long)]
     json: bool,
-    /// Print all results and balances, not only what people ask for first.
+    /// Print all results and balances (default: the most important ones).
     #[arg(long)]
     all: bool,
-    /// End as suspect, with exit code 8, after any warning.
+    /// End any run that has a warning as suspect, with exit code 8.
     #[arg(long)]
     pub(super) strict: bool,
 }
 
-/// Runs a scenario; the exit code is the run's.
+/// Runs a scenario and returns the run's exit code.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
     if let Some(count) = arguments.seeds {
         let EndingArguments { json, all, .. } = arguments.ending;
@@ -58,7 +58,7 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
     conclude(run_scenario(&loaded, &options)?, arguments.ending)
 }
 
-/// Prints what came of a run; the exit code is the run's.
+/// Prints the summary of a run and returns the run's exit code.
 pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
     let summary = &ended.summary;
     let printed = print(&match ending.json {

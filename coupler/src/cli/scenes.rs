@@ -1,4 +1,4 @@
-//! `thirdbody scenes`: the scenes and studies inside this program.
+//! `thirdbody scenes`: the scenes and studies built into this program.
 
 use super::common::{VerbResult, print_rows};
 use scenes::listing::{Listed, listing};
@@ -6,14 +6,14 @@ use scenes::listing::{Listed, listing};
 /// Arguments of `scenes`.
 #[derive(Debug, clap::Args)]
 pub struct ScenesArguments {
-    /// Only those with this tag: fem, dem, coupled, foreign, bonds, wear, wheel, plasticity, periodic, static, study.
+    /// List only entries with this tag: fem, dem, coupled, foreign, bonds, wear, wheel, plasticity, periodic, static, study.
     tag: Option<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Lists them by folder and name.
+/// Lists scenes and studies by folder and name.
 pub fn scenes(arguments: &ScenesArguments) -> VerbResult {
     let mut listed = listing();
     if let Some(tag) = &arguments.tag {

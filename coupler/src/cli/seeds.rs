@@ -1,4 +1,4 @@
-//! `thirdbody run --seeds`: the scene under several seeds, side by side on the cores, with means and their scatter.
+//! `thirdbody run --seeds`: runs a scene in parallel under several seeds and prints means with their scatter.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,11 @@ use study::collect::StudyRow;
 use study::open_study::{OpenStudy, write_in};
 use study::plan::Plan;
 
-/// The key that differs.
+/// The key that differs between the runs.
 const SEED: &str = "run.seed";
 
-/// Runs a scene under this many seeds from its own on, and prints the mean of each result; the exit code is 8 where a run is missing or
-/// not to be trusted, and the means leave it out.
+/// Runs a scene under `count` seeds, counted up from its own, and prints the mean of each result. The means leave out a run that is
+/// missing or not to be trusted, and the exit code is then 8.
 pub(super) fn run(
     scenario: &ScenarioArguments,
     count: u64,
@@ -37,7 +37,7 @@ pub(super) fn run(
     let path = |row: &StudyRow| opened.task_folder(row.task).run();
     let trusted: Vec<PathBuf> = rows().filter(|row| row.is_trusted()).map(path).collect();
     if trusted.len() > 1 && draws.len() == 1 {
-        let problem = "all runs have the same bits: nothing in this scene depends on run.seed, so that one run says all";
+        let problem = "all runs have the same bits: nothing in this scene depends on run.seed, so one run is enough";
         return Err(Refusal::argument("--seeds", problem).into());
     }
     let read = trusted.iter().map(|run| RunFiles::read_for_page(run));
@@ -70,7 +70,7 @@ pub(super) fn run(
             );
             print(line.trim_end())?;
         }
-        print("Mean, half of its 95 % interval, lowest to highest")?;
+        print("Mean, half-width of its 95 % interval, lowest to highest")?;
         print(&lines(&means, all).join("\n"))?;
         if let Some(page) = &page {
             print(&format!("report    {}", page.display()))?;
@@ -80,7 +80,7 @@ pub(super) fn run(
     Ok(if fell { CHECK_FAILED } else { 0 })
 }
 
-/// The study of one key that these runs are, with its file in its folder.
+/// The study of one key that describes these runs, written into its folder.
 fn opened(
     scenario: &ScenarioArguments,
     count: u64,
@@ -100,7 +100,7 @@ fn opened(
         "set": Vec::from_iter(set),
         "threads": scenario.threads.unwrap_or(1),
     }, "vary": [{ "key": SEED, "values": Vec::from_iter(run.seed..run.seed + count) }] });
-    let text = toml::to_string(&study).expect("it has texts, numbers and lists");
+    let text = toml::to_string(&study).expect("a study has texts, numbers and lists");
     let file = write_in(&folder, scenes::STUDY, &text)?;
     OpenStudy::of(Plan::read(&file, false, &[])?, folder)
 }

@@ -1,4 +1,4 @@
-//! Circumstances in which verbs start runs.
+//! Options, signals and dry runs of the verbs that start runs.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use scenario::error::Error;
 use scenario::load::Loaded;
 use study::forecast;
 
-/// Options of a run that is started here and shows its progress.
+/// Options of a run that ends in order on a signal; progress needs a listener in addition.
 pub(super) fn options<'a>(
     out: Option<&'a Path>,
     threads: usize,
@@ -24,7 +24,7 @@ pub(super) fn options<'a>(
     })
 }
 
-/// Runs the first windows of a scenario, which foretell its cost, in a folder that does not stay.
+/// Runs the first windows of a scenario in a temporary folder, to predict its cost.
 pub(super) fn rehearse(
     loaded: &Loaded,
     threads: usize,
@@ -33,7 +33,7 @@ pub(super) fn rehearse(
     Ok(forecast::rehearse(loaded, &options(None, threads, registry)?)?.0)
 }
 
-/// Signals that end a run in order.
+/// Listens for the signals that end a run in order.
 pub(super) fn listen() -> Result<Watch, Error> {
     let watch = Watch::default();
     for signal in [SIGINT, SIGTERM, SIGHUP] {

@@ -1,4 +1,4 @@
-//! `thirdbody study`: many runs of a scenario, held against a reference or measured over its keys.
+//! `thirdbody study`: many runs of a scenario, compared with a reference or measured over its keys.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,7 @@ use study::progress::StudyProgress;
 use study::slurm::{Slurm, ended, queue};
 use study::stored::{StoredStudy, serves_budgets};
 use study::task::{SILENT, TaskFolder, TaskStage};
-use terminal::tell;
+use terminal::print_note;
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
@@ -37,62 +37,62 @@ pub struct StudyArguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum StudyVerb {
-    /// Write a study of the numerical choices of a scene, and foretell what it costs.
+    /// Write a study of the numerical choices of a scene and predict its cost.
     New(NewStudyArguments),
-    /// List the tasks of a study, and foretell what one costs.
+    /// List the tasks of a study and predict the cost of one.
     Plan(PlaceArguments),
-    /// Do all tasks that are not done, then write results.csv, front.csv and the pictures.
+    /// Run all unfinished tasks, then write results.csv, front.csv and the pictures.
     Run {
         #[command(flatten)]
         place: PlaceArguments,
         #[command(flatten)]
         engine: EngineArguments,
     },
-    /// Tell where the tasks stand.
+    /// Print the state of the tasks.
     Status(PlaceArguments),
-    /// Write results.csv, front.csv and the pictures of what is done, also while others run.
+    /// Write results.csv, front.csv and the pictures of the finished tasks, even while others run.
     Collect(PlaceArguments),
-    /// Write report.html of what is done: settings, tables, pictures, warnings, and the build that measured it.
+    /// Write report.html of the finished tasks: settings, tables, pictures, warnings, and the build that measured them.
     Report {
-        /// The folder that `run` wrote, such as runs/study-NAME.
+        /// Folder that `study run` wrote, such as runs/study-NAME.
         folder: PathBuf,
     },
-    /// Do one task.
+    /// Run one task.
     Exec(ExecTaskArguments),
 }
 
 /// The study and its folder.
 #[derive(Debug, Default, clap::Args)]
 struct PlaceArguments {
-    /// The study: a folder with study.toml, a file, or a name that `thirdbody scenes` lists.
+    /// Study: a folder with study.toml, a file, or a name from `thirdbody scenes`.
     file: PathBuf,
-    /// The study in small, as its file says.
+    /// Use the small form of the study that its file defines.
     #[arg(long)]
     small: bool,
-    /// Override a key in all runs, the reference included.
+    /// Override a key in all runs, including the reference; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Folder of the tasks and of what comes out; by default runs/study-NAME, with -small for a small one.
+    /// Folder of the tasks and results (default: runs/study-NAME, with --small runs/study-NAME-small).
     #[arg(long)]
     out: Option<PathBuf>,
 }
 
-/// The engine that does the tasks.
+/// The engine that runs the tasks.
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct EngineArguments {
-    /// Processes here, or a job array.
+    /// Run tasks as processes on this machine, or as a Slurm job array.
     #[arg(long, value_enum, default_value_t = Engine::Local)]
     engine: Engine,
-    /// Tasks at a time; by default the cores of the machine over the threads of a run, and as many as Slurm gives.
+    /// Tasks at a time (default: the number of cores divided by the threads of a run; with Slurm, no limit).
     #[arg(long)]
     jobs: Option<u16>,
-    /// Do failed and damaged runs again.
+    /// Repeat failed and damaged runs.
     #[arg(long)]
     retry: bool,
-    /// A further argument of sbatch: --sbatch=--partition=short.
+    /// Pass a further argument to sbatch, for example --sbatch=--partition=short; repeatable.
     #[arg(long, value_name = "ARGUMENT", allow_hyphen_values = true)]
     sbatch: Vec<String>,
-    /// Silence (s) after which a task that Slurm calls running is taken for dead.
+    /// Seconds without a heartbeat after which a task that Slurm calls running counts as dead.
     #[arg(long, value_name = "S", default_value_t = SILENT.as_secs())]
     silent_s: u64,
 }
@@ -109,10 +109,10 @@ enum Engine {
 struct ExecTaskArguments {
     #[command(flatten)]
     place: PlaceArguments,
-    /// List of tasks that this must be one of, as it was planned.
+    /// Planned list of tasks, which must contain this task.
     #[arg(long)]
     planned: Option<PathBuf>,
-    /// Process whose end ends it.
+    /// End the task when the process with this id ends.
     #[arg(long)]
     parent: Option<u32>,
     /// Index of the task, as `plan` lists it.
@@ -125,8 +125,8 @@ impl PlaceArguments {
         let (plan, folder) = self.plan()?;
         for measure in &plan.file.measure {
             if let Some(new) = measure.renamed() {
-                tell(&format!(
-                    "measure `{}`: `{}` is the old name of `{new}`, a mean with sticking in it, and goes with the next release",
+                print_note(&format!(
+                    "measure `{}`: `{}` is the old name of `{new}`, a mean that includes sticking; the next release drops the old name",
                     measure.name, measure.of
                 ));
             }
@@ -144,7 +144,7 @@ impl PlaceArguments {
     }
 }
 
-/// Plans, runs, or looks at a study.
+/// Runs a verb of `study`.
 pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
         StudyVerb::New(arguments) => {
@@ -177,7 +177,7 @@ fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Erro
     options(None, threads_of(plan).into(), registry)
 }
 
-/// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
+/// Prints one line per task, and keeps the list and the cost of the first task in the folder.
 fn plan(place: &PlaceArguments, registry: &Registry) -> VerbResult {
     let opened = place.open()?;
     if let Some((_, why)) = refused(&opened, registry).next() {
@@ -186,9 +186,9 @@ fn plan(place: &PlaceArguments, registry: &Registry) -> VerbResult {
     let planned = opened.keep_list()?;
     print(opened.listed().trim_end())?;
     let tasks = &opened.tasks;
-    let forecast = foretell(&opened, registry)?;
-    tell(&format!(
-        "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
+    let forecast = predict(&opened, registry)?;
+    print_note(&format!(
+        "{} runs in {} rows, listed in {}; task 0 is predicted to take at most {:.0} s and {:.0} MB",
         runs(tasks).len(),
         tasks.len(),
         planned.display(),
@@ -196,12 +196,12 @@ fn plan(place: &PlaceArguments, registry: &Registry) -> VerbResult {
         forecast.memory_bytes as f64 * 1e-6
     ));
     if let Some(words) = serves_budgets(&opened.plan.file, tasks) {
-        tell(&words);
+        print_note(&words);
     }
     Ok(0)
 }
 
-/// The tasks that `check` refuses, of those that are the first with a value of a key.
+/// The tasks that `check` refuses; only tasks that are the first with some value of a key are checked.
 fn refused<'a>(
     opened: &'a OpenStudy,
     registry: &Registry,
@@ -216,8 +216,8 @@ fn refused<'a>(
     })
 }
 
-/// Foretells the cost of the first task, and refuses measures that it does not report.
-fn foretell(opened: &OpenStudy, registry: &Registry) -> Result<Forecast, Error> {
+/// Predicts the cost of the first task, and refuses measures that this task does not report.
+fn predict(opened: &OpenStudy, registry: &Registry) -> Result<Forecast, Error> {
     let (plan, task) = (&opened.plan, &opened.tasks[0]);
     let forecast = Forecast::of(task, &opened.folder, &quiet(plan, registry)?)?;
     let (results, of_cycles) = (results::names(), results::of_full_cycles());
@@ -232,7 +232,7 @@ fn run(opened: &OpenStudy, engine: &EngineArguments, registry: &Registry) -> Ver
     watch.interrupted().map_or(Ok(code), Err)
 }
 
-/// Does all runs that are not done; a signal ends them in order.
+/// Runs all unfinished tasks; a signal ends them in order.
 pub(super) fn do_runs(
     opened: &OpenStudy,
     engine: &EngineArguments,
@@ -248,10 +248,10 @@ pub(super) fn do_runs(
         if task.index == 0 {
             return Err(why);
         }
-        tell(&format!("task {} will be refused: {why}", task.index));
+        print_note(&format!("task {} will be refused: {why}", task.index));
     }
     let mut progress = StudyProgress::new(opened);
-    let forecast = foretell(opened, registry)?;
+    let forecast = predict(opened, registry)?;
     let threads_each = threads_of(&opened.plan);
     match engine.engine {
         Engine::Local => {
@@ -274,7 +274,7 @@ pub(super) fn do_runs(
     Ok(watch)
 }
 
-/// Failed runs, and damaged ones, are to be done again; suspect ones are not failed.
+/// Makes failed and damaged runs unfinished again; suspect runs are not failed.
 fn forget_failed(opened: &OpenStudy) -> Result<(), Error> {
     for task in runs(&opened.tasks) {
         let folder = opened.task_folder(task);
@@ -286,7 +286,7 @@ fn forget_failed(opened: &OpenStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes and prints what came out; the exit code is that of a failed check where a run is missing or damaged, or the reference does not stand.
+/// Writes and prints the results. The exit code is 8 if a run is missing or damaged, or if the reference is not to be trusted.
 fn collect(opened: &OpenStudy) -> VerbResult {
     let results = opened.results()?;
     let digest = Digest::new(&results);
@@ -309,7 +309,7 @@ fn collect(opened: &OpenStudy) -> VerbResult {
         let text = digest.text();
         write("digest.txt", &format!("{text}\n"))?;
         print(&text)?;
-        // Nobody who asks for values wants a budget.
+        // A study without a reference measures values, which serve no budget.
         if opened.plan.file.reference.is_given() {
             match StoredStudy::of(&results) {
                 Ok(stored) => drop(write("study.json", &(stored.json() + "\n"))?),
@@ -326,7 +326,7 @@ fn collect(opened: &OpenStudy) -> VerbResult {
     Ok(if fell { CHECK_FAILED } else { code })
 }
 
-/// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
+/// Prints the number of runs in each state, and details of unfinished and failed runs; exit code 0 only if all are finished.
 fn status(opened: &OpenStudy) -> VerbResult {
     let runs = runs(&opened.tasks);
     let in_slurm = opened.folder.join("slurm").exists();
@@ -349,7 +349,7 @@ fn status(opened: &OpenStudy) -> VerbResult {
             TaskStage::Running => {
                 running += 1;
                 let (beat, job) = (folder.heartbeat(), job.unwrap_or_default());
-                lines.push(format!("task {index} is done by {}{job}", beat.trim()));
+                lines.push(format!("task {index} is run by {}{job}", beat.trim()));
             }
             TaskStage::Waiting => {
                 waiting += 1;
@@ -374,7 +374,7 @@ fn status(opened: &OpenStudy) -> VerbResult {
     Ok(if left { CHECK_FAILED } else { 0 })
 }
 
-/// Does one task; the exit code is that of its run.
+/// Runs one task and returns the exit code of its run.
 fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
     if let Some(parent) = arguments.parent {
         end_with_parent(parent, Signal::SIGTERM).map_err(Refusal::from)?;
@@ -391,17 +391,17 @@ fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
         let own = format!("{index},{id},");
         if !list.lines().any(|line| line.starts_with(&own)) {
             let problem = format!(
-                "has no task {index} with the id {id}: study, scenario or build have changed since it was planned; run the study again"
+                "has no task {index} with the id {id}: the study, the scenario or the build has changed since the plan; run the study again"
             );
             return Err(Refusal::file(planned, problem).into());
         }
     }
     let (folder, options) = (TaskFolder::new(&folder, &task.id), quiet(&plan, registry)?);
-    let (said, code) = match folder.execute(&task.loaded, task.keep_logs, &options)? {
+    let (message, code) = match folder.execute(&task.loaded, task.keep_logs, &options)? {
         TaskStage::Done(done) => (format!("{} {}", done.status, done.message), done.exit_code),
-        TaskStage::Running => ("another process does this task".into(), 0),
-        TaskStage::Waiting => ("stopped; the task is to be done anew".into(), CHECK_FAILED),
+        TaskStage::Running => ("another process runs this task".into(), 0),
+        TaskStage::Waiting => ("stopped; the task must run again".into(), CHECK_FAILED),
     };
-    print(&said)?;
+    print(&message)?;
     Ok(code)
 }

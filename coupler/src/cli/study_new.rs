@@ -1,4 +1,4 @@
-//! `thirdbody study new`: a study of the numerical choices of a scene, to be changed and run.
+//! `thirdbody study new`: a study of the numerical choices of a scene, to edit and run.
 
 use std::path::PathBuf;
 
@@ -16,18 +16,18 @@ use study::plan::perturbed_participants;
 pub(super) struct NewStudyArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
-    /// Folder of study.toml, in which there is none yet; by default study-NAME, here.
+    /// Folder for study.toml, which it must not contain yet (default: study-NAME in the current folder).
     dir: Option<PathBuf>,
 }
 
-/// Seeds that a bound of an error can be told from.
+/// Number of seeds that a bound of an error needs.
 const SEEDS: u64 = 5;
-/// Perturbed references.
+/// Number of perturbed references.
 const PERTURBED: u64 = 3;
 
-/// Sentences above a study that is written.
+/// Comment at the head of a written study.
 const HEAD: &str = "Numerical choices of a scene against a reference that is finer in all of them: each by itself, then several together.
-Take out what is not needed and add what is; `thirdbody study plan` tells what it costs, `thirdbody study run` does it.";
+Remove and add entries as you need; `thirdbody study plan` predicts the cost, `thirdbody study run` runs the study.";
 
 /// Writes a study of a scene; returns its file.
 pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<PathBuf, Error> {
@@ -39,7 +39,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("study-{name}")));
     let path = folder.join(scenes::STUDY);
     if path.exists() {
-        let why = "is there already; give another folder";
+        let why = "exists already; give another folder";
         return Err(Refusal::file(&path, why).into());
     }
     let knobs = Knobs::of(&loaded);
@@ -48,12 +48,12 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<
         loaded.is_ok_and(|loaded| check(&loaded, registry, threads).is_ok())
     };
     let draft = of_choices(&knobs, stands).ok_or_else(|| {
-        let why = "it has no numerical choice that is known here: mesh, element, window, step, mass scale, tolerance";
+        let why = "the scene has no numerical choice that a study can vary: mesh, element, window, step, mass scale, tolerance";
         Refusal::argument("SCENARIO", why)
     })?;
     let measures = measures(&knobs);
     if measures.is_empty() {
-        let why = "it has neither a wheel nor an interface, so that what to measure is not known: write a study by hand";
+        let why = "the scene has neither a wheel nor an interface, and thus no usual measure: write a study by hand";
         return Err(Refusal::argument("SCENARIO", why).into());
     }
     let grains = perturbed_participants(&loaded.scenario);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::budget::foretold_wall_s;
+use super::budget::predicted_wall_s;
 use super::common::{
     self, ScenarioArguments, VerbResult, foreign, from_anywhere, own_program, print,
 };
@@ -20,56 +20,57 @@ use study::knobs::Knobs;
 use study::measure::{Measure, percent};
 use study::plan::scene_id;
 use study::tuning::{Found, Tuning};
-use terminal::{tell, tell_progress};
+use terminal::{print_note, tell_progress};
 
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
 pub struct TuneArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
-    /// The error to keep, relative to a finer reference with the same seed: 2% or 0.02.
+    /// Error to keep, relative to a finer reference with the same seed: 2% or 0.02.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     error: f64,
-    /// Measures that must keep it: pressure, height, friction, shear, traction (the vector of pressure and shear), or signals.NAME,
-    /// profile.NAME, results.NAME; by default what `study new` measures.
+    /// Measures that must keep the error: pressure, height, friction, shear, traction (the vector of pressure and shear), signals.NAME,
+    /// profile.NAME or results.NAME (default: the measures of `study new`).
     #[arg(long = "for", value_name = "MEASURE", value_delimiter = ',')]
     measures: Vec<String>,
-    /// Time for finding the setting (10min, 600s, 2h); by default that of eighteen runs of the scene as it is.
+    /// Time for finding the setting: 10min, 600s or 2h (default: the time of eighteen runs of the scene as it is).
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     within: Option<f64>,
-    /// Folder of the runs and of study.json; by default one below runs/. A second call goes on with what is done there.
+    /// Folder of the runs and of study.json, where a second call continues (default: a folder in runs/).
     #[arg(long, value_name = "DIR")]
     study: Option<PathBuf>,
-    /// Find and store the setting only.
+    /// Find and store the setting, but do not run the scene with it.
     #[arg(long)]
     no_run: bool,
-    /// Run directory of the run with the setting that was found. By default a new one below runs/.
+    /// Run directory of the run with the chosen setting, new or empty (default: a new folder in runs/).
     #[arg(long, conflicts_with = "no_run")]
     out: Option<PathBuf>,
     #[command(flatten)]
     ending: EndingArguments,
 }
 
-/// Time for finding a setting, in runs of the scene.
+/// Default time for finding a setting, in runs of the scene.
 const RUNS: f64 = 18.0;
+
 /// Finds a setting, stores it, and runs the scene with it.
 pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     let loaded = arguments.scenario.load()?;
     let threads = arguments.scenario.threads();
     for warning in check(&loaded, registry, threads)? {
-        tell(&warning.line());
+        print_note(&warning.line());
     }
     let knobs = Knobs::of(&loaded);
     let measures = chosen_measures(&knobs, &arguments.measures);
     let measures = measures.map_err(|why| Refusal::argument("--for", why))?;
     let begun = Instant::now();
-    let scene_s = foretold_wall_s(&loaded, threads, registry)?;
+    let scene_s = predicted_wall_s(&loaded, threads, registry)?;
     let limit_s = arguments.within.unwrap_or(RUNS * scene_s);
     tell_progress(&format!(
-        "tune: the scene takes about {scene_s:.1} s, and a setting is looked for in {limit_s:.0} s at most"
+        "tune: the scene takes about {scene_s:.1} s, and the search for a setting at most {limit_s:.0} s"
     ));
     let mut set = arguments.scenario.set.clone();
-    // Threads wait for each other at less cost than processes; the bits are the same.
+    // Threads wait for each other at a lower cost than processes; the bits are the same.
     if foreign(&loaded.scenario).is_none() {
         set.push("run.transport=channel".into());
     }
@@ -110,7 +111,7 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
     options.strict = arguments.ending.strict;
     let budget = format!("error={}%", percent(arguments.error));
     options.budget = Some(RunBudget {
-        told: settings.told(chosen, &budget, None),
+        told: settings.summary(chosen, &budget, None),
         wall_s: None,
     });
     let ended = run(&arguments.scenario.with(&set)?, &options)?;
@@ -121,7 +122,7 @@ pub fn tune(arguments: &TuneArguments, registry: &Registry) -> VerbResult {
 fn error(text: &str) -> Result<f64, String> {
     match Budget::parse(&format!("error={text}")) {
         Ok(Budget::Error { error, .. }) => Ok(error),
-        _ => Err("neither 2% nor 0.02, both below 100 %".into()),
+        _ => Err("expected an error below 100 %, such as 2% or 0.02".into()),
     }
 }
 
@@ -129,15 +130,15 @@ fn error(text: &str) -> Result<f64, String> {
 fn seconds(text: &str) -> Result<f64, String> {
     match Budget::parse(&format!("wall={text}")) {
         Ok(Budget::Wall(seconds)) => Ok(seconds),
-        _ => Err("neither 90s nor 10min nor 2h".into()),
+        _ => Err("expected a time, such as 90s, 10min or 2h".into()),
     }
 }
 
-/// The measures that must keep the error: those that are named, or all that are known of the scene.
+/// The measures that must keep the error: the named ones, or the usual ones of the scene.
 fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, String> {
     let usual = measures(knobs);
     if usual.is_empty() && named.is_empty() {
-        let why = "the scene has neither a wheel nor an interface: say what must keep the error, signals.NAME or results.NAME";
+        let why = "the scene has neither a wheel nor an interface: name what must keep the error, signals.NAME or results.NAME";
         return Err(why.into());
     }
     let known = [&usual[..], &further_measures(knobs)].concat();
@@ -148,7 +149,7 @@ fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, Stri
         let is_it = |measure: &&Measure| [&measure.name, &measure.of].contains(&name);
         let found = known.iter().find(is_it).cloned();
         let found = found.or_else(|| own.table().is_some().then(|| own.clone()));
-        found.ok_or_else(|| format!("`{name}` is not measured; for this scene there are {names}signals.NAME, profile.NAME and results.NAME"))
+        found.ok_or_else(|| format!("`{name}` is not measured; this scene has {names}signals.NAME, profile.NAME and results.NAME"))
     };
     match named {
         [] => Ok(usual),
@@ -156,7 +157,7 @@ fn chosen_measures(knobs: &Knobs, named: &[String]) -> Result<Vec<Measure>, Stri
     }
 }
 
-/// The folder of the runs: scenes that differ in more than their seed have different ones.
+/// The folder of the runs: scenes that differ in more than their seed have different folders.
 fn folder(arguments: &TuneArguments, loaded: &Loaded) -> Result<PathBuf, Error> {
     let (name, id) = (&loaded.scenario.run.name, scene_id(loaded));
     let named = || PathBuf::from(format!("runs/tune-{name}-{id}"));

@@ -1,4 +1,4 @@
-//! `thirdbody validate`: the shipped scenes against what must come out of them.
+//! `thirdbody validate`: the shipped scenes against their expected results.
 
 use std::path::{Path, PathBuf};
 
@@ -14,25 +14,25 @@ use lab::validate::suite::{CaseRow, SuiteOptions, run_suite};
 use report::provenance::quoted;
 use scenario::error::CHECK_FAILED;
 use scenes::{FILES, kept};
-use terminal::tell;
+use terminal::print_note;
 
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
-    /// Scenes to run: a folder below scenarios/ where there is one, else those inside this program.
+    /// Suite to run: the folder in scenarios/ if it exists, else the built-in scenes.
     #[arg(long, default_value = "verification")]
     suite: Suite,
-    /// Run only what has this in its name: a scene or a case.
+    /// Run only scenes and cases whose name contains WORDS.
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
-    /// Run the long cases too.
+    /// Also run the long cases.
     #[arg(long)]
     full: bool,
-    /// Folder to keep the runs in, with validation.html, a page of them: what it holds of the same scenario and build is not run again, and
-    /// several processes may share it. New or from an earlier time; without it nothing is kept.
+    /// Folder that keeps the runs and validation.html, a page about them (default: keep nothing). Runs of the same scenario and build that
+    /// it already holds are not repeated. Several processes may share it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Threads of each participant (results never depend on it).
+    /// Threads per participant; results never depend on this number.
     #[arg(long, default_value_t = 1, value_parser = thread_count())]
     threads: u16,
     /// Print the rows as JSON.
@@ -40,24 +40,24 @@ pub struct ValidateArguments {
     json: bool,
 }
 
-/// The suites that ship.
+/// The shipped suites.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Suite {
-    /// Exact answers of the solvers alone and coupled.
+    /// Exact answers of the solvers, alone and coupled.
     Verification,
-    /// Published cases of other people: a minute, and with --full a quarter of an hour or more.
+    /// Published cases of other authors: a minute, with --full a quarter of an hour or more.
     Benchmarks,
-    /// Inputs at their limits: right, refused by name, or detected.
+    /// Inputs at their limits: computed correctly, refused by name, or detected.
     Extremes,
-    /// Shipped scenes with other seeds, loads, layers, friction and substeps: nothing to warn of; takes minutes.
+    /// Shipped scenes with other seeds, loads, layers, friction and substeps, all without warnings; takes minutes.
     Variants,
-    /// The shipped scenes as they are, against their published and measured figures; takes minutes.
+    /// The shipped scenes as they are, against published and measured figures; takes minutes.
     Scenes,
-    /// The paper that all this began with, figure by figure, and what coupling both scales adds: two minutes, and with --full hours.
+    /// The paper that this project began with, figure by figure, and the effect of coupling both scales: two minutes, with --full hours.
     Paper,
 }
 
-/// Runs a suite; exit code 8 if a row does not hold. Scenes on the disk go before those that ship.
+/// Runs a suite; exit code 8 if a row does not hold. Scenes on the disk take precedence over built-in ones.
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
     let word = arguments.suite.to_possible_value();
     let suite = word.as_ref().map_or("", |word| word.get_name());
@@ -92,7 +92,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         let out_word = quoted(&out.display().to_string());
         let command = format!("thirdbody validate --suite {suite}{full}{only} --out {out_word}");
         let page = page::write(out, &format!("Validation: {suite}"), &command, &cases)?;
-        tell(&format!("{} is written", out.join(page).display()));
+        print_note(&format!("wrote {}", out.join(page).display()));
     }
     let rows: Vec<CaseRow> = cases.into_iter().flat_map(|case| case.rows).collect();
     print_rows(&rows[..], arguments.json, table)?;
@@ -102,13 +102,13 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
 
 fn table(rows: &[CaseRow]) -> String {
     let mut lines = vec![format!(
-        "{:<5} {:>14} {:>14}  name (source)",
+        "{:<8} {:>14} {:>14}  name (source)",
         "holds", "ours", "expected"
     )];
     lines.extend(rows.iter().map(|row| {
         let holds = match (row.told, row.holds) {
             (_, false) => "NO",
-            (true, _) => "told",
+            (true, _) => "reported",
             _ => "yes",
         };
         let (ours, expected) = (number(&row.ours), number(&row.expected));
@@ -118,7 +118,7 @@ fn table(rows: &[CaseRow]) -> String {
         let paper = row.published.map(|paper| format!("; paper {paper:.4e}"));
         let basis = row.basis.map(|basis| format!("; {basis}"));
         let more: String = [seeds, paper, basis].into_iter().flatten().collect();
-        format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source}{more})")
+        format!("{holds:<8} {ours:>14} {expected:>14}  {name} ({source}{more})")
     }));
     let failed = rows.iter().filter(|row| !row.holds).count();
     lines.push(format!("{} rows, {failed} do not hold", rows.len()));

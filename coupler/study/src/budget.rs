@@ -1,4 +1,4 @@
-//! Budgets: the setting of a stored study that keeps within an error or a time.
+//! Budgets: the setting of a stored study that stays within an error or a time.
 
 use std::cmp::Ordering;
 use std::path::Path;
@@ -11,14 +11,14 @@ use super::stored::{StoredSetting, StoredStudy, known};
 use runs::curve::median;
 use scenario::error::{Error, Refusal};
 
-/// A bound of the cost of a run, or of its error.
+/// A bound on the time of a run, or on its error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Budget {
     /// Wall-clock time (s).
     Wall(f64),
-    /// Error by a measure, or by all of them.
+    /// Error in a measure, or in all measures.
     Error {
-        /// Name of the measure; all when absent.
+        /// Name of the measure; all if absent.
         measure: Option<String>,
         /// Relative error.
         error: f64,
@@ -29,7 +29,7 @@ impl Budget {
     /// Reads `error=2%`, `MEASURE=0.02`, `wall=60s`.
     ///
     /// # Errors
-    /// It is none of these; the text says what is wrong.
+    /// The text is none of these; the error says why.
     pub fn parse(text: &str) -> Result<Budget, String> {
         let usage =
             || format!("`{text}` is neither error=2%, MEASURE=2% nor wall=60s (or min, or h)");
@@ -51,7 +51,7 @@ impl Budget {
         let error = positive(number, factor)?;
         if error >= 1.0 {
             return Err(format!(
-                "`{text}` allows an error of {} %: it must be below 100 %, and per cent carry their sign, as in error=2%",
+                "`{text}` allows an error of {} %: it must be below 100 %, and a percentage needs its sign, as in error=2%",
                 percent(error)
             ));
         }
@@ -62,12 +62,12 @@ impl Budget {
     }
 }
 
-/// A setting of a study that a scene can be run with.
+/// A setting of a study with which a scene can run.
 #[derive(Clone, Debug)]
 pub struct Candidate<'a> {
     /// The setting.
     pub setting: &'a StoredSetting,
-    /// Its error by each measure.
+    /// Its predicted error in each measure.
     pub predictions: Vec<ErrorPrediction>,
 }
 
@@ -78,11 +78,11 @@ pub struct SceneSettings<'a> {
     candidates: Vec<Candidate<'a>>,
 }
 
-/// The first choice that one of the stored studies has for a scene which it covers: the study of this path, or those that are known. One is
-/// read when those before it have none. `choose` is given the study and where the scene lies in it.
+/// The choice of the first study that covers a scene and has one: the study at this path, or the known studies in order. A study is read
+/// only if those before it have no choice. `choose` gets the study and the position of the scene in it.
 ///
 /// # Errors
-/// The first refusal of a study that covers the scene; where none does, says of each why not.
+/// The first refusal of a study that covers the scene; if no study covers it, the reasons of all.
 pub fn first_choice<T>(
     path: Option<&Path>,
     resolved: &str,
@@ -103,7 +103,7 @@ pub fn first_choice<T>(
     }
     let problem = || {
         format!(
-            "no study covers this scene, so that nothing is known about its errors: {}; `thirdbody tune` makes one, or give one with --study",
+            "no study covers this scene, so its errors are unknown: {}; `thirdbody tune` makes a study, or give one with --study",
             why.join("; ")
         )
     };
@@ -111,7 +111,7 @@ pub fn first_choice<T>(
 }
 
 impl<'a> SceneSettings<'a> {
-    /// The settings of a study for the scene that lies there.
+    /// The settings of a study for the scene at this position.
     ///
     /// # Errors
     /// The study has too few scenes for a bound.
@@ -124,13 +124,13 @@ impl<'a> SceneSettings<'a> {
                 predictions: predictions.collect::<Option<_>>()?,
             })
         };
-        // What the reference is not warned of, and a setting is, says that it errs in more than is measured.
+        // A warning that the reference does not have means that a setting errs in more than the measures.
         let all = study.settings.iter();
         let stand = all.filter(|setting| setting.warned.is_empty());
         let candidates: Vec<Candidate> = stand.filter_map(candidate).collect();
         if candidates.iter().all(|c| c.setting.set == study.reference) {
             let problem = format!(
-                "the study `{}` has too few scenes to bound the error of another one: give its keys with `scene = true` more values",
+                "the study `{}` has too few scenes to bound the error of another scene: give its keys with `scene = true` more values",
                 study.study
             );
             return Err(Refusal::argument("--budget", problem).into());
@@ -141,7 +141,7 @@ impl<'a> SceneSettings<'a> {
     /// The cheapest setting whose errors stay below the budget.
     ///
     /// # Errors
-    /// The budget is below the floor of noise, or below what the reference of the study is known for; or there is no such measure.
+    /// The budget is below the floor of noise, or below the bound of the study's reference; or the study lacks the measure.
     pub fn within_error(&self, measure: Option<&str>, error: f64) -> Result<&Candidate<'a>, Error> {
         let refuse = |problem: String| Refusal::argument("--budget", problem);
         let measures = &self.study.measures;
@@ -158,7 +158,7 @@ impl<'a> SceneSettings<'a> {
             let name = &measures[*index].name;
             let [error, floor] = [error, self.study.floor(*index)].map(percent);
             let problem = format!(
-                "{error} % is below the floor of noise: references that differ by 1e-12 of a radius lie {floor} % apart by `{name}`, and less is no error"
+                "{error} % is below the floor of noise: references that differ by 1e-12 of a radius lie {floor} % apart in `{name}`, and a smaller distance is noise"
             );
             return Err(refuse(problem).into());
         }
@@ -166,7 +166,10 @@ impl<'a> SceneSettings<'a> {
         let fitting = self.candidates.iter().filter(fits);
         let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
         Ok(cheapest.ok_or_else(|| {
-            refuse("no setting of the study is known to keep to it, its reference neither".into())
+            refuse(
+                "no setting of the study is known to keep this error, not even its reference"
+                    .into(),
+            )
         })?)
     }
 
@@ -176,18 +179,18 @@ impl<'a> SceneSettings<'a> {
         all.find(|candidate| candidate.setting.set == set)
     }
 
-    /// The settings by what they are known for, the most accurate first.
+    /// The settings sorted by their largest bound, the most accurate first.
     pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
         let mut all: Vec<&Candidate> = self.candidates.iter().collect();
-        // The largest bound of all measures.
+        // The largest bound over all measures.
         let worst = |c: &Candidate| c.predictions.iter().map(|p| p.bound).fold(0.0, f64::max);
         let key = |c: &Candidate| (worst(c), c.setting.cpu_rel);
         all.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
         all
     }
 
-    /// The choice, for summary.json.
-    pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
+    /// The choice as an object for summary.json.
+    pub fn summary(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
         let measures = self.study.measures.iter().zip(&chosen.predictions);
         let errors = measures.enumerate().map(|(index, (measure, prediction))| {
             let error = json!({
@@ -212,11 +215,11 @@ impl<'a> SceneSettings<'a> {
         })
     }
 
-    /// The same for a person.
+    /// The choice in words.
     pub fn words(&self, chosen: &Candidate) -> String {
         if chosen.setting.set == self.study.reference {
             return format!(
-                "budget: study `{}` has nothing within it but its reference: what that errs by itself no study of it can tell",
+                "budget: study `{}` has only its reference within this budget, and a study does not measure the error of its own reference",
                 self.study.study
             );
         }
@@ -233,11 +236,11 @@ impl<'a> SceneSettings<'a> {
         let mut errors = Vec::from_iter(errors).join(", ");
         let missed = named_errors(&self.study.measures, &self.study.reference_misses);
         if !missed.is_empty() {
-            errors += &format!("; by extrapolation the reference itself misses {missed}");
+            errors += &format!("; by extrapolation, the reference itself errs by {missed}");
         }
         let StoredSetting { words, cpu_rel, .. } = chosen.setting;
         format!(
-            "budget: study `{}` has {words} for it: {cpu_rel:.3} of the processor time of its reference; expected errors against a reference of this scene: {errors}",
+            "budget: study `{}` chooses {words}: {cpu_rel:.3} of the processor time of its reference; expected errors against a reference of this scene: {errors}",
             self.study.study
         )
     }
@@ -281,7 +284,7 @@ mod tests {
                 "cpu_rel": cpu_rel, "wall_s": 10.0 * cpu_rel })
     }
 
-    /// Five scenes without numbers of their own, a floor of 1e-4.
+    /// Five scenes that differ only by their seeds, with a floor of 1e-4.
     fn study() -> StoredStudy {
         let study = json!({
             "schema": "thirdbody.study/1", "study": "s", "build": "b", "scenario": "[x]\ny = 1\n", "reference": ["a.b=ref"],
@@ -290,11 +293,11 @@ mod tests {
             "floors": [[1e-4, 5e-5, 1e-4, 1e-4, 1e-4]],
             "settings": [setting("ref", 1e-4, 1.0), setting("fine", 0.002, 0.5), setting("fast", 0.02, 0.1), setting("odd", 0.05, 0.2)],
         });
-        serde_json::from_value(study).expect("it is one")
+        serde_json::from_value(study).expect("a stored study")
     }
 
     #[test]
-    fn the_cheapest_setting_within_the_error_is_taken() {
+    fn the_cheapest_setting_within_the_error_is_chosen() {
         let study = study();
         let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
         let words = |error: f64| {
@@ -305,7 +308,7 @@ mod tests {
         };
         assert_eq!(words(0.03), Ok("fast".into()));
         assert_eq!(words(0.01), Ok("fine".into()));
-        // The bound of `fine` is some 1.3 times its error.
+        // The bound of `fine` is about 1.3 times its error.
         assert_eq!(words(0.0021), Ok("ref".into()));
         let below = words(5e-5).expect_err("the floor is 1e-4");
         assert!(
@@ -324,15 +327,16 @@ mod tests {
             .collect();
         assert_eq!(order, ["ref", "fine", "fast", "odd"]);
         let reference = choice.within_error(None, 0.0021).expect("the reference");
-        let told = choice.words(reference);
+        let words = choice.words(reference);
         assert!(
-            told.contains("no study of it can tell") && !told.contains('%'),
-            "{told}"
+            words.contains("does not measure the error of its own reference")
+                && !words.contains('%'),
+            "{words}"
         );
     }
 
     #[test]
-    fn a_setting_that_is_warned_of_is_not_chosen() {
+    fn a_setting_with_warnings_is_not_chosen() {
         let mut study = study();
         study.settings[2].warned.push("energy_balance".into());
         let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
@@ -351,7 +355,7 @@ mod tests {
             .locate("[run]\nseed = 77\n[x]\ny = 2\n")
             .expect_err("y differs");
         assert_eq!(other, "it has x.y = 1, and this scene 2");
-        // A scene that names no seed has the default one.
+        // A scene without a seed has the default seed.
         assert_eq!(study.locate("[x]\ny = 1\n"), Ok(vec![]));
     }
 }

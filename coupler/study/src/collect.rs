@@ -1,4 +1,4 @@
-//! Rows of a study: what each run measured and cost, and how far it is from the reference, where there is one.
+//! Rows of a study: measures and costs of each run, and its distance from the reference, if there is one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::task::{TaskFolder, TaskStage};
 use runs::files::RunFiles;
 use scenario::error::Error;
 
-/// Status of a run whose files cannot be read any more.
+/// Status of a run whose files have become unreadable.
 pub const DAMAGED: &str = "damaged";
 
 /// Costs in the order of their columns.
@@ -29,37 +29,37 @@ pub const COSTS: [&str; 6] = [
 pub struct StudyRow<'a> {
     /// Its task.
     pub task: &'a Task,
-    /// `waiting`, `running`, `damaged`, or that of the run.
+    /// `waiting`, `running`, `damaged`, or the status of the run.
     pub status: String,
     /// Exit code of the run, once it is done.
     pub exit_code: Option<i32>,
-    /// Number of times it was begun.
+    /// Number of times it started.
     pub attempts: usize,
-    /// Distance from the reference of its scene by each measure, with the sign that the deviation of a single number has.
+    /// Distance from the reference of its scene in each measure; the deviation of a single number has a sign.
     pub deviations: Vec<Option<f64>>,
-    /// What each measure is.
+    /// Value of each measure.
     pub numbers: Vec<Option<f64>>,
-    /// Largest distance of a perturbed reference of its scene by each measure.
+    /// Largest distance of a perturbed reference of its scene in each measure.
     pub floors: Vec<Option<f64>>,
     /// Costs by name.
     pub cost: BTreeMap<String, f64>,
-    /// Costs over those of the reference of its scene.
+    /// Costs relative to the reference of its scene.
     pub cost_rel: BTreeMap<String, f64>,
     /// Hashes of exchange and state.
     pub hashes: [String; 2],
-    /// Codes of what the run was warned of, each once.
+    /// Codes of the run's warnings, each once.
     pub warnings: String,
     /// Why something is missing.
     pub message: String,
 }
 
 impl StudyRow<'_> {
-    /// True for a run whose result is to be trusted.
+    /// True for a run whose result can be trusted.
     pub fn is_trusted(&self) -> bool {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
-    /// Its draw: runs with equal draws have the same bits, under any seed or name of a case.
+    /// Its random draw: runs with equal draws have the same bits, under any seed or name of a case.
     pub fn draw(&self) -> &[String] {
         let unknown = self.hashes.iter().any(String::is_empty);
         if unknown {
@@ -69,12 +69,12 @@ impl StudyRow<'_> {
         }
     }
 
-    /// Its distance from the reference by a measure, to be trusted or not.
+    /// Its distance from the reference in a measure, trusted or not.
     pub fn distance(&self, measure: usize) -> Option<f64> {
         self.deviations[measure].map(f64::abs)
     }
 
-    /// Its error by a measure, where it is to be trusted.
+    /// Its error in a measure, if the run can be trusted.
     pub fn error(&self, measure: usize) -> Option<f64> {
         self.distance(measure).filter(|_| self.is_trusted())
     }
@@ -85,15 +85,15 @@ impl StudyRow<'_> {
 pub struct Results<'a> {
     /// The study.
     pub file: &'a StudyFile,
-    /// A row for each task.
+    /// One row per task.
     pub rows: Vec<StudyRow<'a>>,
 }
 
 impl<'a> Results<'a> {
-    /// Looks at the tasks of a study in its folder, done or not.
+    /// Reads the tasks of a study from its folder, finished or not.
     ///
     /// # Errors
-    /// The state of a task, or the run that is given as the reference, cannot be read. A damaged run is a row.
+    /// The state of a task, or the run given as the reference, cannot be read. A damaged run is a row.
     pub fn read(plan: &'a Plan, tasks: &'a [Task], folder: &Path) -> Result<Results<'a>, Error> {
         let file = &plan.file;
         let read = |run| RunFiles::read(&plan.beside.join(run));
@@ -102,7 +102,7 @@ impl<'a> Results<'a> {
         for tasks in tasks.chunk_by(|a, b| a.scene == b.scene) {
             let task = tasks.iter().find(|task| task.role == TaskRole::Reference);
             let own = task.and_then(|task| finished(folder, task).ok().flatten());
-            // What a run is warned of so much that it is suspect is nothing to hold others against.
+            // A suspect run is no reference for others.
             let own = own.filter(|run| run.text("status") == "completed");
             let reference = own.as_ref().or(given.as_ref());
             let numbers = match (&file.reference.value, reference) {
@@ -113,8 +113,8 @@ impl<'a> Results<'a> {
             let first = rows.len();
             for own in tasks {
                 let mut row = row(own, file, numbers, folder)?;
-                let told = task.and_then(|task| other_load(own, task));
-                add(&mut row.message, &told.unwrap_or_default());
+                let other_load = task.and_then(|task| other_load(own, task));
+                add(&mut row.message, &other_load.unwrap_or_default());
                 rows.push(row);
             }
             relate(&mut rows[first..], reference);
@@ -132,7 +132,7 @@ impl<'a> Results<'a> {
         head.into_iter().chain(lines).collect()
     }
 
-    /// Names of the columns, and what a row has in them.
+    /// Names of the columns, and the cells of a row.
     fn cells(&self, row: &StudyRow) -> Vec<(String, String)> {
         let held = self.file.reference.is_given();
         let named = |(name, cell): (&str, String)| (name.to_string(), cell);
@@ -175,14 +175,14 @@ impl<'a> Results<'a> {
         cells
     }
 
-    /// The reference of a scene, where it is a run of this study.
+    /// The reference of a scene, if it is a run of this study.
     pub fn reference(&self, scene: usize) -> Option<&StudyRow<'a>> {
         let mut rows = self.rows.iter();
         rows.find(|row| row.task.scene == scene && row.task.role == TaskRole::Reference)
     }
 }
 
-/// Enters floors and relative costs into the rows of a scene.
+/// Sets floors and relative costs in the rows of a scene.
 fn relate(rows: &mut [StudyRow], reference: Option<&RunFiles>) {
     let perturbed = rows.iter();
     let perturbed = perturbed.filter(|row| matches!(row.task.role, TaskRole::Perturbed(_)));
@@ -197,7 +197,7 @@ fn relate(rows: &mut [StudyRow], reference: Option<&RunFiles>) {
     for row in rows {
         row.floors.clone_from(&floors);
         if unknown {
-            let why = "the floor of noise is not known: a perturbed reference did not complete";
+            let why = "the floor of noise is unknown: a perturbed reference did not complete";
             add(&mut row.message, why);
         }
         let parts = row.cost.iter().filter_map(|(name, number)| {
@@ -208,7 +208,7 @@ fn relate(rows: &mut [StudyRow], reference: Option<&RunFiles>) {
     }
 }
 
-/// Keys of scenarios that give loads and imposed motions.
+/// Keys of scenarios for loads and imposed motions.
 const LOADS: [&str; 7] = [
     "load_n",
     "load_table",
@@ -219,7 +219,7 @@ const LOADS: [&str; 7] = [
     "displacement_m",
 ];
 
-/// The load of a task that its reference does not have, if there is one: its deviation is the effect of that, and no error.
+/// The load of a task that its reference does not have, if there is one: the deviation is then the effect of the load, and no error.
 fn other_load(task: &Task, reference: &Task) -> Option<String> {
     let [own, other] = [task, reference].map(|task| {
         let values = shown_values(&task.loaded.resolved.parse().unwrap_or_default());
@@ -231,11 +231,11 @@ fn other_load(task: &Task, reference: &Task) -> Option<String> {
     });
     let ((_, value), key) = own.iter().find(|(load, _)| !other.contains_key(load))?;
     Some(format!(
-        "{key} = {value} is not the load of the reference: what stands as an error is its effect; with `scene = true` each load has a reference of its own"
+        "{key} = {value} is not the load of the reference: the error shown is the effect of this load; with `scene = true` each load has its own reference"
     ))
 }
 
-/// The run of a task that came to its end.
+/// The run of a task that has reached its end.
 pub fn finished(folder: &Path, task: &Task) -> Result<Option<RunFiles>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
@@ -274,7 +274,7 @@ fn row<'a>(
         message,
     };
     let run = finished(folder, task).unwrap_or_else(|why| {
-        let why = format!("{why}; `study run --retry` does the run anew");
+        let why = format!("{why}; `study run --retry` repeats the run");
         row.status = DAMAGED.into();
         add(&mut row.message, &why);
         None
@@ -311,17 +311,17 @@ fn row<'a>(
     Ok(row)
 }
 
-/// Codes and values of what a run was warned of.
+/// Codes and values of a run's warnings.
 fn warnings(run: &RunFiles) -> String {
-    let told = run.list("warnings").filter_map(|warning| {
+    let warnings = run.list("warnings").filter_map(|warning| {
         let [code, position] = ["code", "where"].map(|key| warning[key].as_str());
         let value = warning["value"].as_f64()?;
         Some(format!("{} at {}: {value}", code?, position?))
     });
-    Vec::from_iter(told).join("; ")
+    Vec::from_iter(warnings).join("; ")
 }
 
-/// Adds a reason to others.
+/// Appends a reason to a message.
 fn add(message: &mut String, reason: &str) {
     if !message.is_empty() && !reason.is_empty() {
         message.push_str("; ");
@@ -340,7 +340,7 @@ pub(super) fn cell(number: Option<f64>) -> String {
     number.map_or(String::new(), |number| format!("{number:e}"))
 }
 
-/// A cell as RFC 4180 has it.
+/// A cell as RFC 4180 quotes it.
 fn quoted(cell: &str) -> String {
     if !cell.contains([',', '"', '\n', '\r']) {
         return cell.to_string();

@@ -1,5 +1,5 @@
-//! The digest of a study: fronts, knees, a sentence for each key, what failed, and what is not known; without a reference, what was
-//! measured at each setting.
+//! The digest of a study: fronts, knees, a sentence for each key, failures and unknowns; without a reference, the measured values of each
+//! setting.
 
 use std::fmt::Write as _;
 
@@ -24,13 +24,13 @@ pub struct Digest<'a> {
 }
 
 impl<'a> Digest<'a> {
-    /// Of these rows.
+    /// The digest of these rows.
     pub fn new(results: &'a Results<'a>) -> Digest<'a> {
         let settings = settings(results);
         let measures = results.file.measure.iter().map(|m| m.name.clone());
         let measures: Vec<String> = measures.collect();
         let keys = varied_keys(results, &settings);
-        // The reference has no error, whatever it is worth: it takes no part.
+        // The reference has no measured error and takes no part.
         let stands = |of: &StudySetting| of.is_trusted() && !of.is_reference(results);
         let fronts = measures.iter().enumerate().map(|(index, name)| {
             let trade = |setting: usize, error: Option<f64>| {
@@ -69,12 +69,12 @@ impl<'a> Digest<'a> {
         }
     }
 
-    /// means.csv: means over the scenes with their intervals, where there are several.
+    /// means.csv: means over the scenes with their intervals, if there are any.
     pub fn means_csv(&self) -> Option<String> {
         (!self.means.is_empty()).then(|| ensemble::csv(&self.means))
     }
 
-    /// front.csv: the fronts of all measures, cheapest first, where there is a reference.
+    /// front.csv: the fronts of all measures, cheapest first, if there is a reference.
     pub fn front_csv(&self) -> Option<String> {
         let mut lines = line(&["measure", "setting", "cost", "error", "floor", "knee"]);
         for of in &self.fronts {
@@ -92,13 +92,12 @@ impl<'a> Digest<'a> {
         self.is_held().then_some(lines)
     }
 
-    /// True where runs are held against a reference: without one there are no errors, and nothing to trade for them.
+    /// True if there is a reference: without one there are no errors, and no trade-off.
     fn is_held(&self) -> bool {
         self.results.file.reference.is_given()
     }
 
-    /// front.svg and knobs.svg where there is a reference; with several scenes, or without a reference, means.svg, and maps.svg
-    /// over two keys.
+    /// front.svg and knobs.svg if there is a reference; with several scenes, or without a reference, means.svg, and maps.svg over two keys.
     pub fn pictures(&self) -> Vec<(&'static str, String)> {
         let mut pictures = Vec::new();
         if self.is_held() {
@@ -115,7 +114,7 @@ impl<'a> Digest<'a> {
         pictures
     }
 
-    /// All of it in words.
+    /// The whole digest in words.
     pub fn text(&self) -> String {
         let mut text = String::new();
         if self.is_held() {
@@ -131,19 +130,19 @@ impl<'a> Digest<'a> {
             let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, of.words());
             text.extend(self.means.iter().map(line));
         }
-        let told: Vec<String> = self.fallen().collect();
-        if !told.is_empty() {
+        let lines: Vec<String> = self.fallen().collect();
+        if !lines.is_empty() {
             let head = match self.is_held() {
-                true => "outside of the fronts, or to be read with care",
-                false => "not among them, or to be read with care",
+                true => "not on the fronts, or to be read with care",
+                false => "left out, or to be read with care",
             };
             let _ = writeln!(text, "\n{head}");
-            text.extend(told.iter().map(|line| format!("  {line}\n")));
+            text.extend(lines.iter().map(|line| format!("  {line}\n")));
         }
         text.trim_end().to_string()
     }
 
-    /// Fronts and what each key costs and loses.
+    /// Fronts, and the cost and error of each key.
     fn trades(&self, text: &mut String) {
         for of in &self.fronts {
             let floor = self.results.file.reference.floor_words(of.floor);
@@ -158,7 +157,7 @@ impl<'a> Digest<'a> {
             }
         }
         let unit = match self.results.reference(0) {
-            Some(_) => "over that of the reference",
+            Some(_) => "relative to the reference",
             None => "in seconds",
         };
         let _ = writeln!(text, "\ncost is processor time {unit}");
@@ -176,11 +175,11 @@ impl<'a> Digest<'a> {
         }
     }
 
-    /// Runs that are done and do not stand, or miss something.
+    /// Finished runs that are not trusted, or that lack something.
     fn fallen(&self) -> impl Iterator<Item = String> + '_ {
         let done = (self.results.rows.iter()).filter(|row| row.exit_code.is_some());
-        let told = done.filter(|row| !row.is_trusted() || !row.message.is_empty());
-        told.map(|row| {
+        let shown = done.filter(|row| !row.is_trusted() || !row.message.is_empty());
+        shown.map(|row| {
             let (index, role) = (row.task.index, row.task.role.word());
             format!("task {index} ({role}): {}: {}", row.status, row.message)
         })

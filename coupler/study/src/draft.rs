@@ -1,19 +1,19 @@
-//! A study that is written for a scene: its numerical choices, what is measured, and a load history that is over sooner.
+//! A study that is written for a scene: its numerical choices, its measures, and a shorter load history.
 
 use super::knobs::{KNOBS, Knob, Knobs, Levels};
 use super::measure::{Measure, TRACTION};
 
-/// Values of a name that stand for overrides: what is shown, and the overrides.
+/// Values of a name that stand for overrides: the shown value, and the overrides.
 pub type Cases = Vec<(String, Vec<String>)>;
 
 /// A study to be written.
 #[derive(Clone, Debug, Default)]
 pub struct Draft {
-    /// Sentences above it, a line each.
+    /// Comment at its head, one sentence per line.
     pub head: String,
     /// Its name.
     pub name: String,
-    /// The scenario, as `run` finds it.
+    /// The scenario, in the form that `run` accepts.
     pub scenario: String,
     /// Overrides of all runs.
     pub set: Vec<String>,
@@ -25,7 +25,7 @@ pub struct Draft {
     pub perturb: u64,
     /// Seeds that are scenes.
     pub seeds: Vec<u64>,
-    /// Names and cases that are varied, each by itself.
+    /// Names and cases that are varied one at a time.
     pub vary: Vec<(String, Cases)>,
     /// The measures.
     pub measures: Vec<Measure>,
@@ -51,9 +51,7 @@ impl Draft {
         );
         if !self.small.is_empty() {
             let small = list(&self.small);
-            text += &format!(
-                "\n# With --small: a load history that is over sooner.\n[small]\nset = {small}\n"
-            );
+            text += &format!("\n# With --small: a shorter load history.\n[small]\nset = {small}\n");
         }
         let (reference, perturb) = (list(&self.reference), self.perturb);
         text += &format!("\n[reference]\nset = {reference}\nperturb = {perturb}\n");
@@ -78,7 +76,7 @@ impl Draft {
     }
 }
 
-/// The cases of a choice at these levels, the others as the scene has them; levels that it does not have are left out.
+/// The cases of a choice at these levels, with the scene's values of the other choices; levels that the choice lacks are left out.
 pub fn cases(knobs: &Knobs, knob: Knob, levels: &[f64]) -> Cases {
     let case = |level: &f64| {
         Some((
@@ -89,8 +87,8 @@ pub fn cases(knobs: &Knobs, knob: Knob, levels: &[f64]) -> Cases {
     levels.iter().filter_map(case).collect()
 }
 
-/// The numerical choices of a scene against a reference that is finer by a level in all of them: each by itself, then several together, as
-/// far as `stands` says that they may be. `None` where the scene has no such choice.
+/// The numerical choices of a scene against a reference that is finer by a level in all of them: one at a time, then several together, if
+/// `stands` accepts them. `None` if the scene has no such choice.
 pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<Draft> {
     let finer: Levels = KNOBS.map(|knob| match knobs.at(knob, 1.0) {
         Some(set) if stands(&set) => 1.0,
@@ -126,7 +124,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
     });
     vary.push(("together".into(), together.collect::<Cases>()));
     for (_, cases) in &mut vary {
-        // Half a level may round to a whole value that is there, or be shown by the same digits.
+        // Half a level may round to a value that is there already, or have the same digits.
         cases.dedup_by(|a, b| a.0 == b.0 || a.1 == b.1);
     }
     vary.retain(|(_, cases)| !cases.is_empty());
@@ -143,7 +141,7 @@ fn under_wheel<'a>(knobs: &Knobs<'a>) -> Option<&'a str> {
     names.find(|name| knobs.number(name, "wheel.load_n").is_some())
 }
 
-/// Measures of the surface below a wheel that [`measures`] leaves out: the shear, and the vector of both.
+/// Measures of the surface below a wheel that [`measures`] leaves out: the shear, and the vector of pressure and shear.
 pub fn further_measures(knobs: &Knobs) -> Vec<Measure> {
     let names = under_wheel(knobs).map(|name| {
         [("shear", "shear_pa"), ("traction", TRACTION)]
@@ -162,8 +160,8 @@ fn of_profile(knobs: &Knobs, participant: &str, name: &str, column: &str) -> Mea
     }
 }
 
-/// The measures of a scene: pressure, height and friction of its wheel; without one the forces on its interfaces, or on the last of its
-/// driven clusters.
+/// The measures of a scene: pressure, height and friction of its wheel; without a wheel, the forces on its interfaces, or on the last of
+/// its driven clusters.
 pub fn measures(knobs: &Knobs) -> Vec<Measure> {
     let scenario = knobs.scenario;
     if let Some(name) = under_wheel(knobs) {
@@ -202,7 +200,7 @@ pub fn measures(knobs: &Knobs) -> Vec<Measure> {
     all
 }
 
-/// Overrides that end the load history after a quarter of a cycle of each wheel that makes more.
+/// Overrides that end the load history of each wheel after a quarter of a cycle, if it is longer.
 pub fn shortened(knobs: &Knobs) -> Vec<String> {
     let names = knobs.scenario.participant.iter().map(|p| &p.name);
     let long = names.filter(|name| knobs.number(name, "wheel.cycles") > Some(0.25));

@@ -1,5 +1,5 @@
-//! Means of what is measured over the scenes of a study, with what is left to chance: where scenes differ by their seeds, a run is one
-//! draw, and only means can be told apart.
+//! Means of the measures over the scenes of a study, with their scatter: if scenes differ by their seeds, each run is one random draw,
+//! and only means can be told apart.
 
 use std::collections::BTreeSet;
 
@@ -11,46 +11,46 @@ use kit::student::{mean_of, student};
 /// A result of a setting over all scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnsembleMean {
-    /// Index of its measure, and name of that.
+    /// Index of its measure.
     pub measure: usize,
     /// Name of the measure.
     pub name: String,
-    /// Its unit; empty for a pure number.
+    /// Its unit; empty for a dimensionless number.
     pub unit: &'static str,
-    /// The setting in words, and if it is the reference.
+    /// The setting in words.
     pub setting: String,
-    /// Values of its keys by their indices; none of the reference.
+    /// Values of its keys by their indices; empty for the reference.
     pub chosen: Vec<(usize, String)>,
     /// True for the reference.
     pub reference: bool,
-    /// The values of the runs that are to be trusted; runs with the same bits are one draw and have one.
+    /// The values of the trusted runs; runs with the same bits are one draw and have one value.
     pub values: Vec<f64>,
-    /// Number of those runs, each time that it stands in a scene.
+    /// Number of those runs, counted in each scene.
     pub runs: usize,
-    /// Their mean.
+    /// Mean of the values.
     pub mean: f64,
-    /// Their standard deviation; 0 of one value, as the next.
+    /// Standard deviation; 0 for one value, as is the half-width.
     pub deviation: f64,
-    /// Half of the interval that holds the mean of all scenes in 95 of 100 cases, t s / sqrt(n).
+    /// Half-width of the 95 % interval of the mean, t s / sqrt(n).
     pub half_width: f64,
-    /// Difference of the mean from that of the reference, and half of its interval (Welch 1947).
+    /// Difference of the mean from the reference's, and half-width of its interval (Welch 1947).
     pub difference: Option<[f64; 2]>,
 }
 
-/// Difference of two means, and half of its 95 % interval, variances not being the same (Welch 1947).
+/// Difference of two means, and half-width of its 95 % interval, for unequal variances (Welch 1947).
 fn difference(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     let [of_a, of_b] = [mean_of(a)?, mean_of(b)?];
     let part = |of: [f64; 3], count: usize| of[1] * of[1] / count as f64;
     let parts = [part(of_a, a.len()), part(of_b, b.len())];
     let variance = parts[0] + parts[1];
     let below = parts[0].powi(2) / (a.len() - 1) as f64 + parts[1].powi(2) / (b.len() - 1) as f64;
-    // Without any scatter the ratio is no number, and the maximum is 1.
+    // Without scatter the ratio is NaN, and the maximum is 1.
     let freedom = (variance * variance / below).max(1.0) as usize;
     Some([of_a[0] - of_b[0], student(freedom) * variance.sqrt()])
 }
 
-/// The means of all results that are measures, setting by setting, the reference last; none with a single scene. Without a reference
-/// those of all measures, a single value for a mean.
+/// The means of all measures that are results, setting by setting; empty with a single scene. Without a reference, the means of all
+/// measures, where a single value is its own mean.
 pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
     let settings = settings(results);
     let values = |setting: &StudySetting, measure: usize| -> Vec<f64> {
@@ -104,24 +104,24 @@ impl EnsembleMean {
         self.values.iter().copied().chain(interval)
     }
 
-    /// Its measure with the unit for numbers like these, and the factor from SI to it.
+    /// Its measure with the unit for numbers like these, after the factor from SI to the unit.
     pub fn title(&self, numbers: impl Iterator<Item = f64>) -> (f64, String) {
         let size = numbers.fold(0.0, |most: f64, x| most.max(x.abs()));
         axis_words(&self.name, self.unit, size)
     }
 
-    /// A line for people, without the name of the measure.
+    /// A line of text, without the name of the measure.
     pub fn words(&self) -> String {
         let [mean, half, scatter] = [self.mean, self.half_width, self.deviation];
         let (setting, count) = (&self.setting, self.values.len());
         let repeated = match self.runs - count {
             0 => String::new(),
-            more => format!("; {more} more have the bits of another and do not count"),
+            more => format!("; {more} more repeat the bits of another run and do not count"),
         };
         if count == 1 {
             return format!("{setting}: {mean:.4e}{repeated}");
         }
-        let told = match self.difference {
+        let comparison = match self.difference {
             None if self.reference => ": the reference".to_string(),
             None => String::new(),
             Some([difference, half]) => {
@@ -131,7 +131,7 @@ impl EnsembleMean {
             }
         };
         format!(
-            "{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}{repeated}){told}"
+            "{setting}: {mean:.3e} +- {half:.1e} ({count} runs, scatter {scatter:.1e}{repeated}){comparison}"
         )
     }
 }
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_are_all_the_same_differ_beyond_chance_or_not_at_all() {
+    fn samples_without_scatter_differ_beyond_chance_or_not_at_all() {
         assert_eq!(difference(&[1.0, 1.0], &[1.0, 1.0]), Some([0.0, 0.0]));
         assert_eq!(difference(&[2.0, 2.0], &[1.0, 1.0]), Some([1.0, 0.0]));
     }

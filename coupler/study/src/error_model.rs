@@ -1,46 +1,45 @@
-//! The error of a setting, from runs in which one numerical choice at a time was refined.
+//! The error of a setting, from runs that refined one numerical choice at a time.
 //!
-//! Of a choice at levels equally far from each other the distances of neighbours shrink by a ratio q a level, where it converges.
-//! What the finest one misses is then d q/(1 - q), d the last distance (Richardson 1911; Roache 1994, with q = 2^-p for a method of order p).
-//! Errors of several choices are added as independent ones: root of the sum of squares. All this only proposes settings, which are then
-//! measured.
+//! If a choice converges, the distances between equally spaced levels shrink by a ratio q per level. The error of the finest level is then
+//! d q/(1 - q), d the last distance (Richardson 1911; Roache 1994, with q = 2^-p for a method of order p). Errors of several choices add up
+//! as if they were independent: root of the sum of squares. The model only proposes settings, which are then measured.
 
 use std::ops::Range;
 
 use super::knobs::{KNOBS, Knob, Levels};
 
-/// Ratio where only two levels are known: first order.
+/// Ratio if only two levels are known: first order.
 const FIRST_ORDER: f64 = 0.5;
-/// Ratios that are taken for such: more says that chance or another choice is seen, less that chance shortened a distance.
+/// Accepted ratios: a larger one comes from chance or another choice, a smaller one from a distance that chance shortened.
 const RATIOS: [f64; 2] = [0.1, 0.5];
-/// Distances below so many floors of noise say nothing about a ratio.
+/// Distances below this number of floors of noise contain no ratio.
 const NOISE: f64 = 2.0;
-/// Largest part of the error that is asked for which one choice may have in a reference.
+/// Largest part of the target error that one choice may have in a reference.
 const SHARE: f64 = 0.4;
-/// A choice that errs by a smaller part of the largest error of a choice is not refined in the reference.
+/// The reference does not refine a choice with a smaller part of the largest error of a choice.
 const PART: f64 = 0.4;
-/// Nor one that errs by a smaller part of the error that is asked for, but for that with the largest error.
+/// Nor a choice with a smaller part of the target error, unless its error is the largest.
 const LEAST: f64 = 0.2;
 
-/// An error that counts as none: logarithms need a number.
+/// Smallest error for logarithms.
 const NOTHING: f64 = 1e-16;
 
 /// Errors and costs of one choice by its levels.
 #[derive(Clone, Debug)]
 pub struct KnobErrors {
-    /// Levels that were run, the coarsest first; one of them is 0.
+    /// Levels with runs, the coarsest first; one of them is 0.
     levels: Vec<f64>,
     /// Error by measure and level.
     errors: Vec<Vec<f64>>,
     /// Ratio of the errors of neighbours by measure.
     ratios: Vec<f64>,
-    /// Logarithm of the cost over that of level 0, by level.
+    /// Logarithm of the cost relative to level 0, by level.
     costs: Vec<f64>,
 }
 
 impl KnobErrors {
-    /// From runs at these levels, the coarsest first: their costs over that of level 0, the distance of two of them by a measure, and the floor
-    /// of noise of each measure.
+    /// From runs at these levels, the coarsest first: costs relative to level 0, the floor of noise of each measure, and the distance in a
+    /// measure between two levels.
     pub fn of(
         levels: &[f64],
         costs: &[f64],
@@ -54,8 +53,8 @@ impl KnobErrors {
                 return (vec![0.0], FIRST_ORDER);
             }
             let end = d(last - 1, last);
-            let told = last >= 2 && end > NOISE * floors[measure];
-            let ratio = if told {
+            let has_ratio = last >= 2 && end > NOISE * floors[measure];
+            let ratio = if has_ratio {
                 (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1])
             } else {
                 FIRST_ORDER
@@ -64,7 +63,7 @@ impl KnobErrors {
             let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };
             ((0..=last).map(error).collect(), ratio)
         };
-        // A finer one that costs less does so by chance.
+        // A finer level that costs less does so by chance.
         let log_cost = |(level, cost): (&f64, &f64)| {
             let bound = if *level < 0.0 { f64::min } else { f64::max };
             bound(cost.ln(), 0.0)
@@ -78,12 +77,12 @@ impl KnobErrors {
         }
     }
 
-    /// True where another level than 0 is known.
+    /// True if a level other than 0 is known.
     pub fn is_known(&self) -> bool {
         self.levels.len() > 1
     }
 
-    /// The error at a level by a measure.
+    /// The error in a measure at a level.
     pub fn error(&self, measure: usize, level: f64) -> f64 {
         let errors = &self.errors[measure];
         let (last, finest) = (errors.len() - 1, self.levels[errors.len() - 1]);
@@ -96,13 +95,13 @@ impl KnobErrors {
         along(&self.levels, &logarithms, level).exp()
     }
 
-    /// The cost at a level over that of level 0.
+    /// The cost at a level relative to level 0.
     fn cost(&self, level: f64) -> f64 {
         along(&self.levels, &self.costs, level).exp()
     }
 }
 
-/// A number at a level, straight between those that are known and beyond them.
+/// A number at a level, by linear interpolation and extrapolation.
 fn along(levels: &[f64], numbers: &[f64], at: f64) -> f64 {
     if levels.len() == 1 {
         return numbers[0];
@@ -116,11 +115,11 @@ fn along(levels: &[f64], numbers: &[f64], at: f64) -> f64 {
 /// Errors and costs of all choices of a scene.
 #[derive(Clone, Debug)]
 pub struct ErrorModel {
-    /// By choice.
+    /// Errors and costs by choice.
     pub knobs: Vec<KnobErrors>,
-    /// The error that is asked for.
+    /// Target error.
     pub target: f64,
-    /// Least level of the windows, or steps, of a reference with lighter grains than the scene: those ask for shorter ones.
+    /// Smallest level of windows or steps in a reference with lighter grains than the scene, which need shorter ones.
     pub shorter: f64,
 }
 
@@ -130,21 +129,21 @@ impl ErrorModel {
         0..self.knobs[0].errors.len()
     }
 
-    /// Error by a measure at these levels.
+    /// Error in a measure at these levels.
     pub fn error(&self, measure: usize, levels: &Levels) -> f64 {
         let all = self.knobs.iter().zip(levels);
         root(all.map(|(knob, level)| knob.error(measure, *level)))
     }
 
-    /// Cost at these levels over that of the scene.
+    /// Cost at these levels relative to the scene.
     pub fn cost(&self, levels: &Levels) -> f64 {
         let all = self.knobs.iter().zip(levels);
         all.map(|(knob, level)| knob.cost(*level)).product()
     }
 
-    /// The reference of a setting: nowhere coarser than the scene or the setting, finer by a level in each choice that has a part in its error
-    /// (by half a level where that errs by little, or where the nearest is asked for), and so fine that what it misses itself is small against
-    /// the error that is asked for.
+    /// The reference of a setting: nowhere coarser than the scene or the setting, and finer by a level in each choice that contributes to the
+    /// setting's error (by half a level if the choice errs little, or if `nearest` is set). The reference's own error is small against the
+    /// target error.
     pub fn reference(&self, setting: &Levels, nearest: bool) -> Levels {
         let error = |k: usize, m: usize, level: f64| self.knobs[k].error(m, level);
         let largest = |m: usize| {
@@ -188,7 +187,7 @@ impl ErrorModel {
         reference
     }
 
-    /// The distance of a setting from a reference by a measure.
+    /// The distance of a setting from a reference in a measure.
     pub fn distance(&self, measure: usize, setting: &Levels, reference: &Levels) -> f64 {
         let between = (0..KNOBS.len()).map(|k| {
             let error = |levels: &Levels| self.knobs[k].error(measure, levels[k]);
@@ -197,7 +196,7 @@ impl ErrorModel {
         root(between)
     }
 
-    /// All combinations of levels of the choices that are known. Lighter grains ask for no longer windows.
+    /// All combinations of levels of the known choices, without longer windows for lighter grains.
     pub fn settings(&self) -> Vec<Levels> {
         let mut all = vec![[0.0; KNOBS.len()]];
         for (k, knob) in KNOBS
@@ -262,9 +261,9 @@ mod tests {
         }
     }
 
-    /// 0.03 after 0.3 would be a ratio of 0.1; with a floor of 0.02 it is none: first order, and as much again is missed.
+    /// 0.03 after 0.3 gives a ratio of 0.1; with a floor of 0.02 it is noise: first order, with an error as large as the last distance.
     #[test]
-    fn noise_tells_no_order() {
+    fn noise_gives_no_order() {
         let position = [0.0f64, 0.3, 0.33];
         let missed = |floor: f64| {
             let distance = |_, a: usize, b: usize| (position[a] - position[b]).abs();
@@ -287,8 +286,8 @@ mod tests {
         }
     }
 
-    /// The mesh errs by 2 % / 2^level, windows by 0.1 % / 4^level. With 1 % asked for a reference errs by 0.4 % at the most in one choice; windows
-    /// of twice the length, which err by 0.4 %, have a part in the error.
+    /// The mesh errs by 2 % / 2^level, windows by 0.1 % / 4^level. For a target of 1 %, a reference errs by at most 0.4 % in one choice;
+    /// windows of twice the length, which err by 0.4 %, contribute to the error.
     #[test]
     fn a_reference_is_finer_where_it_matters() {
         let model = model(0.01);
@@ -307,7 +306,7 @@ mod tests {
         assert!((distance / exact - 1.0).abs() < 1e-12);
     }
 
-    /// A setting that errs by less than is asked for is held against a finer one all the same: against itself it has no error.
+    /// A setting that errs by less than the target is still compared with a finer one: compared with itself it has no error.
     #[test]
     fn no_setting_is_its_own_reference() {
         let reference = model(1.0).reference(&[0.0; KNOBS.len()], false);

@@ -1,4 +1,4 @@
-//! The study file: what is varied, what it is held against, and what is measured.
+//! The study file: varied keys, reference, and measures.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use scenario::load::from_toml;
 use scenario::overrides::{leaves, number};
 use scenes::STUDY;
 
-/// A study, as its file says it.
+/// A study file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
@@ -22,20 +22,20 @@ pub struct StudyFile {
     pub about: Option<About>,
     /// The scenario and how it is run.
     pub study: StudyKeys,
-    /// The study that `--small` makes of it.
+    /// The small form, with `--small`.
     #[serde(default)]
     pub small: Small,
-    /// The reference of all runs; without one the study tells how what is measured depends on the keys.
+    /// The reference of all runs; without one the study shows how the measures depend on the keys.
     #[serde(default)]
     pub reference: Reference,
     /// The keys that are varied.
     pub vary: Vec<Vary>,
-    /// What is measured: distances from the reference, and values. A study without a reference may have none.
+    /// The measures: distances from the reference, and values. A study without a reference may omit them.
     #[serde(default)]
     pub measure: Vec<Measure>,
 }
 
-/// The scene and the manner of the sweep.
+/// The scene and the mode of the sweep.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyKeys {
@@ -43,16 +43,16 @@ pub struct StudyKeys {
     pub name: String,
     /// A scenario beside the study file, or as `run` finds it.
     pub scenario: String,
-    /// Overrides of all runs, the reference included.
+    /// Overrides of all runs, including the reference.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Threads of each participant.
+    /// Threads per participant.
     #[serde(default = "one")]
     pub threads: u16,
-    /// All combinations, or each key by itself.
+    /// All combinations, or one key at a time.
     #[serde(default)]
     pub mode: Mode,
-    /// Keep exchange logs and checkpoints of runs that are done: a fine reference has half a gigabyte of them.
+    /// Keep exchange logs and checkpoints of finished runs: half a gigabyte for a fine reference.
     #[serde(default)]
     pub keep_logs: bool,
 }
@@ -68,20 +68,20 @@ pub enum Mode {
     /// All combinations, the last key changing first.
     #[default]
     Grid,
-    /// The values of each key, the others as the reference has them.
+    /// The values of each key, with the reference's values of the others.
     OneAtATime,
 }
 
-/// A study that is over in minutes.
+/// A study that takes minutes.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Small {
     /// Further overrides of all runs.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Most values of a key: the first, the last, and some between.
+    /// Largest number of values of a key: the first, the last, and some between.
     pub limit: Option<usize>,
-    /// Most values of a key of the scene, the first ones.
+    /// Largest number of values of a key of the scene, the first ones.
     pub scenes: Option<usize>,
 }
 
@@ -95,18 +95,18 @@ pub struct Reference {
     pub run: Option<PathBuf>,
     /// The exact numbers of measures of results, by the measure's name.
     pub value: Option<BTreeMap<String, f64>>,
-    /// Further references whose grains (nodes, where there are no grains) are displaced by 1e-12 of their size: what lies between them
-    /// and the reference is noise. By default three beside a `set`.
+    /// Number of further references whose grains (or nodes, without grains) are displaced by 1e-12 of their size: their distance from the
+    /// reference is noise. By default three with a `set`.
     pub perturb: Option<u64>,
 }
 
 impl Reference {
-    /// True where there is one.
+    /// True if a reference is given.
     pub fn is_given(&self) -> bool {
         self.set.is_some() || self.run.is_some() || self.value.is_some()
     }
 
-    /// A floor of noise in words; without perturbed references there is none.
+    /// A floor of noise in words; it needs perturbed references.
     pub fn floor_words(&self, floor: f64) -> String {
         match self.perturbed() {
             0 => "not measured".into(),
@@ -121,19 +121,19 @@ impl Reference {
     }
 }
 
-/// Perturbed references of a reference.
+/// Default number of perturbed references.
 const PERTURBED: u64 = 3;
 
-/// Most runs of a study: a list of so many tasks is made in seconds.
+/// Largest number of runs of a study: planning this many tasks takes seconds.
 pub(super) const MOST_RUNS: u64 = 100_000;
 
 /// A key and its values, in one of four ways.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vary {
-    /// The key, as `--set` takes it; with `case` any name.
+    /// The key, as in `--set`; with `case` any name.
     pub key: String,
-    /// True for a key of the scene, as its seed or its load: the reference is run anew for each of its values.
+    /// True for a key of the scene, such as its seed or its load: the reference runs again for each of its values.
     #[serde(default)]
     pub scene: bool,
     /// A note for the reader, shown beside the result.
@@ -143,7 +143,7 @@ pub struct Vary {
     values: Option<Vec<toml::Value>>,
     /// Numbers in a constant ratio.
     log: Option<LogRange>,
-    /// Seeds 1, 2, ... so many.
+    /// Seeds 1 to this number.
     seeds: Option<u64>,
     /// Values that stand for overrides, or for another scenario. The key is then no key of a scenario.
     pub(super) case: Option<Vec<KeyValue>>,
@@ -162,13 +162,13 @@ pub struct LogRange {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct KeyValue {
-    /// The value, as results.csv shows it; a number where there is an order.
+    /// The value, as results.csv shows it; a number if values have an order.
     #[serde(rename = "value", deserialize_with = "shown_value")]
     pub text: String,
     /// Its overrides.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Another scenario that it stands for, found as that of the study; `study.set`, `small.set` and the reference's overrides do not go with it.
+    /// Another scenario that it stands for, found like the study's; `study.set`, `small.set` and the reference's overrides do not apply to it.
     pub scenario: Option<String>,
 }
 
@@ -177,8 +177,8 @@ fn shown_value<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> 
 }
 
 impl StudyFile {
-    /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
-    /// be that of a shipped one.
+    /// The file of a study: the path itself, `study.toml` in that folder, or the file of a name under `scenarios/studies/`. Any other path may
+    /// be the name of a shipped study.
     pub fn locate(path: &Path) -> PathBuf {
         let named = Path::new("scenarios/studies").join(path).join(STUDY);
         match path.exists() {
@@ -191,7 +191,7 @@ impl StudyFile {
     /// Reads a study, from its file, from `study.toml` in its folder, or a shipped one by its name.
     ///
     /// # Errors
-    /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
+    /// The file cannot be read, or one of its keys is unknown, missing or invalid.
     pub fn read(path: &Path) -> Result<StudyFile, Error> {
         let path = &StudyFile::locate(path);
         let text = shipped_or_read(path, STUDY).map_err(|error| no_study(path, error))?;
@@ -215,16 +215,14 @@ impl StudyFile {
             if choices.is_empty() {
                 return Err(format!("vary.{index} (`{}`): has no values", vary.key));
             }
-            // Rows are grouped by their values: equal ones would count a run again, or mix two.
+            // Rows are grouped by their values: equal values would count a run twice, or mix two runs.
             let numbers = choices.iter().map(|choice| as_number(&choice.text));
             let numbers = Vec::from_iter(numbers);
             twice(
                 &format!("vary.{index} (`{}`)", vary.key),
                 numbers.iter().map(String::as_str),
             )
-            .map_err(|why| {
-                format!("{why}: give each value once, and each case a value of its own")
-            })?;
+            .map_err(|why| format!("{why}: give each value once, and each case its own value"))?;
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
         twice("measure", self.measure.iter().map(|m| m.name.as_str()))?;
@@ -247,16 +245,18 @@ impl StudyFile {
             return Err(why.into());
         }
         if set.is_none() && self.reference.perturbed() > 0 {
-            return Err("reference.perturb: perturbs a reference of the study's own; without a `set` there is none to perturb, so remove the key".into());
+            return Err(
+                "reference.perturb: is only for a reference that is a `set`; remove the key".into(),
+            );
         }
         if (run.is_some() || value.is_some()) && self.vary.iter().any(|vary| vary.scene) {
-            return Err("vary.scene: the reference is run anew for each value of such a key, so it must be a `set`".into());
+            return Err("vary.scene: the reference runs again for each value of such a key, so it must be a `set`".into());
         }
         Ok(())
     }
 }
 
-/// The text of a file of a study: of a shipped one by its name, where nothing of that name is here.
+/// The text of a file of a study; a shipped study's if no path has that name.
 pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static, str>> {
     let name = path.to_str().filter(|_| !path.exists());
     let shipped = name.and_then(scenes::study_folder);
@@ -266,7 +266,7 @@ pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static
     }
 }
 
-/// The error of a study that cannot be read; a name that is not there may be mistyped.
+/// The error for a study that cannot be read; a missing name may be mistyped.
 fn no_study(path: &Path, error: io::Error) -> Error {
     let missing = error.kind() == io::ErrorKind::NotFound;
     let meant = path.to_str().filter(|_| missing);
@@ -281,7 +281,7 @@ fn no_study(path: &Path, error: io::Error) -> Error {
     Refusal::file(path, problem).into()
 }
 
-/// A value in the one way in which numbers are written: `1`, `1.0` and `1e0` are the same.
+/// A value with numbers in one form: `1`, `1.0` and `1e0` are the same.
 fn as_number(text: &str) -> String {
     text.parse::<f64>()
         .map_or(text.into(), |number| number.to_string())
@@ -292,18 +292,18 @@ fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), Str
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(format!("{what}: `{}` stands twice", pair[0])),
+        Some(pair) => Err(format!("{what}: `{}` is given twice", pair[0])),
         None => Ok(()),
     }
 }
 
 impl Vary {
-    /// True for seeds: what holds for some of them holds for any.
+    /// True for seeds: statements about some of them hold for any.
     pub(super) fn is_seed(&self) -> bool {
         self.seeds.is_some() || self.key == "run.seed"
     }
 
-    /// The values; the error says what is wrong with them.
+    /// The values, or the reason why they are invalid.
     pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
         let choice = |value: &toml::Value| KeyValue {
             text: shown(value),
@@ -390,7 +390,7 @@ at_s = 1e-3
 "#;
 
     fn choices(vary: &str) -> Vec<KeyValue> {
-        let vary: Vary = toml::from_str(vary).expect("it is one");
+        let vary: Vary = toml::from_str(vary).expect("a varied key");
         vary.choices().expect("it has values")
     }
 
@@ -405,15 +405,15 @@ at_s = 1e-3
     }
 
     #[test]
-    fn values_seeds_and_cases_say_what_they_override() {
+    fn values_seeds_and_cases_have_their_overrides() {
         let words = choices("key = \"a.kind\"\nvalues = [\"pcg\", 1, 2.5e-9]");
-        let told = words.iter().map(|c| (c.text.as_str(), c.set[0].as_str()));
+        let found = words.iter().map(|c| (c.text.as_str(), c.set[0].as_str()));
         let expected = [
             ("pcg", "a.kind=\"pcg\""),
             ("1", "a.kind=1"),
             ("2.5e-9", "a.kind=0.0000000025"),
         ];
-        assert!(told.eq(expected), "{words:?}");
+        assert!(found.eq(expected), "{words:?}");
         let seeds = choices("key = \"run.seed\"\nseeds = 2");
         assert_eq!(seeds[1].set, ["run.seed=2"]);
         let cases = choices("key = \"mesh\"\ncase = [{ value = 4e-4, set = [\"b=1\", \"c=2\"] }]");
@@ -424,7 +424,7 @@ at_s = 1e-3
     }
 
     #[test]
-    fn what_makes_no_sense_is_named() {
+    fn errors_name_the_invalid_key() {
         let refused = |from: &str, to: &str| {
             StudyFile::parse(&STUDY.replace(from, to)).expect_err("it makes no sense")
         };
@@ -451,13 +451,13 @@ at_s = 1e-3
         assert!(
             StudyFile::parse(&again)
                 .expect_err("twice")
-                .contains("`a` stands twice")
+                .contains("`a` is given twice")
         );
     }
 
     /// A repeated value would count a run twice in a mean; two cases of one value would be a mean of both.
     #[test]
-    fn a_value_stands_once() {
+    fn a_value_is_given_once() {
         let refused = |values: &str| {
             let study = STUDY.replace("log = { from = 1e-6, to = 1e-4, count = 3 }", values);
             StudyFile::parse(&study).err().unwrap_or_default()
@@ -472,7 +472,7 @@ at_s = 1e-3
         ] {
             let why = refused(values);
             assert!(
-                why.contains("vary.0 (`a`): `") && why.contains("stands twice"),
+                why.contains("vary.0 (`a`): `") && why.contains("is given twice"),
                 "{values}: {why}"
             );
         }

@@ -1,4 +1,4 @@
-//! Forecast of the cost of the tasks of a study, from the first windows of one.
+//! Forecast of the cost of a study's tasks, from the first windows of one task.
 
 use std::fs;
 use std::path::Path;
@@ -19,35 +19,35 @@ use runs::table::Table;
 use scenario::error::Error;
 use scenario::load::Loaded;
 
-/// Factors on the prediction: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
-/// machine. A task that runs into its limit is given twice as much.
+/// Factors on the prediction: other tasks cost more than the predicted one, and nodes of a cluster are slower than this machine. A task
+/// that reaches its limit gets twice as much.
 const WALL_FACTOR: f64 = 4.0;
 const MEMORY_FACTOR: u64 = 2;
-/// The least that is asked for.
+/// Smallest request.
 const WALL_LEAST_S: f64 = 600.0;
 const MEMORY_LEAST: u64 = 512 << 20;
 
 /// The file of a forecast in the study's folder.
 const KEPT: &str = "cost.json";
 
-/// Cost of the reference, or of the first task, as its first second predicted it: `cost.json` in the study's folder.
+/// Cost of the reference, or of the first task, predicted from its first second: `cost.json` in the study's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Forecast {
-    /// Build and task that were looked at.
+    /// Build and task of the dry run.
     build: String,
     #[serde(default)]
     task: String,
-    /// Wall-clock time (s), if all windows go as the slowest of those seen.
+    /// Wall-clock time (s), if all windows take as long as the slowest ones seen.
     pub wall_s: f64,
-    /// Peak memory of all processes together (bytes).
+    /// Peak memory, summed over all processes (bytes).
     pub memory_bytes: u64,
-    /// Columns of its signals.
+    /// Columns of the signals.
     signals: Vec<String>,
-    /// End of its windows (s), where it came as far as to know it.
+    /// End of the simulated time (s), if the dry run got to know it.
     end_s: Option<f64>,
 }
 
-/// Runs the first windows of a scenario, which foretell its cost, in a folder that does not stay; returns its signals as well.
+/// Runs the first windows of a scenario in a temporary folder, to predict its cost; also returns its signals.
 ///
 /// # Errors
 /// The scenario is refused.
@@ -64,18 +64,18 @@ pub fn rehearse(loaded: &Loaded, options: &RunOptions) -> Result<(Ended, Table),
 }
 
 impl Forecast {
-    /// The one that the folder keeps, if it is this build's of this task; else a new one, which the folder then keeps.
+    /// The forecast in the folder, if it is of this build and task; else a new one, which is kept there.
     ///
     /// # Errors
-    /// The scenario is refused, the folder cannot be written, or a signal came. A task whose run ends early for another reason predicts
-    /// nothing: then the least is asked for.
+    /// The scenario is refused, the folder cannot be written, or a signal came. If a run ends early for another reason, the forecast is the
+    /// smallest request.
     pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
         let kept = fs::read_to_string(folder.join(KEPT)).ok();
         let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
         if let Some(kept) = kept.filter(|kept| kept.build == build().hash && kept.task == task.id) {
             return Ok(kept);
         }
-        // The host of a job is not known before it.
+        // The host of a job is unknown before it starts.
         let mut loaded = task.loaded.clone();
         loaded.scenario.bring_here();
         let (ended, signals) = rehearse(&loaded, options)?;
@@ -84,12 +84,12 @@ impl Forecast {
             Some(error) if error.exit_code() == 2 => return Err(error),
             _ => {}
         }
-        let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
+        let prediction = ended.summary.spent.as_ref().and_then(|spent| spent.told);
         let forecast = Forecast {
             build: build().hash.into(),
             task: task.id.clone(),
-            wall_s: told.map_or(0.0, |told| told.wall_high_s),
-            memory_bytes: told.map_or(0, |told| told.memory_bytes),
+            wall_s: prediction.map_or(0.0, |prediction| prediction.wall_high_s),
+            memory_bytes: prediction.map_or(0, |prediction| prediction.memory_bytes),
             signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
             end_s: ended.summary.end_s,
         };
@@ -98,12 +98,11 @@ impl Forecast {
         Ok(forecast)
     }
 
-    /// Refuses a measure of nothing that the task reports, before runs are made for it. `results` are the names of results that the
-    /// shipped solvers know, some with a `<set>` in front; only the end of a run tells which of them it has, but for those `of_cycles`,
-    /// which need a full cycle of a wheel.
+    /// Refuses a measure that the task does not report, before any run. `results` are the names of results that the shipped solvers know, some
+    /// with the prefix `<set>`; which of them a run has is known only at its end. The results `of_cycles` need a full cycle of a wheel.
     ///
     /// # Errors
-    /// The measure, and what was perhaps meant.
+    /// The measure, and a proposal for its name.
     pub fn check(
         &self,
         measures: &[Measure],
@@ -134,7 +133,7 @@ impl Forecast {
             };
             if !others && of_cycles.iter().any(|known| known == name) && !makes_full_cycle(task) {
                 return Err(format!(
-                    "measure `{}`: {} is of a full cycle, and no wheel of the scene makes one before the run ends; with wheel.cycles = 1 there is one",
+                    "measure `{}`: {} needs a full cycle, and no wheel of the scene completes one before the run ends; set wheel.cycles = 1",
                     measure.name, measure.of
                 ));
             }
@@ -156,7 +155,7 @@ impl Forecast {
         Ok(())
     }
 
-    /// Resources asked of Slurm for a task.
+    /// Resources to request from Slurm for a task.
     pub fn ask(&self, threads: u16) -> SlurmRequest {
         SlurmRequest {
             wall_s: (WALL_FACTOR * self.wall_s).max(WALL_LEAST_S),
@@ -166,7 +165,7 @@ impl Forecast {
     }
 }
 
-/// True where a wheel of the task's scenario is through with a cycle before its end.
+/// True if a wheel of the task's scenario completes a cycle before the end.
 fn makes_full_cycle(task: &Task) -> bool {
     let knobs = Knobs::of(&task.loaded);
     let end_s = task.loaded.scenario.run.end_s.unwrap_or(f64::INFINITY);
@@ -175,7 +174,7 @@ fn makes_full_cycle(task: &Task) -> bool {
         let number = |key| knobs.number(&participant.name, &format!("wheel.{key}"));
         let keys = ["cycles", "ramp_s", "hold_s", "frequency_hz"];
         let [cycles, ramp, hold, frequency] = keys.map(|key| number(key).unwrap_or(0.0));
-        // The end may be a rounded number.
+        // The end may be rounded.
         cycles >= 1.0 && ramp + hold + 1.0 / frequency <= end_s * (1.0 + 1e-9)
     })
 }

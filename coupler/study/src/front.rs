@@ -1,17 +1,17 @@
-//! The Pareto front of a study: the settings that none beats both in cost and in error.
+//! The Pareto front of a study: the settings that no other setting beats both in cost and in error.
 
 /// A setting by its cost and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trade {
-    /// Number of the setting.
+    /// Index of the setting.
     pub setting: usize,
     /// Its cost.
     pub cost: f64,
-    /// Its error, the floor of noise at least.
+    /// Its error, at least the floor of noise.
     pub error: f64,
 }
 
-/// Those that none beats, cheapest first: each costs more and errs less than the one before it.
+/// The settings on the front, cheapest first: each costs more and errs less than the one before it.
 pub fn front(trades: &[Trade]) -> Vec<Trade> {
     let mut sorted = trades.to_vec();
     let by_error = |a: &Trade, b: &Trade| a.error.total_cmp(&b.error);
@@ -25,11 +25,11 @@ pub fn front(trades: &[Trade]) -> Vec<Trade> {
     front
 }
 
-/// Error below which logarithms say nothing.
+/// Smallest error for logarithms.
 const NOTHING: f64 = 1e-15;
 
-/// The knee: the index of the trade that is farthest from the chord between its ends, on the side of less cost and less error, both as
-/// logarithms. `None` where the front has fewer than three or nowhere bends that way.
+/// The knee: the index of the setting farthest from the chord between the ends, on the side of less cost and less error, both as
+/// logarithms. `None` if the front has fewer than three settings or nowhere bends that way.
 pub fn knee(front: &[Trade]) -> Option<usize> {
     let at = |trade: &Trade| [trade.cost.ln(), trade.error.max(NOTHING).ln()];
     let (first, last) = (at(front.first()?), at(front.last()?));
@@ -49,20 +49,20 @@ pub fn knee(front: &[Trade]) -> Option<usize> {
 pub(super) struct MeasureFront {
     /// Name of the measure.
     pub(super) measure: String,
-    /// All settings that stand.
+    /// All trusted settings.
     pub(super) trades: Vec<Trade>,
-    /// Settings that do not, of which cost and error are known.
+    /// Settings that are not trusted but have a cost and an error.
     pub(super) fallen: Vec<Trade>,
     /// The front.
     pub(super) front: Vec<Trade>,
-    /// Index of the knee in it.
+    /// Index of the knee in the front.
     pub(super) knee: Option<usize>,
     /// The floor of noise.
     pub(super) floor: f64,
 }
 
 impl MeasureFront {
-    /// These words at the knee, none elsewhere.
+    /// These words at the knee, empty elsewhere.
     pub(super) fn mark(&self, index: usize, words: &str) -> String {
         let knee = self.knee == Some(index);
         if knee { words.into() } else { String::new() }
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_another_beats_is_not_on_the_front() {
+    fn a_setting_that_another_beats_is_not_on_the_front() {
         let all = trades(&[
             (4.0, 0.1),
             (1.0, 0.5),

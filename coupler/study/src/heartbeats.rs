@@ -1,10 +1,9 @@
-//! Heartbeats of tasks that other processes do, watched for silence.
+//! Heartbeats of tasks that other processes run, watched for silence.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// The latest heartbeats and when each was first seen. Counted by the watcher's own clock, so that those of other machines need not
-/// agree with it.
+/// The latest heartbeats and when each was first seen, by the watcher's own clock: clocks of other machines may differ.
 #[derive(Debug)]
 pub struct HeartbeatWatch {
     longest: Duration,
@@ -20,7 +19,7 @@ impl HeartbeatWatch {
         }
     }
 
-    /// True once the heartbeat of a task has been the same for too long.
+    /// True once the heartbeat of a task has stayed the same for too long.
     pub fn is_over(&mut self, task: &str, heartbeat: String) -> bool {
         let now = Instant::now();
         match self.seen.get(task) {
@@ -32,7 +31,7 @@ impl HeartbeatWatch {
         }
     }
 
-    /// Begins anew with a task.
+    /// Restarts the watch of a task.
     pub fn forget(&mut self, task: &str) {
         self.seen.remove(task);
     }
@@ -43,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn patience_lasts_while_the_heart_beats_and_begins_anew_when_told() {
+    fn a_task_is_silent_without_new_heartbeats_until_it_is_forgotten() {
         let mut heartbeats = HeartbeatWatch::new(Duration::from_millis(20));
         assert!(!heartbeats.is_over("a", "1".into()));
         std::thread::sleep(Duration::from_millis(30));

@@ -1,4 +1,4 @@
-//! The numerical choices of a scene, and the overrides that refine or coarsen each of them.
+//! The numerical choices of a scene, and the overrides that refine or coarsen each.
 
 use scenario::keys::Scenario;
 use scenario::load::Loaded;
@@ -6,16 +6,16 @@ use scenario::overrides::{number as number_of, value_at};
 
 use super::file::shown;
 
-/// A numerical choice: what a scene takes from the world stays as it is.
+/// A numerical choice; the physics of a scene stays unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Knob {
-    /// Size of the elements of the graded meshes, with the explicit step that goes with it. Windows keep their length.
+    /// Size of the elements of graded meshes, with the matching explicit step. Windows keep their length.
     Mesh,
     /// Integration of the elements: one point, or two by two.
     Element,
     /// Length of the windows of all interfaces; one window is one step of the grains.
     Window,
-    /// Step, or load increment, of solvers on no interface.
+    /// Step, or load increment, of solvers without an interface.
     Step,
     /// Mass scale of the grains.
     MassScale,
@@ -28,11 +28,11 @@ use Knob::{Element, MassScale, Mesh, Step, Tolerance, Window};
 /// The choices in the order in which settings list their levels.
 pub const KNOBS: [Knob; 6] = [Mesh, Element, Window, Step, MassScale, Tolerance];
 
-/// A level of each choice: 0 is the scene as it is, each level finer halves a length or a time, or divides by ten.
+/// A level of each choice: 0 is the unchanged scene; each finer level halves a length or a time, or divides by ten.
 pub type Levels = [f64; KNOBS.len()];
 
 impl Knob {
-    /// Its name.
+    /// Name of the choice.
     pub fn name(self) -> &'static str {
         let names = [
             "mesh",
@@ -45,13 +45,13 @@ impl Knob {
         names[self.index()]
     }
 
-    /// Its place among the levels of a setting.
+    /// Index among the levels of a setting.
     pub fn index(self) -> usize {
         self as usize
     }
 
-    /// The level beside 0 and 1 that tells most. Heavier grains and wider tolerances save little time, and so much lighter grains ask for
-    /// shorter windows, too.
+    /// The most informative level besides 0 and 1. Heavier grains and wider tolerances save little time; much lighter grains need shorter
+    /// windows, too.
     pub fn second(self) -> Option<f64> {
         match self {
             Mesh | Window | Step => Some(-1.0),
@@ -65,7 +65,7 @@ impl Knob {
         match self {
             Mesh | Window | Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
             Tolerance | Element => &[0.0, 1.0],
-            // Lighter ones than are looked at may ask for shorter windows.
+            // Grains lighter than in the runs may need shorter windows.
             MassScale => &[0.0, 0.5, 1.0],
         }
     }
@@ -78,16 +78,16 @@ impl Knob {
         }
     }
 
-    /// Levels of which all but this one are those of the scene.
+    /// Levels of the scene with this one changed.
     pub fn alone(self, level: f64) -> Levels {
         KNOBS.map(|knob| if knob == self { level } else { 0.0 })
     }
 }
 
-/// Least number of elements along the fine edge of a mesh.
+/// Smallest number of elements along the fine edge of a mesh.
 const LEAST_COLUMNS: f64 = 4.0;
 
-/// Step of elements with two by two points over that of those with one: their largest frequency is higher by as much (fem.md).
+/// Step of elements with two by two points relative to one point: the ratio of their largest frequencies (fem.md).
 const STEP_2X2: f64 = 0.8;
 
 /// Keys of a mesh that count elements.
@@ -103,7 +103,7 @@ pub struct Knobs<'a> {
 }
 
 impl<'a> Knobs<'a> {
-    /// Those of a scene.
+    /// The choices of a scene.
     pub fn of(loaded: &'a Loaded) -> Knobs<'a> {
         Knobs {
             scenario: &loaded.scenario,
@@ -111,17 +111,17 @@ impl<'a> Knobs<'a> {
         }
     }
 
-    /// Overrides of one level, the others as they are; `None` where the scene has no such choice, or none so fine or so coarse.
+    /// Overrides of one level, the others unchanged; `None` if the scene has no such choice, or not at this level.
     pub fn at(&self, knob: Knob, level: f64) -> Option<Vec<String>> {
         let own = self.set(&knob.alone(level))?;
         (Some(&own) != self.set(&[0.0; KNOBS.len()]).as_ref()).then_some(own)
     }
 
-    /// Overrides of these levels: all keys of all choices, so that two settings differ in values only. `None` where a level is not to be had.
+    /// Overrides of these levels: all keys of all choices, so that two settings differ only in values. `None` if a level is impossible.
     pub fn set(&self, levels: &Levels) -> Option<Vec<String>> {
         let [mesh, element, window, step, mass, tolerance] = *levels;
         let mut set = Vec::new();
-        // Steps over those of the scene, by participant.
+        // Steps relative to the scene, by participant.
         let mut steps: Vec<(&str, f64)> = Vec::new();
         for participant in shipped(self.scenario, "fem") {
             let (ratio, keys) = self.mesh(participant, mesh)?;
@@ -143,7 +143,7 @@ impl<'a> Knobs<'a> {
             let mut own: Vec<&mut f64> = own.map(|(_, step)| step).collect();
             let least = own.iter().map(|step| **step).reduce(f64::min);
             let least = least.unwrap_or(1.0);
-            // Steps are cut so that as many as it takes are a window of the scene.
+            // Steps are shortened so that a whole number of them fills the scene's window.
             let substeps = f64::from(interface.substeps());
             let kept = (substeps / least - 1e-9).ceil().max(1.0);
             own.iter_mut().for_each(|step| **step = substeps / kept);
@@ -190,12 +190,12 @@ impl<'a> Knobs<'a> {
         Vec::from_iter(words).join(", ")
     }
 
-    /// True where the scene has the choice.
+    /// True if the scene has the choice.
     pub fn has(&self, knob: Knob) -> bool {
         self.at(knob, 1.0).or(self.at(knob, -1.0)).is_some()
     }
 
-    /// The value of a choice at these levels, that of the first participant or interface that has it.
+    /// The value of a choice at these levels, from the first participant or interface that has it.
     pub fn value(&self, knob: Knob, levels: &Levels) -> Option<String> {
         let set = self.set(levels)?;
         let value = |end: &str| {
@@ -203,28 +203,28 @@ impl<'a> Knobs<'a> {
             Some(keys.find(|(key, _)| key.ends_with(end))?.1)
         };
         let number = |end: &str| value(end)?.parse::<f64>().ok();
-        let told = |number: f64, unit: &str| {
+        let words = |number: f64, unit: &str| {
             let rounded = format!("{number:.2e}").parse().unwrap_or(number);
             format!("{}{unit}", shown(&toml::Value::Float(rounded)))
         };
         match knob {
-            Mesh => Some(told(number(".mesh.size_m")?, " m")),
+            Mesh => Some(words(number(".mesh.size_m")?, " m")),
             Element => Some(value(".element")?.trim_matches('"').into()),
             Window => match (number(".window_s"), number(".time.step_s")) {
-                (Some(window_s), _) => Some(told(window_s, " s")),
-                (None, Some(step_s)) => Some(told(number(".substeps")? * step_s, " s")),
+                (Some(window_s), _) => Some(words(window_s, " s")),
+                (None, Some(step_s)) => Some(words(number(".substeps")? * step_s, " s")),
                 (None, None) => Some(format!("{} substeps", value(".substeps")?)),
             },
             Step => match number(".step_s") {
-                Some(step_s) => Some(told(step_s, " s")),
-                None => Some(told(number(".increment_n")?, " N")),
+                Some(step_s) => Some(words(step_s, " s")),
+                None => Some(words(number(".increment_n")?, " N")),
             },
-            MassScale => Some(told(number(".mass_scale")?, "")),
-            Tolerance => Some(told(number(".tolerance").or(number("_rel"))?, "")),
+            MassScale => Some(words(number(".mass_scale")?, "")),
+            Tolerance => Some(words(number(".tolerance").or(number("_rel"))?, "")),
         }
     }
 
-    /// Length of the longest surface of the shipped solvers by its keys (m), where they have one.
+    /// Length of the longest surface of the shipped solvers, from their keys (m), if they have one.
     pub fn surface_m(&self) -> Option<f64> {
         let names = self.scenario.participant.iter().map(|p| p.name.as_str());
         let keys = [
@@ -250,8 +250,8 @@ impl<'a> Knobs<'a> {
         number_of(self.given(participant, key)?)
     }
 
-    /// The mesh of a participant at a level: size of the elements over that of the scene, and its keys, none where it is of a file. `None` where
-    /// no whole number of elements is near.
+    /// The mesh of a participant at a level: size of the elements relative to the scene, and the keys, without keys for a mesh from a file.
+    /// `None` if no whole number of elements is near.
     fn mesh(&self, participant: &str, level: f64) -> Option<(f64, MeshKeys)> {
         let of = |key: &str| self.number(participant, &format!("mesh.{key}"));
         let all = of("size_m").zip(of("width_m")).zip(of("height_m"));
@@ -265,7 +265,7 @@ impl<'a> Knobs<'a> {
         let fine = of("fine_width_m").unwrap_or(width);
         let own = (fine / size).round();
         let wanted = (own * level.exp2()).round();
-        // Without a fine depth all of the height is fine.
+        // Without a fine depth, the whole height is fine.
         let fits = |columns: &f64| {
             let rows = height * columns / fine;
             let whole = (rows - rows.round()).abs() < 1e-9 * rows;
@@ -295,7 +295,7 @@ pub(super) fn shipped<'a>(scenario: &'a Scenario, kind: &str) -> impl Iterator<I
     shipped.map(|p| p.name.as_str())
 }
 
-/// A number times a factor, in twelve digits; with a factor of 1 the number itself.
+/// A number times a factor, in twelve digits; with a factor of 1, the number itself.
 fn scaled(own: f64, factor: f64) -> f64 {
     let product = own * factor;
     let rounded = format!("{product:.11e}").parse().unwrap_or(product);
@@ -311,7 +311,7 @@ fn config(participant: &str, key: &str, value: toml::Value) -> String {
     }
 }
 
-/// An override by a number, written so that it is read as the same one.
+/// An override by a number, written so that reading gives the same number.
 fn number(key: &str, value: f64) -> String {
     format!("{key}={value:e}")
 }
@@ -327,7 +327,7 @@ mod tests {
         found.expect("the key").1.parse().expect("a number")
     }
 
-    /// A run is known by its scenario: with the levels of the scene it is the run of the scene.
+    /// The levels of the scene give the scenario, and thus the run, of the scene.
     #[test]
     fn levels_of_zero_are_the_scene_itself() {
         for name in ["quick", "two-rails", "layer-alone", "wheel-rail-fe-small"] {
@@ -340,7 +340,7 @@ mod tests {
         }
     }
 
-    /// 54 elements of 0.4 mm in 21.6 mm, nine steps a window: half a level finer 76 elements, whose step takes 13 to a window.
+    /// 54 elements of 0.4 mm in 21.6 mm, nine steps per window; half a level finer, 76 elements and 13 steps per window.
     #[test]
     fn a_finer_mesh_has_whole_elements_and_the_window_of_the_scene() {
         let loaded = load("quick", &[]).expect("a shipped scene");
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_does_not_have_is_no_choice_of_it() {
+    fn a_scene_offers_only_the_choices_that_it_has() {
         let quick = load("quick", &["interface.layer-base.substeps=1".into()]).expect("a scene");
         let knobs = Knobs::of(&quick);
         // A window of one step cannot be halved, and coupled grains have no step of their own.

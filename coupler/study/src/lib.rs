@@ -1,13 +1,13 @@
 //! Studies and comparisons of runs: distances of signals, tractions and results, and costs.
 //!
-//! - [`measure`]: the distance of two runs in a number;
-//! - [`mod@file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`heartbeats`] of who does it;
-//! - [`open_study`]: a study with its folder; [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
-//! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`], [`mod@ensemble`]: what they say; [`picture`], [`digest`]: in pictures and words;
-//! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
-//!   [`budget`]: the setting that it has for one, [`scene_front`]: a run among its settings;
-//! - [`knobs`]: the numerical choices of a scene, [`draft`]: a study of them that is written, [`error_model`]: what each of them does,
-//!   [`search`]: the cheapest setting within an error, [`tuning`]: the runs by which it is found.
+//! - [`measure`]: the distance between two runs as a number;
+//! - [`mod@file`]: a study file; [`plan`]: its tasks; [`task`]: a task in its folder; [`heartbeats`]: of tasks in other processes;
+//! - [`open_study`]: a study with its folder; [`progress`]: the progress of a study; [`pool`], [`slurm`]: the engines; [`forecast`]: cost;
+//! - [`collect`]: rows; [`settings`], [`front`], [`varied_keys`], [`mod@ensemble`]: their evaluation; [`picture`], [`digest`]: pictures, words;
+//! - [`stored`]: a study stored for `run --budget`, [`statistics`]: its prediction for another scene,
+//!   [`budget`]: the setting that it chooses, [`scene_front`]: a run among its settings;
+//! - [`knobs`]: the numerical choices of a scene, [`draft`]: a study of them, [`error_model`]: the error of each,
+//!   [`search`]: the cheapest setting within an error, [`tuning`]: the runs that find it.
 
 pub mod budget;
 pub mod collect;

@@ -1,4 +1,4 @@
-//! Measures: a run in one number, and its distance from the reference.
+//! Measures: a run as one number, and its distance from the reference.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use runs::files::RunFiles;
 use runs::steps::Steps;
 use runs::table::Table;
 
-/// What is measured of a run.
+/// A measure of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measure {
-    /// Its columns are `value_<name>` and, with a reference, `error_<name>`.
+    /// Name in the columns `value_<name>` and, with a reference, `error_<name>`.
     pub name: String,
     /// `signals.NAME`, `profile.NAME` or `results.NAME`; `profile.traction_pa` is the vector of pressure and shear.
     pub of: String,
-    /// The norm; that of a result is `at`.
+    /// The norm; `at` for a result.
     #[serde(default)]
     pub norm: Norm,
-    /// Instant of `at` for a signal (s).
+    /// Instant of a signal with the norm `at` (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// Width of the bins over which a traction is a mean (m).
+    /// Width of the bins over which a traction is averaged (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bin_m: Option<f64>,
 }
@@ -31,7 +31,7 @@ pub struct Measure {
 /// The name of the vector of `pressure_pa` and `shear_pa` in a profile.
 pub const TRACTION: &str = "traction_pa";
 
-/// Norm of numbers; distances are relative to that of the reference.
+/// Norm of numbers; distances are relative to the reference's norm.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Norm {
@@ -44,14 +44,14 @@ pub enum Norm {
     At,
 }
 
-/// Numbers that a run is held against.
+/// Numbers that a run is compared with.
 #[derive(Clone, Copy, Debug)]
 pub enum ReferenceNumbers<'a> {
-    /// Those of another run.
+    /// Numbers of another run.
     Run(&'a RunFiles),
-    /// Exact ones, by the measure's name.
+    /// Exact numbers, by the measure's name.
     Values(&'a BTreeMap<String, f64>),
-    /// The reference is not there.
+    /// The reference is missing.
     Nothing,
 }
 
@@ -66,7 +66,7 @@ pub fn plain(key: &str, name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// A part of the reference in per cent, two digits.
+/// A part of the reference in per cent, with two digits.
 pub fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     if percent == 0.0 {
@@ -82,7 +82,7 @@ pub fn percent(part: f64) -> String {
     format!("{percent:.1e}")
 }
 
-/// Errors in words, each by the name of its measure.
+/// Errors in words, each with the name of its measure.
 pub fn named_errors(measures: &[Measure], errors: &[f64]) -> String {
     let all = measures.iter().zip(errors);
     let all = all.map(|(measure, error)| format!("{} {} %", measure.name, percent(*error)));
@@ -90,7 +90,7 @@ pub fn named_errors(measures: &[Measure], errors: &[f64]) -> String {
 }
 
 impl Measure {
-    /// A measure with the usual norm: L2 of a signal or a traction, the number itself of a result.
+    /// A measure with the usual norm: L2 for a signal or a traction, the number itself for a result.
     pub fn new(name: &str, of: String) -> Measure {
         let is_result = of.starts_with("results.");
         Measure {
@@ -109,7 +109,7 @@ impl Measure {
         (known && !name.is_empty()).then_some((table, name))
     }
 
-    /// The new name of a result that it measures under an old one, which the next release drops.
+    /// The new name of a result that is measured under an old name, which the next release drops.
     pub fn renamed(&self) -> Option<&'static str> {
         match self.of.as_str() {
             "results.friction_coefficient" => Some("results.traction_ratio_mean"),
@@ -119,7 +119,7 @@ impl Measure {
         }
     }
 
-    /// Refuses a norm that does not fit, and a result without an exact value where those are the reference.
+    /// Refuses a norm that does not fit, and a result without an exact value if the reference consists of exact values.
     pub(super) fn check(&self, exact: Option<&BTreeMap<String, f64>>) -> Result<(), String> {
         plain("name", &self.name)?;
         let Some((table, _)) = self.table() else {
@@ -142,9 +142,7 @@ impl Measure {
             return Err("`bin_m` is the positive width of the bins of a traction".into());
         }
         match exact {
-            Some(_) if table != "results" => {
-                Err("a reference by value is one of results only".into())
-            }
+            Some(_) if table != "results" => Err("a reference by value is for results only".into()),
             Some(exact) if !exact.contains_key(&self.name) => {
                 Err("reference.value has no number of this name".into())
             }
@@ -152,13 +150,13 @@ impl Measure {
         }
     }
 
-    /// True where it is of a result.
+    /// True for a measure of a result.
     pub fn is_result(&self) -> bool {
         self.table().is_some_and(|(table, _)| table == "results")
     }
 
-    /// What it is in a run: the result, the signal at its instant, or the size of a signal or traction: its root mean square, or its
-    /// largest number without a sign. Or why there is none.
+    /// The value in a run: the result, the signal at its instant, or the size of a signal or traction, which is its root mean square or its
+    /// largest absolute number. Or the reason why it is missing.
     pub fn number(&self, run: &RunFiles) -> Result<f64, String> {
         let (table, name) = self.table().ok_or("`of` names no table")?;
         let of_curve = |own: Curve| {
@@ -183,8 +181,8 @@ impl Measure {
         })
     }
 
-    /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
-    /// the deviation.
+    /// The distance of a run from the reference, relative to the reference; or the reason why it is missing. With the norm `at` it has the
+    /// sign of the deviation.
     pub fn deviation(&self, run: &RunFiles, held: ReferenceNumbers) -> Result<f64, String> {
         let (table, name) = self.table().ok_or("`of` names no table")?;
         let reference = match held {
@@ -227,8 +225,8 @@ fn steps(run: &RunFiles, name: &str) -> Result<Steps, String> {
     steps.ok_or("there are no numbers".into())
 }
 
-/// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one
-/// participant has it: a run of one solver has no names before its signals.
+/// A column over the column `along`. A signal has its whole name, or its name without the participant if only one participant has it: a
+/// run of one solver has no names before its signals.
 fn column<'a>(table: &'a Table, along: &str, name: &str) -> Result<Curve<'a>, String> {
     let missing = || format!("no column `{name}`");
     let own = table.name_of(name, table).ok_or_else(missing)?;
@@ -273,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_signal_is_known_without_its_participant_where_only_one_has_it() {
+    fn a_signal_of_one_participant_is_found_without_its_name() {
         let of = |text: &str, name: &str| {
             let table = Table::parse(text).expect("a table");
             column(&table, "t_s", name).map(|curve| curve.y[0])
@@ -295,7 +293,7 @@ mod tests {
 
     /// y = 1 + t against 2 on [0, 1]: d^2 integrates to 1/3, the reference to 4.
     #[test]
-    fn errors_are_those_of_their_norms() {
+    fn errors_follow_their_norms() {
         let run = finished("t_s,y\n0,1\n1,2\n", 1.5);
         let reference = finished("t_s,y\n0,2\n1,2\n", 1.0);
         let of = |measure: &Measure| measure.deviation(&run, ReferenceNumbers::Run(&reference));

@@ -1,4 +1,4 @@
-//! A study with its folder: the list of its tasks, the command that does one, and what came out.
+//! A study with its folder: the list of its tasks, the command that runs a task, and the results.
 
 use std::ffi::OsString;
 use std::fs;
@@ -19,23 +19,23 @@ pub struct OpenStudy {
     pub plan: Plan,
     /// Its tasks.
     pub tasks: Vec<Task>,
-    /// Folder of the tasks and of what comes out.
+    /// Folder of the tasks and results.
     pub folder: PathBuf,
 }
 
-/// The command that does one task of a study: `study exec` but for the index.
+/// The command that runs a task of a study: `study exec` without the index.
 #[derive(Clone, Debug)]
 pub struct TaskCommand {
     /// This program.
     pub program: PathBuf,
-    /// Its arguments; the index follows them.
+    /// Arguments before the index.
     pub arguments: Vec<OsString>,
 }
 
-/// Writes a file into a folder, which is made if it is not there; returns its path.
+/// Writes a file into a folder, which is created if it is missing; returns the path.
 ///
 /// # Errors
-/// It cannot be written.
+/// The file cannot be written.
 pub fn write_in(folder: &Path, name: &str, text: &str) -> Result<PathBuf, Error> {
     let path = folder.join(name);
     fs::create_dir_all(folder).map_err(Error::output(path.display()))?;
@@ -67,12 +67,12 @@ impl OpenStudy {
         hasher.finalize().to_hex()[..12].to_string()
     }
 
-    /// Name that its arrays in Slurm's queue begin with.
+    /// Prefix of the names of its arrays in Slurm's queue.
     pub fn array_name(&self) -> String {
         format!("thirdbody-{}-{}", self.plan.file.study.name, self.hash())
     }
 
-    /// The tasks, a line each, below the names of the columns.
+    /// The tasks, one per line, below the names of the columns.
     pub fn listed(&self) -> String {
         let keys = self.plan.file.vary.iter().map(|vary| vary.key.as_str());
         let head = ["index", "id", "role"].into_iter().chain(keys);
@@ -83,10 +83,10 @@ impl OpenStudy {
         line(&Vec::from_iter(head)) + &lines.collect::<String>()
     }
 
-    /// The study file, below the words of the command line that change it.
+    /// The study file, below the options that change it.
     ///
     /// # Errors
-    /// It cannot be read any more.
+    /// The file has become unreadable.
     pub fn settings(&self) -> Result<String, Error> {
         let (plan, path) = (&self.plan, &self.plan.path);
         let text = shipped_or_read(path, STUDY).map_err(Error::input(path.display()))?;
@@ -96,7 +96,7 @@ impl OpenStudy {
         Ok(format!("# {}{small}{set}\n{text}", path.display()))
     }
 
-    /// Keeps the list of tasks under a name of its own, and returns its path: whoever does one of them compares.
+    /// Writes the list of tasks to a file with the study's hash in its name and returns the path; the process of a task compares with it.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -105,7 +105,7 @@ impl OpenStudy {
         write_in(&self.folder, &name, &self.listed())
     }
 
-    /// The command that does a task of those that it lists, with prepared samples in this cache.
+    /// The command that runs a listed task, with prepared samples in this cache.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -128,7 +128,7 @@ impl OpenStudy {
         TaskFolder::new(&self.folder, &task.id)
     }
 
-    /// Results of its tasks so far.
+    /// Results of the tasks so far.
     ///
     /// # Errors
     /// As [`Results::read`].

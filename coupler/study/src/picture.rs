@@ -19,37 +19,37 @@ const LINE: f64 = 20.0;
 /// Edges of the area between the axes of a panel: left and right, upper and lower (pixels).
 const ACROSS: [f64; 2] = [84.0, 626.0];
 const DOWN: [f64; 2] = [14.0, 346.0];
-/// Letters of a line that fit into a panel.
+/// Number of letters of a line that fit into a panel.
 const LINE_LETTERS: usize = 112;
-/// Colours of measures, dark enough to be told apart in grey.
+/// Colours of measures, distinguishable in grey.
 const COLOURS: [&str; 5] = ["#14468c", "#be5014", "#28823c", "#782882", "#5a5a5a"];
 const BLACK: &str = "#000";
-/// The first of them, as line and as area.
+/// The first colour, as line and as area.
 const STROKE: &str = "stroke=\"#14468c\" stroke-width=\"2\"";
 const FILL: &str = "fill=\"#14468c\"";
-/// Part of the smallest error that is drawn for one of 0, which has no logarithm.
+/// An error of 0, which has no logarithm, is drawn at this part of the smallest error.
 const BOTTOM: f64 = 0.3;
 
-/// Part of the colour scale that maps use, so that numbers in black or white can be read on it.
+/// Part of the colour scale that maps use, on which numbers in black or white are readable.
 const MAP_SHADE: f64 = 0.9;
 
 /// Ratio of the largest value of a key to the smallest from which its axis is logarithmic.
 const MANY: f64 = 20.0;
 
-/// Letters that fit below an axis.
+/// Number of letters that fit below an axis.
 const LETTERS: usize = 60;
 
-/// Words for a front that nowhere lies below the chord of its ends.
+/// Words for a front that nowhere lies below the chord between its ends.
 pub const NO_KNEE: &str = "no knee: the front lies above the chord between its ends";
 
-/// front.svg: a panel a measure.
+/// front.svg: one panel per measure.
 pub(super) fn fronts(
     panels: &[MeasureFront],
     settings: &[StudySetting],
     results: &Results,
 ) -> String {
     let cost = match results.reference(0) {
-        Some(_) => "processor time over that of the reference",
+        Some(_) => "processor time relative to the reference",
         None => "processor time (s)",
     };
     let mut page = Page::new(panels.len(), 2);
@@ -89,15 +89,14 @@ pub(super) fn fronts(
         };
         page.words(BLACK, &panel.knee.map_or(NO_KNEE.into(), words));
         let floor = results.file.reference.floor_words(panel.floor);
-        let floor = format!(
-            "floor of noise (dashed where it is in the picture): {floor}; crosses: suspect"
-        );
+        let floor =
+            format!("floor of noise (dashed if within the picture): {floor}; crosses: suspect");
         page.words(BLACK, &floor);
     }
     page.svg()
 }
 
-/// A dashed line across the panel at this height, where it is in the picture.
+/// A dashed line across the panel at this height, if it is within the picture.
 fn level(svg: &mut Svg, axes: &AxisPair, height: f64, colour: &str) {
     if axes.y.holds(height) {
         let y = axes.at((1.0, height))[1];
@@ -106,11 +105,11 @@ fn level(svg: &mut Svg, axes: &AxisPair, height: f64, colour: &str) {
     }
 }
 
-/// knobs.svg: a panel a key, with a word on each trend below it.
+/// knobs.svg: one panel per key, with a line on each trend below it.
 pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
     let mut page = Page::new(knobs.len(), measures.len() + 2);
     for knob in knobs {
-        // A run that is the reference has no error, and an axis that reached for it would hide the others.
+        // The reference has no error, and an axis that included it would hide the others.
         let drawn = || {
             knob.positions
                 .iter()
@@ -120,7 +119,7 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
         let errors = || drawn().flat_map(|(_, p)| p.errors.iter().flatten());
         let least = BOTTOM * smallest(errors().copied());
         let height = |error: f64| 100.0 * error.max(least);
-        // A value lies at its own number, or one a decade where values are words.
+        // A number is drawn at its value; words are one decade apart.
         let number = |k: usize| match knob.positions[k].value.parse::<f64>() {
             Ok(number) if knob.numeric => number,
             _ => 10f64.powi(k as i32),
@@ -160,7 +159,7 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
     page.svg()
 }
 
-/// The axis of the values of a knob, each at its number. Words that would overlap are numbered as digest.txt lists them.
+/// The axis of the values of a knob. Words that would overlap are numbered as in digest.txt.
 fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
     let values = knob.positions.iter().map(|p| p.value.as_str());
     let (_, mut title) = axis_words(&knob.key, unit(&knob.key), 0.0);
@@ -174,25 +173,25 @@ fn value_axis(knob: &VariedKey, number: impl Fn(usize) -> f64) -> PlotAxis {
     axis
 }
 
-/// The labels of values along an axis. Words that would overlap are numbered as digest.txt lists them, which its title then says.
+/// The labels of values along an axis. Words that would overlap are numbered as in digest.txt, and the title says so.
 fn labels(values: Vec<&str>, numeric: bool, title: &mut String) -> Vec<String> {
     let letters = values.iter().map(|value| value.chars().count());
     if numeric || letters.sum::<usize>() <= LETTERS {
         return values.into_iter().map(String::from).collect();
     }
-    *title += ", by its place in digest.txt";
+    *title += ", numbered as in digest.txt";
     (1..=values.len()).map(|place| place.to_string()).collect()
 }
 
-/// means.svg: a panel for each measure and for each set of keys that settings choose together. Means over the scenes with their 95 %
-/// intervals stand over the key with most values, a line for each choice of the others; the values of single scenes are pale.
+/// means.svg: a panel for each measure and each set of keys that settings choose together. It shows means over the scenes with their 95 %
+/// intervals over the key with most values, with a line for each choice of the other keys; the values of single scenes are pale.
 pub fn means(means: &[EnsembleMean], keys: &[Vary]) -> String {
     let mut panels: BTreeMap<(usize, Vec<usize>), Vec<&EnsembleMean>> = BTreeMap::new();
     for of in means {
         let chosen = of.chosen.iter().map(|(key, _)| *key).collect();
         panels.entry((of.measure, chosen)).or_default().push(of);
     }
-    // The reference chooses nothing: it is a line across the panels of the others.
+    // The reference has no varied key: it is a line across the other panels.
     let mut references = panels.clone();
     references.retain(|(_, keys), _| keys.is_empty());
     if panels.len() > references.len() {
@@ -207,10 +206,10 @@ pub fn means(means: &[EnsembleMean], keys: &[Vary]) -> String {
     page.svg()
 }
 
-/// Means with the same values of all keys but one, the key with most values: these values, and the means.
+/// Means with the same values of all keys except the key with most values: these values, and the means.
 type MeansLine<'a> = (Vec<&'a (usize, String)>, Vec<&'a EnsembleMean>);
 
-/// Number of the key with most values among those that these settings choose, of several the first; `None` where they choose nothing.
+/// Index of the first key with most values among the keys that these settings choose; `None` if they choose none.
 fn longest(all: &[&EnsembleMean]) -> Option<usize> {
     let chosen = (0..all[0].chosen.len()).rev();
     chosen.max_by_key(|k| distinct(all, *k).len())
@@ -292,8 +291,7 @@ fn draw_curves(
     }
 }
 
-/// Draws the means of a line at their places with their intervals, the values that each is of pale; a line joins them where they are
-/// over numbers.
+/// Draws the means of a line with their intervals, and their single values pale; a line joins means over numbers.
 fn draw_means(
     svg: &mut Svg,
     axes: &AxisPair,
@@ -320,7 +318,7 @@ fn draw_means(
     }
 }
 
-/// The style of a line by its number: a colour, and dashes where colours begin anew.
+/// The style of a line by its number: a colour, and dashes once the colours repeat.
 fn line_style(number: usize) -> String {
     let dashes = ["", " stroke-dasharray=\"8 4\"", " stroke-dasharray=\"2 3\""];
     let (colour, turn) = (COLOURS[number % COLOURS.len()], number / COLOURS.len());
@@ -330,7 +328,7 @@ fn line_style(number: usize) -> String {
     )
 }
 
-/// The values that a key has in these settings, given its number among those that they choose, each once and in their order.
+/// The distinct values of a key in these settings, in order; `chosen` is its index among the keys that they choose.
 fn distinct<'a>(all: &[&'a EnsembleMean], chosen: usize) -> Vec<&'a str> {
     let mut values: Vec<&str> = Vec::new();
     for of in all {
@@ -342,7 +340,7 @@ fn distinct<'a>(all: &[&'a EnsembleMean], chosen: usize) -> Vec<&'a str> {
     values
 }
 
-/// A key in words with its unit, for numbers of this size, and the factor from SI to it.
+/// A key in words with its unit, for numbers of this size, after the factor from SI to the unit.
 fn title(vary: &Vary, size: f64) -> (f64, String) {
     let key = short(&vary.key);
     let (factor, words) = axis_words(&words(key), unit(key), size);
@@ -356,8 +354,8 @@ fn value_words(vary: &Vary, value: &str) -> String {
     format!("{} {value}", words(key))
 }
 
-/// maps.svg of a study of two keys: a panel a measure, the first key upwards and the second to the right; in each cell the mean over the scenes
-/// and half of its 95 % interval. `None` where the keys make no grid.
+/// maps.svg of a study of two keys: one panel per measure, the first key upwards and the second to the right; each cell has the mean over
+/// the scenes and the half-width of its 95 % interval. `None` if the keys form no grid.
 pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     let pairs: Vec<&EnsembleMean> = means.iter().filter(|of| !of.chosen.is_empty()).collect();
     if pairs.is_empty() || pairs.iter().any(|of| of.chosen.len() != 2) {
@@ -420,7 +418,7 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     Some(page.svg())
 }
 
-/// A number with three digits, without an exponent where it needs none.
+/// A number with three digits, with an exponent only if it needs one.
 fn three_digits(x: f64) -> String {
     match x.abs() {
         size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.2e}"),
@@ -437,7 +435,7 @@ struct Page {
     panels: usize,
     /// Height of a panel with its words (pixels).
     height: f64,
-    /// Number of panels that are drawn, and of lines below the last one.
+    /// Number of panels drawn, and of lines below the last one.
     drawn: usize,
     lines: usize,
 }
@@ -453,7 +451,7 @@ impl Page {
         }
     }
 
-    /// Upper left corner of the panel that is drawn last.
+    /// Upper left corner of the panel drawn last.
     fn corner(&self) -> [f64; 2] {
         let last = self.drawn.saturating_sub(1);
         [
@@ -477,7 +475,7 @@ impl Page {
         content(&mut self.svg, &axes);
     }
 
-    /// Words of a line below it, with a piece of the line.
+    /// A legend entry below the panel, with a piece of the line.
     fn words_of_line(&mut self, number: usize, words: &str) {
         let [x, y] = self.place_of_words();
         let style = line_style(number);
@@ -485,7 +483,7 @@ impl Page {
         self.write(COLOURS[number % COLOURS.len()], [x + 38.0, y], words);
     }
 
-    /// A line of words below it; what is longer than the panel is cut off.
+    /// A line of words below the panel, cut off at the panel's width.
     fn words(&mut self, colour: &str, words: &str) {
         self.write(colour, self.place_of_words(), words);
     }
@@ -509,7 +507,7 @@ impl Page {
     }
 }
 
-/// The smallest positive number; 1 of none.
+/// The smallest positive number; 1 without any.
 fn smallest(numbers: impl Iterator<Item = f64>) -> f64 {
     let least = numbers.filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 1.0 }
@@ -555,7 +553,7 @@ mod tests {
     }
 
     #[test]
-    fn means_of_two_keys_are_lines_over_the_one_with_more_values() {
+    fn means_of_two_keys_are_lines_over_the_key_with_more_values() {
         let loads = ["4000", "8000"];
         let all = loads.map(|load| {
             ["0.1", "0.3", "0.5"].map(|friction| mean(&[(0, load), (1, friction)], 1e9))
@@ -578,7 +576,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_are_varied_alone_have_a_panel_each_and_the_reference_is_a_line() {
+    fn keys_varied_one_at_a_time_have_a_panel_each_and_the_reference_is_a_line() {
         let all = [
             mean(&[], 1e6),
             mean(&[(0, "4000")], 2e6),
@@ -596,7 +594,7 @@ mod tests {
             2
         );
         assert!(maps(&all, &keys()).is_none());
-        // With seeds alone there is one mean, over nothing.
+        // With seeds alone there is one mean, over no key.
         assert_eq!(means(&all[..1], &keys()).matches("<circle").count(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! The plan of a study: its tasks, each a scenario of its own.
+//! The plan of a study: its tasks, each with its own scenario.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,19 +12,19 @@ use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
 use scenario::overrides::{remove_at, value_at};
 
-/// Part of a task in its study.
+/// Role of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TaskRole {
-    /// The others are held against it.
+    /// The others are compared with it.
     Reference,
-    /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
+    /// The reference with grains, or nodes, displaced by a tiny amount; the number is the seed of the displacements.
     Perturbed(u64),
-    /// One of the runs that are measured.
+    /// A measured run.
     Point,
 }
 
 impl TaskRole {
-    /// In a word.
+    /// The role in a word.
     pub fn word(self) -> String {
         match self {
             TaskRole::Reference => "reference".into(),
@@ -37,17 +37,17 @@ impl TaskRole {
 /// The chosen value of each key.
 type Point = Vec<Option<KeyValue>>;
 
-/// A run of the study, before its scenario is read.
+/// A run of the study before its scenario is read.
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
     role: TaskRole,
-    /// Number of its combination of scene keys.
+    /// Index of its combination of scene keys.
     scene: usize,
     /// The chosen value of each key, in the order of the study.
     choices: Point,
     scenario: String,
     set: Vec<String>,
-    /// The part of `set` that is no scene's and not all runs'; `None` with a scenario of its own.
+    /// The part of `set` that belongs neither to the scene nor to all runs; `None` with its own scenario.
     fidelity: Option<Vec<String>>,
 }
 
@@ -56,22 +56,22 @@ struct Entry {
 pub struct Task {
     /// Row of results.csv.
     pub index: usize,
-    /// Its part.
+    /// Its role.
     pub role: TaskRole,
-    /// Number of its combination of scene keys.
+    /// Index of its combination of scene keys.
     pub scene: usize,
-    /// Value of each key, in the order of the study, those that are not varied here as the scenario has them; empty for a name of cases
-    /// of which none is chosen, and for a key that the scenario does not give.
+    /// Value of each key, in the order of the study; a key that is not varied has the scenario's value. Empty for a name of cases without a
+    /// chosen case, and for a key that the scenario does not give.
     pub values: Vec<String>,
-    /// True for the keys that are varied in it.
+    /// True for the keys that this task varies.
     pub varied: Vec<bool>,
-    /// Overrides that make the scenario of the study this setting, whatever the scene; `None` for another scenario.
+    /// Overrides that turn the scenario of the study into this setting, for any scene; `None` for another scenario.
     pub fidelity: Option<Vec<String>>,
     /// The scenario.
     pub loaded: Loaded,
-    /// True where exchange log and checkpoints outlast the run.
+    /// True if exchange log and checkpoints are kept after the run.
     pub keep_logs: bool,
-    /// Hash of scenario and build: tasks with the same one are the same run.
+    /// Hash of scenario and build: tasks with the same hash are the same run.
     pub id: String,
 }
 
@@ -92,7 +92,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans a study; a small one, if asked; with further overrides of all runs. No scenario is read but that of the reference.
+    /// Plans a study, in its small form if `is_small`, with further overrides of all runs. It reads only the scenario of the reference.
     ///
     /// # Errors
     /// The study or the scenario of its reference is refused.
@@ -175,7 +175,7 @@ impl Plan {
         self.entries.len()
     }
 
-    /// A task; `None` where there are not as many.
+    /// A task; `None` beyond the last one.
     ///
     /// # Errors
     /// Its scenario is refused.
@@ -204,8 +204,7 @@ impl Plan {
         }))
     }
 
-    /// All tasks: for each combination of scene keys the reference, where it is a run of this study, its perturbed ones, and the
-    /// points.
+    /// All tasks: for each combination of scene keys the reference, if it is a run of this study, its perturbed references, and the points.
     ///
     /// # Errors
     /// A scenario is refused.
@@ -216,29 +215,29 @@ impl Plan {
     }
 }
 
-/// Hash of scenario and build: two runs with the same one are the same.
+/// Hash of scenario and build: two runs with the same hash are the same.
 pub fn run_id(loaded: &Loaded) -> String {
-    // The scenario's own hash knows the files that it names by their names alone.
+    // The scenario's own hash covers only the names of its input files.
     let inputs = loaded.inputs();
     let (scene, build) = (&loaded.hash, build().hash);
     let hash = blake3::hash(format!("{scene} {build} {inputs:?}").as_bytes());
     hash.to_hex()[..16].to_string()
 }
 
-/// Hash of a scene with whatever seed.
+/// Hash of a scene, the same for any seed.
 pub fn scene_id(loaded: &Loaded) -> String {
     let mut table: toml::Table = loaded.resolved.parse().unwrap_or_default();
     remove_at(&mut table, "run.seed");
     blake3::hash(table.to_string().as_bytes()).to_hex()[..8].to_string()
 }
 
-/// The first task of each run: what is to be done.
+/// The first task of each run: the runs to do.
 pub fn runs(tasks: &[Task]) -> Vec<&Task> {
     let mut seen = BTreeSet::new();
     tasks.iter().filter(|task| seen.insert(&task.id)).collect()
 }
 
-/// A scenario beside the study or up to two folders above, as shipped studies lie below the scenes; or as `run` finds it.
+/// A scenario beside the study or up to two folders above, because shipped studies lie below the scenes; or a name for `run`.
 fn found(beside: &Path, scenario: &str) -> String {
     let above = beside.ancestors().take(3);
     let mut above = above.map(|folder| folder.join(scenario));
@@ -246,7 +245,7 @@ fn found(beside: &Path, scenario: &str) -> String {
     own.map_or(scenario.to_string(), |path| path.display().to_string())
 }
 
-/// Kinds of shipped solvers that know `perturb_seed`, grains before nodes.
+/// Kinds of shipped solvers with `perturb_seed`, grains before nodes.
 const PERTURBED_KINDS: [&str; 2] = ["dem", "fem"];
 
 /// The participants that perturbed references perturb: those with grains, or else those with nodes.
@@ -261,7 +260,7 @@ pub fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
 fn perturbations(count: u64, loaded: &Loaded, path: &Path) -> Result<Vec<Vec<String>>, Error> {
     let names = perturbed_participants(&loaded.scenario);
     if names.is_empty() {
-        let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0, and no floor of noise is told";
+        let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0 to do without a floor of noise";
         return Err(Refusal::file(path, why).into());
     }
     let key = |name: &&str, seed: u64| format!("participant.{name}.config.perturb_seed={seed}");
@@ -269,7 +268,7 @@ fn perturbations(count: u64, loaded: &Loaded, path: &Path) -> Result<Vec<Vec<Str
     Ok((1..=count).map(of_seed).collect())
 }
 
-/// The values of each key, as many as are asked for.
+/// The values of each key, limited for a small study.
 fn axes(file: &StudyFile, small: &Small) -> Result<Vec<Vec<KeyValue>>, String> {
     let axis = |vary: &Vary| {
         let values = vary.choices()?;
@@ -300,14 +299,14 @@ fn count(file: &StudyFile, axes: &[Vec<KeyValue>]) -> f64 {
     lengths(true).product::<f64>() * (points + references)
 }
 
-/// At most so many values: the first, the last, and some between.
+/// At most `limit` values: the first, the last, and some between.
 fn thinned<T: Clone>(axis: &[T], limit: Option<usize>) -> Vec<T> {
     let count = limit.map_or(axis.len(), |limit| limit.max(1));
     let kept = evenly(count, axis.len());
     kept.iter().map(|k| axis[*k].clone()).collect()
 }
 
-/// All combinations of the keys that this takes, the last changing first; the others stay as they are in `start`.
+/// All combinations of the keys that `takes` accepts, the last changing first; the others stay as in `start`.
 fn combined(
     axes: &[Vec<KeyValue>],
     start: &[Option<KeyValue>],
@@ -345,8 +344,8 @@ mod tests {
 
     const HEAD: &str = "[study]\nname = \"s\"\nscenario = \"quick\"\n[reference]\nset = []\n[[measure]]\nname = \"m\"\nof = \"results.approach_m\"\nnorm = \"at\"\n";
 
-    /// Values of the points of a study with these keys, as words.
-    fn told_points(mode: Mode) -> Vec<String> {
+    /// Values of the points of a study, in words.
+    fn points_in_words(mode: Mode) -> Vec<String> {
         let keys = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n[[vary]]\nkey = \"a\"\nvalues = [1, 2]\n[[vary]]\nkey = \"b\"\nvalues = [\"x\", \"y\"]\n";
         let mut file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
         let axes: Vec<Vec<KeyValue>> = file
@@ -357,19 +356,19 @@ mod tests {
         file.study.mode = mode;
         let scenes = combined(&axes, &vec![None; axes.len()], |k| file.vary[k].scene);
         let points = scenes.iter().flat_map(|scene| points(&file, &axes, scene));
-        let told = points.map(|point| {
+        let in_words = points.map(|point| {
             let words = point.iter().map(|c| c.as_ref().map_or("-", |c| &c.text));
             words.collect::<Vec<&str>>().join(" ")
         });
-        told.collect()
+        in_words.collect()
     }
 
     #[test]
     fn a_grid_has_all_combinations_and_the_other_mode_each_value() {
-        let grid = told_points(Mode::Grid);
+        let grid = points_in_words(Mode::Grid);
         let first = ["1 1 x", "1 1 y", "1 2 x", "1 2 y", "2 1 x"];
         assert_eq!((&grid[..5], grid.len()), (&first.map(String::from)[..], 8));
-        let single = told_points(Mode::OneAtATime);
+        let single = points_in_words(Mode::OneAtATime);
         let first = ["1 1 -", "1 2 -", "1 - x", "1 - y", "2 1 -"];
         assert_eq!(
             (&single[..5], single.len()),

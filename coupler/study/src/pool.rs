@@ -1,4 +1,4 @@
-//! The local engine: a pool of processes, one a task.
+//! The local engine: a pool of processes, one per task.
 
 use std::collections::VecDeque;
 use std::process::{Child, Command, Stdio};
@@ -14,15 +14,15 @@ use super::progress::StudyProgress;
 use super::task::{SILENT, TaskStage};
 use scenario::error::Error;
 
-/// Time between two looks at the processes.
+/// Interval of checks of the processes.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time that a process has to end in order.
+/// Time in which a process can end in order.
 const GRACE: Duration = Duration::from_secs(5);
-/// Time between two looks at heartbeats, and at tasks that other processes do.
+/// Interval of checks of heartbeats, and of tasks that other processes run.
 const LOOK_ELSEWHERE: Duration = Duration::from_secs(1);
 
 impl TaskCommand {
-    /// Starts the process of a task, which ends when this one does.
+    /// Starts the process of a task, which ends with this process.
     fn start(&self, task: &Task) -> Result<TaskProcess, Error> {
         let child = Command::new(&self.program)
             .args(&self.arguments)
@@ -37,11 +37,11 @@ impl TaskCommand {
     }
 }
 
-/// The process of a task. A study that is refused while others run leaves none of them behind: dropped, it is ended and waited for.
+/// The process of a task. Dropping it ends the process and waits for it, so that a refused study leaves no process behind.
 struct TaskProcess(Child);
 
 impl TaskProcess {
-    /// Asks it to end in order; the number of one that has ended may be another's.
+    /// Asks the process to end in order. After the process has ended, its id may belong to another one.
     fn interrupt(&mut self) {
         if let Ok(None) = self.0.try_wait() {
             let _ = kill(Pid::from_raw(self.0.id() as i32), Signal::SIGTERM);
@@ -62,8 +62,8 @@ impl Drop for TaskProcess {
     }
 }
 
-/// Does all runs that are not done, `jobs` at a time. Those that other processes do are waited for as long as their hearts beat.
-/// `stopped` ends it in order.
+/// Runs all unfinished runs, `jobs` at a time, and waits for runs of other processes as long as they have heartbeats. `stopped` ends the
+/// loop in order.
 ///
 /// # Errors
 /// A process cannot be started, or a folder cannot be read. A run that fails is a row.
@@ -77,7 +77,7 @@ pub fn run(
     let mut running: Vec<(&Task, TaskProcess)> = Vec::new();
     let mut elsewhere: Vec<&Task> = Vec::new();
     let mut heartbeats = HeartbeatWatch::new(SILENT);
-    let (mut looked, mut told_to_stop) = (Instant::now(), false);
+    let (mut looked, mut asked_to_stop) = (Instant::now(), false);
     while !running.is_empty() || !(stopped() || (waiting.is_empty() && elsewhere.is_empty())) {
         while running.len() < jobs.max(1) && !stopped() {
             let Some(task) = waiting.pop_front() else {
@@ -99,7 +99,7 @@ pub fn run(
             let ended = process.0.try_wait();
             let ended = ended.map_err(Error::input("a task's process"))?;
             if ended.is_none() {
-                // One that has stopped, and not ended, would be waited for without end.
+                // A process that is stopped but has not ended would block the loop forever.
                 if look && heartbeats.is_over(&task.id, progress.folder(task).heartbeat()) {
                     let _ = process.0.kill();
                     heartbeats.forget(&task.id);
@@ -121,14 +121,14 @@ pub fn run(
                     TaskStage::Done(_) => {}
                     TaskStage::Waiting => waiting.push_back(task),
                     TaskStage::Running if silent => {
-                        progress.lost(task, "a process holds it and does nothing");
+                        progress.lost(task, "the process that holds it has no heartbeat");
                     }
                     TaskStage::Running => elsewhere.push(task),
                 }
             }
         }
-        if stopped() && !told_to_stop {
-            told_to_stop = true;
+        if stopped() && !asked_to_stop {
+            asked_to_stop = true;
             running
                 .iter_mut()
                 .for_each(|(_, process)| process.interrupt());

@@ -1,4 +1,4 @@
-//! The progress of a study while an engine does its runs: what is left, what is done, and what is given up.
+//! The progress of a study while an engine works on it: runs that are left, finished, and given up.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -10,23 +10,23 @@ use super::plan::{Task, TaskRole, runs};
 use super::task::{TaskFolder, TaskOutcome, TaskStage};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
-use terminal::stderr::{StderrMode, stderr_mode, tell_of};
-use terminal::{Count, tell, tell_progress};
+use terminal::stderr::{StderrMode, print_event, stderr_mode};
+use terminal::{Count, print_note, tell_progress};
 
-/// Attempts at a run. One that was killed so often is killed by something that does not go away.
+/// Largest number of attempts at a run: the cause of that many kills does not go away.
 pub const MOST_ATTEMPTS: usize = 5;
 
-/// Counts and words of a study under way.
+/// Counts and messages of a running study.
 pub struct StudyProgress<'a> {
     study: &'a OpenStudy,
     total: usize,
     done: BTreeSet<String>,
     given_up: BTreeSet<String>,
     begun: Instant,
-    /// Runs that ended since it began.
+    /// Runs that ended since the beginning.
     here: usize,
     count: Count,
-    /// Part of the first run that measures are looked for in, until that is done.
+    /// Role of the first run, in which the measures are looked up, until that has happened.
     first: Option<TaskRole>,
 }
 
@@ -51,7 +51,7 @@ impl<'a> StudyProgress<'a> {
         self.study.task_folder(task)
     }
 
-    /// The runs that are not done; says how many are.
+    /// The unfinished runs; prints the number of finished ones.
     ///
     /// # Errors
     /// A folder cannot be read.
@@ -72,15 +72,15 @@ impl<'a> StudyProgress<'a> {
         Ok(left)
     }
 
-    /// Shows how many runs are done, if it is time to.
+    /// Shows the number of finished runs, if an update is due.
     pub fn show(&mut self) {
         self.count.at(self.done.len());
     }
 
-    /// The stage of a run; one that ended is announced, once.
+    /// The stage of a run; announces once that it has ended.
     ///
     /// # Errors
-    /// Its folder cannot be read; or it is the first of its part, the reference where there is one, without what is measured.
+    /// The folder cannot be read; or the first run, which is the reference if there is one, lacks a measure.
     pub fn stage(&mut self, task: &Task) -> Result<TaskStage, Error> {
         let stage = self.folder(task).stage()?;
         if let TaskStage::Done(outcome) = &stage
@@ -95,7 +95,7 @@ impl<'a> StudyProgress<'a> {
         Ok(stage)
     }
 
-    /// Refuses measures that the reference, or the first run without one, does not have: no other could be held against it.
+    /// Refuses measures that the reference, or without a reference the first run, does not have: no comparison would be possible.
     fn check(&self, task: &Task) -> Result<(), Error> {
         let run = RunFiles::read(&self.folder(task).run())?;
         for measure in &self.study.plan.file.measure {
@@ -131,11 +131,11 @@ impl<'a> StudyProgress<'a> {
             format!("{done} of {total}: task {index} {status}{colon}{message}; {left:.0} s left")
         };
         if stderr_mode() != StderrMode::Quiet {
-            tell_of("task", object, words);
+            print_event("task", object, words);
         }
     }
 
-    /// True where a run whose process ended without an outcome is not begun again.
+    /// True if a run whose process ended without an outcome is given up; else announces another attempt.
     pub fn gives_up(&mut self, task: &Task) -> bool {
         let attempts = self.folder(task).attempts();
         if attempts >= MOST_ATTEMPTS {
@@ -144,8 +144,8 @@ impl<'a> StudyProgress<'a> {
             return true;
         }
         let (index, next) = (task.index, attempts + 1);
-        tell(&format!(
-            "task {index} ended without an outcome, and is begun again (attempt {next})"
+        print_note(&format!(
+            "task {index} ended without an outcome and starts again (attempt {next})"
         ));
         false
     }
@@ -153,7 +153,7 @@ impl<'a> StudyProgress<'a> {
     /// Announces a run that is given up.
     pub fn lost(&mut self, task: &Task, why: &str) {
         if self.given_up.insert(task.id.clone()) {
-            tell(&format!("task {} is given up: {why}", task.index));
+            print_note(&format!("task {} is given up: {why}", task.index));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Where a run lies among the settings that a stored study measured for its scene, and what half of its error or of its time would take.
+//! A run among the settings that a stored study measured for its scene, and settings with half its error or half its time.
 
 use std::cmp::Reverse;
 use std::path::PathBuf;
@@ -10,18 +10,18 @@ use runs::front::{MeasuredFront, MeasuredSetting};
 use scenario::error::Error;
 use scenario::overrides::{number, parse_value, value_at};
 
-/// What the first of these studies that knows errors of a scene says of a run with this scenario; those that cannot be read are told and
-/// passed over.
+/// The settings of the first study that has errors for a scene, around a run with this scenario. Unreadable studies go to `on_unread` and
+/// are skipped.
 pub fn first_front(
     studies: impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>>,
     resolved: &str,
-    tell_unread: impl Fn(&Error),
+    on_unread: impl Fn(&Error),
 ) -> Option<MeasuredFront> {
-    let mut read = studies.filter_map(|study| study.inspect_err(&tell_unread).ok());
+    let mut read = studies.filter_map(|study| study.inspect_err(&on_unread).ok());
     read.find_map(|(_, study)| scene_front(&study, resolved))
 }
 
-/// `None` where the study does not cover the scene, or has too few scenes to tell errors.
+/// `None` if the study does not cover the scene, or has too few scenes for errors.
 fn scene_front(study: &StoredStudy, resolved: &str) -> Option<MeasuredFront> {
     let known = SceneSettings::new(study, &study.locate(resolved).ok()?).ok()?;
     let known = known.by_accuracy();
@@ -39,7 +39,7 @@ fn scene_front(study: &StoredStudy, resolved: &str) -> Option<MeasuredFront> {
         setting(of.setting, errors.collect())
     });
     let settings: Vec<MeasuredSetting> = settings.collect();
-    // Of two that the run agrees with, the one that says more is its own.
+    // Of two settings that agree with the run, the one with more overrides is the run's.
     let distance = |of: &&StoredSetting| (missing(&scenario, &of.set).len(), Reverse(of.set.len()));
     let nearest = study.settings.iter().min_by_key(distance)?;
     let own = known.iter().position(|of| of.setting.set == nearest.set);
@@ -83,7 +83,7 @@ fn half_time(settings: &[MeasuredSetting], own: usize) -> Option<usize> {
     settings.iter().position(|of| of.cost <= most)
 }
 
-/// The overrides whose values a scenario does not have.
+/// The overrides whose values differ from the scenario's.
 fn missing(scenario: &toml::Table, set: &[String]) -> Vec<String> {
     let is_missing = |set: &&String| {
         let (key, value) = set.split_once('=').unwrap_or((set, ""));
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use serde_json::{Value, json};
 
-    /// Five scenes without numbers of their own; errors by two measures.
+    /// Five scenes that differ only by their seeds; errors in two measures.
     fn study(settings: &[Value]) -> StoredStudy {
         let study = json!({
             "schema": "thirdbody.study/1", "study": "s", "build": "b", "scenario": "[x]\ny = 1\n", "reference": ["a.b=1", "a.c=ref"],
@@ -111,7 +111,7 @@ mod tests {
             "floors": [[1e-9, 1e-9, 1e-9, 1e-9, 1e-9], [1e-9, 1e-9, 1e-9, 1e-9, 1e-9]],
             "settings": settings,
         });
-        serde_json::from_value(study).expect("it is one")
+        serde_json::from_value(study).expect("a stored study")
     }
 
     fn setting(words: &str, set: &[&str], [m, n]: [f64; 2], cpu_rel: f64) -> Value {
@@ -119,7 +119,8 @@ mod tests {
         json!({ "words": words, "set": set, "errors": errors, "cpu_rel": cpu_rel, "wall_s": cpu_rel })
     }
 
-    /// `fine` halves m of `own` alone, `both` both errors, `dear` too; `quick` is more accurate than `crude`, `warned` not to be trusted.
+    /// `fine` halves only the error m of `own`; `both` and `dear` halve both errors. `quick` is more accurate than `crude`; `warned` is not to
+    /// be trusted.
     fn settings() -> Vec<Value> {
         let mut warned = setting("warned", &["a.b=9", "a.c=w"], [1e-3, 1e-3], 0.1);
         warned["warned"] = json!(["bond_step"]);
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn half_the_error_counts_by_every_measure_and_half_the_time_by_accuracy() {
+    fn half_the_error_holds_in_every_measure_and_half_the_time_is_the_most_accurate() {
         let study = study(&settings());
         let of = |b: &str, c: &str| scene_front(&study, &scene(b, c)).expect("it is covered");
         let words = |front: &MeasuredFront, k: Option<usize>| {
@@ -154,7 +155,7 @@ mod tests {
         assert_eq!(halves("9.0", "o"), ["own", "both", "quick"]);
         assert_eq!(halves("1", "ref"), ["reference", "", "fine"]);
         assert_eq!(halves("36", "c"), ["crude", "both", ""]);
-        // Nothing but the reference errs half as much as the most accurate one.
+        // Only the reference has half the error of the most accurate setting.
         assert_eq!(halves("3", "d"), ["dear", "reference", "fine"]);
 
         let front = of("9", "o");
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_a_setting_only_where_all_of_its_keys_agree() {
+    fn a_run_is_a_setting_only_if_all_its_keys_agree() {
         let study = study(&settings());
         let of = |b: &str, c: &str| scene_front(&study, &scene(b, c)).expect("it is covered");
         let other = of("18", "f");
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_settings_that_agree_the_one_that_says_more_is_the_run() {
+    fn of_two_settings_that_agree_the_one_with_more_overrides_is_the_run() {
         let mut all = settings();
         all.insert(1, setting("less", &["a.b=9"], [0.1, 0.1], 0.3));
         let study = study(&all);
@@ -202,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn studies_that_are_damaged_or_too_small_are_passed_over() {
+    fn studies_that_are_damaged_or_too_small_are_skipped() {
         let mut few = study(&settings());
         few.study = "few".into();
         few.scene_keys[0].values.truncate(2);
@@ -212,12 +213,12 @@ mod tests {
         let path = PathBuf::from("nowhere/study.json");
         let damaged = StoredStudy::read(&path).map(|study| (path.clone(), study));
         let good = |study: StoredStudy| Ok((path.clone(), study));
-        let told = std::cell::Cell::new(0);
+        let unread = std::cell::Cell::new(0);
         let studies = [damaged, good(few), good(study(&settings()))].into_iter();
-        let tell = |_: &Error| told.set(told.get() + 1);
-        let found = first_front(studies, &scene("9", "o"), tell);
+        let count = |_: &Error| unread.set(unread.get() + 1);
+        let found = first_front(studies, &scene("9", "o"), count);
         assert_eq!(
-            (found.map(|of| of.study), told.get()),
+            (found.map(|of| of.study), unread.get()),
             (Some("s".into()), 1)
         );
     }

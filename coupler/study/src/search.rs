@@ -1,60 +1,60 @@
-//! The search for the cheapest setting that keeps an error: what to measure next, from what was measured.
+//! The search for the cheapest setting that keeps an error: it proposes the next measurement from the previous ones.
 
 use super::error_model::ErrorModel;
 use super::knobs::{KNOBS, Knob, Levels};
 
-/// Bound of an error over its middle, until it is measured.
+/// Ratio of the bound of an error to its median, until it is measured.
 pub const MARGIN: f64 = 2.5;
-/// Bounds over the errors of the model that are believed.
+/// Accepted range of the ratio of a bound to the error of the model.
 const MARGINS: [f64; 2] = [1.0, 6.0];
-/// The scene as it is is not looked at first where it is so many times within the error.
+/// The search does not begin with the unchanged scene if its error is smaller than the target by this factor.
 const TOO_GOOD: f64 = 4.0;
-/// Cost over that of a setting that was found below which another one is tried.
+/// Largest cost of the next setting to try, relative to the best setting found.
 const CHEAPER: f64 = 0.85;
-/// Part by which a reference whose grains are lighter has shorter windows, in levels, each time that one is warned of.
+/// Levels by which windows of a reference with lighter grains become shorter after each warning.
 const SHORTER: f64 = 0.5;
 
-/// A setting and the reference that it is to be held against.
+/// A setting and the reference to compare it with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proposal {
     /// Levels of the setting.
     pub setting: Levels,
     /// Levels of the reference.
     pub reference: Levels,
-    /// Cost of the setting over that of the scene.
+    /// Cost of the setting relative to the scene.
     pub cost: f64,
-    /// Cost of the reference over that of the scene; 0 where its runs are done.
+    /// Cost of the reference relative to the scene; 0 if its runs are done.
     pub reference_cost: f64,
 }
 
 /// The outcome of a proposal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrialOutcome {
-    /// Bounds of the errors, each below what was asked for.
+    /// Bounds of the errors, all within the target.
     Keeps(Vec<f64>),
-    /// Bounds of the errors, one of them above.
+    /// Bounds of the errors, at least one beyond the target.
     Exceeds(Vec<f64>),
-    /// The setting is warned of, or does not complete.
+    /// The setting has warnings, or does not complete.
     Warned,
-    /// Its reference is.
+    /// Its reference has warnings, or does not complete.
     NoReference,
 }
 
-/// A search under way.
+/// A search in progress.
 #[derive(Clone, Debug)]
 pub struct Search {
     model: ErrorModel,
-    /// Settings that were measured and keep the error, the cheapest last.
+    /// Measured settings that keep the error, the cheapest last.
     pub found: Vec<Levels>,
     left: Vec<Levels>,
-    /// Bound over the error of the model, by measure.
+    /// Ratio of the bound to the error of the model, by measure.
     margins: Vec<f64>,
     reference: Option<Levels>,
     is_over: bool,
 }
 
 impl Search {
-    /// A search among the settings of a model that are to be had.
+    /// A search among the settings of a model that are possible.
     pub fn new(model: ErrorModel, is_had: impl Fn(&Levels) -> bool) -> Search {
         let left = model.settings().into_iter().filter(is_had).collect();
         Search {
@@ -67,9 +67,9 @@ impl Search {
         }
     }
 
-    /// The next proposal: the scene as it is where it may do and nothing much cheaper does, since some of its runs are done; else the cheapest
-    /// setting that the model has for the error. `None` where there is nothing left that is, or would be cheaper than what was found. With a
-    /// `nearest` reference less of the error is measured, and more is left to extrapolation.
+    /// The next proposal: the unchanged scene, some of whose runs are done, if it may keep the error and nothing much cheaper does; else the
+    /// cheapest setting that keeps the error in the model. `None` if no such setting is left, or none cheaper than the best one. With a
+    /// `nearest` reference, less of the error is measured and more is extrapolated.
     pub fn next(&self, nearest: bool) -> Option<Proposal> {
         if self.is_over {
             return None;
@@ -90,7 +90,7 @@ impl Search {
         if dear {
             return None;
         }
-        // One reference serves all settings, as long as it is the finer one.
+        // One reference serves all settings as long as it is the finer one.
         let own = self.model.reference(&setting, nearest);
         let finer = |old: Levels| std::array::from_fn(|k| old[k].max(own[k]));
         let reference = self.reference.map_or(own, finer);
@@ -103,7 +103,7 @@ impl Search {
         })
     }
 
-    /// True where the model has a setting so many times within the error, with the margins that are known.
+    /// True if the error of a setting, times this factor and the known margins, is within the target in the model.
     fn keeps(&self, setting: &Levels, times: f64) -> bool {
         let reference = self.model.reference(setting, false);
         self.model.measures().all(|m| {
@@ -112,13 +112,13 @@ impl Search {
         })
     }
 
-    /// Takes in the outcome of a proposal.
+    /// Learns from the outcome of a proposal.
     pub fn learn(&mut self, proposal: &Proposal, outcome: &TrialOutcome) {
         let Proposal {
             setting, reference, ..
         } = proposal;
         self.left.retain(|other| other != setting);
-        // A cheaper one that does not do ends it.
+        // A cheaper setting that fails ends the search.
         self.is_over = !self.found.is_empty() && !matches!(outcome, TrialOutcome::Keeps(_));
         match outcome {
             TrialOutcome::Keeps(bounds) | TrialOutcome::Exceeds(bounds) => {
@@ -132,7 +132,7 @@ impl Search {
                     self.reference = Some(*reference);
                 }
             }
-            // What a setting is warned of, coarser ones are, too, and those with lighter grains.
+            // Coarser settings, and settings with lighter grains, would get the same warning.
             TrialOutcome::Warned => self.left.retain(|other| {
                 let mut knobs = KNOBS.iter();
                 knobs.any(|knob| {
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
     use crate::error_model::KnobErrors;
 
-    /// A mesh that errs by 2 % / 2^level and costs 4^level, all else without error.
+    /// A mesh that errs by 2 % / 2^level and costs 4^level, with no other errors.
     fn search(target: f64) -> Search {
         let value = |k: usize| 0.04 / f64::from(1 << k);
         let knobs = KNOBS.map(|knob| match knob {
@@ -180,10 +180,10 @@ mod tests {
         proposal.map(|p| [p.setting[0], p.reference[0]])
     }
 
-    /// The scene lies 1 % from a mesh of half the size, and 3 % are kept with any margin up to 3. If 1.5 % is the bound of that, elements larger by
-    /// half a level, which lie 1.83 % from it, have one of 2.7 %.
+    /// The scene is 1 % from a mesh of half the size, and keeps 3 % with any margin up to 3. If the bound of that is 1.5 %, elements larger by
+    /// half a level, 1.83 % from the reference, have a bound of 2.7 %.
     #[test]
-    fn the_scene_goes_first_and_then_what_is_cheaper() {
+    fn the_scene_goes_first_and_then_cheaper_settings() {
         let mut search = search(0.03);
         let first = search.next(false).expect("the scene");
         assert_eq!(mesh(Some(first)), Some([0.0, 1.0]));
@@ -195,11 +195,10 @@ mod tests {
         assert_eq!((search.next(false), search.found), (None, vec![[0.0; 6]]));
     }
 
-    /// Half a level finer the mesh lies 0.71 % from its reference, which is 1.8 % with the margin. If it is twice that, 2 % take a mesh that is
-    /// finer by one and a half; if that is warned of, a still finer one, for
-    /// which half a level is reference enough.
+    /// Half a level finer, the mesh is 0.71 % from its reference, or 1.8 % with the margin. If the bound is twice that, 2 % need a mesh that is
+    /// finer by one and a half levels; if that has a warning, a still finer mesh, whose reference is finer by half a level.
     #[test]
-    fn what_was_measured_corrects_the_model() {
+    fn measurements_correct_the_model() {
         let mut search = search(0.02);
         let first = search.next(false).expect("a finer one");
         assert_eq!(mesh(Some(first)), Some([0.5, 1.5]));

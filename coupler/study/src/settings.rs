@@ -1,4 +1,4 @@
-//! Settings: the same values of the keys that trade speed for accuracy, in all scenes of a study.
+//! Settings: values of the keys that trade speed for accuracy, over all scenes of a study.
 
 use runs::curve::median;
 use std::collections::BTreeMap;
@@ -6,22 +6,22 @@ use std::collections::BTreeMap;
 use super::collect::{Results, StudyRow};
 use super::plan::TaskRole;
 
-/// A setting and what came of it, scene by scene.
+/// A setting with its rows, scene by scene.
 #[derive(Clone, Debug)]
 pub struct StudySetting<'a> {
-    /// Its values, by the index of the key; those that are not varied are not named.
+    /// Its values by the index of the key, without keys that are not varied.
     pub chosen: Vec<(usize, String)>,
-    /// Its rows, one a scene.
+    /// Its rows, one per scene.
     pub rows: Vec<&'a StudyRow<'a>>,
 }
 
 impl StudySetting<'_> {
-    /// True where the results of all scenes are to be trusted.
+    /// True if the results of all scenes can be trusted.
     pub fn is_trusted(&self) -> bool {
         self.rows.iter().all(|row| row.is_trusted())
     }
 
-    /// True where its runs are the references themselves, or the same as they bit for bit.
+    /// True if its runs are the references themselves, or the same bit for bit.
     pub fn is_reference(&self, results: &Results) -> bool {
         let same = |row: &&StudyRow| {
             let bits = |of: &StudyRow| !row.hashes[1].is_empty() && of.hashes == row.hashes;
@@ -31,7 +31,7 @@ impl StudySetting<'_> {
         self.rows.iter().all(same)
     }
 
-    /// Its values in words, keys by the last parts of their names.
+    /// Its values in words, with the last parts of the keys.
     pub fn words(&self, results: &Results) -> String {
         if self.chosen.is_empty() {
             return "reference".into();
@@ -42,48 +42,48 @@ impl StudySetting<'_> {
         Vec::from_iter(self.chosen.iter().map(word)).join(", ")
     }
 
-    /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
+    /// Errors in a measure, one per scene and at least the floor of noise; `None` if one is missing.
     pub fn errors(&self, measure: usize) -> Option<Vec<f64>> {
         let error =
             |row: &&StudyRow| Some(row.error(measure)?.max(row.floors[measure].unwrap_or(0.0)));
         self.rows.iter().map(error).collect()
     }
 
-    /// The middle of a number over its scenes; `None` where one is missing.
+    /// The median of a number over its scenes; `None` if one is missing.
     pub fn middle(&self, of: impl Fn(&StudyRow) -> Option<f64>) -> Option<f64> {
         let numbers = self.rows.iter().map(|row| of(row));
         numbers.collect::<Option<Vec<f64>>>().and_then(median)
     }
 
-    /// The middle of a cost over that of the reference.
+    /// The median of a cost relative to the reference.
     pub fn cost_rel(&self, name: &str) -> Option<f64> {
         self.middle(|row| row.cost_rel.get(name).copied())
     }
 
-    /// The middle of a cost.
+    /// The median of a cost.
     pub fn cost(&self, name: &str) -> Option<f64> {
         self.middle(|row| row.cost.get(name).copied())
     }
 
-    /// Its price: processor time over that of the reference, or in seconds where the reference is no run of the study.
+    /// Its price: processor time relative to the reference, or in seconds if the reference is no run of the study.
     pub fn price(&self) -> Option<f64> {
         self.cost_rel("cpu_s").or_else(|| self.cost("cpu_s"))
     }
 }
 
-/// The last parts of a key that say what it is: `mass_scale`, `solver.tolerance`.
+/// The last parts of a key that identify it: `mass_scale`, `solver.tolerance`.
 pub fn short(key: &str) -> &str {
     let mut dots = key.rmatch_indices('.').map(|(at, _)| at);
     let (last, before) = (dots.next(), dots.next());
     let name = last.map_or(key, |at| &key[at + 1..]);
-    // A word that several solvers' tables have says too little by itself.
+    // A word that occurs in several tables of solvers is ambiguous alone.
     if ["tolerance", "kind", "step_s", "value"].contains(&name) {
         return before.map_or(key, |at| &key[at + 1..]);
     }
     name
 }
 
-/// The settings of a study: the reference, where it is a run of it, then the points in their order.
+/// The settings of a study: the reference, if it is a run of the study, then the points in order.
 pub fn settings<'a>(results: &'a Results) -> Vec<StudySetting<'a>> {
     let mut all: Vec<StudySetting> = Vec::new();
     let mut known: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_told_by_what_says_what_they_are() {
+    fn keys_are_shortened_to_the_parts_that_identify_them() {
         assert_eq!(short("interface.layer-base.substeps"), "substeps");
         assert_eq!(
             short("participant.third-body.config.solver.tolerance"),

@@ -1,7 +1,7 @@
-//! The engine for a cluster: one job array of Slurm, whose tasks share nothing but the folder.
+//! The engine for a cluster: one job array of Slurm, whose tasks share only the folder.
 //!
-//! Slurm is asked what it has queued; who works and who has died stands in the tasks' own files, since a node that was lost stays
-//! RUNNING in Slurm's view for minutes. What is neither queued nor alive is submitted again.
+//! Slurm reports the queue. The tasks' own files show which tasks run, because Slurm calls a lost node RUNNING for minutes. Tasks that are
+//! neither queued nor running are submitted again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -15,17 +15,17 @@ use super::plan::Task;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
 use super::task::TaskStage;
 use scenario::error::{Error, Refusal};
-use terminal::tell;
+use terminal::print_note;
 
-/// Time between two looks at the tasks' files, and between two at Slurm's queue.
+/// Intervals of checks of the tasks' files, and of Slurm's queue.
 const LOOK: Duration = Duration::from_millis(500);
 const LOOK_QUEUE: Duration = Duration::from_secs(3);
-/// Time for which Slurm may not answer.
+/// Longest time without an answer from Slurm.
 const UNANSWERED: Duration = Duration::from_secs(600);
-/// Time after which a job that was submitted is missed if the queue does not show it.
+/// Time after which a submitted job should be in the queue.
 const SHOWN: Duration = Duration::from_secs(6);
 
-/// Resources asked for a task.
+/// Resources to request for a task.
 #[derive(Clone, Copy, Debug)]
 pub struct SlurmRequest {
     /// Wall-clock time (s).
@@ -43,38 +43,38 @@ pub struct Slurm<'a> {
     pub study: &'a OpenStudy,
     /// The command of a task.
     pub exec: TaskCommand,
-    /// Tasks at a time; no limit when absent.
+    /// Tasks at a time; no limit if absent.
     pub throttle: Option<u16>,
-    /// Resources asked for a task.
+    /// Resources to request for a task.
     pub ask: SlurmRequest,
     /// Further arguments of `sbatch`.
     pub extra: Vec<String>,
-    /// Longest silence of a task that Slurm has running.
+    /// Longest silence of a task that Slurm calls running.
     pub silent: Duration,
 }
 
 /// A task in Slurm's queue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Queued {
-    /// `ARRAY_INDEX`, as `scancel` takes it.
+    /// `ARRAY_INDEX`, the form for `scancel`.
     pub job: String,
-    /// Slurm's state in a word: `PENDING`, `RUNNING`, ...
+    /// Slurm's word for the state: `PENDING`, `RUNNING`, ...
     pub state: String,
 }
 
-/// Times that a task was submitted from here.
+/// Submissions of a task by this process.
 #[derive(Clone, Debug, Default)]
 struct Submitted {
     times: usize,
     last: Option<Instant>,
-    /// Job of the last time, once it was seen.
+    /// Job of the last submission, once it was seen.
     job: Option<String>,
-    /// Factor on what is asked, after a task that ran out of time or memory.
+    /// Factor on the requested resources, for a task that ran out of time or memory.
     factor: u32,
 }
 
 impl Slurm<'_> {
-    /// Submits all runs that are not done, and sees to it that they are; `stopped` leaves the rest to Slurm.
+    /// Submits all unfinished runs and watches them until they are finished; `stopped` leaves the rest to Slurm.
     ///
     /// # Errors
     /// Slurm refuses, or does not answer for ten minutes; a folder cannot be read. A run that fails is a row.
@@ -98,15 +98,15 @@ impl Slurm<'_> {
             }
             if stopped() {
                 let (count, names) = (left.len(), array_names(self.study, &left));
-                tell(&format!(
-                    "{count} runs are left to Slurm; the same command goes on with them, `scancel --name={names}` ends them"
+                print_note(&format!(
+                    "{count} runs are left to Slurm; the same command continues with them, `scancel --name={names}` ends them"
                 ));
                 return Ok(());
             }
             if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
                 let first = looked.replace(Instant::now()).is_none();
                 match queue(self.study, &left) {
-                    // One that never answered is not there.
+                    // If Slurm has never answered, it is not available.
                     Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
                     Err(_) => {}
                     Ok(queue) => {
@@ -120,7 +120,7 @@ impl Slurm<'_> {
         }
     }
 
-    /// Submits what is neither queued nor alive, ends what Slurm has running and is not alive, and gives up what was begun too often.
+    /// Submits tasks that are neither queued nor alive, ends dead tasks that Slurm calls running, and gives up tasks with too many attempts.
     fn mend(
         &self,
         progress: &mut StudyProgress,
@@ -146,8 +146,8 @@ impl Slurm<'_> {
                 let _ = slurm("scancel", &["--signal=KILL", &queued.job]);
                 let _ = slurm("scancel", &[&queued.job]);
                 let (index, Queued { job, state }) = (task.index, queued);
-                tell(&format!(
-                    "task {index}: {job} is {state} and shows no sign of life"
+                print_note(&format!(
+                    "task {index}: {job} is {state} but has no heartbeat"
                 ));
             } else {
                 let fresh = known.last.is_some_and(|last| last.elapsed() < SHOWN);
@@ -160,7 +160,7 @@ impl Slurm<'_> {
             heartbeats.forget(&task.id);
             let times = known.times.max(folder.attempts());
             if times >= MOST_ATTEMPTS {
-                progress.lost(task, &format!("it was begun {times} times and did not end"));
+                progress.lost(task, &format!("it started {times} times and did not end"));
                 given_up.push(task.index);
                 continue;
             }
@@ -169,8 +169,8 @@ impl Slurm<'_> {
                 let too_little = ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str());
                 known.factor *= if too_little { 2 } else { 1 };
                 let index = task.index;
-                tell(&format!(
-                    "task {index}: {job} ended as {state}, and is submitted again"
+                print_note(&format!(
+                    "task {index}: {job} ended as {state} and is submitted again"
                 ));
             }
             known.factor = known.factor.max(1);
@@ -183,7 +183,7 @@ impl Slurm<'_> {
         again.try_for_each(|(factor, indices)| self.submit(indices, *factor))
     }
 
-    /// Submits tasks, as one array as far as Slurm allows indices.
+    /// Submits tasks as one array, or as several if Slurm's limit on indices requires it.
     fn submit(&self, indices: &[usize], factor: u32) -> Result<(), Error> {
         let start = Instant::now();
         let most = indices_most();
@@ -195,7 +195,7 @@ impl Slurm<'_> {
             let local: Vec<usize> = array.iter().map(|index| index - offset).collect();
             let job = self.submit_array(&local, offset, factor)?;
             let (count, wall) = (array.len(), start.elapsed().as_secs_f64());
-            tell(&format!(
+            print_note(&format!(
                 "submitted {count} tasks as job array {job} ({wall:.2} s)"
             ));
             rest = others;
@@ -228,7 +228,7 @@ impl Slurm<'_> {
         Ok(job.to_string())
     }
 
-    /// The script of an array: each of its tasks becomes the process that does one.
+    /// The script of an array: each array task runs one task of the study.
     fn script(&self, offset: usize) -> String {
         let arguments = self.exec.arguments.iter().map(|word| word.as_os_str());
         let words = [self.exec.program.as_os_str()].into_iter().chain(arguments);
@@ -238,7 +238,7 @@ impl Slurm<'_> {
     }
 }
 
-/// Names that arrays of these tasks can have, with commas between them.
+/// Possible names of arrays with these tasks, separated by commas.
 fn array_names(study: &OpenStudy, tasks: &[&Task]) -> String {
     let most = indices_most();
     let offsets = tasks.iter().map(|task| task.index / most * most);
@@ -258,7 +258,7 @@ pub fn queue(study: &OpenStudy, tasks: &[&Task]) -> Result<BTreeMap<usize, Queue
     Ok(parse_queue(&slurm("squeue", &arguments)?))
 }
 
-/// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounts where it keeps some.
+/// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounting, if there is any.
 pub fn ended(job: &str) -> String {
     let shown = slurm("scontrol", &["--oneliner", "show", "job", job]);
     let shown = shown.unwrap_or_default();
@@ -272,12 +272,12 @@ pub fn ended(job: &str) -> String {
     state.unwrap_or("no longer known to Slurm").to_string()
 }
 
-/// Number of indices that an array may have.
+/// Largest number of indices of an array.
 fn indices_most() -> usize {
     let config = slurm("scontrol", &["show", "config"]).unwrap_or_default();
     let line = config.lines().find(|line| line.starts_with("MaxArraySize"));
     let number = line.and_then(|line| line.split('=').nth(1)?.trim().parse().ok());
-    // Slurm's own default.
+    // Slurm's default.
     number.unwrap_or(1001).max(1)
 }
 
@@ -286,7 +286,7 @@ fn slurm(program: &str, arguments: &[&str]) -> Result<String, Error> {
     with_input(program, arguments, "")
 }
 
-/// Runs one of Slurm's programs; its words are the reason where it fails.
+/// Runs one of Slurm's programs; its stderr is the reason if it fails.
 fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, Error> {
     let mut child = Command::new(program)
         .args(arguments)
@@ -296,7 +296,7 @@ fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, 
         .spawn()
         .map_err(Error::input(format!("`{program}` of Slurm")))?;
     if let Some(mut stdin) = child.stdin.take() {
-        // Whoever does not read it says so by its exit.
+        // A program that does not read its input reports that by its exit.
         let _ = stdin.write_all(input.as_bytes());
     }
     let output = child.wait_with_output();
@@ -309,7 +309,7 @@ fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, 
     Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
 }
 
-/// States of a job that is on its way out, and no longer a task's.
+/// States of a job that has ended or is ending.
 const OVER: &str = "COMPLETED CANCELLED FAILED TIMEOUT NODE_FAIL OUT_OF_MEMORY COMPLETING";
 
 /// The queue as `squeue --array --format=%i|%T|%j` prints it. The last part of a name is the offset of the array's indices.
@@ -343,7 +343,7 @@ fn ranges(indices: &[usize]) -> String {
     text
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn words_reach_the_shell_as_they_are() {
+    fn words_reach_the_shell_unchanged() {
         assert_eq!(quoted("a b'c$(d)"), "'a b'\\''c$(d)'");
     }
 }

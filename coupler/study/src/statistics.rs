@@ -1,4 +1,4 @@
-//! Prediction of the error of a scene from those of others.
+//! Prediction of the error of a scene from the errors of other scenes.
 
 use kit::student::student;
 use nalgebra::{DMatrix, DVector};
@@ -6,26 +6,26 @@ use nalgebra::{DMatrix, DVector};
 /// A prediction of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPrediction {
-    /// The middle of what is to be expected.
+    /// Median.
     pub expected: f64,
     /// Value that 39 of 40 scenes stay below.
     pub bound: f64,
 }
 
-/// Least degrees of freedom: with fewer a bound is many times the error.
+/// Smallest number of degrees of freedom: with fewer, a bound is many times the error.
 const LEAST_FREEDOM: usize = 3;
 
-/// Least number of scenes for a prediction over so many numbers of a scene.
+/// Smallest number of scenes for a prediction that depends on this many numbers of a scene.
 pub fn least_scenes(numbers: usize) -> usize {
     numbers + 1 + LEAST_FREEDOM
 }
 
-/// Predicts the error at `at` (p numbers of a scene, logarithms of its loads for instance) from those of n scenes at `positions`
+/// Predicts the error at `at` (p numbers of a scene, for example logarithms of its loads) from the errors of n scenes at `positions`
 /// (n x p): ln e = b0 + b.x + scatter by least squares, and the one-sided prediction interval of a further scene,
 /// ln e < b0 + b.x + t_(0.975, n - p - 1) s sqrt(1 + h), h = x^T (X^T X)^-1 x (Montgomery, Peck and Vining, Introduction to
-/// Linear Regression Analysis, 2012, equation 3.54). Numbers that are the same in all scenes explain nothing and are left out.
+/// Linear Regression Analysis, 2012, equation 3.54). Numbers that are equal in all scenes explain nothing and are left out.
 ///
-/// Returns `None` with fewer than [`least_scenes`], and where an error is not positive.
+/// Returns `None` with fewer than [`least_scenes`], or if an error is not positive.
 pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<ErrorPrediction> {
     let varied = |k: &usize| {
         let mut all = positions.iter();
@@ -63,7 +63,7 @@ pub fn predict(positions: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Err
 mod tests {
     use super::*;
 
-    /// ln e = 0, 1, 2, 3 about a mean of 1.5 with s = sqrt(5/3), so that the bound lies 3.182 s sqrt(1 + 1/4) above it.
+    /// ln e = 0, 1, 2, 3 about a mean of 1.5 with s = sqrt(5/3), so that the bound is 3.182 s sqrt(1 + 1/4) above the mean.
     #[test]
     fn a_mean_has_the_interval_of_the_textbook() {
         let errors: Vec<f64> = (0..4).map(|k| f64::from(k).exp()).collect();
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(predict(&vec![vec![]; 3], &errors[..3], &[]), None);
     }
 
-    /// Errors that double with the load have no scatter about that law.
+    /// Errors proportional to the load have no scatter about that law.
     #[test]
     fn a_law_of_the_load_is_followed() {
         let loads = [1.0, 1.0, 2.0, 2.0, 4.0, 4.0f64];
@@ -86,14 +86,14 @@ mod tests {
     }
 
     #[test]
-    fn no_error_has_no_logarithm() {
+    fn an_error_of_zero_has_no_logarithm() {
         assert_eq!(
             predict(&vec![vec![]; 5], &[1.0, 1.0, 1.0, 0.0, 1.0], &[]),
             None
         );
     }
 
-    /// Of scenes whose errors scatter by a known law 39 in 40 stay below the bound: 2 000 trials of seven errors and an eighth.
+    /// If errors scatter by a known law, 39 of 40 stay below the bound: 2 000 trials of seven errors and an eighth.
     #[test]
     fn thirty_nine_of_forty_stay_below_the_bound() {
         let mut random = lab::random::Random::new(1);

@@ -1,4 +1,4 @@
-//! A study as it is kept for choosing by it: `study.json`.
+//! A study stored for `run --budget`: `study.json`.
 
 use draw::axis::range;
 use kit::student::student;
@@ -17,13 +17,13 @@ use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::overrides::{key_of, remove_at, value_at};
 
-/// Name of the format, with its version.
+/// Name and version of the format.
 const SCHEMA: &str = "thirdbody.study/1";
 
-/// Its file in the folder of a study.
+/// File name in the folder of a study.
 const STORED: &str = "study.json";
 
-/// Keys that change no result.
+/// Keys that do not change results.
 const NO_RESULT: [&str; 7] = [
     "run.name",
     "run.output",
@@ -34,7 +34,7 @@ const NO_RESULT: [&str; 7] = [
     "run.plausible",
 ];
 
-/// A study whose runs are done.
+/// A study whose runs are finished.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StoredStudy {
     schema: String,
@@ -42,9 +42,9 @@ pub struct StoredStudy {
     pub study: String,
     /// Build that ran it.
     pub build: String,
-    /// The scenario, resolved, without what is varied.
+    /// The resolved scenario without the varied keys.
     scenario: String,
-    /// Overrides that make it the reference.
+    /// Overrides that turn it into the reference.
     pub reference: Vec<String>,
     /// The keys of the scene and their values, scene by scene.
     pub scene_keys: Vec<SceneKey>,
@@ -52,12 +52,12 @@ pub struct StoredStudy {
     pub measures: Vec<Measure>,
     /// Floors of noise by measure, scene by scene.
     pub floors: Vec<Vec<f64>>,
-    /// The settings that stand in all scenes, the reference first.
+    /// The settings that are trusted in all scenes, the reference first.
     pub settings: Vec<StoredSetting>,
-    /// True where another seed gives the same bits: one scene then tells the errors of all.
+    /// True if another seed gives the same bits: the errors of one scene then hold for all.
     #[serde(default)]
     pub seedless: bool,
-    /// Error of the reference itself by measure, as extrapolation has it; empty where that was not looked for.
+    /// Extrapolated error of the reference itself by measure; empty if it was not extrapolated.
     #[serde(default)]
     pub reference_misses: Vec<f64>,
 }
@@ -67,31 +67,31 @@ pub struct StoredStudy {
 pub struct SceneKey {
     /// The key.
     pub key: String,
-    /// True for seeds: any will do.
+    /// True for seeds: any value is covered.
     pub any: bool,
     /// Its value in each scene.
     pub values: Vec<toml::Value>,
 }
 
-/// A setting and what came of it.
+/// A setting with its errors and costs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StoredSetting {
     /// Its values in words.
     pub words: String,
-    /// Overrides that make the scenario it.
+    /// Overrides that turn the scenario into this setting.
     pub set: Vec<String>,
-    /// Errors by measure, scene by scene, the floor of noise at least.
+    /// Errors by measure, scene by scene, each at least the floor of noise.
     pub errors: Vec<Vec<f64>>,
-    /// The middle of the processor times over that of the reference.
+    /// Median of the processor times relative to the reference.
     pub cpu_rel: f64,
-    /// The middle of the wall-clock times (s), on the machine of the study.
+    /// Median of the wall-clock times (s), on the machine of the study.
     pub wall_s: f64,
-    /// Codes of what its runs were warned of and those of the reference were not; studies of older builds do not have them.
+    /// Codes of warnings of its runs that the reference does not have; absent in studies of older builds.
     #[serde(default)]
     pub warned: Vec<String>,
 }
 
-/// Codes of what any run of a setting was warned of; advice is none.
+/// Codes of the warnings of all runs of a setting, without advice.
 fn codes(setting: &StudySetting) -> BTreeSet<String> {
     let rows = setting.rows.iter();
     let all = rows.flat_map(|row| row.warnings.split_whitespace());
@@ -100,7 +100,7 @@ fn codes(setting: &StudySetting) -> BTreeSet<String> {
         .collect()
 }
 
-/// Says whether `--budget` can use the study once its runs are done, or what keeps it from that; nothing where there is no reference.
+/// Says whether `--budget` can use the study once its runs are finished, or why not; `None` without a reference.
 pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
     let scenes = 1 + tasks.last()?.scene;
     let varied = |key: &usize| {
@@ -115,10 +115,10 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         reference if !reference.is_given() => None,
         reference if reference.set.is_none() => not("its reference is no `set`"),
         reference if reference.perturbed() == 0 => {
-            not("reference.perturb is 0, so that no floor of noise is known")
+            not("reference.perturb is 0, so the floor of noise is unknown")
         }
         _ if scenes < least => not(&format!(
-            "{scenes} combinations of its keys with `scene = true` are too few for the bound of an error, which takes {least}; run.seed with scene = true and seeds = {least} has them"
+            "{scenes} combinations of its keys with `scene = true` are too few for the bound of an error, which needs {least}; run.seed with scene = true and seeds = {least} provides them"
         )),
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
@@ -131,7 +131,7 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
                 format!("{extent} {}", vary.key)
             });
             Some(format!(
-                "for `run --budget`: {scenes} scenes, {least} would do, for {}; a bound lies {:.1} standard deviations of the logarithm of an error above its middle",
+                "for `run --budget`: {scenes} scenes ({least} would be enough) for {}; a bound lies {:.1} standard deviations of the logarithm of an error above the median",
                 Vec::from_iter(words).join(" and "),
                 student(scenes - numbers - 1)
             ))
@@ -140,18 +140,18 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
 }
 
 impl SceneKey {
-    /// Its values, where all are positive numbers.
+    /// Its values, if all are positive numbers.
     fn numbers(&self) -> Option<Vec<f64>> {
         self.values.iter().map(positive).collect()
     }
 }
 
 impl StoredStudy {
-    /// Of a study whose reference is a run of it, with all runs done; else why it is not one to choose by.
+    /// Stores a study whose reference is one of its runs and whose runs are all finished; else says why it cannot serve budgets.
     pub fn of(results: &Results) -> Result<StoredStudy, String> {
         let file = results.file;
         if file.reference.set.is_none() {
-            return Err("its reference is no run of its own".into());
+            return Err("its reference is no run of the study".into());
         }
         if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
             return Err(format!("task {} is not done", row.task.index));
@@ -187,7 +187,7 @@ impl StoredStudy {
         };
         let floors: Option<Vec<Vec<f64>>> = measures.clone().map(floors).collect();
         let floors = floors.ok_or(
-            "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
+            "its floor of noise is unknown, and no budget can be kept below it: `reference.perturb` must be at least 1, and all perturbed runs must complete",
         )?;
         let usual = codes(reference);
         let stored = |setting: &StudySetting| {
@@ -212,12 +212,12 @@ impl StoredStudy {
         };
         if let Some(set) = sets.chain(own).find(is_table) {
             return Err(format!(
-                "`{set}` replaces a whole table, and with it what belongs to the scene: give its keys one by one"
+                "`{set}` replaces a whole table, including keys of the scene: give its keys one by one"
             ));
         }
         let scene_keys = scene_keys.ok_or("a key of the scene is a name of cases")?;
         let mut reference = last_of_each(own);
-        // A key that one setting varies is as the scene has it in the others.
+        // A key that only one setting varies has the scene's value in the others.
         let all = stand.iter().flat_map(|(_, setting)| &setting.set);
         let keys = all.chain(&reference).map(|set| key_of(set).to_string());
         let keys: BTreeSet<String> = keys.collect();
@@ -243,10 +243,10 @@ impl StoredStudy {
         Ok(study)
     }
 
-    /// Reads `study.json`, that of a folder, or that of a shipped study by its name.
+    /// Reads a `study.json`, given the file, its folder, or the name of a shipped study.
     ///
     /// # Errors
-    /// It cannot be read, or is none.
+    /// The file cannot be read, or is no stored study.
     pub fn read(path: &Path) -> Result<StoredStudy, Error> {
         let inside = path.join(STORED);
         let path = if path.is_dir() { &inside } else { path };
@@ -254,12 +254,12 @@ impl StoredStudy {
         StoredStudy::parse(path, &text)
     }
 
-    /// Reads the text of `study.json`, which came from this path.
+    /// Reads the text of the `study.json` at this path.
     fn parse(path: &Path, text: &str) -> Result<StoredStudy, Error> {
         let refuse = |problem: String| Refusal::file(path, problem);
         let mut study: StoredStudy =
             serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
-        // Studies of older builds call the pressure alone so.
+        // Studies of older builds use this name for the pressure alone.
         let misnamed = |of: &&mut Measure| of.name == "traction" && of.of == "profile.pressure_pa";
         study
             .measures
@@ -281,7 +281,7 @@ impl StoredStudy {
         Ok(study)
     }
 
-    /// Number of its scenes.
+    /// Number of scenes.
     fn scenes(&self) -> usize {
         self.floors.first().map_or(0, Vec::len)
     }
@@ -291,7 +291,7 @@ impl StoredStudy {
         serde_json::to_string_pretty(self).expect("plain data always serialises")
     }
 
-    /// A scenario without the keys that a setting or a scene may change, and those that change no result.
+    /// A scenario without the keys that a setting or a scene may change, and without keys that do not change results.
     fn without_varied(&self, mut table: toml::Table) -> toml::Table {
         let sets = self.settings.iter().flat_map(|setting| &setting.set);
         let set = sets.chain(&self.reference).map(|set| key_of(set));
@@ -302,10 +302,10 @@ impl StoredStudy {
         table
     }
 
-    /// Where a scenario lies among the scenes of the study: the logarithms of its numbers.
+    /// Position of a scenario among the scenes of the study: the logarithms of its numbers.
     ///
     /// # Errors
-    /// The study does not cover it; says in which key it differs.
+    /// The study does not cover the scenario; the text names the key that differs.
     pub fn locate(&self, resolved: &str) -> Result<Vec<f64>, String> {
         let table: toml::Table = resolved.parse().unwrap_or_default();
         let known: toml::Table = self.scenario.parse().unwrap_or_default();
@@ -326,20 +326,20 @@ impl StoredStudy {
                     let [least, most] = range(known.into_iter()).unwrap_or([f64::NAN; 2]);
                     if !(least..=most).contains(&own) {
                         return Err(format!(
-                            "it knows {} from {least} to {most}, and this scene has {own}",
+                            "it covers {} from {least} to {most}, and this scene has {own}",
                             key.key
                         ));
                     }
                     position.push(own.ln());
                 }
                 _ if key.values.contains(own) => {}
-                _ => return Err(format!("it does not know {} = {own}", key.key)),
+                _ => return Err(format!("it does not cover {} = {own}", key.key)),
             }
         }
         Ok(position)
     }
 
-    /// The prediction of an error by a measure (its index) with a setting, for a scene that lies there; the reference is the floor of noise.
+    /// The predicted error in a measure (its index) with a setting, for a scene at this position; for the reference, the floor of noise.
     pub fn predict(
         &self,
         setting: &StoredSetting,
@@ -363,13 +363,13 @@ impl StoredStudy {
         known(found.expected, found.bound.max(floor))
     }
 
-    /// The floor of noise of a measure: the largest of its scenes.
+    /// The floor of noise of a measure: the largest over its scenes.
     pub fn floor(&self, measure: usize) -> f64 {
         self.floors[measure].iter().copied().fold(0.0, f64::max)
     }
 }
 
-/// Adds overrides for those of these keys that have none, with their values in the scenario.
+/// Adds overrides for the keys without one, with their values in the scenario.
 fn complete(set: &mut Vec<String>, keys: &BTreeSet<String>, scenario: &toml::Table) {
     for key in keys {
         let is_missing = !set.iter().any(|set| key_of(set) == key);
@@ -378,7 +378,7 @@ fn complete(set: &mut Vec<String>, keys: &BTreeSet<String>, scenario: &toml::Tab
     }
 }
 
-/// Overrides without those that a later one of the same key overrides.
+/// Overrides without those that a later override of the same key replaces.
 fn last_of_each(sets: &[String]) -> Vec<String> {
     let is_last = |(k, set): &(usize, &String)| {
         let mut later = sets[k + 1..].iter();
@@ -388,8 +388,8 @@ fn last_of_each(sets: &[String]) -> Vec<String> {
     kept.map(|(_, set)| set.clone()).collect()
 }
 
-/// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a
-/// folder; with the names of their files. One is read when it is asked for.
+/// The stored studies in `runs/study-*`, then the shipped studies, with the names of their files; a folder in `scenarios/studies` takes
+/// precedence over the built-in study. Each study is read on demand.
 pub fn known() -> impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>> {
     let folders = ["runs", "scenarios/studies"];
     let entries = folders.iter().flat_map(std::fs::read_dir).flatten();

@@ -1,10 +1,9 @@
-//! A task in its folder: what anyone who does it, or looks at it, finds there.
+//! A task in its folder: the files that its process writes and others read.
 //!
-//! `tasks/ID/` holds `attempts`, a line each; `attempt-K/`, the run directory of the one under way; `heartbeat`, written anew every two
-//! seconds by the process that does it; `lock`, held by it for as long as it lives; and when all is done `run/`, the run directory, and
-//! `task.json`, what came of it. So a task is done, is being done, or is to be done anew, whoever was killed. Nothing else is shared:
-//! tasks may run on any machines that see the folder. On the machine that does a task the lock tells whether it lives, on others its
-//! heartbeat.
+//! `tasks/ID/` contains `attempts`, one line per attempt; `attempt-K/`, the run directory of the current attempt; `heartbeat`, which the
+//! process of the task rewrites every two seconds; `lock`, which that process holds as long as it lives; and at the end `run/`, the run
+//! directory, and `task.json`, the outcome. Thus a task is done, running, or waiting, also after a kill. Tasks share nothing else: they may
+//! run on any machines that see the folder. On the machine of a task the lock shows whether it lives, on others its heartbeat.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -23,32 +22,32 @@ use runs::run_dir::write_whole;
 use scenario::error::Error;
 use scenario::load::Loaded;
 
-/// Time between two heartbeats.
+/// Interval of heartbeats.
 const BEAT: Duration = Duration::from_secs(2);
 
-/// A task whose heartbeat stands still for so long is not done by anyone any more. A machine that is so busy that a thread which sleeps
-/// does not wake up for a minute has not been seen.
+/// A task whose heartbeat is older has no process any more. We have seen no machine so busy that a sleeping thread does not wake up for a
+/// minute.
 pub const SILENT: Duration = Duration::from_secs(60);
 
-/// Ends of a run that may have nothing to do with it. A second attempt that ends so is its outcome.
+/// Endings that may have an external cause. If a second attempt ends like this, it is the outcome.
 const CIRCUMSTANCES: [&str; 3] = ["peer_lost", "deadline", "output_failed"];
 
-/// Time in which the signal that ended a participant reaches the coordinator as well.
+/// Time in which the signal that ended a participant also reaches the coordinator.
 const SIGNAL_COMES: Duration = Duration::from_secs(1);
 
 /// Outcome of a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskOutcome {
-    /// Status of the run; `refused` where nothing was started.
+    /// Status of the run; `refused` if nothing was started.
     pub status: String,
     /// Its exit code.
     pub exit_code: i32,
-    /// Why it ended early, with the code of the error; empty otherwise.
+    /// Reason for an early end, with the code of the error; empty otherwise.
     pub message: String,
 }
 
 impl TaskOutcome {
-    /// That of a run; of one that was refused if nothing was started.
+    /// The outcome of a run, or of a refusal before the start.
     pub fn of(ended: Result<Ended, Error>) -> TaskOutcome {
         match ended {
             Err(error) => TaskOutcome {
@@ -68,11 +67,11 @@ impl TaskOutcome {
 /// Stage of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskStage {
-    /// Nobody does it.
+    /// No process works on it.
     Waiting,
-    /// A process does it.
+    /// A process works on it.
     Running,
-    /// It is done.
+    /// Finished.
     Done(TaskOutcome),
 }
 
@@ -83,7 +82,7 @@ pub struct TaskFolder {
 }
 
 impl TaskFolder {
-    /// The folder of a task of the study in this one.
+    /// The folder of a task, in the folder of the study.
     pub fn new(study: &Path, id: &str) -> TaskFolder {
         TaskFolder {
             path: study.join("tasks").join(id),
@@ -95,24 +94,24 @@ impl TaskFolder {
         self.path.join("run")
     }
 
-    /// Number of times it was begun.
+    /// Number of attempts.
     pub fn attempts(&self) -> usize {
         self.text("attempts").lines().count()
     }
 
-    /// The job of Slurm that began it last, if that was one.
+    /// The Slurm job of the last attempt, if it was one.
     pub fn last_job(&self) -> Option<String> {
         let lines = self.text("attempts");
         let job = lines.lines().last()?.split_whitespace().nth(2)?;
         Some(job.to_string())
     }
 
-    /// The latest heartbeat, another text each time; empty while there was none.
+    /// The latest heartbeat, a different text each time; empty before the first one.
     pub fn heartbeat(&self) -> String {
         self.text("heartbeat")
     }
 
-    /// The text of one of its files; empty while there is none.
+    /// The text of one of its files; empty if the file is missing.
     fn text(&self, name: &str) -> String {
         fs::read_to_string(self.path.join(name)).unwrap_or_default()
     }
@@ -129,7 +128,7 @@ impl TaskFolder {
             return Ok(TaskStage::Waiting);
         }
         let free = self.lock()?.is_some() && !self.lives_elsewhere();
-        // It may have ended between the two looks.
+        // It may have ended between the two checks.
         let otherwise = match free {
             true => TaskStage::Waiting,
             false => TaskStage::Running,
@@ -137,13 +136,13 @@ impl TaskFolder {
         Ok(self.done().unwrap_or(otherwise))
     }
 
-    /// The stage that it is done, with its outcome. A damaged file is none: the task is done anew.
+    /// `Done` with the outcome, if there is one. A damaged file counts as missing: the task runs again.
     fn done(&self) -> Option<TaskStage> {
         let text = fs::read_to_string(self.path.join("task.json")).ok()?;
         serde_json::from_str(&text).ok().map(TaskStage::Done)
     }
 
-    /// Forgets what came of it, so that it is done anew.
+    /// Removes the outcome, so that the task runs again.
     ///
     /// # Errors
     /// Its files cannot be removed.
@@ -152,7 +151,7 @@ impl TaskFolder {
         fs::remove_file(&path).map_err(Error::output(path.display()))
     }
 
-    /// True where another machine does it: its heart has beaten lately, by the clock of the disk.
+    /// True if another machine works on it: its heartbeat is recent by the clock of the disk.
     fn lives_elsewhere(&self) -> bool {
         let host = self.heartbeat();
         let host = host.split_whitespace().next().unwrap_or_default();
@@ -177,17 +176,17 @@ impl TaskFolder {
         }
     }
 
-    /// One of its files, to write to its end.
+    /// One of its files, opened to append.
     fn open(&self, name: &str) -> Result<(File, PathBuf), Error> {
         let path = self.path.join(name);
         let file = File::options().create(true).append(true).open(&path);
         Ok((file.map_err(Error::output(path.display()))?, path))
     }
 
-    /// Runs the scenario of the task, unless that is done already or another process does it. Exchange log and checkpoints are kept if asked for.
+    /// Runs the scenario of the task, unless it is finished or another process runs it. `keep_logs` keeps exchange log and checkpoints.
     ///
     /// # Errors
-    /// Its folder cannot be written. A run that fails is an outcome.
+    /// The folder cannot be written. A failed run is an outcome.
     pub fn execute(
         &self,
         loaded: &Loaded,
@@ -222,13 +221,13 @@ impl TaskFolder {
             let _ = fs::remove_dir_all(&out);
             return Ok(TaskStage::Waiting);
         }
-        // One that was interrupted is to be done anew, and one that was taken for dead is being done anew.
+        // An interrupted task must run again; a task that was taken for dead already runs again.
         if outcome.status == "interrupted" || self.attempts() != attempt {
             let _ = fs::remove_dir_all(&out);
             return Ok(self.done().unwrap_or(TaskStage::Waiting));
         }
         if !keep_logs {
-            // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
+            // Nothing measures them, and many of them fill a disk. A failed removal only leaves a large folder.
             for log in ["exchange.mcap", TIMING] {
                 let _ = fs::remove_file(out.join(log));
             }
@@ -243,7 +242,7 @@ impl TaskFolder {
         let path = self.path.join("heartbeat");
         let prefix = format!("{} {}", own_host(), std::process::id());
         for count in 0.. {
-            // A disk that takes no heartbeat takes no results either, which the run will say.
+            // A disk that refuses a heartbeat also refuses results, and the run reports that.
             let _ = fs::write(&path, format!("{prefix} {count}\n"));
             if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
                 break;
@@ -251,8 +250,8 @@ impl TaskFolder {
         }
     }
 
-    /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
-    /// ends its participants too, some before the coordinator.
+    /// True if a run that lost a participant, missed a deadline or could not write must run once more: a cluster that ends a task also ends
+    /// its participants, some of them before the coordinator.
     fn blames_circumstances(
         &self,
         outcome: &TaskOutcome,
@@ -266,7 +265,7 @@ impl TaskFolder {
         options.watch.interrupted().is_some() || attempt == 1
     }
 
-    /// Counts the attempt, and removes what killed ones have left. Returns its number.
+    /// Counts the attempt, removes the files of killed attempts, and returns its number.
     fn begin(&self) -> Result<usize, Error> {
         for attempt in 1..=self.attempts() {
             remove(&self.path.join(format!("attempt-{attempt}")))?;
@@ -278,7 +277,7 @@ impl TaskFolder {
         Ok(self.attempts())
     }
 
-    /// Gives the run directory its name, if a run directory came about, and writes down what came of it.
+    /// Renames the run directory, if there is one, and writes the outcome.
     fn finish(&self, out: &Path, outcome: &TaskOutcome) -> Result<(), Error> {
         let run = self.run();
         remove(&run)?;
@@ -290,7 +289,7 @@ impl TaskFolder {
     }
 }
 
-/// Removes a folder, if it is there.
+/// Removes a folder, if it exists.
 fn remove(folder: &Path) -> Result<(), Error> {
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(Error::output(folder.display()))?;
@@ -302,7 +301,7 @@ fn modified(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|file| file.modified()).ok()
 }
 
-/// The job of Slurm that this process is part of, as `scancel` takes it.
+/// The Slurm job of this process, in the form for `scancel`.
 fn own_job() -> Option<String> {
     let variable = |name: &str| std::env::var(name).ok();
     let array = variable("SLURM_ARRAY_JOB_ID")?;

@@ -1,7 +1,7 @@
-//! The runs by which `thirdbody tune` finds a setting.
+//! The runs with which `thirdbody tune` finds a setting.
 //!
-//! One numerical choice at a time is refined and coarsened; from what that changes a setting and a reference are proposed, and held against
-//! each other over several seeds. What came out is a study like any other, by which `run --budget` chooses from then on.
+//! First runs refine and coarsen one numerical choice at a time. From their differences, the search proposes a setting and a reference,
+//! which are compared over several seeds. The result is an ordinary study, from which `run --budget` can choose.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,23 +22,22 @@ use runs::curve::median;
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
 use scenario::load::Loaded;
-use terminal::{tell, tell_progress};
+use terminal::{print_note, tell_progress};
 
-/// Seeds that a setting is measured with: with fewer than the first a bound is many times the error, with more than the second it
-/// hardly shrinks.
+/// Smallest and largest number of seeds of a setting: with fewer a bound is many times the error, with more it hardly shrinks.
 const SEEDS: [usize; 2] = [4, 6];
-/// Seeds that a setting is tried with first.
+/// Number of seeds of the first trial of a setting.
 const PROBED: usize = 2;
-/// Time over what is foretold that a setting may take.
+/// Ratio of the time that a setting may take to the predicted time.
 const SLACK: f64 = 1.15;
-/// One in so many seeds may have runs that are warned of.
+/// One in this many seeds may have runs with warnings.
 const MOST_WARNED: usize = 3;
-/// Settings that are tried before nothing is found.
+/// Largest number of settings to try.
 const ROUNDS: usize = 8;
-/// Part of the error that is asked for below which a choice may be coarsened.
+/// A choice that errs by less than this part of the target may be coarsened.
 const ROOM: f64 = 0.6;
 
-/// A setting that is looked for.
+/// A search for a setting.
 pub struct Tuning<'a> {
     /// The scene.
     pub loaded: &'a Loaded,
@@ -52,17 +51,17 @@ pub struct Tuning<'a> {
     pub folder: PathBuf,
     /// Measures that must keep the error.
     pub measures: Vec<Measure>,
-    /// The error.
+    /// Target error.
     pub target: f64,
-    /// Signals that end it.
+    /// Signals that end the search.
     pub watch: Watch,
-    /// Its beginning.
+    /// Beginning of the search.
     pub begun: Instant,
     /// Wall-clock time for finding the setting (s).
     pub limit_s: f64,
-    /// Wall-clock time of the scene as it is, if a run with the setting follows (s).
+    /// Wall-clock time of the unchanged scene, if a run with the setting follows (s).
     pub run_s: f64,
-    /// This program, which does the tasks.
+    /// This program, which runs the tasks.
     pub program: PathBuf,
     /// Folder of prepared samples.
     pub cache: Option<PathBuf>,
@@ -70,23 +69,23 @@ pub struct Tuning<'a> {
     pub jobs: usize,
 }
 
-/// Errors and costs that the runs of single choices told.
+/// Errors and costs from the runs of single choices.
 #[derive(Clone, Debug)]
 pub struct Explored {
     model: ErrorModel,
-    /// Floors of noise by measure, where they are known.
+    /// Floors of noise by measure, if known.
     floors: Vec<Option<f64>>,
-    /// True where another seed gives the same bits.
+    /// True if another seed gives the same bits.
     seedless: bool,
-    /// Wall-clock time of a run of the scene beside others (s).
+    /// Wall-clock time of a run of the scene in parallel with others (s).
     run_s: f64,
-    /// Codes of what the scene as it is is warned of.
+    /// Codes of the warnings of the unchanged scene.
     warned: String,
-    /// Levels of choices that do not stand, and why.
+    /// Levels of choices that are left out, and why.
     left_out: Vec<String>,
 }
 
-/// A setting that keeps the error: its overrides, and the study that says so.
+/// A setting that keeps the error, and the study that shows it.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// The study.
@@ -96,7 +95,7 @@ pub struct Found {
 }
 
 impl Tuning<'_> {
-    /// Finds a setting and stores it; or says why there is none, and what would help.
+    /// Finds and stores a setting; or says why no setting keeps the error, and what would help.
     ///
     /// # Errors
     /// A run cannot be started, its files cannot be read or written, or a signal came.
@@ -111,17 +110,17 @@ impl Tuning<'_> {
         let (asked, spent_s) = (percent(self.target), self.begun.elapsed().as_secs_f64());
         let folder = self.folder.display();
         Ok(Err(format!(
-            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; what is done stays in {folder}"
+            "no setting for an error of {asked} %: {why}. {spent_s:.0} s were spent; finished runs stay in {folder}"
         )))
     }
 
-    /// Measures settings, each cheaper than the best one before it; says why it goes on to no other one.
+    /// Measures settings, each cheaper than the best one so far; returns the reason why it stops.
     fn search(&self, explored: &Explored, best: &mut Option<Found>) -> Result<String, Error> {
         let mut noise = self.measures.iter().zip(&explored.floors);
         if let Some((measure, floor)) = noise.find(|(_, floor)| **floor > Some(self.target)) {
             let (name, floor) = (&measure.name, percent(floor.unwrap_or(0.0)));
             return Ok(format!(
-                "{name} of two runs that differ by 1e-12 of a radius lie {floor} % apart, and less is no error"
+                "the floor of noise of {name} is {floor} %, the distance of two runs that differ by 1e-12 of a radius"
             ));
         }
         let is_had = |levels: &Levels| self.knobs.set(levels).is_some();
@@ -132,7 +131,7 @@ impl Tuning<'_> {
                 break;
             };
             let afford = |proposal: Proposal| self.affordable(explored.run_s, proposal, seeds);
-            // Where there is no time for the reference that it should have, the nearest one does: what that misses itself is told.
+            // Without time for the wanted reference, the nearest one is used; its own error is reported.
             let near = || search.next(true).and_then(|near| afford(near).ok());
             let (proposal, count) = match afford(wished).or_else(|why| near().ok_or(why)) {
                 Ok(found) => found,
@@ -140,14 +139,14 @@ impl Tuning<'_> {
             };
             tell_progress(&format!("tune: {}", self.words(&proposal)));
             let all = [&search.found[..], &[proposal.setting]].concat();
-            // Two seeds tell whether others are worth their time.
+            // Two seeds show whether more are worth their time.
             let (mut outcome, mut study) = (TrialOutcome::Warned, None);
             for few in [count.min(PROBED), count] {
                 let first = self.loaded.scenario.run.seed;
                 let few: Vec<u64> = (first..first + few as u64).collect();
                 let measured = self.measure(explored, &proposal.reference, &all, &few)?;
                 let Some(measured) = measured else {
-                    return Ok("the time was over before one was measured, and a longer --within goes on from there".into());
+                    return Ok("the time ended before a setting was measured; a longer --within continues from there".into());
                 };
                 (outcome, study) = measured;
                 if !matches!(outcome, TrialOutcome::Keeps(_)) {
@@ -163,20 +162,20 @@ impl Tuning<'_> {
                 std::fs::copy(trial, &kept).map_err(Error::output(kept.display()))?;
             }
         }
-        Ok("none that was measured keeps it, and finer ones than two levels below the scene are not looked at".into())
+        Ok("no measured setting keeps it, and settings finer than the scene by more than two levels are not tried".into())
     }
 
-    /// Refines one choice at a time, with the seed of the scene; coarsens those that err by little.
+    /// Refines one choice at a time, with the seed of the scene; coarsens choices with small errors.
     ///
     /// # Errors
-    /// The scene has no such choice, does not complete, or lacks a measure; or the time is over.
+    /// The scene has no such choice, does not complete, or lacks a measure; or the time has ended.
     pub fn explore(&self) -> Result<Explored, Error> {
         let known = |knob: Knob, level: &f64| !cases(&self.knobs, knob, &[*level]).is_empty();
-        // What one integration point does to elements goes with their size.
+        // The error of one integration point shrinks with the size of the elements.
         let finer = |knob| Some(1.0).filter(|finer| knob != Knob::Element && known(knob, finer));
         let mut levels = KNOBS.map(|knob| Vec::from_iter(finer(knob)));
         if levels.iter().all(Vec::is_empty) {
-            let why = "the scene has no numerical choice that is known here (mesh, window, step, mass scale, tolerance)";
+            let why = "the scene has no numerical choice to tune (mesh, window, step, mass scale, tolerance)";
             return Err(Refusal::argument("SCENARIO", why).into());
         }
         let model = self.runs_of(&levels)?.model;
@@ -184,7 +183,7 @@ impl Tuning<'_> {
             let errs = |m: usize| model.knobs[knob.index()].error(m, 0.0);
             let is_small = model.measures().all(|m| errs(m) < ROOM * self.target);
             let second = knob.second().filter(|level| *level > 0.0 || is_small);
-            // Grains that are hardly heavier than real ones have a single lighter level.
+            // Grains that are only slightly heavier than real ones have a single lighter level.
             let own = |level: f64| self.knobs.value(*knob, &knob.alone(level));
             let is_other = |level: &f64| known(*knob, level) && own(*level) != own(1.0);
             let second = second.filter(|level| !levels.is_empty() && is_other(level));
@@ -192,12 +191,12 @@ impl Tuning<'_> {
         }
         let explored = self.runs_of(&levels)?;
         for line in &explored.left_out {
-            tell(&format!("tune: {line}"));
+            print_note(&format!("tune: {line}"));
         }
         Ok(explored)
     }
 
-    /// Runs the scene as it is, displaced by next to nothing, with another seed, and with each choice at these levels.
+    /// Runs the unchanged scene, the scene with tiny displacements, with another seed, and with each choice at these levels.
     fn runs_of(&self, levels: &[Vec<f64>; KNOBS.len()]) -> Result<Explored, Error> {
         let another = (self.loaded.scenario.run.seed + 1).to_string();
         let set = vec![format!("run.seed={another}")];
@@ -208,7 +207,7 @@ impl Tuning<'_> {
         });
         vary.extend(of_knobs.filter(|(_, cases)| !cases.is_empty()));
         let draft = Draft {
-            head: "One numerical choice at a time, around the scene as it is.".into(),
+            head: "One numerical choice at a time, around the unchanged scene.".into(),
             reference: self.knobs.set(&[0.0; KNOBS.len()]).unwrap_or_default(),
             perturb: u64::from(!perturbed_participants(&self.loaded.scenario).is_empty()),
             vary,
@@ -221,12 +220,15 @@ impl Tuning<'_> {
         if let Some(row) = rows.iter().find(|row| row.exit_code.is_none()) {
             let (index, path) = (row.task.index, study.plan.path.display());
             let why = format!(
-                "the time is over before task {index} of {path}; what is done stays there, and a longer time goes on from there"
+                "the time ended before task {index} of {path}; finished runs stay there, and a longer time continues from them"
             );
             return Err(Refusal::argument("--within", why).into());
         }
         if !rows[0].is_trusted() {
-            let why = format!("as it is it ends {}: {}", rows[0].status, rows[0].message);
+            let why = format!(
+                "the unchanged scene ends {}: {}",
+                rows[0].status, rows[0].message
+            );
             return Err(Refusal::argument("SCENARIO", why).into());
         }
         let floors = rows[0].floors.iter().map(|floor| floor.unwrap_or(0.0));
@@ -284,7 +286,7 @@ impl Tuning<'_> {
         floors: &[f64],
     ) -> KnobErrors {
         levels.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // What waits beside an idle core counts as work of the processor.
+        // Waiting next to an idle core counts as processor time, hence the smaller of both times.
         let spent = |row: &StudyRow, name: &str| row.cost.get(name).copied().unwrap_or(1.0);
         let cost = |row: &StudyRow| spent(row, "cpu_s").min(spent(row, "wall_s"));
         let here = levels.iter().position(|level| level.0 == 0.0).unwrap_or(0);
@@ -298,7 +300,7 @@ impl Tuning<'_> {
         })
     }
 
-    /// The errors of the single choices, a line each.
+    /// The errors of the single choices, one per line.
     pub fn table(&self, explored: &Explored) -> String {
         let line = |name: &str, cells: Vec<String>| {
             let cells = cells.iter().map(|cell| format!("{cell:>12}"));
@@ -308,10 +310,10 @@ impl Tuning<'_> {
             let all = explored.model.measures().map(|m| percent(of(m)));
             all.collect::<Vec<String>>()
         };
-        let unknown = || vec!["not known".to_string()];
+        let unknown = || vec!["unknown".to_string()];
         let names = self.measures.iter().map(|measure| measure.name.clone());
         let head = line("choice", names.collect());
-        let mut lines = vec![head + "   error of the scene as it is, by extrapolation (%)"];
+        let mut lines = vec![head + "   error of the unchanged scene, by extrapolation (%)"];
         for (knob, known) in KNOBS.iter().zip(&explored.model.knobs) {
             if known.is_known() {
                 lines.push(line(knob.name(), numbers(&|m| known.error(m, 0.0))));
@@ -326,8 +328,7 @@ impl Tuning<'_> {
         lines.join("\n")
     }
 
-    /// A proposal with the number of seeds that there is time for, as many as are wished for at the most; how long it would take where there
-    /// are too few.
+    /// A proposal with the number of seeds that the time allows, at most `most`; or the time that it would need.
     fn affordable(
         &self,
         run_s: f64,
@@ -342,7 +343,7 @@ impl Tuning<'_> {
         }
         let needed_s = others_s + least as f64 * seed_s;
         Err(format!(
-            "{} would take until {needed_s:.0} s, and there are {:.0} s; --within {:.0}s has the time",
+            "{} would take until {needed_s:.0} s, and the limit is {:.0} s; --within {:.0}s allows it",
             self.words(&proposal),
             self.limit_s,
             (1.2 * needed_s).ceil()
@@ -356,8 +357,8 @@ impl Tuning<'_> {
             .join(" against ")
     }
 
-    /// Holds settings against a reference, with these seeds. Returns the outcome of the last setting, and the study where it keeps the error; `None`
-    /// where the time was over before.
+    /// Compares settings with a reference, with these seeds. Returns the outcome of the last setting, and the study if it keeps the error;
+    /// `None` if the time ended before.
     fn measure(
         &self,
         explored: &Explored,
@@ -369,7 +370,7 @@ impl Tuning<'_> {
         let case = |(k, setting): (usize, &Levels)| {
             let set = self.knobs.set(setting).unwrap_or_default();
             let words = self.knobs.words(setting);
-            // Levels may differ by less than the digits that are shown.
+            // Levels may differ by less than the digits in the words.
             let mut before = settings[..k].iter().map(|other| self.knobs.words(other));
             let number = before
                 .any(|other| other == words)
@@ -395,9 +396,9 @@ impl Tuning<'_> {
             }
             return self.measure(explored, reference, settings, done);
         }
-        // A run that is warned of says so itself: what is told holds for those that are not.
+        // A run with warnings reports them itself; the study covers only runs without warnings.
         let each = settings.len() + 1;
-        // The reference may be warned of what the scene as it is is, a setting of what its reference is.
+        // The reference may have the warnings of the unchanged scene, and a setting the warnings of its reference.
         let is_bad = |rows: &[StudyRow], k: usize| {
             let reference = if k == 0 {
                 &explored.warned
@@ -421,17 +422,17 @@ impl Tuning<'_> {
             return without_study(TrialOutcome::Warned);
         }
         if good.len() < seeds.len() {
-            // So few tell no bound: others take their places, until the time is over.
+            // The remaining seeds are too few for a bound: others replace them, until the time ends.
             let least = if seeds.len() > PROBED { SEEDS[0] } else { 0 };
             let others = (1..).map(|k| seeds[seeds.len() - 1] + k);
             let others = others.take(least.saturating_sub(good.len()));
             let kept: Vec<u64> = good.into_iter().chain(others).collect();
-            tell(&format!(
-                "tune: with some of the seeds {seeds:?} a run is warned of: {kept:?} are taken"
+            print_note(&format!(
+                "tune: some of the seeds {seeds:?} have runs with warnings: using {kept:?}"
             ));
             return self.measure(explored, reference, settings, &kept);
         }
-        // The noise of the scene as it is stands for that of each of its settings and seeds.
+        // The noise of the unchanged scene represents all its settings and seeds.
         for row in &mut results.rows {
             let floors = explored.floors.iter();
             row.floors = floors.map(|floor| floor.or(Some(0.0))).collect();
@@ -449,19 +450,19 @@ impl Tuning<'_> {
         let Some(bounds) = self.bounds(&stored, settings.last()) else {
             return without_study(TrialOutcome::Warned);
         };
-        let (told, count) = (named_errors(&self.measures, &bounds), seeds.len());
-        tell_progress(&format!("tune: with {count} seeds below {told}"));
+        let (errors, count) = (named_errors(&self.measures, &bounds), seeds.len());
+        tell_progress(&format!("tune: with {count} seeds, errors below {errors}"));
         if bounds.iter().any(|bound| *bound > self.target) {
             return without_study(TrialOutcome::Exceeds(bounds));
         }
         Ok(Some((TrialOutcome::Keeps(bounds), Some(stored))))
     }
 
-    /// The bound of each error, of few seeds what it may become; `None` where there is none.
+    /// The bound of each error, an estimate with few seeds; `None` if a bound is missing.
     fn bounds(&self, study: &StoredStudy, setting: Option<&Levels>) -> Option<Vec<f64>> {
         let set = self.knobs.set(setting?)?;
         let setting = study.settings.iter().find(|setting| setting.set == set)?;
-        // Scenes differ in nothing but their seeds.
+        // Scenes differ only in their seeds.
         let bound = |m: usize| match &setting.errors[m][..] {
             [one, other] => Some(MARGIN * (one * other).sqrt()),
             _ => study.predict(setting, m, &[]).map(|found| found.bound),
@@ -469,7 +470,7 @@ impl Tuning<'_> {
         (0..self.measures.len()).map(bound).collect()
     }
 
-    /// The keys that all studies of the scene have alike.
+    /// The keys that all studies of the scene share.
     fn draft(&self) -> Draft {
         Draft {
             name: format!("tune-{}", self.loaded.scenario.run.name),
@@ -480,7 +481,7 @@ impl Tuning<'_> {
         }
     }
 
-    /// Writes the file of a study into the folder and does its tasks that are not done, until the time is over.
+    /// Writes the file of a study into the folder and runs its unfinished tasks until the time ends.
     fn run(&self, name: &str, draft: &Draft) -> Result<OpenStudy, Error> {
         let file = write_in(&self.folder, &format!("{name}.toml"), &draft.toml())?;
         let plan = Plan::read(&file, false, &[])?;

@@ -1,4 +1,4 @@
-//! What a single key costs and loses, and whether the error falls towards the reference along its values.
+//! Cost and error of a single key, and whether the error falls towards the reference along its values.
 
 use runs::curve::median;
 
@@ -6,59 +6,59 @@ use super::collect::{Results, StudyRow};
 use super::measure::{Norm, percent};
 use super::settings::{StudySetting, short};
 
-/// A value of a key: the middle over all combinations of the others and over all scenes.
+/// A value of a key: medians over all combinations of the other keys and over all scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValueEffect {
     /// The value.
     pub value: String,
     /// Its cost.
     pub cost: Option<f64>,
-    /// Its error by each measure, noise included: one below the floor is given as it is.
+    /// Its error in each measure, including noise; it may be below the floor.
     pub errors: Vec<Option<f64>>,
-    /// Deviations with their signs, where the measure is a single number.
+    /// Deviations with their signs, if the measure is a single number.
     pub deviations: Vec<Option<f64>>,
     /// Work: element-steps and contact-iterations.
     pub work: [Option<f64>; 2],
-    /// True where no run with it is to be trusted.
+    /// True if no run with it can be trusted.
     pub failed: bool,
-    /// True where its run is the reference itself.
+    /// True if its run is the reference itself.
     pub reference: bool,
-    /// ln(value / value of the reference), where the values have such an order.
+    /// ln(value / value of the reference), if the values have such an order.
     pub distance: Option<f64>,
 }
 
-/// A key that is varied, and its values from the one that is farthest from the reference's to the nearest.
+/// A varied key, and its values from the farthest from the reference's value to the nearest.
 #[derive(Clone, Debug)]
 pub struct VariedKey {
     /// The key.
     pub key: String,
     /// Note of the study about it.
     pub note: String,
-    /// The values. Those without an order are in that of the study.
+    /// The values; without an order, as in the study.
     pub positions: Vec<ValueEffect>,
-    /// True where the values are positive numbers.
+    /// True if the values are positive numbers.
     pub numeric: bool,
-    /// Floor of noise by each measure: the middle over the scenes.
+    /// Floor of noise in each measure: the median over the scenes.
     pub floors: Vec<f64>,
 }
 
-/// Part by which the work of runs differs that do the same.
+/// Relative difference in work below which runs do the same work.
 const SAME_WORK: f64 = 0.02;
 
 impl VariedKey {
-    /// True where the values are ordered by their distance from the reference's.
+    /// True if the values are ordered by their distance from the reference's.
     pub fn is_ordered(&self) -> bool {
         self.positions.iter().all(|p| p.distance.is_some())
     }
 
-    /// The trend by a measure, on either side of the reference.
+    /// The trend in a measure, on either side of the reference.
     pub fn trend(&self, measure: usize) -> String {
         let floor = self.floors[measure];
         let errors = self.positions.iter();
         let errors = errors.filter_map(|p| Some((p, p.errors[measure]?, p.distance?)));
         let errors: Vec<(&ValueEffect, f64, f64)> = errors.collect();
         if !self.is_ordered() || errors.len() < 2 {
-            return "has too few values to fall".into();
+            return "has too few values for a trend".into();
         }
         if errors.iter().all(|(_, error, _)| *error <= floor) {
             return format!("is noise (floor {} %)", percent(floor));
@@ -77,7 +77,7 @@ impl VariedKey {
         "falls towards the reference".into()
     }
 
-    /// A line on the trend by each measure; none where the values have no order.
+    /// A line on the trend in each measure; empty if the values have no order.
     pub fn trends(&self, measures: &[String]) -> Vec<String> {
         if !self.is_ordered() {
             return Vec::new();
@@ -86,7 +86,7 @@ impl VariedKey {
         measures.iter().enumerate().map(line).collect()
     }
 
-    /// The reason for a rise between two positions, as far as numbers tell it.
+    /// The reason for a rise between two positions, if the numbers show one.
     fn why(&self, measure: usize, a: &ValueEffect, b: &ValueEffect) -> &'static str {
         let signs = a.deviations[measure].zip(b.deviations[measure]);
         if signs.is_some_and(|(a, b)| a * b < 0.0) {
@@ -99,14 +99,14 @@ impl VariedKey {
         let alike = |a: &ValueEffect, b: &ValueEffect| {
             a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)))
         };
-        // Where a key never changes the work, that is no reason.
+        // If a key never changes the work, equal work is no reason.
         if alike(a, b) && self.positions.iter().any(|other| !alike(a, other)) {
             return ": both do the same work within 2 %";
         }
         ""
     }
 
-    /// The trade it makes: in a sentence from the nearest value to the farthest, or in a line for each value where there is no order.
+    /// Its trade-off: a sentence from the nearest value to the farthest, or a line for each value if there is no order.
     pub fn lines(&self, measures: &[String]) -> Vec<String> {
         if self.is_ordered() {
             return vec![self.sentence(measures)];
@@ -114,26 +114,26 @@ impl VariedKey {
         let head = format!("{}:", short(&self.key));
         let line = |position: &ValueEffect| {
             if position.failed {
-                return format!("  {}: not completed without suspicion", position.value);
+                return format!("  {}: no trusted run", position.value);
             }
             let cost = position.cost.map(|cost| format!("cost {cost:.3}"));
             let error = |(name, error): (&String, &Option<f64>)| {
                 error.map(|error| format!("{} % {name} error", percent(error)))
             };
             let errors = measures.iter().zip(&position.errors).filter_map(error);
-            let told: Vec<String> = cost.into_iter().chain(errors).collect();
-            format!("  {}: {}", position.value, told.join(", "))
+            let parts: Vec<String> = cost.into_iter().chain(errors).collect();
+            format!("  {}: {}", position.value, parts.join(", "))
         };
         let lines = self.positions.iter().map(line);
         [head].into_iter().chain(lines).collect()
     }
 
-    /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
+    /// Ratio of the costs of the nearest and the farthest value, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
         let (failed, trusted): (Vec<&ValueEffect>, Vec<_>) =
             self.positions.iter().partition(|position| position.failed);
         let (Some(far), Some(near)) = (trusted.first(), trusted.last()) else {
-            return format!("{}: no run with it completed", short(&self.key));
+            return format!("{}: no trusted run", short(&self.key));
         };
         let mut text = format!("{} {} -> {}", short(&self.key), near.value, far.value);
         if let Some((near, far)) = near.cost.zip(far.cost) {
@@ -148,13 +148,13 @@ impl VariedKey {
         }
         if !failed.is_empty() {
             let failed = Vec::from_iter(failed.iter().map(|of| of.value.as_str())).join(", ");
-            text += &format!("; not completed without suspicion at {failed}");
+            text += &format!("; no trusted run at {failed}");
         }
         text
     }
 }
 
-/// The keys of a study that are varied and no scene's, in its order.
+/// The varied keys of a study without the keys of the scene, in the study's order.
 pub fn varied_keys(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
     let keys = 0..results.file.vary.len();
     let varied = keys.filter(|index| !results.file.vary[*index].scene);
@@ -225,7 +225,7 @@ fn number(value: &str) -> Option<f64> {
     value.filter(|x| *x > 0.0 && x.is_finite())
 }
 
-/// The reference's value of a key: the one that it has, or the one with which a point is the same run as the reference.
+/// The reference's value of a key: its own, or the value with which a point is the same run as the reference.
 fn zero(results: &Results, with: &[Same], index: usize) -> Option<f64> {
     let reference = results.reference(0)?.task;
     let is_same = |setting: &&StudySetting| {
@@ -272,8 +272,8 @@ mod tests {
         assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), noise);
         let mut loose = knob(&[0.3, 0.1], 0.0);
         loose.positions[0].distance = None;
-        assert_eq!(loose.trend(0), "has too few values to fall");
-        // 0.2 lies on one side of the reference, and 0.3 and 0.1 on the other.
+        assert_eq!(loose.trend(0), "has too few values for a trend");
+        // 0.2 is on one side of the reference, 0.3 and 0.1 on the other.
         let mut sides = knob(&[0.3, 0.2, 0.25, 0.1], 0.0);
         let rises = "does not fall from 1 (20 %) to 2 (25 %)";
         assert_eq!(sides.trend(0), rises);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rise_has_a_reason_where_numbers_tell_one() {
+    fn a_rise_has_a_reason_if_the_numbers_show_one() {
         let mut rising = knob(&[0.1, 0.3], 0.0);
         assert_eq!(rising.trend(0), "does not fall from 0 (10 %) to 1 (30 %)");
         rising.positions[1].work = [Some(1.01), None];
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sentence_tells_cost_and_error_from_the_nearest_to_the_farthest() {
+    fn a_sentence_states_cost_and_error_from_the_nearest_to_the_farthest() {
         let sentence = knob(&[0.047, 0.022], 0.0).sentence(&["pressure".into()]);
         assert_eq!(
             sentence,
@@ -312,8 +312,8 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_told_with_two_digits() {
-        let told = [0.0, 0.5, 0.0123, 1e-6, 3e-9, 2.5].map(percent);
-        assert_eq!(told, ["0", "50", "1.2", "1.0e-4", "3.0e-7", "250"]);
+    fn parts_have_two_digits() {
+        let shown = [0.0, 0.5, 0.0123, 1e-6, 3e-9, 2.5].map(percent);
+        assert_eq!(shown, ["0", "50", "1.2", "1.0e-4", "3.0e-7", "250"]);
     }
 }

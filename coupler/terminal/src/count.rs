@@ -1,4 +1,4 @@
-//! A counter of finished runs, messages or windows on stderr: a bar on a terminal, a line a minute elsewhere, objects for a program.
+//! A counter of finished runs, messages or windows on stderr: a bar on a terminal, one line per minute elsewhere, objects for a program.
 
 use std::time::Instant;
 
@@ -8,12 +8,12 @@ use coordinator::output::pace::Remaining;
 use coordinator::summary::known;
 
 use crate::run::{LINE_EVERY_S, OBJECT_EVERY_S, bar, lasting};
-use crate::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
+use crate::stderr::{StderrMode, columns, draw, print_event, stderr_mode};
 
 /// Time between two updates of the bar (s).
 const UPDATE_EVERY_S: f64 = 0.2;
 
-/// A count on its way to its end.
+/// A count that proceeds to its total.
 pub struct Count {
     /// Name of the activity: replay of `rail`.
     what: String,
@@ -28,7 +28,7 @@ pub struct Count {
 }
 
 impl Count {
-    /// Nothing is done yet.
+    /// A count at zero.
     pub fn new(what: String, things: &'static str, total: usize) -> Count {
         let drawn = stderr_mode() == StderrMode::Progress && columns().is_some();
         Count {
@@ -48,7 +48,7 @@ impl Count {
         }
     }
 
-    /// So many are done now; shows it if it is time to, and to a program when all are.
+    /// Sets the number of things done. Shows it if an update is due; a program also gets the last number.
     pub fn at(&mut self, done: usize) {
         let spent_s = self.begun.elapsed().as_secs_f64();
         let last = done == self.total && stderr_mode() == StderrMode::JsonLines;
@@ -60,7 +60,7 @@ impl Count {
         let left_s = self.remaining.until(self.total as f64);
         match columns().filter(|_| self.drawn) {
             Some(columns) => draw(&[self.line(done, left_s)], columns),
-            None => tell_of("count", self.object(done, left_s), || {
+            None => print_event("count", self.object(done, left_s), || {
                 self.line(done, left_s)
             }),
         }
@@ -90,7 +90,7 @@ impl Count {
 }
 
 impl Drop for Count {
-    /// Takes the bar off the terminal.
+    /// Removes the bar from the terminal.
     fn drop(&mut self) {
         if self.drawn {
             draw(&[], 0);
@@ -103,12 +103,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_count_tells_what_is_done_and_left() {
+    fn a_count_shows_what_is_done_and_left() {
         let mut count = Count::new("replay of `rail`".into(), "messages", 400);
         count.shown_s = 5.0;
-        let told = "replay of `rail` [#####---------------] 100 of 400 messages, ";
-        assert_eq!(count.line(100, None), format!("{told}5.0 s spent"));
-        assert_eq!(count.line(100, Some(15.0)), format!("{told}15 s left"));
+        let start = "replay of `rail` [#####---------------] 100 of 400 messages, ";
+        assert_eq!(count.line(100, None), format!("{start}5.0 s spent"));
+        assert_eq!(count.line(100, Some(15.0)), format!("{start}15 s left"));
         assert_eq!(count.object(100, None)["done"], 100);
         assert!(count.object(100, None).get("left_wall_s").is_none());
     }

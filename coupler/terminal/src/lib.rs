@@ -1,7 +1,7 @@
-//! Words on stderr, to a person or a program:
+//! Messages on stderr, for a person or a program:
 //!
-//! - [`stderr`]: what is told, and the lines that are redrawn at its end;
-//! - [`run`]: what happens in a run; [`count`]: finished runs, messages or windows.
+//! - [`stderr`]: notes and events, and the lines that are redrawn at the end;
+//! - [`run`]: events of a run; [`count`]: finished runs, messages or windows.
 
 pub mod count;
 pub mod run;
@@ -9,4 +9,4 @@ pub mod stderr;
 
 pub use count::Count;
 pub use run::listener;
-pub use stderr::{tell, tell_progress};
+pub use stderr::{print_note, tell_progress};

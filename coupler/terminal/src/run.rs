@@ -1,4 +1,4 @@
-//! What happens in a run: a block that is redrawn on a terminal, now and then a line elsewhere, objects for a program.
+//! Events of a run: a block that is redrawn on a terminal, an occasional line elsewhere, objects for a program.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -6,23 +6,24 @@ use coordinator::events::{Listener, RunEvent, RunProgress};
 use coordinator::summary::known;
 use serde_json::{Map, Value, json};
 
-use crate::stderr::{StderrMode, columns, draw, leave, stderr_mode, tell_of};
+use crate::stderr::{StderrMode, columns, draw, leave, print_event, stderr_mode};
 
-/// A line is printed after each tenth of a run, and after this time (s) at the latest.
+/// A line is printed after each tenth of a run, and at the latest [`LINE_EVERY_S`] after the line before.
 const PARTS: f64 = 10.0;
+/// Longest time between two lines (s).
 pub(crate) const LINE_EVERY_S: f64 = 60.0;
 
 /// Time between two objects (s).
 pub(crate) const OBJECT_EVERY_S: f64 = 1.0;
 
-/// Tells stderr what happens in runs, one after the other.
+/// A listener that prints the events of runs on stderr, one run after the other.
 pub fn listener() -> Listener {
-    let told: Mutex<Option<Told>> = Mutex::default();
+    let shown: Mutex<Option<Shown>> = Mutex::default();
     Listener::new(move |event| {
-        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             RunEvent::Prepare { run, participants } => {
-                *told = None;
+                *shown = None;
                 prepare(run, participants);
             }
             RunEvent::Prepares {
@@ -32,32 +33,32 @@ pub fn listener() -> Listener {
             } => prepares(participant, *waited_s, *limit_s),
             RunEvent::Warning(warning) => {
                 let object = serde_json::to_value(warning).unwrap_or_default();
-                tell_of("warning", object, || warning.line());
+                print_event("warning", object, || warning.line());
             }
-            RunEvent::Progress(run_progress) => show(&mut told, run_progress),
+            RunEvent::Progress(run_progress) => show(&mut shown, run_progress),
             RunEvent::Ended => leave(),
         }
     })
 }
 
-/// What was told last of a run.
+/// State of a run when its progress was last shown.
 #[derive(Clone, Copy)]
-struct Told {
-    /// After so much wall-clock time (s).
+struct Shown {
+    /// Wall-clock time spent (s).
     spent_s: f64,
-    /// So many tenths of the run.
+    /// Tenths of the run done.
     parts: u64,
 }
 
-/// Tells how far a run has come, if it is time to.
-fn show(told: &mut Option<Told>, run_progress: &RunProgress) {
+/// Shows the progress of a run, if an update is due.
+fn show(shown: &mut Option<Shown>, run_progress: &RunProgress) {
     let parts = |t_s: f64| (PARTS * t_s / run_progress.end_s + 1e-9) as u64;
     let words = Words(run_progress);
-    let last = told.unwrap_or(Told {
+    let last = shown.unwrap_or(Shown {
         spent_s: 0.0,
         parts: parts(run_progress.from_s),
     });
-    let now = Told {
+    let now = Shown {
         spent_s: run_progress.spent_s,
         parts: parts(run_progress.t_s),
     };
@@ -66,29 +67,29 @@ fn show(told: &mut Option<Told>, run_progress: &RunProgress) {
     match (stderr_mode(), columns()) {
         (StderrMode::Quiet, _) => return,
         (StderrMode::JsonLines, _) if since_s < OBJECT_EVERY_S && !over => return,
-        (StderrMode::JsonLines, _) => tell_of("progress", words.object(), String::new),
+        (StderrMode::JsonLines, _) => print_event("progress", words.object(), String::new),
         (_, Some(columns)) => draw(&words.block(), columns),
         _ if now.parts == last.parts && since_s < LINE_EVERY_S => return,
-        _ => tell_of("progress", Value::Null, || words.line()),
+        _ => print_event("progress", Value::Null, || words.line()),
     }
-    *told = Some(now);
+    *shown = Some(now);
 }
 
-/// Tells that the participants of a run prepare themselves, which may take long.
+/// Shows that the participants of a run prepare, which may take long.
 fn prepare(run: &str, participants: &[&str]) {
     let object = json!({ "run": run, "participants": participants });
     let line = format!("{run}: {} prepare", participants.join(", "));
     match (stderr_mode(), columns()) {
-        (StderrMode::JsonLines, _) => tell_of("prepare", object, String::new),
+        (StderrMode::JsonLines, _) => print_event("prepare", object, String::new),
         (StderrMode::Progress, Some(columns)) => draw(&[line], columns),
         _ => {}
     }
 }
 
-/// Time after which a line says that a set-up goes on, and again after twice as long (s).
+/// Time after which a line reports a set-up that still runs (s); the next lines follow whenever the time has doubled.
 const SETUP_LINE_S: f64 = 10.0;
 
-/// Tells that a participant is waited for in its set-up, between the times (s) `before` and `now` of that wait, which `limit_s` ends.
+/// Shows how long the set-up of a participant has run: `before` at the last call, `now` at this one (s). `limit_s` is its deadline.
 fn prepares(participant: &str, [before, now]: [f64; 2], limit_s: f64) {
     let object = json!({ "participant": participant, "waited_s": now, "limit_s": limit_s });
     let line = format!(
@@ -97,16 +98,16 @@ fn prepares(participant: &str, [before, now]: [f64; 2], limit_s: f64) {
     let next_second = now.floor() > before.floor();
     match (stderr_mode(), columns()) {
         (StderrMode::Quiet, _) => {}
-        (StderrMode::JsonLines, _) if next_second => tell_of("prepares", object, String::new),
+        (StderrMode::JsonLines, _) if next_second => print_event("prepares", object, String::new),
         (StderrMode::Progress, Some(columns)) if next_second => draw(&[line], columns),
         (StderrMode::Progress, None) if doubles([before, now]) => {
-            tell_of("prepares", object, || line)
+            print_event("prepares", object, || line)
         }
         _ => {}
     }
 }
 
-/// True where a wait passes 10, 20, 40, .. s.
+/// True if a wait passes 10, 20, 40, .. s.
 fn doubles(times: [f64; 2]) -> bool {
     let [before, now] = times.map(|s| (s / SETUP_LINE_S).log2().floor());
     now >= 0.0 && now > before
@@ -115,7 +116,7 @@ fn doubles(times: [f64; 2]) -> bool {
 /// Characters of the bar.
 const BAR: usize = 20;
 
-/// A progress in words.
+/// Progress of a run, in words.
 struct Words<'a>(&'a RunProgress);
 
 impl Words<'_> {
@@ -145,7 +146,7 @@ impl Words<'_> {
         lines
     }
 
-    /// The same in one line.
+    /// The same words in one line.
     fn line(&self) -> String {
         let words = [vec![self.percent()], self.position(), self.judged()].concat();
         let [words, shares, clock] = [words.join(", "), self.shares(), self.clock()];
@@ -198,7 +199,7 @@ impl Words<'_> {
         format!("waits for {waited}; own work {}", percent(self.own()))
     }
 
-    /// An object for programs, units in its keys; what is not known is left out.
+    /// An object for programs, with units in its keys; unknown values are left out.
     fn object(&self) -> Value {
         let waited = self.0.waited.iter();
         let waited = waited.map(|(name, share)| (name.clone(), json!(share)));
@@ -227,13 +228,13 @@ impl Words<'_> {
     }
 }
 
-/// A bar of which this share is full.
+/// A bar that is filled to this share.
 pub(crate) fn bar(share: f64) -> String {
     let done = (BAR as f64 * share.clamp(0.0, 1.0)) as usize;
     "#".repeat(done) + &"-".repeat(BAR - done)
 }
 
-/// A time in the unit that people take.
+/// A time in a unit that suits its length.
 pub(crate) fn lasting(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
@@ -268,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_has_a_line_for_each_question() {
+    fn a_block_has_lines_for_progress_position_judgement_and_time() {
         let expected = [
             "quick [#######-------------] 38 %  1.2 s spent, 2 min left",
             "  hold (42 %)   t = 0.670 of 1.733 ms   window 1095 of 2833",
@@ -295,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_and_an_object_tell_the_same() {
+    fn a_line_and_an_object_agree() {
         assert_eq!(
             Words(&run_progress()).line(),
             "quick: 38 %, hold (42 %), t = 0.670 of 1.733 ms, window 1095 of 2833, repeats 1, mean 0.01, F_T/F_N -0.031, energy defect 3.2e-5; time: waits for rail 41 %, third-body 32 %; own work 27 %; 1.2 s spent, 2 min left"
@@ -311,9 +312,12 @@ mod tests {
     }
 
     #[test]
-    fn a_long_set_up_is_told_after_ten_seconds_and_each_time_that_it_has_doubled() {
-        let told = (0..2000).filter(|k| doubles([0.05 * f64::from(*k), 0.05 * f64::from(k + 1)]));
-        let told: Vec<f64> = told.map(|k| (0.05 * f64::from(k + 1)).round()).collect();
-        assert_eq!(told, [10.0, 20.0, 40.0, 80.0]);
+    fn a_long_set_up_is_reported_after_ten_seconds_and_at_each_doubling() {
+        let reported =
+            (0..2000).filter(|k| doubles([0.05 * f64::from(*k), 0.05 * f64::from(k + 1)]));
+        let reported: Vec<f64> = reported
+            .map(|k| (0.05 * f64::from(k + 1)).round())
+            .collect();
+        assert_eq!(reported, [10.0, 20.0, 40.0, 80.0]);
     }
 }

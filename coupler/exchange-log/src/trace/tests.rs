@@ -1,4 +1,4 @@
-//! Traces of a made-up run of which every time is known.
+//! Traces of an invented run with known times.
 
 use protocol::busy::BusyTimes;
 
@@ -17,7 +17,7 @@ fn request(kind: Kind, window: u64, times: [u64; 3]) -> RequestTimes {
     }
 }
 
-/// Of a rail that was begun at 1 000, waits 50, sets up for 150, and is at work in these spans.
+/// A rail that begins at 1 000, waits for 50, sets up for 150, and works in these spans.
 fn rail(spans_ns: Vec<[u64; 2]>) -> ParticipantTimes {
     let worked: u64 = spans_ns.iter().map(|[from, to]| to - from).sum();
     ParticipantTimes {
@@ -25,7 +25,7 @@ fn rail(spans_ns: Vec<[u64; 2]>) -> ParticipantTimes {
         requests: vec![
             request(Kind::Hello, 0, [1050, 1060, 1210]),
             request(Kind::Advance, 0, [1300, 1310, 1420]),
-            // Sent while the rail still works on the one before.
+            // Sent while the rail still works on the request before.
             request(Kind::Commit, 0, [1350, 1430, 1500]),
             request(Kind::Advance, 1, [1600, 1600, 1700]),
         ],
@@ -47,7 +47,7 @@ fn times(spans: &[Span]) -> Vec<[u64; 2]> {
 }
 
 #[test]
-fn work_is_what_the_participant_says_and_waits_are_the_rest() {
+fn work_is_the_participants_report_and_waits_are_the_rest() {
     let (process, note) = process(&rail(spans()));
     assert_eq!(note, None);
     let setup = [[1050, 1200]];
@@ -72,10 +72,10 @@ fn a_sample_another_clock_and_no_farewell_are_drawn_from_request_to_answer() {
         (sampled, "one of 2 slots"),
         (silent, "ended early"),
         (other_clock, "clock"),
-        (one_less, "tells of 2 requests, 3"),
+        (one_less, "reports 2 requests, but answered 3"),
     ] {
         let (process, note) = process(&participant);
-        let note = note.expect("it is told");
+        let note = note.expect("a note");
         assert!(note.contains(why) && note.contains("`rail`"), "{note}");
         let seen = [[1050, 1210], [1300, 1420], [1420, 1500], [1600, 1700]];
         assert_eq!(times(&process.work), seen);
@@ -84,7 +84,7 @@ fn a_sample_another_clock_and_no_farewell_are_drawn_from_request_to_answer() {
 }
 
 #[test]
-fn the_coordinator_works_where_it_does_not_wait() {
+fn the_coordinator_works_when_it_does_not_wait() {
     let timing = Timing {
         participants: vec![rail(spans())],
         cut_off: None,
@@ -124,6 +124,6 @@ fn windows_cut_the_time_and_unknown_ones_are_refused() {
     assert_eq!(drawn(1, 2), [[0.0, 0.010]]);
     assert_eq!(drawn(0, 2), [[0.0, 0.100]]);
     assert!(drawn(0, 1).is_empty());
-    let refused = write(&timing, Some([7, 9]), &out).expect_err("there is none");
+    let refused = write(&timing, Some([7, 9]), &out).expect_err("no such window");
     assert!(refused.to_string().contains("up to 1"), "{refused}");
 }

@@ -16,20 +16,20 @@ use coordinator::participants::process::{SharedMemory, spawn};
 use kit::scratch::Scratch;
 use scenario::error::{Error, Refusal};
 
-/// Frames that pass before counting starts.
+/// Number of frames before timing starts.
 const WARM_UP: usize = 500;
-/// Frames that are timed.
+/// Number of timed frames.
 const TIMED: usize = 5_000;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// One row of the table.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExchangeRow {
-    /// Doubles in the request, and as many in the answer.
+    /// Doubles in the request, and also in the answer.
     pub doubles: usize,
-    /// Way in which both ends wait: `poll` or `event`.
+    /// Wait mode of both ends: `poll` or `event`.
     pub mode: &'static str,
-    /// Processes: the coupler and one node, or the coupler and two nodes that are asked in turn while the other waits.
+    /// Processes: the coupler and one node, or the coupler and two nodes that get requests in turn.
     pub processes: usize,
     /// Median round trip (us).
     pub p50_us: f64,
@@ -37,8 +37,8 @@ pub struct ExchangeRow {
     pub p99_us: f64,
 }
 
-/// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes. `program` is this one,
-/// whose hidden verb `bench echo` is the other end.
+/// Measures all rows: 100, 1 000 and 10 000 doubles, both wait modes, two and three processes. `program` is this program, whose hidden
+/// verb `bench echo` is the other end.
 pub fn bench(program: &Path) -> Result<Vec<ExchangeRow>, Error> {
     let mut rows = Vec::new();
     for processes in [2, 3] {
@@ -80,12 +80,12 @@ pub fn echo() -> Result<(), ParticipateError> {
     Ok(())
 }
 
-/// Links and processes of one set-up; everything is ended and removed when dropped, in this order.
+/// Links and processes of one set-up. Dropping it ends and removes them, in the order of the fields.
 struct Bench {
     links: Vec<ShmLink>,
     lives: Vec<OtherEnd>,
     memory: SharedMemory,
-    /// Folder of the other ends' sessions and texts.
+    /// Folder of the sessions and texts of the other ends.
     folder: Scratch,
 }
 

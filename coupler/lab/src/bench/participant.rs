@@ -10,12 +10,12 @@ use scenario::error::{Error, Refusal};
 use scenario::load::{Loaded, parse};
 use scenario::source::ScenarioSource;
 
-/// Windows that pass before counting starts.
+/// Number of windows before timing starts.
 const WARM_UP: usize = 200;
-/// Windows that are timed.
+/// Number of timed windows.
 const TIMED: usize = 3_000;
 
-/// Name of a participant that is asked on its own.
+/// Name of a participant without a scenario.
 pub const NAME: &str = "node";
 
 /// One row of the table.
@@ -29,11 +29,11 @@ pub struct ParticipantRow {
     pub p50_us: f64,
     /// 99th percentile (us).
     pub p99_us: f64,
-    /// Mean time of a request that the participant spent in its solver, as it says itself (us).
+    /// Mean time per request in the solver, as the participant reports it (us).
     pub solve_us: f64,
 }
 
-/// A scenario for a program that is asked without one.
+/// A scenario for a program that is measured without one.
 pub fn scenario_of_a_command() -> Result<Loaded, Error> {
     let text = format!(
         "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"
@@ -41,7 +41,7 @@ pub fn scenario_of_a_command() -> Result<Loaded, Error> {
     parse(ScenarioSource::new("scenario.toml", text, &[]))
 }
 
-/// Asks a participant for its first window over and over, without a load.
+/// Requests the first window from a participant repeatedly, without a load.
 pub fn bench(
     loaded: &Loaded,
     name: &str,
@@ -64,7 +64,8 @@ pub fn bench(
         tested.clock.substeps = 1;
     }
     if tested.part == Part::Alone || !tested.description.capabilities.rollback {
-        let problem = "takes part in no interface, or cannot be asked for a window twice: there is no exchange to time";
+        let problem =
+            "takes part in no interface, or cannot repeat a window: there is no exchange to time";
         return Err(Refusal::participant(name, problem).into());
     }
     let mut launch = Launch::new(&tested, 1)?;

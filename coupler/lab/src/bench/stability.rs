@@ -1,17 +1,16 @@
 //! Stability of every scheme over mass ratio, substeps, CFL number, theta and stiffness ratio.
 //!
-//! An elastic bar of ten elements, held at its far end so that every wave comes back, is stepped explicitly; on its other
-//! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
-//! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run window by window as
-//! well, and has to give the same forces.
-//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the boundary, the
+//! An elastic bar of ten elements takes explicit steps. Its far end is held, so that every wave comes back; at its other end is a mass
+//! behind a spring (or glued), which takes one implicit step per window. Growth is the spectral radius of one window of both, from the
+//! scheme on the matrices of the bar's window. A sample of cells also runs window by window and must give the same forces.
+//! Fixed-point schemes have the constant relaxation 0.5; other relaxations are adaptive. If the continuum follows the boundary, the
 //! point on it weighs 1 % of the mass behind it.
 //!
 //! - [`bar`]: the continuum;
 //! - [`setup`]: schemes on it and the masses;
 //! - [`map`](mod@map): growth in every cell;
-//! - [`limits`](mod@limits): where growth begins, foreseen and found;
-//! - [`picture`]: the map drawn.
+//! - [`limits`](mod@limits): predicted and measured limits of stability;
+//! - [`picture`]: the map as a picture.
 
 use std::fmt;
 use std::path::Path;
@@ -21,7 +20,7 @@ use protocol::larger;
 use scenario::error::Error;
 use scheme::keys::CouplingScheme;
 use scheme::predict::prediction::NEUTRAL;
-use terminal::tell;
+use terminal::print_note;
 
 pub mod bar;
 pub mod limits;
@@ -29,10 +28,9 @@ pub mod map;
 pub mod picture;
 pub mod setup;
 
-/// Every so many cells one is run through the real coupler.
+/// One in this many cells runs through the real coupler.
 const SAMPLE: usize = 97;
-/// Largest departure of its forces from those of the window matrix, over the largest force, that counts as rounding and
-/// as the gap of a fixed point.
+/// Largest departure of its forces from the window matrix, over the largest force: rounding, and the gap of a fixed point.
 const DEPARTURE: f64 = 1e-6;
 /// Windows of such a run.
 const SAMPLE_WINDOWS: usize = 12;
@@ -44,25 +42,25 @@ pub struct Findings {
     pub cells: usize,
     /// Cells that grow.
     pub unstable: usize,
-    /// Those among them of the dual Schur and velocity schemes at theta = 1, where they are offered.
+    /// Unstable cells of the dual Schur and velocity schemes at theta = 1, for which these schemes are offered.
     pub unstable_default: usize,
-    /// Cells that were predicted to be stable and grow.
+    /// Cells predicted to be stable that grow.
     pub missed: usize,
-    /// Cells that were predicted to grow and do not.
+    /// Cells predicted to grow that do not.
     pub false_alarms: usize,
-    /// Cells that were run through the real coupler.
+    /// Cells that ran through the real coupler.
     pub sampled: usize,
     /// Largest departure of a force from the window matrix, over the largest force.
     pub departure: f64,
-    /// Limits that were foreseen and found.
+    /// Limits that were predicted and measured.
     pub limits: usize,
-    /// Largest difference between the two, over the foreseen one.
+    /// Largest difference between measured and predicted limit, over the predicted one.
     pub limit_difference_rel: f64,
 }
 
-/// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
+/// Computes the map and writes stability.csv, limits.csv and stability.svg into a folder.
 pub fn bench(folder: &Path) -> Result<Findings, Error> {
-    // Before the minutes of work: a folder that cannot be written is an error at once.
+    // First, so that an unwritable folder is an error before minutes of work.
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let axes = Axes::full();
     let cells = map::map(&axes)?;
@@ -81,7 +79,7 @@ pub fn bench(folder: &Path) -> Result<Findings, Error> {
     Ok(findings)
 }
 
-/// Counts, and one cell in `every` through the real coupler.
+/// Counts cells, and runs one cell in `every` through the real coupler.
 pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
     let offered = |cell: &Cell| {
@@ -97,8 +95,8 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            tell(&format!(
-                "the scheme departs from its window's map by {here:e}: {cell:?}"
+            print_note(&format!(
+                "the scheme departs from its window matrix by {here:e}: {cell:?}"
             ));
         }
         departure = larger(departure, here);
@@ -124,7 +122,7 @@ impl Findings {
             && self.limit_difference_rel <= 0.05
     }
 
-    /// For a person.
+    /// The findings as a table for a terminal.
     pub fn table(&self) -> String {
         let rows: [(&str, &dyn fmt::Display); 9] = [
             ("cells", &self.cells),
@@ -140,9 +138,9 @@ impl Findings {
                 "largest departure of its forces, relative",
                 &format!("{:.1e}", self.departure),
             ),
-            ("limits foreseen and found", &self.limits),
+            ("limits predicted and measured", &self.limits),
             (
-                "largest difference of the two, relative",
+                "largest difference of both, relative",
                 &format!("{:.4}", self.limit_difference_rel),
             ),
         ];

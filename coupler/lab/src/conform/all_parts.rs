@@ -6,22 +6,21 @@ use super::plain::{RuleTrial, WINDOWS, ask_once, difference, minus, record};
 use super::rule::{RuleFinding, Stop, broken, exceeds, not_tested, offered, within};
 use super::tested::{Part, TestedParticipant};
 
-/// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
+/// Largest difference between the work summed on both sides, over the sum of its absolute values: rounding leaves 1e-12.
 const WORK: f64 = 1e-6;
 
-/// Largest part of the work that may be missing after a slow load: an increment under a force that is constant in the window
-/// leaves 5 / windows of it.
+/// Largest part of the work that may be missing after a slow load: a force that is constant within windows leaves a part of 5 / windows.
 const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
 const SUDDEN_WINDOWS: u64 = 40;
 
-/// Two launches, the second with two threads.
+/// Compares two launches, the second with two threads.
 pub fn same_bits(trial: &RuleTrial) -> RuleFinding {
     let other = trial.live(2, &mut ask_once)?;
     trial.compare_life(&other)
 }
 
-/// Every window is asked for three times.
+/// Requests every window three times.
 pub fn repeats(trial: &RuleTrial) -> RuleFinding {
     repeats_offered(trial)?;
     let mut first = Vec::new();
@@ -41,7 +40,7 @@ pub fn repeats(trial: &RuleTrial) -> RuleFinding {
     trial.compare_life(&last)
 }
 
-/// Every window is asked for under another load first, and half as long.
+/// Requests every window under another load first, and with half its length.
 pub fn rollback(trial: &RuleTrial) -> RuleFinding {
     repeats_offered(trial)?;
     let other = trial.live(1, &mut |launch, window, load| {
@@ -56,7 +55,7 @@ pub fn rollback(trial: &RuleTrial) -> RuleFinding {
     trial.compare_life(&other)
 }
 
-/// The first half of a window, where it has one.
+/// The first half of a window, if it has at least two substeps.
 fn half(trial: &RuleTrial, window: &Window) -> Option<Window> {
     let substeps = window.substeps / 2;
     let clock = &trial.tested.clock;
@@ -76,7 +75,7 @@ fn repeats_offered(trial: &RuleTrial) -> Result<(), Stop> {
     offered(offers, "it cannot repeat a window (no `checkpoint`)")
 }
 
-/// Lengths of reports, and numbers in them.
+/// Checks the lengths of reports, and that their numbers are finite.
 pub fn report(trial: &RuleTrial) -> RuleFinding {
     let own = &trial.tested.description;
     let terms = own.ledger.iter().map(|term| &term.name);
@@ -85,7 +84,7 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
     for (window, report) in trial.plain.reports.iter().enumerate() {
         let came = report.len();
         if came != due {
-            let why = format!("{came} values, {due} were announced");
+            let why = format!("{came} values, but {due} were announced");
             return broken(format!("window {window}: {why}"));
         }
         if let Some(at) = report.iter().position(|value| !value.is_finite()) {
@@ -102,7 +101,7 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
     Ok(format!("{signals}, {energies}"))
 }
 
-/// The work that it books against the work that was exchanged.
+/// Compares the work in its ledger with the exchanged work.
 pub fn work(trial: &RuleTrial) -> RuleFinding {
     let mut terms = trial.tested.description.ledger.iter();
     let offers = terms.any(|term| term.role == Role::InterfaceWork);
@@ -126,31 +125,31 @@ pub fn work(trial: &RuleTrial) -> RuleFinding {
     within(&what, worst.0, WORK)
 }
 
-/// The balance of the ledger over a load that comes and goes slowly, which is stored and given back; and that of a continuum over one
-/// that comes at once and stays, which mass and damping bear.
+/// Checks the balance of the ledger over a load that comes and goes slowly, whose work is stored and returned. For a continuum, also over a
+/// sudden load that stays, which mass and damping bear.
 pub fn balance(trial: &RuleTrial) -> RuleFinding {
     let part = trial.tested.part;
     let offers = !trial.tested.description.ledger.is_empty();
     offered(offers, "it keeps no ledger")?;
     let slow = |index| trial.loads.slow(index, SLOW_WINDOWS, part);
     let [fell, defect, _] = defects(trial, SLOW_WINDOWS, slow)?;
-    within("dissipated energy fell again by", fell, BALANCE)?;
+    within("dissipated energy decreased by", fell, BALANCE)?;
     let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
-    let said = within(&what, defect, BALANCE)?;
+    let slowly = within(&what, defect, BALANCE)?;
     if part != Part::ForceDriven {
-        return Ok(said);
+        return Ok(slowly);
     }
     let load = trial.loads.of_window(0, 0);
     let [_, defect, in_equilibrium] = defects(trial, SUDDEN_WINDOWS, |_| load.clone())?;
-    // One that is always in equilibrium has no mass to bear what the force does beyond its mean over the motion.
+    // A continuum that is always in equilibrium has no mass for the work of the force beyond its mean over the motion.
     let defect = defect.min(in_equilibrium);
     let sudden = within("under a sudden load", defect, BALANCE)?;
-    Ok(format!("{said}; {sudden}"))
+    Ok(format!("{slowly}; {sudden}"))
 }
 
-/// Errors of a ledger under some loads, relative to the work that was done or the energy that was stored, whichever is larger: the largest
-/// fall of the dissipated energy again; the largest part of the work that is neither stored nor dissipated, or is so twice; and the same of
-/// the work of the mean of the forces at the ends of each window.
+/// Errors of a ledger under some loads, relative to the work done or the energy stored, the larger of both: the largest decrease of the
+/// dissipated energy; the largest part of the work that is neither stored nor dissipated, or is counted twice; and the same part for the
+/// work of the mean of the forces at the ends of each window.
 fn defects(
     trial: &RuleTrial,
     windows: u64,
@@ -184,7 +183,7 @@ fn defects(
     Ok([fell, defect, in_equilibrium].map(|joules| joules / scale))
 }
 
-/// Fields are written in the middle of a launch.
+/// Requests fields in the middle of a launch.
 pub fn snapshot(trial: &RuleTrial) -> RuleFinding {
     let other = trial.live(1, &mut |launch, window, load| {
         if window.index == WINDOWS / 2 {
@@ -195,7 +194,7 @@ pub fn snapshot(trial: &RuleTrial) -> RuleFinding {
     trial.compare_life(&other)
 }
 
-/// A checkpoint in the middle of a launch, from which another launch goes on.
+/// Requests a checkpoint in the middle of a launch, from which another launch continues.
 pub fn checkpoint(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.resume;
     offered(offers, "it writes no checkpoints (no `resume`)")?;
@@ -216,11 +215,11 @@ pub fn checkpoint(trial: &RuleTrial) -> RuleFinding {
     launch.repeat_boundary()?;
     let resumed = record(launch, &trial.loads, half, &mut ask_once)?;
     let otherwise =
-        "a new life that took up the checkpoint answers the same and ends with another state hash";
+        "a new launch from the checkpoint gives the same answers and ends with another state hash";
     trial.compare_to_end(half, &resumed, otherwise)
 }
 
-/// Windows without an interface.
+/// Requests windows without an interface.
 pub fn alone(trial: &RuleTrial) -> RuleFinding {
     let own = &trial.tested.description;
     offered(own.capabilities.alone, "it cannot run alone")?;

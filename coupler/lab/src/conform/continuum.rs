@@ -1,4 +1,4 @@
-//! Rules for a participant that is given forces and answers motion.
+//! Rules for a participant that receives forces and answers with motion.
 
 use nalgebra::DVector;
 use protocol::{Kind, Window, larger};
@@ -9,23 +9,26 @@ use super::rule::{RuleFinding, broken, exceeds, not_tested, offered, within};
 use coordinator::participants::admission::fault_of_columns;
 use scenario::error::Error;
 
-/// Largest difference of two motions that are the same but for rounding, over the larger.
+/// Largest difference of two motions that differ only by rounding, over the larger.
 const ROUNDING: f64 = 1e-7;
 
-/// Largest difference of an answer from what linear columns say, over the answer: the loads are small.
+/// Largest difference between an answer and linear columns, over the answer: the loads are small.
 const LINEAR: f64 = 1e-4;
 
-/// An advance that comes early, is used, and is discarded.
+/// Sends `Advance` early, which is used or discarded.
 pub fn early(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.rollback;
-    offered(offers, "it cannot repeat a window, and is not asked early")?;
+    offered(
+        offers,
+        "it cannot repeat a window, and gets no early requests",
+    )?;
     let mut launch = trial.begin()?;
     let (mut answers, mut reports) = (Vec::new(), Vec::new());
     for index in 0..WINDOWS {
         let window = launch.window(index);
         let answer = launch.ask(&window, &trial.loads.of_window(index, 0))?;
         launch.accept_without_reading(&window, &answer)?;
-        // Used, then in vain because another force comes, then because something else comes.
+        // Used, then discarded because another force comes, then because another request comes.
         let draw = u64::from(index % 3 == 1);
         let next = launch.window(index + 1);
         launch.ask_early(&next, &trial.loads.of_window(index + 1, draw))?;
@@ -39,10 +42,10 @@ pub fn early(trial: &RuleTrial) -> RuleFinding {
     trial.compare(0, &answers, &reports)
 }
 
-/// Loads that must move it along.
+/// Number of loads that must move it along.
 const LOADS: u64 = 2;
 
-/// Motions under one force that stays: of two windows, and of one that is as long as both.
+/// Motions under a constant force: of two windows, and of one window of their length.
 fn pair(trial: &RuleTrial) -> Result<[Vec<f64>; 3], Error> {
     let load = trial.loads.of_window(0, 0);
     let mut launch = trial.begin()?;
@@ -54,27 +57,27 @@ fn pair(trial: &RuleTrial) -> Result<[Vec<f64>; 3], Error> {
     Ok([first, second, both])
 }
 
-/// The second of two windows, against the whole motion of both.
+/// Compares the second of two windows with the whole motion of both.
 pub fn increments(trial: &RuleTrial) -> RuleFinding {
     let [first, second, both] = pair(trial)?;
     let sum = minus(&both, &first);
     let off = greatest(&minus(&second, &sum)) / greatest(&both);
-    // A body that does not move on has increments of zero, and its totals are those of the first window.
+    // A body that stops has increments of zero, and displacements as after the first window.
     let total = apart(&second, &both);
     if total < off {
         return broken(format!(
-            "the second of two windows is answered with the motion of both, as far as {total:.1e}: these are displacements since the start"
+            "the answer to the second of two windows is the motion of both, up to {total:.1e}: these are displacements since the start"
         ));
     }
     Ok(format!(
-        "the second of two windows goes on from the first, as far as {off:.1e}"
+        "the second of two windows continues from the first, up to {off:.1e}"
     ))
 }
 
-/// Two windows against one that is as long as both.
+/// Compares two windows with one window of their length.
 pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.step_s.is_some();
-    offered(offers, "it has no step of its own: a window is one")?;
+    offered(offers, "it has no step of its own: a window is one step")?;
     let [first, second, both] = pair(trial)?;
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
     let one = trial.tested.clock.substeps;
@@ -83,7 +86,7 @@ pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     within(&what, apart(&sum, &both), ROUNDING)
 }
 
-/// The motion under a load, less that without one.
+/// The motion under a load minus the motion without load.
 fn response(trial: &RuleTrial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
     let mut launch = trial.begin()?;
     let loaded = launch.ask(window, load)?;
@@ -94,7 +97,7 @@ fn response(trial: &RuleTrial, window: &Window, load: &[f64]) -> Result<Vec<f64>
     Ok(minus(&loaded, &unloaded))
 }
 
-/// Work of small forces on the motion that they make.
+/// Checks the work of small forces on the motion that they cause.
 pub fn passive(trial: &RuleTrial) -> RuleFinding {
     let clock = &trial.tested.clock;
     let window = clock.window(0, 0, clock.substeps);
@@ -111,7 +114,7 @@ pub fn passive(trial: &RuleTrial) -> RuleFinding {
     Ok(format!("{LOADS} loads, each moves it along"))
 }
 
-/// Columns against the answers to forces, for whole and half windows.
+/// Compares columns with the answers to forces, for whole and half windows.
 pub fn columns(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.columns;
     offered(offers, "it has no columns")?;
@@ -135,10 +138,10 @@ pub fn columns(trial: &RuleTrial) -> RuleFinding {
     within(what, worst, LINEAR)
 }
 
-/// Velocities that go up in a straight line and stay.
+/// Prescribes velocities that increase linearly and then stay.
 pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.prescribed_velocity;
-    offered(offers, "it follows no velocity (no `follow`)")?;
+    offered(offers, "it cannot follow velocities (no `follow`)")?;
     let mut launch = trial.begin()?;
     let (first, second) = (launch.window(0), launch.window(1));
     let length = first.t1_s - first.t0_s;
@@ -158,11 +161,11 @@ pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     let answer = launch.follow(&first, &wanted)?;
     let again = launch.follow(&first, &wanted)?;
     if answer != again {
-        return broken("a velocity that is asked for again is answered otherwise");
+        return broken("a repeated velocity has another answer");
     }
     let due = |share: f64| -> Vec<f64> { wanted.iter().map(|v| share * length * v).collect() };
     let off = apart(&answer.increment, &due(0.5));
-    let what = "increments on the way up differ from H v / 2 by";
+    let what = "increments of the first window differ from H v / 2 by";
     within(what, off, ROUNDING)?;
     let expected = &impedance * DVector::from_column_slice(&wanted);
     let forces = minus(&answer.force, &unloaded.force);
@@ -170,17 +173,17 @@ pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     within("forces differ from the impedance times v by", off, LINEAR)?;
     launch.accept(&first, &answer.increment)?;
     let on = launch.follow(&second, &wanted)?;
-    let what = "increments at a velocity that stays differ from H v by";
+    let what = "increments at a constant velocity differ from H v by";
     within(what, apart(&on.increment, &due(1.0)), ROUNDING)?;
     Ok("three windows along given velocities".into())
 }
 
-/// Every other point exchanged, against all of them with no load on the rest.
+/// Exchanges every other point, and compares with all points without a load on the rest.
 pub fn select(trial: &RuleTrial) -> RuleFinding {
     let chosen = |point: usize| point.is_multiple_of(2);
     let points = trial.surface.len();
     if points < 2 {
-        return not_tested("it has one point");
+        return not_tested("it has fewer than two points");
     }
     let pick = |vector: &[f64]| -> Vec<f64> {
         let components = (0..vector.len()).filter(|i| chosen(i / 2));
@@ -201,6 +204,6 @@ pub fn select(trial: &RuleTrial) -> RuleFinding {
         worst = larger(worst, apart(&part, &pick(&whole)));
     }
     let some = points.div_ceil(2);
-    let what = format!("{some} of {points} points answer otherwise by");
+    let what = format!("with {some} of {points} points selected, answers differ by");
     within(&what, worst, ROUNDING)
 }

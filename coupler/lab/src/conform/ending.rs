@@ -1,4 +1,4 @@
-//! Rules about farewells, faults and ends.
+//! Rules for farewells, faults and ends.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use super::rule::{RuleFinding, broken, exceeds, not_tested};
 use super::tested::Part;
 use scenario::error::{Error, Refusal};
 
-/// Time in which a participant ends.
+/// Time in which a participant must end.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// Time in which it notices that nobody is there any more.
+/// Time in which it must notice that the coordinator has gone.
 const NOTICE: Duration = Duration::from_secs(3);
 
-/// Time that its clocks may be apart from ours.
+/// Allowed difference between its clocks and ours (s).
 const CLOCKS_S: f64 = 0.05;
 
-/// Steps and state hash of the farewell.
+/// Checks steps and state hash of the farewell.
 pub fn farewell(trial: &RuleTrial) -> RuleFinding {
     let tested = trial.tested;
     let outcome = &trial.plain.end.farewell.outcome;
@@ -30,14 +30,14 @@ pub fn farewell(trial: &RuleTrial) -> RuleFinding {
     };
     let (steps, hash) = (outcome.steps, &outcome.state_hash);
     if steps < due {
-        return broken(format!("it counts {steps} steps, {due} were committed"));
+        return broken(format!("it counts {steps} steps, but {due} were committed"));
     }
     if hash.is_empty() && !tested.description.capabilities.resume {
         return Ok("it has no hash of its state, and no checkpoints".into());
     }
     if hash.len() != 64 || !hash.chars().all(|c| c.is_ascii_hexdigit()) {
         let hash = hash.escape_debug();
-        let why = format!("its state hash `{hash}` is not of 64 hexadecimal digits");
+        let why = format!("its state hash `{hash}` does not have 64 hexadecimal digits");
         return broken(why);
     }
     let other = trial.live(1, &mut |launch, window, _| {
@@ -53,7 +53,7 @@ pub fn farewell(trial: &RuleTrial) -> RuleFinding {
     Ok(format!("{steps} steps"))
 }
 
-/// Times of the farewell against the launch.
+/// Compares the times of the farewell with the launch.
 pub fn times(trial: &RuleTrial) -> RuleFinding {
     let LaunchEnd { farewell, lived } = &trial.plain.end;
     let times = [
@@ -67,17 +67,17 @@ pub fn times(trial: &RuleTrial) -> RuleFinding {
     }
     let walls: f64 = times[1..].iter().map(|(_, value)| value).sum();
     let lived = lived.as_secs_f64();
-    let said = format!("solve, set-up and wait take {walls:.3} s of {lived:.3} s");
+    let sum = format!("solve, set-up and wait take {walls:.3} s of {lived:.3} s");
     if walls > lived + CLOCKS_S {
-        return broken(said);
+        return broken(sum);
     }
-    Ok(said)
+    Ok(sum)
 }
 
-/// A request that cannot be followed: its name, and how it is made.
+/// An invalid request: its name, and the function that sends it.
 type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Launch) -> Result<(), Error>);
 
-/// Requests that cannot be followed.
+/// Sends invalid requests.
 pub fn faults(trial: &RuleTrial) -> RuleFinding {
     let load = trial.loads.of_window(0, 0);
     let short = &load[..load.len().saturating_sub(1)];
@@ -105,38 +105,38 @@ pub fn faults(trial: &RuleTrial) -> RuleFinding {
         let answered = request(&mut launch);
         let Some(_) = launch.fault() else {
             return broken(match answered {
-                Ok(()) => format!("{what} was answered as if nothing were"),
-                Err(error) => format!("{what} was not answered with a `Fault`: {error}"),
+                Ok(()) => format!("{what} got an ordinary answer"),
+                Err(error) => format!("{what} got no `Fault`: {error}"),
             });
         };
         if launch.outlives(GRACE) {
-            return broken(format!("after {what} and its `Fault` it did not end"));
+            return broken(format!("it did not end after {what} and its `Fault`"));
         }
     }
     let names: Vec<&str> = all.iter().map(|(what, _)| *what).collect();
     Ok(names.join(", "))
 }
 
-/// Ends: asked to, after a farewell, and when the coordinator has gone.
+/// Checks that it ends: after SIGTERM, after a farewell, and when the coordinator has gone.
 pub fn shutdown(trial: &RuleTrial) -> RuleFinding {
     let mut launch = trial.begin()?;
     let Some(process) = launch.process() else {
-        return not_tested("it is no process of its own");
+        return not_tested("it is no separate process");
     };
     process.ask_to_end();
     if !process.ends_within(GRACE) {
-        return broken("it lives on a second after SIGTERM");
+        return broken("it still lives a second after SIGTERM");
     }
     let mut launch = trial.begin()?;
     launch.finish()?;
     if launch.outlives(GRACE) {
-        return broken("it lives on a second after its farewell");
+        return broken("it still lives a second after its farewell");
     }
     let mut launch = trial.begin()?;
     launch.hang_up();
     if launch.outlives(NOTICE) {
         let s = NOTICE.as_secs();
-        let why = format!("it lives on {s} s after the coordinator has closed the connection");
+        let why = format!("it still lives {s} s after the coordinator has closed the connection");
         return broken(why);
     }
     Ok("after SIGTERM, after its farewell, and when the coordinator has gone".into())

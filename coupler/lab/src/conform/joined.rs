@@ -1,4 +1,4 @@
-//! The participant beside the other sides of its interfaces.
+//! The participant together with the other sides of its interfaces.
 
 use super::rule::{RuleFinding, broken, not_tested};
 use super::tested::{Part, TestedParticipant};
@@ -25,13 +25,13 @@ pub fn joins(tested: &TestedParticipant) -> RuleFinding {
     let remote = &mut Remote::new(&mut peers, &greeted);
     let groups = join(remote, &launcher.scenario().interface).map_err(Error::from)?;
     let bounds = &launcher.scenario().run.plausible;
-    let mut said = Vec::new();
+    let mut joined = Vec::new();
     for patch in groups.iter().flat_map(|group| &group.patches) {
         if let Some(warning) = plausible::surfaces(bounds, patch).first() {
             return broken(warning.line());
         }
         let (nodes, points) = (patch.nodes.len(), patch.points.len());
-        said.push(format!("`{}`: {nodes} nodes, {points} points", patch.name));
+        joined.push(format!("`{}`: {nodes} nodes, {points} points", patch.name));
     }
-    Ok(said.join(", "))
+    Ok(joined.join(", "))
 }

@@ -1,4 +1,4 @@
-//! One launch of the participant that is tried, from its greeting to its farewell.
+//! One launch of the tested participant, from its greeting to its farewell.
 
 use std::time::{Duration, Instant};
 
@@ -20,14 +20,14 @@ use scheme::participants::{Participants, Request};
 /// The only participant.
 const IT: usize = 0;
 
-/// A participant that is joined and ready for its first window.
+/// A launched participant, joined and ready for its first window.
 pub struct Launch<'a> {
     tested: &'a TestedParticipant<'a>,
     peers: Peers,
     greeted: Vec<Greeted>,
-    /// Its points, set after set.
+    /// Points of the participant, set after set.
     pub surface: Surface,
-    /// Number of those that are exchanged.
+    /// Number of exchanged points.
     exchanged: usize,
     /// Displacement (m) of the points of a motion-driven participant.
     pub displacement: Vec<f64>,
@@ -36,19 +36,19 @@ pub struct Launch<'a> {
 
 /// The end of a launch.
 pub struct LaunchEnd {
-    /// Its last words.
+    /// The farewell.
     pub farewell: Farewell,
-    /// Time from its launch to the farewell.
+    /// Time from the launch to the farewell.
     pub lived: Duration,
 }
 
 impl<'a> Launch<'a> {
-    /// Launches the participant and couples its sets, all points of them.
+    /// Launches the participant and couples its sets with all their points.
     pub fn new(tested: &'a TestedParticipant<'a>, threads: usize) -> Result<Launch<'a>, Error> {
         Launch::exchanging(tested, threads, |_| true)
     }
 
-    /// The same with some of its points only.
+    /// The same with only the chosen points.
     pub fn exchanging(
         tested: &'a TestedParticipant<'a>,
         threads: usize,
@@ -82,7 +82,7 @@ impl<'a> Launch<'a> {
         Ok(launch)
     }
 
-    /// The participant behind the port that schemes use.
+    /// The participant through the port that schemes use.
     pub fn remote(&mut self) -> Remote<'_> {
         Remote::new(&mut self.peers, &self.greeted)
     }
@@ -91,12 +91,12 @@ impl<'a> Launch<'a> {
         &mut self.peers
     }
 
-    /// Exchanged components.
+    /// Number of exchanged components.
     pub fn size(&self) -> usize {
         2 * self.exchanged
     }
 
-    /// Window `index` of the scenario's length.
+    /// Window `index`, with the length in the scenario.
     pub fn window(&self, index: u64) -> Window {
         let clock = &self.tested.clock;
         clock.window(index, index * u64::from(clock.substeps), clock.substeps)
@@ -110,8 +110,8 @@ impl<'a> Launch<'a> {
             .set_boundary(IT, &window, window_s, compliance)?)
     }
 
-    /// Asks for a window under a load: forces (N), or velocities of the boundary (m/s). The answer is displacement increments
-    /// (m), or forces (N), velocities (m/s), iterations, residual and convergence.
+    /// Requests a window under a load: forces (N), or velocities of the boundary (m/s). The answer is displacement increments (m), or forces
+    /// (N), velocities (m/s), iterations, residual and convergence.
     pub fn ask(&mut self, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
         let size = self.size();
         let (kind, answer, length) = match self.tested.part {
@@ -123,14 +123,14 @@ impl<'a> Launch<'a> {
         self.speak().receive_numbers(IT, answer, window, length)
     }
 
-    /// Asks for a window and accepts it; returns answer and report.
+    /// Requests a window and accepts it; returns answer and report.
     pub fn go(&mut self, window: &Window, load: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let answer = self.ask(window, load)?;
         let report = self.accept(window, &answer)?;
         Ok((answer, report))
     }
 
-    /// Accepts the window that this was the answer for, and returns the report. One that runs alone is asked for its window here.
+    /// Accepts the window with this answer and returns the report. A participant that runs alone gets the request for its window here.
     pub fn accept(&mut self, window: &Window, answer: &[f64]) -> Result<Vec<f64>, Error> {
         if self.tested.part == Part::Alone {
             let kinds = (Kind::AdvanceAlone, Kind::Report);
@@ -140,7 +140,7 @@ impl<'a> Launch<'a> {
         self.report()
     }
 
-    /// The same, the report being read later.
+    /// The same without reading the report.
     pub fn accept_without_reading(&mut self, window: &Window, answer: &[f64]) -> Result<(), Error> {
         let (size, length) = (self.displacement.len(), window.t1_s - window.t0_s);
         let velocities = answer.get(size..2 * size).unwrap_or_default();
@@ -151,12 +151,12 @@ impl<'a> Launch<'a> {
         Ok(self.remote().accept(IT, window, &displacement)?)
     }
 
-    /// Reads the report of the window that was accepted.
+    /// Reads the report of the accepted window.
     pub fn report(&mut self) -> Result<Vec<f64>, Error> {
         Ok(self.remote().report(IT)?)
     }
 
-    /// Columns of a window, not yet judged.
+    /// Columns of a window, not checked yet.
     pub fn matrix(
         &mut self,
         (kind, answer): (Kind, Kind),
@@ -169,7 +169,7 @@ impl<'a> Launch<'a> {
         Ok(DMatrix::from_vec(size, size, numbers))
     }
 
-    /// A window along velocities (m/s).
+    /// Requests a window along velocities (m/s).
     pub fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Reaction, Error> {
         let size = self.size();
         let request = Request::PrescribeVelocity(velocity);
@@ -183,13 +183,13 @@ impl<'a> Launch<'a> {
         Ok(self.remote().begin_early(IT, window, load)?)
     }
 
-    /// Lets it write its fields.
+    /// Makes it write its fields.
     pub fn snapshot(&mut self, name: &str) -> Result<(), Error> {
         let kinds = (Kind::Snapshot, Kind::Saved);
         self.request(kinds, &packed(name)).map(|_| ())
     }
 
-    /// Its answer of this kind to a request that has no window.
+    /// Its answer of this kind to a request without a window.
     fn request(&mut self, kinds: (Kind, Kind), payload: &[f64]) -> Result<Frame, Error> {
         self.speak().ask(IT, kinds, &Window::default(), payload)
     }
@@ -199,14 +199,14 @@ impl<'a> Launch<'a> {
         self.request((Kind::Checkpoint, Kind::State), &[])
     }
 
-    /// Makes a state of another launch the committed one, with the displacement of its points.
+    /// Restores the state of another launch as the committed one, with the displacement of its points.
     pub fn restore(&mut self, state: &Frame, displacement: &[f64]) -> Result<(), Error> {
         self.displacement = displacement.to_vec();
         let kinds = (Kind::Restore, Kind::Restored);
         self.request(kinds, &state.payload).map(|_| ())
     }
 
-    /// Announces the boundary; once more as the coordinator does after a restart.
+    /// Announces the boundary, as the coordinator also does after a restart.
     pub fn repeat_boundary(&mut self) -> Result<(), Error> {
         if self.tested.part != Part::MotionDriven {
             return Ok(());
@@ -216,12 +216,12 @@ impl<'a> Launch<'a> {
         self.set_boundary(self.tested.clock.window_s(), boundary)
     }
 
-    /// Couples a set, whether there is one of this name or not.
+    /// Couples a set, which need not exist.
     pub fn couple(&mut self, set: &str) -> Result<Surface, Error> {
         Ok(self.remote().couple(IT, set)?)
     }
 
-    /// Says farewell.
+    /// Requests the farewell.
     pub fn finish(&mut self) -> Result<LaunchEnd, Error> {
         let frame = self.request((Kind::Finish, Kind::Finished), &[])?;
         let farewell = read_farewell(&frame).map_err(|why| self.peers.protocol_error(IT, why))?;
@@ -231,7 +231,7 @@ impl<'a> Launch<'a> {
         })
     }
 
-    /// Its process, unless it runs in this one.
+    /// Its process, unless it runs in this process.
     pub fn process(&mut self) -> Option<&mut Process> {
         self.peers.peer(IT).process()
     }
@@ -241,12 +241,12 @@ impl<'a> Launch<'a> {
         self.process().is_some_and(|it| !it.ends_within(time))
     }
 
-    /// Goes away without a word, as a coordinator does that is killed.
+    /// Goes away without a message, like a killed coordinator.
     pub fn hang_up(&mut self) {
         self.peers.peer(IT).hang_up();
     }
 
-    /// The fault that it answered, if it did.
+    /// The fault in its answer, if there was one.
     pub fn fault(&mut self) -> Option<NodeError> {
         self.peers.peer(IT).fault.clone()
     }

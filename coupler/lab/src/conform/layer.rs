@@ -1,4 +1,4 @@
-//! Rules for a participant that is given the motion of its points and answers forces.
+//! Rules for a participant that receives the motion of its points and answers with forces.
 
 use nalgebra::{DMatrix, DVector};
 use protocol::larger;
@@ -9,29 +9,29 @@ use super::rule::{RuleFinding, broken, not_tested, within};
 /// Largest departure from v = a + W p, over the largest velocity.
 const BOUNDARY: f64 = 1e-6;
 
-/// Times that the tolerance of a solver that iterates may stand for it.
+/// Bound for an iterative solver, in units of its tolerance.
 const TOLERANCES: f64 = 10.0;
 
-/// A faster motion into the layer against the change of the force.
+/// Compares a faster motion into the layer with the change of the force.
 pub fn passive(trial: &RuleTrial) -> RuleFinding {
     let Some(LayerStiffness { force, motion }) = &trial.stiffness else {
-        return not_tested("it is told no motion");
+        return not_tested("it receives no motion");
     };
     if greatest(force) == 0.0 {
-        return not_tested("no force answered a motion of its points");
+        return not_tested("a motion of its points changed no force");
     }
     let cosine = dot(force, motion) / dot(force, force).sqrt() / dot(motion, motion).sqrt();
     if cosine < 0.0 {
         return Ok(format!(
-            "a faster motion is resisted: the cosine between force and motion is {cosine:.3}"
+            "it resists a faster motion: the cosine between force and motion is {cosine:.3}"
         ));
     }
     broken(format!(
-        "a faster motion is helped: the cosine between the change of its force and that of the motion is {cosine:.3}; it must answer its force on the boundary, which opposes the motion"
+        "it helps a faster motion: the cosine between the changes of its force and of the motion is {cosine:.3}; it must answer its force on the boundary, which opposes the motion"
     ))
 }
 
-/// v = a on a rigid boundary, v = a + W p on one that yields.
+/// Checks v = a on a rigid boundary, v = a + W p on a boundary that yields.
 pub fn boundary(trial: &RuleTrial) -> RuleFinding {
     let mut launch = trial.begin()?;
     let (window_s, n) = (trial.tested.clock.window_s(), launch.size());
@@ -44,7 +44,7 @@ pub fn boundary(trial: &RuleTrial) -> RuleFinding {
         launch.accept(&window, &answer)?;
     }
     let Some(compliance) = trial.tested.boundary.get() else {
-        return Ok("v = a on a rigid boundary; one that yields was not tried".into());
+        return Ok("v = a on a rigid boundary; a boundary that yields was not tested".into());
     };
     let (mut worst, mut yielded) = (0.0, 0.0);
     for (index, answer) in trial.plain.answers.iter().enumerate() {
@@ -60,7 +60,7 @@ pub fn boundary(trial: &RuleTrial) -> RuleFinding {
     within(&what, worst, bound)
 }
 
-/// Compares the convergence that it claims with its residuals.
+/// Compares its claims of convergence with its residuals.
 pub fn convergence(trial: &RuleTrial) -> RuleFinding {
     let own = trial.tested.description.tolerance.as_ref();
     let mut worst: f64 = 0.0;
@@ -70,17 +70,17 @@ pub fn convergence(trial: &RuleTrial) -> RuleFinding {
         };
         let refuse = |why: String| broken(format!("window {index}: {why}"));
         if !(iterations >= 0.0 && residual >= 0.0 && [0.0, 1.0].contains(&converged)) {
-            let told = format!("iterations {iterations}, residual {residual}");
-            return refuse(format!("{told}, converged {converged}"));
+            let solve = format!("iterations {iterations}, residual {residual}");
+            return refuse(format!("{solve}, converged {converged}"));
         }
         if converged == 0.0 {
             return refuse(format!(
-                "it says that it did not converge (residual {residual:.2e}) under a small motion"
+                "it reports that it did not converge (residual {residual:.2e}) under a small motion"
             ));
         }
         if let Some(own) = own.filter(|own| residual > own.value) {
             return refuse(format!(
-                "it says that it converged, with a residual of {residual:.2e} above its {} of {:.2e}",
+                "it reports convergence with a residual of {residual:.2e} above its {} of {:.2e}",
                 own.key, own.value
             ));
         }

@@ -1,4 +1,4 @@
-//! The plain launch that all others are compared with, and the comparison.
+//! The plain launch, and the comparison of other launches with it.
 
 use nalgebra::DMatrix;
 use protocol::{Role, Surface, Window};
@@ -12,10 +12,10 @@ use scenario::error::Error;
 /// Part of a motion by which a compliant boundary yields.
 const YIELDS: f64 = 0.1;
 
-/// Windows of a launch.
+/// Number of windows of a launch.
 pub const WINDOWS: u64 = 12;
 
-/// A participant with the loads of its trials, and what it answers when it is asked for each window once.
+/// A participant with the loads of its tests and its plain launch, in which each window is requested once.
 pub struct RuleTrial<'a> {
     /// The participant.
     pub tested: &'a TestedParticipant<'a>,
@@ -31,7 +31,7 @@ pub struct RuleTrial<'a> {
 
 /// Answers and reports of a launch, window by window.
 pub struct LaunchRecord {
-    /// Answers to the windows that were accepted.
+    /// Answers to the accepted windows.
     pub answers: Vec<Vec<f64>>,
     /// Reports of these windows.
     pub reports: Vec<Vec<f64>>,
@@ -46,7 +46,7 @@ impl LaunchRecord {
     }
 }
 
-/// A trial of something between the windows of a launch: it returns the answer that is accepted, and its window.
+/// Requests a window in a special way; returns the window and the answer to accept.
 pub type AskWindow<'t> =
     dyn FnMut(&mut Launch, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
 
@@ -74,7 +74,7 @@ impl<'a> RuleTrial<'a> {
         })
     }
 
-    /// A launch in which windows are asked for in this way.
+    /// Records a launch in which windows are requested in this way.
     pub fn live(&self, threads: usize, ask: &mut AskWindow) -> Result<LaunchRecord, Error> {
         record(Launch::new(self.tested, threads)?, &self.loads, 0, ask)
     }
@@ -84,7 +84,7 @@ impl<'a> RuleTrial<'a> {
         Launch::new(self.tested, 1)
     }
 
-    /// Compares answers and reports from window `first` on with those of the plain launch.
+    /// Compares answers and reports from window `first` on with the plain launch.
     pub fn compare(&self, first: u64, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> RuleFinding {
         let first = first as usize;
         let pairs = [
@@ -101,7 +101,7 @@ impl<'a> RuleTrial<'a> {
         Ok(format!("{} windows, the same bits", answers.len()))
     }
 
-    /// The same of a launch from window `first` to its end, and of its state there.
+    /// The same for a launch from window `first` to its end, including its final state.
     pub fn compare_to_end(&self, first: u64, other: &LaunchRecord, otherwise: &str) -> RuleFinding {
         let same = self.compare(first, &other.answers, &other.reports)?;
         if self.plain.state_hash() != other.state_hash() {
@@ -110,13 +110,13 @@ impl<'a> RuleTrial<'a> {
         Ok(same)
     }
 
-    /// The same of a whole launch.
+    /// The same for a whole launch.
     pub fn compare_life(&self, other: &LaunchRecord) -> RuleFinding {
-        let otherwise = "the answers are the same, the state hashes at the end are not";
+        let otherwise = "the answers are the same, but the state hashes at the end differ";
         self.compare_to_end(0, other, otherwise)
     }
 
-    /// Energies (J) of one role at the end of a report, summed.
+    /// Sum of the energies (J) of one role at the end of a report.
     pub fn energy(&self, report: &[f64], role: Role) -> f64 {
         let own = &self.tested.description;
         let terms = report.iter().skip(own.signals.len()).zip(&own.ledger);
@@ -124,7 +124,7 @@ impl<'a> RuleTrial<'a> {
         terms.map(|(joules, _)| joules).sum()
     }
 
-    /// Work (J) that a window does at the interface: force times increment, or what a layer is given.
+    /// Work (J) of a window at the interface: force times increment, or the work done on a layer.
     pub fn work(&self, load: &[f64], answer: &[f64]) -> f64 {
         let n = load.len();
         match self.tested.part {
@@ -134,7 +134,7 @@ impl<'a> RuleTrial<'a> {
     }
 }
 
-/// Asks for the window once.
+/// Requests the window once.
 pub fn ask_once(
     launch: &mut Launch,
     window: &Window,
@@ -166,13 +166,13 @@ pub fn record(
 
 /// Change of the forces (N) of a layer between two motions of a window on a rigid boundary, and of the motion (m/s).
 pub struct LayerStiffness {
-    /// Of the forces.
+    /// Change of the forces.
     pub force: Vec<f64>,
-    /// Of the motion.
+    /// Change of the motion.
     pub motion: Vec<f64>,
 }
 
-/// A boundary that yields to the layer by a part of the motion that it is given; `None` where no force was seen.
+/// A boundary that yields to the layer by a part of the motion; `None` if there was no force.
 fn yielding(
     window_s: f64,
     LayerStiffness { force, motion }: &LayerStiffness,
@@ -186,7 +186,7 @@ fn yielding(
     (impedance > 0.0).then(|| DMatrix::from_fn(force.len(), force.len(), yields))
 }
 
-/// Presses it for all windows, then in the next one by one motion and by a faster one.
+/// Presses the layer for all windows, then once more with a motion and with a faster one.
 fn stiffness(tested: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStiffness, Error> {
     let one = loads.of_window(WINDOWS, 0);
     let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
@@ -206,7 +206,7 @@ fn stiffness(tested: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStif
     })
 }
 
-/// Loads under which it moves, or resists, by amounts that can be compared.
+/// Loads under which it moves, or resists, by comparable amounts.
 fn loads(tested: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
     let mut launch = Launch::new(tested, 1)?;
     let surface = launch.surface.clone();
@@ -255,7 +255,7 @@ pub fn minus(one: &[f64], other: &[f64]) -> Vec<f64> {
     one.iter().zip(other).map(|(a, b)| a - b).collect()
 }
 
-/// Largest size of an entry.
+/// Largest absolute value of an entry.
 pub fn greatest(vector: &[f64]) -> f64 {
     vector.iter().fold(0.0, |most, value| value.abs().max(most))
 }

@@ -1,4 +1,4 @@
-//! Rules by name, and the outcome of each.
+//! The rules, and the outcomes of their tests.
 
 use std::fmt;
 
@@ -10,82 +10,82 @@ use scenario::error::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
-    /// It welcomes the coordinator, and what it says of itself can be.
+    /// It greets the coordinator with a valid description of itself.
     Greeting,
-    /// Its surfaces can be: finite places, masses that are not negative, lengths above zero.
+    /// Its surfaces are valid: finite positions, non-negative masses, positive lengths.
     Surface,
-    /// It joins the other side of its interfaces: surfaces of one shape that face each other at one position.
+    /// It joins the other side of its interfaces: surfaces of the same shape face each other at the same position.
     Joins,
-    /// Each answer has the kind and length that are due, comes in its turn and repeats the header of its request.
+    /// Each answer has the right kind and length, comes in order and repeats the header of its request.
     Frames,
     /// Answers are finite numbers.
     Finite,
     /// It neither ends nor falls silent before its farewell.
     Lives,
-    /// Two launches answer with the same bits, whatever their number of threads.
+    /// Two launches answer with the same bits for any number of threads.
     SameBits,
-    /// A window that is asked for again is answered with the same bits.
+    /// A repeated window gets an answer with the same bits.
     Repeats,
-    /// A window that is asked for under another load first is answered with the same bits.
+    /// A window gets an answer with the same bits after a request under another load.
     Rollback,
-    /// An `Advance` that comes early changes nothing, whether it is used or discarded.
+    /// An early `Advance` changes nothing, whether it is used or discarded.
     Early,
     /// Answers are increments of the window, not displacements since the start.
     Increments,
-    /// A window of 2 m substeps comes to where two of m come to.
+    /// A window of 2 m substeps ends where two windows of m substeps end.
     Substeps,
     /// A continuum moves with the force; a layer resists a motion.
     Passive,
-    /// Points that are not selected bear nothing, and the others answer as they do among all.
+    /// Points that are not selected bear no load, and the others answer as if all were selected.
     Select,
     /// Columns are the answers to unit forces at the start.
     Columns,
-    /// Prescribed velocities are followed in a straight line, under the forces of the impedance.
+    /// It follows prescribed velocities linearly, under the forces of the impedance.
     Velocity,
-    /// The points of a boundary go at v = a + W p.
+    /// The points of a boundary move with v = a + W p.
     Boundary,
-    /// A solve that says it converged has a residual within the solver's tolerance.
+    /// A solve that reports convergence has a residual within the solver's tolerance.
     Convergence,
-    /// A report has the values that were announced, all of them numbers.
+    /// A report has the announced values, all finite.
     Report,
     /// The work of the interface is the sum of force times increment.
     Work,
-    /// Work goes where the ledger says.
+    /// Work is stored and dissipated as the ledger says.
     Balance,
-    /// Fields are written without changing the state.
+    /// Writing fields does not change the state.
     Snapshot,
-    /// A new launch that goes on from a checkpoint answers with the same bits.
+    /// A new launch that continues from a checkpoint answers with the same bits.
     Checkpoint,
     /// It advances without an interface.
     Alone,
-    /// The farewell counts the steps, and its hash differs where states differ.
+    /// The farewell counts the steps, and its hash differs if states differ.
     Farewell,
-    /// Times fit the time between launch and end, as seen from outside.
+    /// Reported times fit into the time between launch and end.
     Times,
-    /// A request that cannot be followed is answered with a `Fault`, after which it ends.
+    /// It answers an invalid request with a `Fault` and then ends.
     Faults,
-    /// It ends when it is asked to, and after its farewell.
+    /// It ends on SIGTERM, and after its farewell.
     Shutdown,
 }
 
 impl fmt::Display for Rule {
-    /// Its name, the one that serde writes.
+    /// The name that serde writes.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         self.serialize(formatter)
     }
 }
 
-/// Outcome of a trial.
+/// Outcome of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RuleVerdict {
-    /// It was tried and holds.
+    /// It was tested and holds.
     Holds,
-    /// It was tried and does not hold.
+    /// It was tested and does not hold.
     Broken,
-    /// The participant says that it does not offer this.
+    /// The participant does not offer the capability.
     NotOffered,
-    /// It could not be tried.
+    /// It could not be tested.
     NotTested,
 }
 
@@ -96,19 +96,19 @@ pub struct ConformRow {
     pub rule: Rule,
     /// Outcome.
     pub verdict: RuleVerdict,
-    /// The values that were compared, or the reason.
+    /// The compared values, or the reason.
     pub why: String,
 }
 
-/// Outcome of a trial: the values that were compared, where the rule holds.
+/// Outcome of a test: the compared values if the rule holds.
 pub type RuleFinding = Result<String, Stop>;
 
-/// Why a trial ends without saying that its rule holds.
+/// Reason why a test does not confirm its rule.
 #[derive(Debug)]
 pub enum Stop {
-    /// The rule does not hold, or was not tried.
+    /// The rule does not hold, or was not tested.
     Verdict(RuleVerdict, String),
-    /// The participant, or the trial itself, failed.
+    /// The participant, or the test itself, failed.
     Failed(Error),
 }
 
@@ -123,12 +123,12 @@ pub fn broken<T>(why: impl Into<String>) -> Result<T, Stop> {
     Err(Stop::Verdict(RuleVerdict::Broken, why.into()))
 }
 
-/// The rule could not be tried.
+/// The rule could not be tested.
 pub fn not_tested<T>(why: impl Into<String>) -> Result<T, Stop> {
     Err(Stop::Verdict(RuleVerdict::NotTested, why.into()))
 }
 
-/// Ends the trial where the participant does not offer what the rule is about.
+/// Ends the test if the participant does not offer the capability of the rule.
 pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
     let stop = || Stop::Verdict(RuleVerdict::NotOffered, otherwise.into());
     offers.then_some(()).ok_or_else(stop)
@@ -136,14 +136,14 @@ pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
 
 /// Holds if the value is at most the bound.
 pub fn within(what: &str, value: f64, bound: f64) -> RuleFinding {
-    let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
+    let values = format!("{what}: {value:.2e}, bound {bound:.0e}");
     if exceeds(value, bound) {
-        return broken(said);
+        return broken(values);
     }
-    Ok(said)
+    Ok(values)
 }
 
-/// True above the bound, and for what is no number.
+/// True above the bound, and for NaN.
 pub fn exceeds(value: f64, bound: f64) -> bool {
     value.is_nan() || value > bound
 }

@@ -1,4 +1,4 @@
-//! The participant that is tried, with the sets and windows that its scenario gives it.
+//! The tested participant, with the sets and windows from its scenario.
 
 use std::cell::{Cell, OnceCell};
 use std::path::PathBuf;
@@ -19,15 +19,15 @@ use scheme::error::Unfit;
 use scheme::join::step_of;
 use scheme::keys::Interface;
 
-/// Circumstances of the trials.
+/// Options of the tests.
 pub struct ConformOptions<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
     /// The program whose `node` verb serves them.
     pub program: PathBuf,
-    /// Signals that end the trials.
+    /// Signals that end the tests.
     pub watch: Watch,
-    /// Names of the only rules that are tried, besides greeting and surface; none for all.
+    /// Names of the rules to test, in addition to greeting and surface; empty for all.
     pub only: Vec<String>,
 }
 
@@ -89,19 +89,19 @@ impl<'a> ScenarioLauncher<'a> {
     }
 }
 
-/// The part that the participant takes in a window.
+/// The role of the participant in a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// It is given forces and answers motion.
+    /// It receives forces and answers with motion.
     ForceDriven,
-    /// It is given the motion of its points and answers forces.
+    /// It receives the motion of its points and answers with forces.
     MotionDriven,
     /// It runs alone.
     Alone,
 }
 
 impl Part {
-    /// The part of a participant that is joined with others.
+    /// The role of a participant that is joined with others.
     pub fn joined(description: &Description) -> Part {
         if description.capabilities.advance {
             return Part::ForceDriven;
@@ -110,18 +110,18 @@ impl Part {
     }
 }
 
-/// The participant that is tried.
+/// The tested participant.
 #[derive(Clone)]
 pub struct TestedParticipant<'a> {
-    /// Launches it.
+    /// Launcher of the participant.
     pub launcher: &'a ScenarioLauncher<'a>,
     /// Its entry in the scenario.
     pub participant: &'a Participant,
     /// Its description of itself.
     pub description: Description,
-    /// Its part.
+    /// Its role.
     pub part: Part,
-    /// Its sets that interfaces name, in their order.
+    /// Its sets that interfaces name, in order.
     pub sets: Vec<String>,
     /// Its windows.
     pub clock: Clock,
@@ -130,7 +130,7 @@ pub struct TestedParticipant<'a> {
 }
 
 impl<'a> TestedParticipant<'a> {
-    /// The participant that described itself like this.
+    /// The participant with this description of itself.
     pub fn new(
         launcher: &'a ScenarioLauncher<'a>,
         participant: &'a Participant,
@@ -141,7 +141,7 @@ impl<'a> TestedParticipant<'a> {
         let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
         let (part, clock) = match interfaces.first() {
             None => {
-                let problem = "has no step of its own, so that there is no window to try it with";
+                let problem = "has no step of its own, so there is no window to test it with";
                 let missing = || Refusal::participant(&participant.name, problem);
                 let clock = Clock {
                     step_s: description.step_s.ok_or_else(missing)?,
@@ -174,7 +174,7 @@ impl<'a> TestedParticipant<'a> {
     }
 }
 
-/// The step of the continuum that a motion-driven participant is joined with; that one is launched for it.
+/// The step of the continuum that a motion-driven participant is joined with; launches the continuum to get it.
 fn step_of_other_side(
     launcher: &ScenarioLauncher,
     interface: &Interface,

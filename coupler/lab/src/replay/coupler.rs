@@ -1,4 +1,4 @@
-//! The coupler again, against tapes of all participants.
+//! Runs the coupler again, against tapes of all participants.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
@@ -19,8 +19,8 @@ use scheme::join::join;
 use scheme::predict::inputs::foresee;
 use terminal::Count;
 
-/// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not
-/// part of the log, so each is started once for its greeting.
+/// Runs the coupling loop against tapes, from the start or from a checkpoint. The log does not contain the participants' descriptions, so
+/// each participant starts once for its greeting.
 pub fn replay(
     recording: &Recording,
     launcher: &Launcher,
@@ -35,7 +35,7 @@ pub fn replay(
         replayed: Replayed::of(COUPLER),
         ended: false,
     }));
-    // A run that goes on from a checkpoint joins its interfaces once more.
+    // A run that continues from a checkpoint joins its interfaces once more.
     let joined = from.map_or(0, |_| recording.handshake());
     let past = recording.messages_before(from);
     let peers = scenario.participant.iter().map(|participant| {
@@ -48,14 +48,14 @@ pub fn replay(
     let run_id = launcher.run_id;
     let mut peers = Peers::new(peers.collect(), None, run_id, scenario, watch.clone());
     let start = Instant::now();
-    // The handshake is a block of its own.
+    // The handshake is a separate block.
     let passed = from.map_or(1, |origin| origin.checkpoint.log_blocks as usize);
     let left = recording.ends.len().saturating_sub(passed);
     let mut count = Count::new("replay of the coupler".into(), "windows", left);
     let result = windows(&mut peers, scenario, &greeted, from, &mut count);
     drop(count);
     let wall_s = start.elapsed().as_secs_f64();
-    // A tape notes what is left of it when it is dropped.
+    // A tape records its remaining turns when it is dropped.
     drop(peers);
     let seen = seen.lock();
     let seen = seen.map_err(|_| Refusal::other(Code::ReplayBroken, "a tape broke"))?;
@@ -64,7 +64,7 @@ pub fn replay(
         ..seen.replayed.clone()
     };
     match result {
-        // The lost peer is the tape: at its end, or where the coupler departed from it.
+        // The lost peer is the tape: at its end, or at a departure of the coupler.
         Err(Error::PeerLost { .. }) if seen.ended || replayed.mismatch.is_some() => Ok(replayed),
         Err(error) => Err(error),
         Ok(()) => Ok(replayed),

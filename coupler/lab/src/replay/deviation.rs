@@ -8,23 +8,22 @@ use protocol::{Frame, Kind};
 /// The largest deviation of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
-    /// Over the largest number of its kind that the log held so far.
+    /// Relative to the largest number of its kind in the log so far.
     pub rel: f64,
     /// Index in the payload.
     pub entry: usize,
 }
 
-/// Measures answers against the largest numbers that the log has held so far: of all points together in motions and
-/// forces, of each signal and energy by itself in reports. A number that is compared with itself alone would be lost
-/// where it passes through zero.
+/// Measures answers relative to the largest numbers in the log so far: over all points in motions and forces, for each signal and energy
+/// in reports. Relative to itself, a number that passes through zero would have an infinite deviation.
 #[derive(Clone, Debug, Default)]
 pub struct Ruler {
     scales: BTreeMap<u32, Vec<f64>>,
 }
 
 impl Ruler {
-    /// The largest deviation of `ours`, which must be as long as `logged`. Iterations and residual of a contact solve
-    /// are the solver's own affair and are not compared.
+    /// The largest deviation of `ours`, which must be as long as `logged`. Iterations and residual of a contact solve are not compared: they
+    /// may depend on the solver.
     pub fn measure(&mut self, logged: &Frame, ours: &Frame) -> Deviation {
         let blocks = blocks(logged);
         let scales = self.scales.entry(logged.header.kind).or_default();
@@ -52,7 +51,7 @@ fn relative(logged: f64, ours: f64, scale: f64) -> f64 {
     }
 }
 
-/// Parts of a payload whose numbers are of one size.
+/// Parts of a payload whose numbers have one scale.
 fn blocks(frame: &Frame) -> Vec<Range<usize>> {
     let length = frame.payload.len();
     match frame.kind() {
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_and_velocities_have_scales_of_their_own_and_iterations_none() {
+    fn forces_and_velocities_have_their_own_scales_and_iterations_have_none() {
         let logged = frame(Kind::Force, &[100.0, 0.0, 1e-3, 0.0, 50.0, 1e-6, 1.0]);
         let ours = frame(Kind::Force, &[100.0, 1.0, 1e-3, 1e-4, 60.0, 2e-6, 1.0]);
         let found = Ruler::default().measure(&logged, &ours);

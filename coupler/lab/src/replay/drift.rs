@@ -1,4 +1,4 @@
-//! Drift of the answers of a solver with another parameter away from the logged ones.
+//! Drift of the answers of a solver with another parameter from the logged ones.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ const DRAWN: [(Kind, &str); 4] = [
     (Kind::Report, "report"),
 ];
 
-/// The least drift that is drawn, in place of a smaller one: a logarithm has no zero.
+/// Smallest drawn drift: logarithms have no zero.
 const FLOOR: f64 = 1e-17;
 
 /// The largest drift of each window.
@@ -28,7 +28,7 @@ pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
     windows
 }
 
-/// The drift at the last window and the largest of all, by kind.
+/// The drift in the last window and the largest drift, by kind.
 pub fn table(drift: &[Drift]) -> Vec<(Kind, &'static str, f64, f64)> {
     let rows = DRAWN.iter().filter_map(|(kind, name)| {
         let windows = by_window(drift, *kind);
@@ -53,6 +53,6 @@ pub fn picture(drift: &[Drift]) -> String {
     });
     let drawn = curves.filter(|curve| !curve.points.is_empty());
     let curves: Vec<PlotCurve> = drawn.collect();
-    let along = "window (open loop: the other side says what it said before)";
+    let along = "window (open loop: the other side sends the logged messages)";
     plot([along, "largest deviation, relative"], true, &curves)
 }

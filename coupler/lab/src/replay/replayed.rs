@@ -1,10 +1,10 @@
-//! What came of a replay.
+//! The outcome of a replay.
 
 use protocol::{Frame, Header, Kind};
 
 use exchange_log::Mismatch;
 
-/// The distance of an answer from its logged twin, see [`Ruler`](super::deviation::Ruler).
+/// The distance between an answer and its logged twin, see [`Ruler`](super::deviation::Ruler).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Window.
@@ -18,26 +18,26 @@ pub struct Drift {
 /// Outcome of replaying one participant or the coupler.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Name of the participant, or the coupler's.
+    /// Name of the participant, or of the coupler.
     pub who: String,
     /// Messages that were compared and equal.
     pub equal: u64,
     /// The last window with an equal message.
     pub last_window: u64,
-    /// The first that was not.
+    /// The first message that differed.
     pub mismatch: Option<Mismatch>,
     /// Wall-clock time (s) from the first message to the last, without the start of solvers and the reading of the log.
     pub wall_s: f64,
-    /// The part of it that the solver was at work (s), as it says itself; none for the coupler, nor after a departure.
+    /// Time of the solver at work (s), as it reports itself; `None` for the coupler and after a departure.
     pub solve_wall_s: Option<f64>,
-    /// Every answer, where the replay went on after the first departure.
+    /// Drift of every answer, if the replay continued after the first departure.
     pub drift: Vec<Drift>,
-    /// [`protocol::Outcome::state_hash`] of a solver that was asked everything.
+    /// [`protocol::Outcome::state_hash`] of a solver that received all requests.
     pub state_hash: Option<String>,
 }
 
 impl Replayed {
-    /// Nothing yet.
+    /// A replay before its first message.
     pub fn of(who: &str) -> Replayed {
         Replayed {
             who: who.to_string(),
@@ -45,8 +45,7 @@ impl Replayed {
         }
     }
 
-    /// Compares the state that a solver ended in with the one that the run says it ended in. An answer that had departed
-    /// before comes first.
+    /// Compares the final state of a solver with the logged one. An earlier departure takes precedence.
     pub fn compare_state(&mut self, logged: &str) {
         let differs = |ours: &&String| *ours != logged;
         if let Some(ours) = self.state_hash.as_ref().filter(differs) {

@@ -1,4 +1,4 @@
-//! One solver again, against what the coupler asked of it.
+//! Runs one solver again, against the logged requests of the coupler.
 
 use std::time::Instant;
 
@@ -23,14 +23,13 @@ use terminal::Count;
 pub struct ReplayOptions<'a> {
     /// Begin after this checkpoint instead of at the start.
     pub from: Option<&'a RestartPoint>,
-    /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
+    /// Accept answers that deviate by at most this, see [`Ruler`]; every bit counts if absent.
     pub tolerance_rel: Option<f64>,
-    /// Go on after a departure, and tell how the answers drift: the other side still says what it said to the logged
-    /// solver, whatever this one answers.
+    /// Continue after a departure and record the drift of the answers: the other side still sends what it sent to the logged solver.
     pub open_loop: bool,
 }
 
-/// Starts the participant `name` alone, asks it everything that the log holds, and compares its answers.
+/// Starts the participant `name` alone, sends it all requests in the log, and compares its answers.
 pub fn replay(
     recording: &Recording,
     launcher: &Launcher,
@@ -49,7 +48,7 @@ pub fn replay(
         ruler: Ruler::default(),
         how,
     };
-    // A log in memory may be as long as the run, and is taken apart before the clock starts.
+    // A log may be as long as the run, so its turns are extracted before the clock starts.
     let past = recording.messages_before(how.from);
     let later = turns(&recording.messages[past..], name);
     let start = Instant::now();
@@ -73,13 +72,13 @@ pub fn replay(
     let left = later.len() - asked;
     if left > recording.open_turns(name).min(1) && replayed.mismatch.is_none() {
         let request = &later[asked].request;
-        let found = Mismatch::at(name, request, "no answer, and goes on", "its end");
+        let found = Mismatch::at(name, request, "no answer, and continues", "its end");
         replayed.mismatch = Some(found);
     }
     if left == 0 {
         let kinds = (Kind::Finish, Kind::Finished);
         let outcome = communicator.ask(0, kinds, &Window::default(), &[])?;
-        // What a foreign solver says of its time may be unreadable; the replay is none the worse.
+        // The farewell of a foreign solver may be unreadable, which does not affect the replay.
         if let Ok(farewell) = read_farewell(&outcome) {
             replayed.solve_wall_s = Some(farewell.solve_wall_s);
             replayed.state_hash = Some(farewell.outcome.state_hash);
@@ -88,15 +87,15 @@ pub fn replay(
     Ok(replayed)
 }
 
-/// The requests that a solver needs again before its state is restored: what is coupled, and the last compliant boundary.
+/// The requests that a solver needs before its state is restored: the coupled sets, and the last compliant boundary.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
     let mut boundaries = past.iter();
     let last = boundaries.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
-    let told = past.into_iter().enumerate().filter(|(index, turn)| {
+    let needed = past.into_iter().enumerate().filter(|(index, turn)| {
         matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == last
     });
-    told.map(|(_, turn)| turn).collect()
+    needed.map(|(_, turn)| turn).collect()
 }
 
 struct Comparison<'a> {
@@ -106,7 +105,7 @@ struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// Asks again and compares, the turn after it on its way already; false when nothing more is to be asked.
+    /// Sends a request again and compares the answer, with the next request already sent; false if no further request follows.
     fn ask(
         &mut self,
         communicator: &mut dyn Communicator,

@@ -14,7 +14,7 @@ use exchange_log::{COUPLER, Exchange, Mismatch};
 pub struct Turn {
     /// The frame of the coupler.
     pub request: Frame,
-    /// The frame of the participant; absent where the log ends in between.
+    /// The frame of the participant; absent if the log ends in between.
     pub answer: Option<Frame>,
 }
 
@@ -36,29 +36,29 @@ pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
     turns
 }
 
-/// The progress of all tapes of a replay, shared with whoever judges it.
+/// The progress of all tapes of a replay, shared with the replay.
 #[derive(Debug)]
 pub struct TapeProgress {
-    /// What came of the replay so far.
+    /// The outcome of the replay so far.
     pub replayed: Replayed,
     /// True once a tape ran out.
     pub ended: bool,
 }
 
-/// A participant that is played from the log. It closes the connection at the first request that the log does not
-/// hold, and at its end.
+/// A participant that is played from the log. It closes the connection at the first request that is not in the log, and at the end of the
+/// log.
 pub struct TapeLink {
     turns: VecDeque<Turn>,
-    /// Turns of its end that may be left when the coupler meets the end of a tape: those of a window that did not end.
+    /// Number of last turns that may be left when the coupler meets the end of a tape: the turns of an incomplete window.
     open: usize,
     pending: Option<Frame>,
-    /// Requests that were answered.
+    /// Number of answered requests.
     turn: u64,
     seen: Arc<Mutex<TapeProgress>>,
 }
 
 impl TapeLink {
-    /// A tape of these turns; so many of them are of a window that did not end.
+    /// A tape of these turns; the last `open` turns belong to an incomplete window.
     pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<TapeProgress>>) -> TapeLink {
         TapeLink {
             turns: turns.into(),
@@ -91,7 +91,7 @@ impl TapeLink {
 }
 
 impl Drop for TapeLink {
-    /// A coupler that asks for less than the log holds departs from it.
+    /// A coupler that sends fewer requests than the log holds departs from it.
     fn drop(&mut self) {
         let Ok(mut seen) = self.seen.lock() else {
             return;

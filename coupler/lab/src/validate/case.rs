@@ -1,4 +1,4 @@
-//! `expected.toml`: what must come out of a scene, and who says so.
+//! `expected.toml`: the expected results of a scene, and their sources.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,68 +17,68 @@ use super::signals::of_signals;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
-    /// Folder of the scenario, relative to this file; by default the file's own. Scenes that are run elsewhere need no copy.
+    /// Folder of the scenario, relative to this file; by default the file's own folder.
     pub scene: Option<PathBuf>,
-    /// Text for the page of the suite, above the cases; words between backticks are set as code.
+    /// Text for the page of the suite, above the cases; words between backticks become code.
     #[serde(default)]
     pub text: String,
     /// Runs of the scene, each with its expectations.
     pub case: Vec<SuiteCase>,
 }
 
-/// One run, or one for each of some seeds.
+/// One run, or one run per seed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteCase {
-    /// Name that says what it shows.
+    /// Name that states the claim.
     pub name: String,
-    /// Author, year, equation, or the table that the numbers are from.
+    /// Author, year, equation, or table of the numbers.
     pub source: String,
-    /// Folder of its scenario, where it is not that of the file.
+    /// Folder of its scenario, if it differs from the file's.
     pub scene: Option<PathBuf>,
-    /// True for a case that takes long: it is run with `--full` only.
+    /// True for a long case, which runs only with `--full`.
     #[serde(default)]
     pub full: bool,
-    /// Overrides of the scene, as after `--set`.
+    /// Overrides of the scene, as with `--set`.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Seeds with each of which the case is run; that of the scene if empty. What must hold must hold for each.
+    /// Seeds of the runs; the scene's seed if empty. All expectations must hold for each seed.
     #[serde(default)]
     pub seeds: Vec<u64>,
-    /// Overrides of a second run, after those of the first, that numbers are held against which have none to expect, or a norm: a finer
-    /// step or mesh, another element or solver.
+    /// Overrides of a second run, in addition to the first: a finer step or mesh, another element or solver. Numbers without an expected
+    /// value, or with a norm, are compared with this run.
     pub reference: Option<Vec<String>>,
-    /// Folder of the scenario of that run, where it is another one: of the overrides it has those of `reference`, and of a case with `first`
-    /// those of its variation and the seed.
+    /// Folder of the scenario of that run, if it differs. The run then has only the overrides in `reference`, and in a case with `first` also
+    /// the overrides of its variation and the seed.
     pub reference_scene: Option<PathBuf>,
-    /// Runs that come first, in this order: what they give is taken by those after them and by the case.
+    /// Runs that come first, in this order: later runs and the case take numbers from them.
     #[serde(default)]
     pub first: Vec<First>,
-    /// Keys whose values come from the runs that come first.
+    /// Keys whose values come from the first runs.
     #[serde(default)]
     pub take: Vec<Take>,
-    /// Variations: the case is run once with each. One case without, if empty.
+    /// Variations: the case runs once with each; if empty, once without.
     #[serde(default)]
     pub vary: Vec<Variation>,
-    /// Exit code that the run must end with.
+    /// Expected exit code of the run.
     #[serde(default)]
     pub exit_code: i32,
-    /// Words that the message must hold.
+    /// Words that the message must contain.
     #[serde(default)]
     pub says: Vec<String>,
-    /// Codes of the warnings that the run must end with, each once, in any order.
+    /// Codes of the expected warnings, each once, in any order.
     #[serde(default)]
     pub warns: Vec<String>,
-    /// Codes of warnings that a run may end with, as chance has it: with these numbers they are told.
+    /// Codes of warnings that depend on chance: they are allowed, and reported with the numbers.
     #[serde(default)]
     pub may_warn: Vec<String>,
     /// Text about the case, for the page.
     #[serde(default)]
     pub text: String,
-    /// Pictures of the report of its first run that the page shows, by their file names.
+    /// File names of pictures from the report of its first run, for the page.
     #[serde(default)]
     pub pictures: Vec<String>,
-    /// Numbers that must come out.
+    /// Expected numbers.
     #[serde(default)]
     pub number: Vec<Number>,
 }
@@ -87,9 +87,9 @@ pub struct SuiteCase {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct First {
-    /// Name by which others take from it.
+    /// Name by which other runs take numbers from it.
     pub name: String,
-    /// Its scenario, relative to the file; that of the case, with its overrides and variation, if absent.
+    /// Its scenario, relative to the file; if absent, the case's scenario with its overrides and variation.
     pub scene: Option<PathBuf>,
     /// Its own overrides.
     #[serde(default)]
@@ -105,9 +105,9 @@ pub struct First {
 pub struct Take {
     /// The key that is set.
     pub key: String,
-    /// Factor before the product, in the unit that is left over; 1 if absent.
+    /// Factor of the product, in the remaining unit; 1 if absent.
     pub factor: Option<f64>,
-    /// Exponents, by name of the run and path of the number: `rail.results.p0_pa`.
+    /// Exponents by name of the run and path of the number: `rail.results.p0_pa`.
     pub of: BTreeMap<String, f64>,
 }
 
@@ -139,40 +139,40 @@ impl Take {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Place of the number: a path in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
+    /// Path of the number: in summary.json, `cost.<wall_s | cpu_s | peak_rss_bytes>` of all processes,
     /// `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is the sum of two columns, or, with `norm`,
     /// `profile.<column>` or `signals.<column>`.
     pub path: String,
     /// The quantity in words; the path if absent.
     pub of: Option<String>,
-    /// Value that it must have; that of the case's reference if absent.
+    /// Expected value; if absent, the value of the case's reference.
     pub expected: Option<f64>,
-    /// Distance allowed, over the value.
+    /// Allowed distance relative to the value.
     pub tolerance_rel: Option<f64>,
-    /// Distance allowed.
+    /// Allowed distance.
     pub tolerance_abs: Option<f64>,
-    /// In place of a distance, least and largest ratio to the value: of a trend that was published without numbers.
+    /// Instead of a distance, smallest and largest ratio to the value, for a trend that was published without numbers.
     pub ratio: Option<[f64; 2]>,
-    /// The number is the distance of a traction or signal from that of the reference, relative to it, in this norm.
+    /// The number is the relative distance of a traction or signal from the reference, in this norm.
     pub norm: Option<Norm>,
-    /// Width of the bins over which the traction is a mean (m).
+    /// Width of the bins over which the traction is averaged (m).
     pub bin_m: Option<f64>,
-    /// Published value, where another one must come out here.
+    /// Published value, if another value is expected here.
     pub published: Option<f64>,
-    /// Predicted or calibrated, of a number with a published value.
+    /// Predicted or calibrated, for a number with a published value.
     pub basis: Option<Basis>,
-    /// True for a number that is told and not judged: a cost, or one that chance has too much of.
+    /// True for a number that is reported but not judged: a cost, or a number that depends too much on chance.
     #[serde(default)]
     pub told: bool,
 }
 
-/// Agreement with a published number is one of these two.
+/// Kind of agreement with a published number.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Basis {
-    /// Nothing was chosen for it.
+    /// No parameter was chosen for it.
     Predicted,
-    /// A parameter that the publication does not give was chosen so that it, or one that it hangs on, comes out.
+    /// A parameter that the publication does not give was chosen so that this number, or a number that it depends on, agrees.
     Calibrated,
 }
 
@@ -183,7 +183,7 @@ impl fmt::Display for Basis {
 }
 
 impl Number {
-    /// Tells if a number that came out is near enough to what is expected.
+    /// True if a number is close enough to the expected one.
     pub fn holds(&self, ours: f64, expected: f64) -> bool {
         if let Some([least, largest]) = self.ratio {
             return (least..=largest).contains(&(ours / expected));
@@ -191,13 +191,13 @@ impl Number {
         (ours - expected).abs() <= self.allowed(expected)
     }
 
-    /// Distance from this value that is allowed, in its unit.
+    /// Allowed distance from this value, in its unit.
     pub(super) fn allowed(&self, expected: f64) -> f64 {
         let relative = self.tolerance_rel.unwrap_or(0.0) * expected.abs();
         relative.max(self.tolerance_abs.unwrap_or(0.0))
     }
 
-    /// Its value in a run; a norm is of the distance from the reference.
+    /// Its value in a run; with a norm, the distance from the reference.
     pub(super) fn value(&self, run: &RunFiles, reference: Option<&RunFiles>) -> Option<f64> {
         if let Some(norm) = self.norm {
             let measure = Measure {
@@ -224,12 +224,12 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let refuse = |why: String| Error::from(Refusal::file(path, why));
     let mut expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
-        // True of what is held against a run.
+        // True for a number that is compared with a run.
         let is_open = |of: &Number| of.norm.is_some() || of.expected.is_none() && !of.told;
         let open = case.number.iter().any(is_open);
         let problem = match &case.reference {
             None if case.reference_scene.is_some() => {
-                "reference_scene without reference; write reference = [] where it has no overrides"
+                "reference_scene without reference; write reference = [] if it has no overrides"
             }
             reference if open != reference.is_some() => {
                 "a reference goes with numbers without `expected`, or with a norm"
@@ -242,7 +242,7 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     Ok(expected)
 }
 
-/// The case of each variation; its overrides also go to a reference that has a scenario of its own.
+/// The case of each variation; its overrides also apply to a reference with its own scenario.
 fn varied(case: SuiteCase) -> Vec<SuiteCase> {
     if case.vary.is_empty() {
         return vec![case];

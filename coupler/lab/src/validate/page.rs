@@ -1,4 +1,4 @@
-//! `validation.html`: what came out of a suite, case by case, with pictures of its runs.
+//! `validation.html`: the results of a suite, case by case, with pictures of its runs.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use scenario::error::Error;
 /// Name of the page in the folder of the suite.
 const PAGE: &str = "validation.html";
 
-/// Writes the page of a suite into its folder and returns the name of the file. `command` is what makes it again.
+/// Writes the page of a suite into its folder and returns the name of the file. `command` repeats the suite.
 ///
 /// # Errors
-/// A run that a picture is of is damaged, or the page cannot be written.
+/// A run with a picture is damaged, or the page cannot be written.
 pub fn write(
     folder: &Path,
     title: &str,
@@ -29,7 +29,7 @@ pub fn write(
     let sections = sections.map(|(number, case)| section(number, case));
     let sections = sections.collect::<Result<Vec<Section>, Error>>()?;
     let rows = || cases.iter().flat_map(|case| &case.rows);
-    let (judged, told) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.told);
+    let (judged, others) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.told);
     let wrong = judged.iter().filter(|row| !row.holds).count();
     let class = if wrong == 0 { "completed" } else { "failed" };
     let runs = || cases.iter().flat_map(|case| &case.runs).map(|(run, _)| run);
@@ -41,11 +41,11 @@ pub fn write(
     });
     let [software, build, git, processor, cores] = made_by;
     let head = format!(
-        "<div class=\"verdict {class}\"><p>{} of {} rows hold; {} more are told and not judged. The runs took {} of wall-clock and {} of \
-         processor time.</p></div><pre>{}</pre><p>{software}, build {build}, git {git}; {processor}, {cores} cores.</p>",
+        "<div class=\"verdict {class}\"><p>{} of {} rows hold; {} more are reported but not judged. The runs took {} of wall-clock and {} of \
+        processor time.</p></div><pre>{}</pre><p>{software}, build {build}, git {git}; {processor}, {cores} cores.</p>",
         judged.len() - wrong,
         judged.len(),
-        told.len(),
+        others.len(),
         minutes(cost("wall_s")),
         minutes(cost("cpu_s")),
         escape(command)
@@ -69,7 +69,7 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
         false => format!("<p>{}</p>", names(&escape(text))),
     };
     let case = &outcome.case;
-    // The end and the warnings come before the numbers, which a run that did not come to its end has none of.
+    // Exit code and warnings come before the numbers; a run that did not reach its end has no numbers.
     let (ends, numbers) = outcome.rows.split_at(outcome.rows.len().min(2));
     let ends = ends.iter().map(|row| ended(&outcome.name, row));
     let rows = case.number.iter().zip(numbers);
@@ -92,10 +92,10 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
         let all = || drawn.maps.iter().chain(&drawn.plots);
         let missing = case.pictures.iter();
         let missing = missing.filter(|file| all().all(|picture| picture.file != **file));
-        parts.extend(missing.map(|file| paragraph(&format!("The run has nothing for `{file}`."))));
+        parts.extend(missing.map(|file| paragraph(&format!("The run has no data for `{file}`."))));
     }
     for picture in drawn.maps.iter_mut().chain(&mut drawn.plots) {
-        // Two runs have pictures of the same name.
+        // Pictures of different cases have the same names.
         picture.file = format!("{number}-{}", picture.file);
     }
     Ok(Section {
@@ -105,7 +105,7 @@ fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
     })
 }
 
-/// The table's head; of several seeds the median stands under `ours`, the least and the largest beside it.
+/// The table's head; with several seeds, `ours` is the median, and the next column has the smallest and the largest value.
 const HEAD: [&str; 8] = [
     "quantity",
     "ours",
@@ -120,7 +120,7 @@ const HEAD: [&str; 8] = [
 /// The command that runs the case again.
 fn repeated(outcome: &CaseOutcome) -> String {
     let (case, scenario) = (&outcome.case, &outcome.scenario);
-    // The path as it is below the folder of the scenes, without the way there and back from the file of the suite.
+    // The path below the folder of the scenes, without the relative steps from the file of the suite.
     let mut name = Vec::new();
     let parts = scenario.components();
     for part in parts.filter_map(|part| part.as_os_str().to_str()) {
@@ -140,7 +140,7 @@ fn repeated(outcome: &CaseOutcome) -> String {
     format!("thirdbody run {}{set}", name.join("/"))
 }
 
-/// An end or a set of warnings that is not as it must be, or warnings that may be there.
+/// An unexpected exit code or set of warnings, or allowed warnings.
 fn ended(case: &str, row: &CaseRow) -> String {
     let none = row.ours.as_array().is_none_or(Vec::is_empty);
     if row.holds && none {
@@ -152,9 +152,9 @@ fn ended(case: &str, row: &CaseRow) -> String {
     format!("<p>{what}{wrong}: {}</p>", escape(&row.ours.to_string()))
 }
 
-/// The cells of a number: SI units with prefixes by its name, a norm without.
+/// The cells of a number, in SI units with prefixes by its name; a norm has no unit.
 fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
-    // Of a column of signals the last word is which of its values.
+    // For signals, the last word selects a value of the column.
     let path = match number.path.rsplit_once('.') {
         Some((column, _)) if number.path.starts_with("signals.") => column,
         _ => &number.path,
@@ -175,7 +175,7 @@ fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
     let seeds = row.seeds.map(|seeds| seeds.map(show).join(" to "));
     let verdict = match (row.told, row.holds) {
         (_, false) => "<b>does not hold</b>",
-        (true, _) => "told",
+        (true, _) => "reported",
         _ => "holds",
     };
     [

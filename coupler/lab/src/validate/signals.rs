@@ -3,8 +3,8 @@
 use protocol::larger;
 use runs::table::Table;
 
-/// `<column>.<last | max | min | mean | t_max | t_min>`, `t_` being the time of the extreme (s); the column's name may hold dots
-/// itself, and columns joined by `+` are summed.
+/// `<column>.<last | max | min | mean | t_max | t_min>`, where `t_` is the time of the extreme (s). The column's name may contain dots, and
+/// columns joined by `+` are summed.
 pub(super) fn of_signals(signals: &Table, path: &str) -> Option<f64> {
     let (columns, what) = path.rsplit_once('.')?;
     let columns = columns.split('+').map(|column| signals.get(column));
@@ -23,7 +23,7 @@ pub(super) fn of_signals(signals: &Table, path: &str) -> Option<f64> {
     }
 }
 
-/// Time of the first of the largest values (s), of the smallest where the sign is -1.
+/// Time of the first largest value (s), or of the smallest if the sign is -1.
 fn time_of(signals: &Table, values: &[f64], sign: f64) -> Option<f64> {
     let extreme = values.iter().map(|value| sign * value).reduce(larger)?;
     let at = values.iter().position(|value| sign * value == extreme)?;

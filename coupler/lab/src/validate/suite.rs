@@ -19,7 +19,7 @@ use study::plan::run_id;
 use study::task::{TaskFolder, TaskOutcome, TaskStage};
 use terminal::tell_progress;
 
-/// Time between two looks at a run that another process does.
+/// Interval of checks of a run in another process.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// One line of the table.
@@ -27,29 +27,29 @@ const LOOK: Duration = Duration::from_secs(1);
 pub struct CaseRow {
     /// Scene, case and number.
     pub name: String,
-    /// The value that came out, of several seeds the median.
+    /// The value of the run; the median with several seeds.
     pub ours: Value,
-    /// Least and largest of several seeds.
+    /// Smallest and largest value over several seeds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeds: Option<[f64; 2]>,
-    /// The value that should.
+    /// The expected value.
     pub expected: Value,
-    /// Published value, where another one must come out.
+    /// Published value, if another value is expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub published: Option<f64>,
-    /// Predicted or calibrated, of a published value.
+    /// Predicted or calibrated, for a published value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basis: Option<Basis>,
     /// Source of the expectation.
     pub source: String,
-    /// True if it is near enough, for every seed; a number that is only told holds.
+    /// True if it is close enough for every seed; a number that is only reported holds.
     pub holds: bool,
-    /// True for a number that is told and not judged.
+    /// True for a number that is reported but not judged.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub told: bool,
 }
 
-/// A case that was run.
+/// A case that ran.
 pub struct CaseOutcome {
     /// Scene and case.
     pub name: String,
@@ -57,23 +57,23 @@ pub struct CaseOutcome {
     pub scenario: PathBuf,
     /// The case.
     pub case: SuiteCase,
-    /// Text of its file above all cases, with the first of them.
+    /// Text of its file above all cases, for the first case.
     pub above: String,
     /// Its rows.
     pub rows: Vec<CaseRow>,
-    /// Its runs that came to an end, one for each seed.
+    /// Its runs that reached the end, one per seed.
     pub runs: Vec<Held>,
 }
 
-/// Circumstances of the runs of a suite.
+/// Options of the runs of a suite.
 pub struct SuiteOptions<'a> {
-    /// Those of each run, whose directory is below `folder`.
+    /// Options of each run, whose directory is below `folder`.
     pub run: RunOptions<'a>,
-    /// Folder of the run directories. What it holds of the same scenario and build already is not run again.
+    /// Folder of the run directories. Runs of the same scenario and build that are already there are not repeated.
     pub folder: &'a Path,
-    /// True if the long cases are run too.
+    /// True if the long cases run too.
     pub full: bool,
-    /// Text that `scene: case` contains for each case that is run; empty for all.
+    /// Text that `scene: case` must contain for a case to run; empty for all.
     pub only: String,
 }
 
@@ -100,7 +100,7 @@ pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseOutcome>,
         }
     }
     if cases.is_empty() {
-        let problem = "no case has this in its name or in its scene's, or they are long ones, which --full runs; without --only all are listed";
+        let problem = "no name of a case or scene contains this, or the case is long and needs --full; without --only all cases run";
         let argument = format!("--only {}", runs.only);
         return Err(Refusal::argument(argument, problem).into());
     }
@@ -148,7 +148,7 @@ fn run_case(
     })
 }
 
-/// The run of a case after those that come first, or the first end that is no result.
+/// The run of a case after its first runs, or the first run that failed.
 fn last_of(
     beside: &Path,
     scenario: &Path,
@@ -189,10 +189,10 @@ fn last_of(
     }
 }
 
-/// A run that came to its end, and the one that it is held against.
+/// A run that reached its end, and its reference.
 pub type Held = (RunFiles, Option<RunFiles>);
 
-/// The run that a case's open numbers are from; an end that is no result gives none.
+/// The reference run for a case's open numbers; `None` if it failed.
 fn referred(
     beside: &Path,
     scenario: &Path,
@@ -211,7 +211,7 @@ fn referred(
     Ok(run.filter(|_| outcome.message.is_empty()))
 }
 
-/// The end of a run and its directory, which may be from an earlier time; the error ends the suite.
+/// The outcome and the directory of a run, possibly from an earlier time; an error ends the suite.
 fn attempt(
     scene: &Path,
     set: &[String],
@@ -238,7 +238,7 @@ fn attempt(
     }
 }
 
-/// The ends of the runs, as a row of its own.
+/// The exit codes of the runs, as a row.
 fn ending(case: &SuiteCase, ends: &[TaskOutcome]) -> CaseRow {
     let holds = |end: &TaskOutcome| {
         let says_all = case.says.iter().all(|word| end.message.contains(word));
@@ -256,7 +256,7 @@ fn ending(case: &SuiteCase, ends: &[TaskOutcome]) -> CaseRow {
     case_row(case, "exit code", values, wrong.is_none())
 }
 
-/// The warnings of runs that came to their ends.
+/// The warnings of runs that reached their end.
 fn warnings(case: &SuiteCase, runs: &[Held]) -> CaseRow {
     let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
     let allowed = |code: &str| case.may_warn.iter().any(|may| may == code);

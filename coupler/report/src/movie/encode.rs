@@ -2,14 +2,14 @@
 
 use serde_json::{Value, json};
 
-/// Equal steps over a range: a number is off by half a step at most.
+/// Equal steps over a range: the error of a number is at most half a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Codes {
     /// The number with code 0.
     pub low: f64,
-    /// Distance of two codes.
+    /// Distance between two codes.
     pub step: f64,
-    /// The code of numbers that are absent, and of fine scales of those out of the range.
+    /// The code of absent numbers, and in fine scales of numbers out of range.
     absent: u32,
 }
 
@@ -19,7 +19,7 @@ impl Codes {
         Codes::with(range, u32::from(u16::MAX))
     }
 
-    /// 255 codes over a range; numbers beyond it have those of its ends.
+    /// 255 codes over a range; numbers beyond it have the codes of its ends.
     pub fn coarse(range: [f64; 2]) -> Codes {
         Codes::with(range, u32::from(u8::MAX))
     }
@@ -28,7 +28,7 @@ impl Codes {
         let step = (high - low) / f64::from(absent - 1);
         Codes {
             low,
-            // A range without length has one number, which is exact whatever the step.
+            // A range without length has one number, which is exact for any step.
             step: if step > 0.0 { step } else { 1.0 },
             absent,
         }
@@ -52,7 +52,7 @@ impl Codes {
         if inside { code as u32 } else { self.absent }
     }
 
-    /// What the page needs to turn codes into numbers that are so many times as large.
+    /// Offset and step from which the page computes numbers in another unit, `factor` times as large.
     pub fn json(&self, factor: f64) -> Value {
         json!([factor * self.low, factor * self.step])
     }
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn base64_is_that_of_the_standard() {
+    fn base64_follows_the_standard() {
         let of = |text: &str| base64(text.bytes());
         let words = ["", "f", "fo", "foo", "foob", "fooba", "foobar"];
         let expected = [
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_absent_has_the_last_code() {
+    fn an_absent_number_has_the_last_code() {
         let numbers = [f64::NAN, -0.1, 0.0, 1.0, 1.1];
         let fine = bytes(&Codes::fine([0.0, 1.0]).encode(numbers.into_iter()));
         assert_eq!(fine, [255, 255, 255, 255, 0, 0, 254, 255, 255, 255]);

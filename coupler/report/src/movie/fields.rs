@@ -1,4 +1,4 @@
-//! The fields that a run left: whose they are, and of which moments.
+//! The fields that a run wrote: their participants and moments.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -9,10 +9,10 @@ use runs::fields::{Arrays, read};
 use runs::scene::Setup;
 use scenario::error::{Error, Refusal};
 
-/// Ends of the names of files that belong to those of grains, and of interfaces.
+/// Ends of the names of files of contacts between grains, and of interfaces.
 const CONTACTS: &str = "-contacts";
 const INTERFACE: &str = "-interface";
-/// Arrays of the contacts: their ends, by the numbers of the grains, and data of each.
+/// Arrays of the contacts: the indices of both grains, and data.
 const OF_CONTACTS: [&str; 3] = ["connectivity", "force_n", "adhesion"];
 
 /// A moment at which fields were written.
@@ -20,7 +20,7 @@ const OF_CONTACTS: [&str; 3] = ["connectivity", "force_n", "adhesion"];
 pub struct FieldMoment {
     /// Its name in the files.
     pub name: String,
-    /// Simulated time (s), where the run recorded it.
+    /// Simulated time (s), if the run recorded it.
     pub time_s: Option<f64>,
 }
 
@@ -37,7 +37,7 @@ pub struct FieldSource {
 #[derive(Debug)]
 pub struct FieldFiles {
     folder: PathBuf,
-    /// Those who wrote fields.
+    /// Participants that wrote fields.
     pub sources: Vec<FieldSource>,
     /// The moments in their order.
     pub moments: Vec<FieldMoment>,
@@ -50,7 +50,7 @@ impl FieldFiles {
     /// The fields in a run directory.
     ///
     /// # Errors
-    /// There are none.
+    /// There are no fields.
     pub fn of(run: &Path, setup: &Setup) -> Result<FieldFiles, Error> {
         let mut record = FieldFiles {
             folder: run.join("fields"),
@@ -64,7 +64,7 @@ impl FieldFiles {
         }
         record.put_in_order();
         if record.moments.is_empty() {
-            let problem = "holds no fields (*.vtu, *.vtp) to show. Run the scenario to the end of a phase of its load, or with --set run.output.fields_every_s=5e-5; a participant that is a program of its own may write none, and files of VTKHDF (run.output.fields_format) are not read";
+            let problem = "holds no fields (*.vtu, *.vtp) to show. Run the scenario to the end of a phase of its load, or with --set run.output.fields_every_s=5e-5; a foreign participant may write no fields, and VTKHDF files (run.output.fields_format) are not read";
             return Err(Refusal::file(&record.folder, problem).into());
         }
         Ok(record)
@@ -73,7 +73,7 @@ impl FieldFiles {
     /// Reads the fields of a participant at a moment, if it wrote any.
     ///
     /// # Errors
-    /// The file cannot be read, or has no end: whoever wrote it was killed.
+    /// The file cannot be read, or has no end, because its writer was killed.
     pub fn read(
         &self,
         source: &FieldSource,
@@ -96,14 +96,14 @@ impl FieldFiles {
         Ok(Some(arrays))
     }
 
-    /// Names of all files in the folder, in their order.
+    /// Sorted names of all files in the folder.
     fn present(&self) -> BTreeSet<String> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten();
         let names = entries.flatten().map(|entry| entry.file_name());
         names.filter_map(|name| name.into_string().ok()).collect()
     }
 
-    /// The files of a participant: those in its collection, or without one (a run that was killed) those that bear its name.
+    /// The files of a participant: the files in its collection, or without a collection (a killed run) the files that bear its name.
     fn files(&self, participant: &str, present: &BTreeSet<String>, setup: &Setup) -> Files {
         let collection = self.folder.join(format!("{participant}.pvd"));
         if let Ok(text) = std::fs::read_to_string(collection) {
@@ -146,7 +146,8 @@ impl FieldFiles {
         }
     }
 
-    /// By time, those without a time as they were found; of several at one time (the end of the last phase and of the run) the first.
+    /// Sorts moments by time and keeps the first of several at one time (the end of the last phase and of the run). Moments without a time
+    /// stay as they were found.
     fn put_in_order(&mut self) {
         if self.moments.iter().all(|moment| moment.time_s.is_some()) {
             let time = |moment: &FieldMoment| moment.time_s.unwrap_or(f64::INFINITY);
@@ -165,7 +166,7 @@ fn read_whole(path: &Path) -> Result<Arrays, Error> {
     read(path)
 }
 
-/// True for a file that the closing tag of VTK ends.
+/// True for a file that ends with the closing tag of VTK.
 fn has_end(path: &Path) -> std::io::Result<bool> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
@@ -175,7 +176,7 @@ fn has_end(path: &Path) -> std::io::Result<bool> {
     Ok(end.trim_ascii_end().ends_with(b"</VTKFile>"))
 }
 
-/// The participants of the scenario, then others that have a collection.
+/// The participants of the scenario, then others with a collection.
 fn participants(present: &BTreeSet<String>, setup: &Setup) -> Vec<String> {
     let mut all = setup.participants.clone();
     let collections = present.iter().filter_map(|file| file.strip_suffix(".pvd"));
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_killed_run_without_collections_has_what_there_is() {
+    fn a_killed_run_without_collections_has_the_files_that_exist() {
         let run = run(
             "movie-killed",
             &[("rail-ramp.vtu", ""), ("rail-b-ramp.vtu", "")],
@@ -255,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_fields_is_told_what_to_do() {
+    fn the_error_for_a_run_without_fields_says_what_to_do() {
         let run = run("movie-none", &[("rail-profile.csv", "")]);
         let error = FieldFiles::of(run.path(), &Setup::default()).expect_err("it has none");
         assert!(error.to_string().contains("fields_every_s=5e-5"), "{error}");

@@ -1,16 +1,16 @@
-//! The parts of a movie that fit into the size of a page: first frames go, then the colours of grains but for pressure, then
+//! The parts of a movie that fit into the size of a page: it drops frames first, then colours of grains other than pressure, then
 //! elements and grains far from the contact.
 
-/// Frames that elements and grains give way to.
+/// Number of frames below which elements and grains are dropped first.
 const FRAMES_LEAST: usize = 24;
-/// Elements that grains give way to: those next to the contact.
+/// Number of elements, next to the contact, below which grains are dropped first.
 const ELEMENTS_LEAST: usize = 2_000;
-/// Most frames of a movie: a slider tells no more apart.
+/// Largest number of frames: a slider cannot tell more apart.
 pub const FRAMES_MOST: usize = 600;
-/// Most contacts of a frame, the strongest: thousands of lines are no picture.
+/// Largest number of contacts of a frame, the strongest: more lines make no readable picture.
 pub const LINES_MOST: usize = 3_000;
 
-/// Parts of a movie, or all that a run left.
+/// Parts of a movie, or everything that a run wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Content {
     /// Moments.
@@ -19,7 +19,7 @@ pub struct Content {
     pub elements: usize,
     /// Grains.
     pub grains: usize,
-    /// Bytes of a grain in a frame beside its position and pressure: its other colours.
+    /// Bytes of a grain in a frame in addition to position and pressure: its other colours.
     pub colours: usize,
 }
 
@@ -27,10 +27,10 @@ pub struct Content {
 type Part = fn(&mut Content) -> &mut usize;
 
 impl Content {
-    /// Characters of the page for these parts of a run whose meshes have outlines of so many nodes.
+    /// Characters of the page for these parts; `outline` is the number of nodes in the outlines of all meshes.
     pub fn characters(&self, outline: usize) -> usize {
         let elements = self.elements;
-        // Elements around a point have about as many nodes, and some at their rim.
+        // Elements around a point have about as many nodes, plus some at the rim.
         let nodes = elements + 4 * elements.isqrt() + outline;
         let lines = LINES_MOST.min(3 * self.grains);
         let frame = 4 * nodes + elements + (5 + self.colours) * self.grains + 9 * lines;
@@ -38,7 +38,7 @@ impl Content {
         (still + self.frames * frame).div_ceil(3) * 4 + 800 * self.frames
     }
 
-    /// As much of it as fits into so many characters.
+    /// The parts that fit into `characters` characters.
     pub fn within(&self, characters: usize, outline: usize) -> Content {
         let fits = |content: &Content| content.characters(outline) <= characters;
         let few = self.frames.min(FRAMES_LEAST);
@@ -66,7 +66,7 @@ impl Content {
     }
 }
 
-/// The largest number of a range, its end included, for which something holds that holds for all smaller ones; else its start.
+/// The largest number of a range, including its end, for which a condition holds that is true for all smaller ones; else the start.
 fn largest(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (range.start, range.end);
     while low < high {
@@ -80,7 +80,7 @@ fn largest(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usiz
     low
 }
 
-/// Numbers of the so many points nearest to `centre`, in ascending order.
+/// Indices of the `count` points nearest to `centre`, in ascending order.
 pub fn nearest(points: &[[f64; 2]], centre: [f64; 2], count: usize) -> Vec<usize> {
     let far = |k: &usize| (points[*k][0] - centre[0]).hypot(points[*k][1] - centre[1]);
     let mut order: Vec<usize> = (0..points.len()).collect();
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_stays_whole() {
+    fn a_movie_that_fits_stays_whole() {
         let small = content(40, 1_410, 312);
         assert_eq!(small.within(PAGE, 200), small);
     }
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_there_is_fits() {
+    fn content_of_any_size_fits() {
         for all in [
             content(10_000, 1_000_000, 1_000_000),
             content(1, 0, 10_000_000),

@@ -1,4 +1,4 @@
-//! A mesh of quadrilaterals at rest: its outline, and the lines along its upper and lower side.
+//! A mesh of quadrilaterals at rest: its outline, and the lines of nodes along its upper and lower side.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub enum MeshSide {
 }
 
 impl QuadMesh {
-    /// The mesh of a file; `None` where it is none of quadrilaterals.
+    /// The mesh of a file; `None` if it does not consist of quadrilaterals.
     pub fn of(arrays: &Arrays) -> Option<QuadMesh> {
         let nodes = points(arrays);
         let types = numbers(arrays, "types");
@@ -55,7 +55,7 @@ impl QuadMesh {
         edges.map(|edge| edge.ends).collect()
     }
 
-    /// The nodes along a side from left to right: those of outer edges that face up or down more than sideways.
+    /// The nodes along a side from left to right: the ends of outer edges that face up or down more than sideways.
     pub fn side(&self, side: MeshSide) -> Vec<u32> {
         let faces = |edge: &OuterEdge| {
             let [x, y] = edge.outward;
@@ -85,7 +85,7 @@ impl QuadMesh {
         outer.map(|(_, edge)| edge).collect()
     }
 
-    /// Normal of an edge, as long as the edge, away from the centre of its element.
+    /// Normal of an edge with the edge's length, away from the centre of its element.
     fn outward(&self, ends: [u32; 2], centre: [f64; 2]) -> [f64; 2] {
         let [a, b] = ends.map(|node| self.nodes[node as usize]);
         let normal = [b[1] - a[1], a[0] - b[0]];
@@ -101,7 +101,7 @@ struct OuterEdge {
     outward: [f64; 2],
 }
 
-/// The height of a line of nodes at a position, straight between them and constant beyond its ends; `None` without nodes.
+/// The height of a line of nodes at a position, linear between nodes and constant beyond the ends; `None` without nodes.
 pub fn height(line: &[[f64; 2]], x: f64) -> Option<f64> {
     let next = line.partition_point(|node| node[0] < x);
     let (before, after) = line.split_at(next);
@@ -118,7 +118,7 @@ pub fn height(line: &[[f64; 2]], x: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Two unit squares beside each other.
+    /// Two unit squares side by side.
     fn mesh() -> QuadMesh {
         QuadMesh {
             nodes: [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]]
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn outline_and_sides_leave_out_what_elements_share() {
+    fn outline_and_sides_leave_out_shared_edges() {
         let mesh = mesh();
         assert_eq!(mesh.outline().len(), 6);
         assert!(!mesh.outline().contains(&[1, 4]) && !mesh.outline().contains(&[4, 1]));
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_straight_between_nodes() {
+    fn heights_are_linear_between_nodes() {
         let line = [[0.0, 1.0], [2.0, 3.0]];
         let heights = [-1.0, 0.0, 0.5, 2.0, 9.0].map(|x| height(&line, x));
         assert_eq!(heights, [1.0, 1.0, 1.5, 3.0, 3.0].map(Some));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_mesh_of_quadrilaterals_is_not_read_as_one() {
+    fn other_meshes_are_not_read_as_quadrilaterals() {
         let arrays = |kind: f64, node: f64| {
             let points = vec![0.0; 12];
             let list = [("points", points), ("types", vec![kind])];

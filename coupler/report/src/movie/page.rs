@@ -1,4 +1,4 @@
-//! The page of a movie: the player with the data in it.
+//! The page of a movie: the player with its data.
 
 use serde_json::{Value, json};
 
@@ -9,10 +9,10 @@ use super::shots::{GrainShot, MeshShot, Over, Shots};
 use draw::svg::escape;
 use runs::fields::flags;
 
-/// The player, with marks where texts and data go.
+/// The player, with placeholders for texts and data.
 pub const PLAYER: &str = include_str!("player.html");
 
-/// Everything that a page shows.
+/// Content of a page.
 #[derive(Debug)]
 pub struct Movie<'a> {
     /// The bodies.
@@ -23,7 +23,7 @@ pub struct Movie<'a> {
     pub ranges: &'a MovieRanges,
     /// Texts.
     pub words: &'a Words,
-    /// Wheel, signals and the rest that needs no codes, by its names in the player.
+    /// Wheel, signals and the rest that needs no codes, under the player's names.
     pub more: Value,
 }
 
@@ -32,11 +32,11 @@ pub struct Movie<'a> {
 pub struct Words {
     /// Name of the scenario.
     pub title: String,
-    /// The end of the run, and its message.
+    /// Status and message of the run.
     pub status: String,
-    /// The picture for those who cannot see it.
+    /// Description of the picture for readers who cannot see it.
     pub description: String,
-    /// What was left out, and other remarks.
+    /// Notes on omitted parts, and other remarks.
     pub notes: Vec<String>,
 }
 
@@ -50,11 +50,11 @@ pub fn page(movie: &Movie) -> String {
         ("STATUS", escape(&words.status)),
         ("DESCRIPTION", escape(&words.description)),
         ("NOTES", notes.collect()),
-        // It ends no script element, whatever its texts are.
+        // No text can end the script element.
         ("DATA", data(movie).to_string().replace('<', "\\u003c")),
     ];
     let mut html = String::new();
-    // One pass: what a scenario puts into a text is never taken for a mark.
+    // A single pass, so that text from a scenario is never taken for a placeholder.
     for (number, part) in PLAYER.split("@@").enumerate() {
         let mut parts = parts.iter();
         let value = parts.find(|(name, _)| number % 2 == 1 && *name == part);
@@ -143,7 +143,7 @@ fn frame(
         "v": given(ranges.speed(), &shot.speed),
         "b": given(unit, &shot.body),
         "a": given(Codes::coarse([0.0, 1.0]), &shot.adhesion),
-        // Radii of grains that grow go with each frame; those that stay the same are in `radius`.
+        // Each frame has the radii of growing grains; constant radii are in `radius`.
         "r": (shot.radius != still).then(|| coded(radius, &shot.radius)),
         "ends": whole(shot.lines.iter().flat_map(|line| line.ends)),
         "f": ranges.force().encode(shot.lines.iter().map(|line| line.force)),
@@ -154,7 +154,7 @@ fn frame(
 mod tests {
     use super::*;
 
-    /// A page whose every text is hostile, without bodies.
+    /// A page without bodies whose texts are all hostile.
     fn hostile() -> String {
         let hostile = "</script><script>alert(1)</script>@@DATA@@\"><img src=x>".to_string();
         let words = Words {
@@ -181,7 +181,7 @@ mod tests {
             assert_eq!(there, expected + extra, "{tag}");
         }
         assert!(!page.contains("alert(1)</script"));
-        // Marks within texts stay what they are.
+        // Placeholders within texts stay unchanged.
         assert_eq!(page.matches("@@DATA@@").count(), 7);
     }
 
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_the_player_darken_all_along() {
+    fn the_colours_of_the_player_darken_from_end_to_end() {
         let stops = PLAYER
             .split_once("const STOPS = [")
             .expect("it has colours")

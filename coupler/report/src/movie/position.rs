@@ -1,19 +1,19 @@
-//! The position of a mesh beside the grains that it is joined with.
+//! The position of a mesh relative to the grains that it is joined with.
 //!
-//! An interface carries displacements and forces, not positions: a second continuum has a frame of its own, in which it lies where
-//! the first one does. Positions along the interface are those of its nodes and glued grains in both frames; across it the mesh is
-//! moved to where its line of nodes meets the glued grains.
+//! An interface carries displacements and forces, not positions: a second continuum has its own frame, in which it has the same position
+//! as the first one. Along the interface, positions in both frames agree; across it, the mesh is moved until its line of nodes meets the
+//! glued grains.
 
 use super::mesh::{MeshSide, QuadMesh, height};
 use runs::fields::{Arrays, flags, numbers, points};
 use runs::scene::JoinedSet;
 
-/// Grains at the first moment, as a mesh lies beside them (m).
+/// Grains at the first moment, which determine the position of a mesh (m).
 #[derive(Clone, Debug, Default)]
 pub struct JoinedGrains {
-    /// Centres of the grains that are glued.
+    /// Centres of the glued grains.
     pub glued: Vec<[f64; 2]>,
-    /// Centres of those that are not.
+    /// Centres of the free grains.
     pub free: Vec<[f64; 2]>,
     /// Largest radius.
     pub radius: f64,
@@ -22,9 +22,9 @@ pub struct JoinedGrains {
 /// The position of a mesh in the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshPosition {
-    /// Distance that it is moved up (m).
+    /// Distance by which the mesh is moved up (m).
     pub up: f64,
-    /// The side along which it carries the grains, if it does.
+    /// The side along which the mesh carries the grains, if it does.
     pub carries: Option<MeshSide>,
     /// Remark for the page.
     pub note: Option<String>,
@@ -33,7 +33,7 @@ pub struct MeshPosition {
 /// The position of a mesh that is joined with these grains.
 ///
 /// # Errors
-/// It cannot be known; the reason goes on from the name of the mesh.
+/// The position is unknown; the reason continues the name of the mesh.
 pub fn beside(
     mesh: &QuadMesh,
     joint: &JoinedSet,
@@ -48,7 +48,7 @@ pub fn beside(
     let gap = |grain: &[f64; 2]| Some(grain[1] - height(&line, grain[0])?);
     let gaps: Option<Vec<f64>> = grains.of(side).map(gap).collect();
     let gaps = gaps.filter(|gaps| !gaps.is_empty());
-    let gaps = gaps.ok_or("has no glued grains beside it that would tell its place")?;
+    let gaps = gaps.ok_or("has no glued grains beside it that would determine its position")?;
     let far = gaps.iter().fold(0.0, |far: f64, gap| far.max(gap.abs()));
     let carries = Some(side);
     if far <= 2.0 * grains.radius {
@@ -60,13 +60,13 @@ pub fn beside(
     if !["top", "bottom"].contains(&joint.set) {
         let (set, far) = (joint.set, 1e3 * far);
         return Err(format!(
-            "is up to {far:.3} mm away from the grains that are glued to its set `{set}`, in a frame that is not known"
+            "is up to {far:.3} mm away from the grains that are glued to its set `{set}`, in an unknown frame"
         ));
     }
     let up = gaps.iter().sum::<f64>() / gaps.len() as f64;
     let (mm, set, partner, other) = (1e3 * up, joint.set, joint.partner, joint.partner_set);
     let note = format!(
-        "has a frame of its own: drawn {mm:.3} mm higher, where its {set} meets the grains glued to it (`{partner}.{other}`)"
+        "has its own frame: drawn {mm:.3} mm higher, where its {set} meets the grains glued to it (`{partner}.{other}`)"
     );
     Ok(MeshPosition {
         up,
@@ -76,7 +76,7 @@ pub fn beside(
 }
 
 impl JoinedGrains {
-    /// The grains of a file, but for those of a wheel and those in store.
+    /// The grains of a file, without the grains of a wheel and those in store.
     pub fn of_fields(arrays: &Arrays) -> JoinedGrains {
         let radii = numbers(arrays, "radius_m");
         let [glued, wheel] = ["glued", "wheel"].map(|name| flags(arrays, name));
@@ -92,7 +92,7 @@ impl JoinedGrains {
         }
     }
 
-    /// The glued grains at the lower side of the layer, which lie on the top of a mesh, or those at its upper side.
+    /// The glued grains at the lower side of the layer, for the top of a mesh, or at the upper side, for the bottom.
     fn of(&self, side: MeshSide) -> impl Iterator<Item = &[f64; 2]> {
         let mut free = self.free.clone();
         free.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -103,7 +103,7 @@ impl JoinedGrains {
         })
     }
 
-    /// Mean height of the free grains near a position: of those within five radii, or of the nearest. They are in order.
+    /// Mean height of the free grains within five radii of a position, or the height of the nearest. `free` is sorted by x.
     fn middle(&self, free: &[[f64; 2]], x: f64) -> Option<f64> {
         let first = |x: f64| free.partition_point(|grain| grain[0] < x);
         let near = &free[first(x - 5.0 * self.radius)..first(x + 5.0 * self.radius)];
@@ -119,7 +119,7 @@ impl JoinedGrains {
 mod tests {
     use super::*;
 
-    /// A unit square below y = 0, and grains glued at 0 and at 0.5 with a free one between.
+    /// A unit square below y = 0, and grains glued at 0 and at 0.5 with a free grain between them.
     fn scene() -> (QuadMesh, JoinedGrains) {
         let nodes = [[0.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0]];
         let mesh = QuadMesh {
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_that_cannot_be_known_is_refused() {
+    fn an_unknown_position_is_refused() {
         let (mesh, grains) = scene();
         let error = beside(&mesh, &joint("crown", "lid"), &grains).expect_err("it is not known");
         assert!(error.contains("`crown`"), "{error}");

@@ -1,4 +1,4 @@
-//! Ranges of the numbers of a movie, over all of its frames.
+//! Ranges of the numbers of a movie, over all its frames.
 
 use draw::axis::range;
 use runs::curve::quantile;
@@ -6,21 +6,21 @@ use runs::curve::quantile;
 use super::encode::Codes;
 use super::shots::Shots;
 
-/// Share of the grains that colours tell apart: single grains carry many times the mean.
+/// Share of the grains whose colours differ: single grains carry many times the mean.
 const SHOWN: f64 = 0.98;
-/// Least parts of the smallest radius that positions of grains are rounded to.
+/// Positions of grains are rounded to the smallest radius over this number, or finer.
 const PARTS: f64 = 20.0;
 
-/// MovieRanges over all frames.
+/// Ranges over all frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MovieRanges {
     /// Displacements of nodes along x and y (m).
     pub displacement: [[f64; 2]; 2],
-    /// Positions of grains along x and y (m); those beyond are not shown.
+    /// Positions of grains along x and y (m); grains beyond are not shown.
     pub position: [[f64; 2]; 2],
     /// Largest radius (m).
     pub radius_m: f64,
-    /// Pressures (Pa); those beyond have the colours of its ends.
+    /// Pressures (Pa); pressures beyond have the colours of the ends.
     pub pressure_pa: [f64; 2],
     /// Speed of grains at which the colours end (m/s).
     pub speed_m_per_s: f64,
@@ -71,17 +71,17 @@ impl MovieRanges {
     }
 }
 
-/// From the largest tension of the continuum, if it is worth a colour, to its largest pressure; without one, to the pressure that
-/// most grains stay below.
+/// From the largest tension of the continuum, if it is large enough to show, to its largest pressure; without pressure in a continuum, to
+/// the pressure that most grains stay below.
 fn pressures([low, high]: [f64; 2], carried: f64) -> [f64; 2] {
     let most = round_up(if high > 0.0 { high } else { carried });
     let tension = round_up(-low);
-    // What rounding leaves of nothing is no pressure.
+    // A rounding error is no pressure.
     let most = if most > 1e-9 * tension { most } else { 0.0 };
     [if tension > 0.02 * most { -tension } else { 0.0 }, most]
 }
 
-/// The range of all positions, or so much of it around the first frame's as its codes tell grains apart in.
+/// The range of all positions, or the part around the first frame's range in which the codes resolve the grains.
 fn limited(all: [f64; 2], first: [f64; 2], smallest: f64) -> [f64; 2] {
     let most = 65_534.0 * smallest / PARTS;
     if all[1] - all[0] <= most {
@@ -92,25 +92,25 @@ fn limited(all: [f64; 2], first: [f64; 2], smallest: f64) -> [f64; 2] {
     [from, from + most]
 }
 
-/// Least and largest of the numbers; zeros without any.
+/// Smallest and largest of the numbers; zeros without any.
 pub fn of(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     range(numbers).unwrap_or_default()
 }
 
-/// The number that most positive ones stay below.
+/// The number that most positive numbers stay below.
 fn share(numbers: impl Iterator<Item = f64>) -> f64 {
     let numbers = numbers.filter(|number| *number > 0.0);
     quantile(numbers.collect(), SHOWN).unwrap_or(0.0)
 }
 
-/// The least number with two significant digits that is not below a positive one; 0 for others.
+/// The smallest number with two significant digits that is not below a positive number; 0 for other numbers.
 pub fn round_up(number: f64) -> f64 {
     if !(number > 0.0 && number.is_finite()) {
         return 0.0;
     }
     let exponent = number.log10().floor() - 1.0;
     let digits = (number / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
-    // Through its text, so that it is the number nearest to the decimal one.
+    // Parsed from text, the result is the nearest to the decimal number.
     format!("{digits}e{exponent}").parse().unwrap_or(number)
 }
 
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn tension_has_colours_where_it_is_worth_them() {
+    fn tension_has_colours_if_it_is_large_enough() {
         assert_eq!(pressures([-1.0, 770.0], 9e9), [0.0, 770.0]);
         assert_eq!(pressures([-77.0, 770.0], 9e9), [-77.0, 770.0]);
         assert_eq!(pressures([0.0, 0.0], 12.0), [0.0, 12.0]);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grain_that_flies_away_costs_the_others_no_digits() {
+    fn a_grain_that_flies_away_leaves_the_precision_of_the_others() {
         let near = [0.0, 16e-3];
         assert_eq!(limited(near, near, 5e-5), near);
         let [low, high] = limited([0.0, 5.0], near, 5e-5);

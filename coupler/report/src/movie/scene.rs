@@ -1,4 +1,4 @@
-//! The bodies of a movie: meshes in their positions and grains, as they are at the first moment that has them.
+//! The bodies of a movie: meshes in their positions and grains, at the first moment that has them.
 
 use super::fields::{FieldFiles, FieldSource};
 use super::fit::{Content, nearest};
@@ -12,13 +12,13 @@ use runs::scene::Setup;
 pub struct MeshBody {
     /// Its fields.
     pub source: FieldSource,
-    /// The mesh at rest, in a frame of its own.
+    /// The mesh at rest, in its own frame.
     pub mesh: QuadMesh,
     /// Its position in the picture.
     pub position: MeshPosition,
     /// The participant whose grains it carries.
     pub partner: Option<String>,
-    /// Numbers of the elements that are kept.
+    /// Indices of the elements that are kept.
     pub kept: Vec<usize>,
 }
 
@@ -29,7 +29,7 @@ pub struct GrainBody {
     pub source: FieldSource,
     /// The first moment that has them.
     pub first: Arrays,
-    /// Numbers of the grains that are kept.
+    /// Indices of the grains that are kept.
     pub kept: Vec<usize>,
 }
 
@@ -76,7 +76,7 @@ impl Scene {
         None
     }
 
-    /// Adds a remark once.
+    /// Adds a remark unless it is there already.
     pub fn note(&mut self, note: String) {
         if !self.notes.contains(&note) {
             self.notes.push(note);
@@ -126,11 +126,11 @@ impl Scene {
                 beside(mesh, &joint, &JoinedGrains::of_fields(&grains.first))
             }
             _ if only && self.grains.is_empty() => Ok(MeshPosition::default()),
-            _ => Err("is joined with no grains that would tell its place".into()),
+            _ => Err("is joined with no grains that would determine its position".into()),
         }
     }
 
-    /// All there is, in so many frames.
+    /// All parts, in `frames` frames.
     pub fn content(&self, frames: usize) -> Content {
         let colours = self.grains.iter().map(|grains| grains.colours());
         Content {
@@ -164,8 +164,7 @@ impl Scene {
         }
     }
 
-    /// The middle of what bears at the last moment that can be read, by squares of pressures; the middle of everything where
-    /// nothing does.
+    /// The mean position at the last readable moment, weighted by squares of pressures; unweighted without pressure.
     pub fn focus(&self, files: &FieldFiles) -> [f64; 2] {
         let read = |source: &FieldSource| {
             let mut moments = files.moments.iter().rev();
@@ -188,7 +187,7 @@ impl Scene {
     }
 }
 
-/// Mean of points by squares of their pressures, pulls left out.
+/// Mean of points weighted by squares of their pressures, without tension; unweighted if there is no pressure.
 fn middle(bearing: &[([f64; 2], f64)]) -> [f64; 2] {
     let mean = |weight: &dyn Fn(f64) -> f64| {
         let sum: f64 = bearing.iter().map(|(_, pressure)| weight(*pressure)).sum();
@@ -224,7 +223,7 @@ impl MeshBody {
         centres.map(|[x, y]| [x, y + self.position.up]).collect()
     }
 
-    /// The line of nodes that carries what lies along it: grains, or the wheel on top.
+    /// The line of nodes that carries grains, or the wheel on top.
     pub fn line(&self) -> Vec<u32> {
         let side = self.position.carries.unwrap_or(MeshSide::Top);
         self.mesh.side(side)

@@ -5,10 +5,10 @@ use super::fit::LINES_MOST;
 use super::scene::{GrainBody, MeshBody, Scene};
 use runs::fields::{Arrays, numbers, points};
 
-/// Least force of a line that is kept, over the largest of its frame: below, it would be too thin to be seen.
+/// Smallest force of a line that is kept, over the largest of its frame: a thinner line would be invisible.
 const WEAKEST: f64 = 0.01;
 
-/// A mesh at a moment: of the kept nodes and elements.
+/// The kept nodes and elements of a mesh at a moment.
 #[derive(Clone, Debug, Default)]
 pub struct MeshShot {
     /// Displacements (m).
@@ -28,15 +28,15 @@ pub struct GrainShot {
     pub pressure: Vec<f64>,
     /// Speeds (m/s).
     pub speed: Option<Vec<f64>>,
-    /// Numbers of the bodies that they belong to.
+    /// Numbers of their bodies.
     pub body: Option<Vec<f64>>,
-    /// Mean adhesions of their bonds, 0 without any.
+    /// Mean adhesions of their bonds, 0 without bonds.
     pub adhesion: Option<Vec<f64>>,
-    /// Contacts that press.
+    /// Contacts under pressure.
     pub lines: Vec<ContactLine>,
 }
 
-/// A contact of two kept grains.
+/// A contact between two kept grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLine {
     /// The grains.
@@ -45,15 +45,15 @@ pub struct ContactLine {
     pub force: f64,
 }
 
-/// One body over all frames; `None` where it has no fields.
+/// One body over all frames; `None` for frames without its fields.
 pub type Over<T> = Vec<Option<T>>;
 
 /// All frames.
 #[derive(Debug, Default)]
 pub struct Shots {
-    /// Of each mesh.
+    /// Frames of each mesh.
     pub meshes: Vec<Over<MeshShot>>,
-    /// Of each set of grains.
+    /// Frames of each set of grains.
     pub grains: Vec<Over<GrainShot>>,
     /// Files that could not be used.
     pub notes: Vec<String>,
@@ -96,7 +96,7 @@ impl Shots {
             let made = found.as_ref().and_then(&shot);
             if found.is_some() && made.is_none() {
                 let note = format!(
-                    "left out: `{who}` at `{when}`, which has other nodes or grains than at first"
+                    "left out: `{who}` at `{when}`, which has other nodes or grains than the first frame"
                 );
                 self.notes.push(note);
             }
@@ -107,7 +107,7 @@ impl Shots {
 }
 
 impl MeshBody {
-    /// The nodes that the page needs, in ascending order: those of the kept elements, of the outline and of the line that carries.
+    /// The nodes that the page needs, in ascending order: nodes of the kept elements, of the outline and of the line that carries.
     pub fn kept_nodes(&self) -> Vec<u32> {
         let quads = self.kept.iter().flat_map(|quad| self.mesh.quads[*quad]);
         let outline = self.mesh.outline().into_iter().flatten();
@@ -140,7 +140,7 @@ impl GrainBody {
             let value = |grain: &usize| values.get(*grain).copied().unwrap_or(f64::NAN);
             self.kept.iter().map(value).collect()
         };
-        // Grains in store have no radius and are nowhere.
+        // Grains in store have no radius and no position.
         let coordinate = |k: usize| {
             let at = |grain: &usize| match radii[*grain] > 0.0 {
                 true => centres[*grain][k],

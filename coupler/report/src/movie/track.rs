@@ -1,13 +1,13 @@
-//! The signals of a run beside its frames: wheel and forces at their times, and over time for the strip below the picture.
+//! The signals of a run for its frames: wheel and forces at their times, and over time for the strip below the picture.
 
 use serde_json::{Value, json};
 
 use runs::files::RunFiles;
 
-/// Pieces of time of the strip; each shows its least and its largest value.
+/// Number of intervals of the strip; each shows its smallest and its largest value.
 const PIECES: usize = 400;
 
-/// Signals of the wheel that are shown: words, name, unit, and the factor from SI to it.
+/// Signals of the wheel that are shown: words, name, unit, and factor from SI to the unit.
 const OF_WHEEL: [(&str, &str, &str, f64); 4] = [
     ("F_T, friction force on the wheel", "wheel_ft_n", "N", 1.0),
     ("F_N, normal force on the wheel", "wheel_fn_n", "N", 1.0),
@@ -28,12 +28,12 @@ struct Signal {
 pub struct Track {
     times_s: Vec<f64>,
     signals: Vec<Signal>,
-    /// Positions wheel_x_m and wheel_y_m (m), where there is a wheel.
+    /// Positions wheel_x_m and wheel_y_m (m), if there is a wheel.
     wheel: Option<[Vec<f64>; 2]>,
 }
 
 impl Track {
-    /// The signals of the wheel that a participant carries; of a run without a wheel those of its interfaces.
+    /// The signals of the wheel that a participant carries; without a wheel, the forces of the interfaces.
     pub fn of(run: &RunFiles, wheel_of: Option<&String>) -> Track {
         let columns = &run.signals;
         let column = |name: &str| {
@@ -77,7 +77,7 @@ impl Track {
         rows.min_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
-    /// The numbers beside a frame at a time (s): of the nearest row, with the time of that row.
+    /// The numbers for a frame at a time (s), from the nearest row, with the time of that row.
     pub fn at(&self, time_s: f64) -> Value {
         let Some(row) = self.row(time_s) else {
             return Value::Null;
@@ -107,7 +107,7 @@ impl Track {
     }
 }
 
-/// Rows with the least and the largest value of each piece, in their order.
+/// Rows with the smallest and the largest value of each interval, in order.
 fn extremes(values: &[f64]) -> Vec<usize> {
     let length = values.len().div_ceil(PIECES).max(1);
     let mut rows = Vec::new();

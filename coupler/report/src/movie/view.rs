@@ -1,4 +1,4 @@
-//! Parts of the scene that a movie shows.
+//! Views: parts of the scene that a movie shows.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ pub struct MovieView {
     extent: Extent,
 }
 
-/// The views of a scene, that to begin with first: the contact, where there is one.
+/// The views of a scene, the initial view first: the contact, if there is one.
 pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
     let (body, layer) = (Extent::around(nodes(scene)), Extent::around(circles(scene)));
     let both = [body, layer].into_iter().flatten();
@@ -23,7 +23,7 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
     };
     let edge = 0.06 * all.width().max(all.height());
     let whole = all.with_margin(edge, edge, edge);
-    // Above a layer is a mesh, or a rigid wheel that needs no room.
+    // A mesh above a layer needs room, a rigid wheel does not.
     let above = layer.is_some_and(|layer| all.y[1] > layer.y[1]);
     let close = layer.filter(|layer| layer.height() < 0.1 * layer.width());
     let close = close.map(|layer| {
@@ -53,7 +53,7 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
 }
 
 impl MovieView {
-    /// The view as the page takes it (mm).
+    /// The view in the form that the page reads (mm).
     pub fn json(&self) -> Value {
         let [x, y] = [self.extent.x, self.extent.y].map(|range| range.map(|end| 1e3 * end));
         json!({ "name": self.name, "box": [x[0], x[1], y[0], y[1]] })
@@ -76,7 +76,7 @@ fn circles(scene: &Scene) -> impl Iterator<Item = ([f64; 2], f64)> {
     all.filter(|(_, radius)| *radius > 0.0)
 }
 
-/// A quarter of the scene around a point, as far as the scene goes.
+/// A quarter of the scene around a point, within the scene.
 fn around([x, y]: [f64; 2], all: &Extent) -> Extent {
     let half = 0.125 * all.width();
     let high = half.min(0.5 * all.height()) * 0.6;
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn margins_end_with_the_scene() {
+    fn a_view_ends_at_the_edge_of_the_scene() {
         let all = Extent {
             x: [0.0, 65.0],
             y: [-20.0, 1.0],

@@ -6,12 +6,12 @@ use nalgebra::{DMatrix, DVector};
 
 use scheme::predict::response::Response;
 
-/// An elastic bar of unit elements, held at its far end, coupled at the other; explicit steps without damping.
+/// An elastic bar of unit elements, held at its far end, coupled at the other end; explicit steps without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitBar {
     /// Elements.
     pub elements: usize,
-    /// Step (s), 1 being the stability limit.
+    /// Step (s); the stability limit is 1.
     pub step_s: f64,
 }
 

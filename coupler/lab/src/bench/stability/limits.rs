@@ -1,4 +1,4 @@
-//! Limits at which each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
+//! Limits at which each scheme begins to grow: predicted from the handshake, and measured with the real coupler.
 
 use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
@@ -7,20 +7,20 @@ use scenario::error::Error;
 use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
 use scheme::predict::prediction::{NEUTRAL, explain};
 
-/// A limit, twice.
+/// A limit, predicted and measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
     pub keys: SchemeKeys,
-    /// The bisected quantity: `mass_ratio`, mass behind the boundary over that of the bar, or `cfl`, step over its limit.
+    /// The bisected quantity: `mass_ratio`, mass behind the boundary over the bar's mass, or `cfl`, step over its limit.
     pub axis: &'static str,
     /// Steps in a window.
     pub substeps: u32,
-    /// Step over its limit; of a limit of the step, where the search began.
+    /// Step over its limit; for a limit of the step, the start of the search.
     pub cfl: f64,
-    /// From the handshake.
+    /// Prediction from the handshake.
     pub predicted: f64,
-    /// From runs.
+    /// Measurement from runs.
     pub measured: f64,
 }
 
@@ -31,17 +31,17 @@ impl Limit {
     }
 }
 
-/// Growth of a window that counts as a limit here. An undamped bar makes schemes that are a window late grow for any
-/// mass, ever more slowly for smaller ones; what a run of a thousand windows can show is 2 %.
+/// Growth of a window that counts as a limit here. With an undamped bar, schemes that lag by a window grow for any mass, more slowly for
+/// smaller masses; a run of a thousand windows can show 2 %.
 const GROWTH: f64 = 1.02;
-/// Windows of a run.
+/// Number of windows of a run.
 const WINDOWS: u64 = 1200;
-/// Gap (m) to which windows are repeated; motions are of the order of 1 m.
+/// Gap (m) at which a window is accepted; motions are of the order of 1 m.
 const GAP_M: f64 = 1e-10;
-/// Bisections: eight decades down to half a per cent.
+/// Number of bisections: eight decades down to half a per cent.
 const HALVINGS: usize = 12;
 
-/// All limits. Theta is 1 and the mass is glued itself.
+/// All limits, for theta = 1 and a glued mass.
 pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     let mut limits = Vec::new();
     for m in substeps {
@@ -76,17 +76,17 @@ fn setup(keys: SchemeKeys, substeps: u32, cfl: f64, mass_ratio: f64) -> Stabilit
     }
 }
 
-/// Heavy masses make schemes grow in which the boundary follows, light ones those in which the continuum does.
+/// Schemes in which the boundary follows grow with heavy masses; schemes in which the continuum follows grow with light masses.
 fn mass_limit(keys: SchemeKeys, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     let scheme = keys.scheme();
     let at_low_end = keys.dirichlet() == Dirichlet::MotionDriven;
     let response = bar(cfl).response(substeps);
-    let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
+    let predicted = |mass_ratio: f64| -> Result<bool, Error> {
         let setup = setup(keys, substeps, cfl, mass_ratio);
         let growth = explain(&inputs(&setup, &response), &scheme)?.growth;
         Ok(growth.is_some_and(|growth| growth <= level(&scheme)) == at_low_end)
     };
-    let found = |mass_ratio: f64| -> Result<bool, Error> {
+    let measured = |mass_ratio: f64| -> Result<bool, Error> {
         Ok(is_stable(&setup(keys, substeps, cfl, mass_ratio)) == at_low_end)
     };
     Ok(Limit {
@@ -94,24 +94,24 @@ fn mass_limit(keys: SchemeKeys, substeps: u32, cfl: f64) -> Result<Limit, Error>
         axis: "mass_ratio",
         substeps,
         cfl,
-        predicted: bisect(1e-4, 1e4, foreseen)?,
-        measured: bisect(1e-4, 1e4, found)?,
+        predicted: bisect(1e-4, 1e4, predicted)?,
+        measured: bisect(1e-4, 1e4, measured)?,
     })
 }
 
 fn step_limit(keys: SchemeKeys, substeps: u32) -> Result<Limit, Error> {
-    let found = |cfl: f64| Ok(is_stable(&setup(keys, substeps, cfl, 1.0)));
+    let measured = |cfl: f64| Ok(is_stable(&setup(keys, substeps, cfl, 1.0)));
     Ok(Limit {
         keys,
         axis: "cfl",
         substeps,
         cfl: 0.5,
         predicted: UnitBar::LIMIT_S,
-        measured: bisect(0.5, 2.0, found)?,
+        measured: bisect(0.5, 2.0, measured)?,
     })
 }
 
-/// Repeats that do not contract never end; windows may grow by the little that a run can show.
+/// Growth that counts as unstable: repeats must contract, windows may grow by the smallest growth that a run can show.
 fn level(scheme: &CouplingScheme) -> f64 {
     match scheme {
         CouplingScheme::FixedPoint { .. } => 1.0 + NEUTRAL,
@@ -119,7 +119,7 @@ fn level(scheme: &CouplingScheme) -> f64 {
     }
 }
 
-/// True if a real run grows by less than the limit a window, from its third quarter to its last.
+/// True if a real run grows by less than the limit per window, from its third quarter to its last.
 fn is_stable(setup: &StabilitySetup) -> bool {
     let fixed_point = level(&setup.keys.scheme()) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
@@ -133,7 +133,7 @@ fn is_stable(setup: &StabilitySetup) -> bool {
     (late / early).powf(1.0 / quarter as f64) < GROWTH
 }
 
-/// The largest value, in logarithms, at which a property that holds at the low end still holds.
+/// The largest value, by bisection of logarithms, at which a property that holds at the low end still holds.
 fn bisect(low: f64, high: f64, holds: impl Fn(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (low.ln(), high.ln());
     for _ in 0..HALVINGS {

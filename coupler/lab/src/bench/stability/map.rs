@@ -13,7 +13,7 @@ use scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use scheme::predict::response::Response;
 use scheme::window::InterfaceState;
 
-/// Part of the largest force to which a fixed point is repeated.
+/// Gap of a fixed point, as a part of the largest force.
 const REPEATED: f64 = 1e-9;
 
 /// Elements of the bar.
@@ -22,21 +22,21 @@ pub const ELEMENTS: usize = 10;
 /// The grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
-    /// Schemes, those with roles in both of them.
+    /// Schemes; schemes with roles in both roles.
     pub schemes: Vec<SchemeKeys>,
     /// Theta of the masses behind the boundary.
     pub thetas: Vec<f64>,
-    /// Mass behind the boundary over that of the bar.
+    /// Mass behind the boundary over the bar's mass.
     pub mass_ratios: Vec<f64>,
     /// Steps in a window.
     pub substeps: Vec<u32>,
     /// Step over its limit.
     pub cfls: Vec<f64>,
-    /// Stiffness of the spring in front of the mass over that of an element; infinite for a mass that is glued itself.
+    /// Stiffness of the spring in front of the mass over an element's; infinite for a glued mass.
     pub stiffness_ratios: Vec<f64>,
 }
 
-/// Schemes whose sides can change roles.
+/// Schemes whose sides can swap roles.
 const WITH_ROLES: [SchemeWord; 4] = [
     SchemeWord::StaggeredSerial,
     SchemeWord::StaggeredParallel,
@@ -44,7 +44,7 @@ const WITH_ROLES: [SchemeWord; 4] = [
     SchemeWord::FixedPointParallel,
 ];
 
-/// All schemes, those with roles in both of them.
+/// All schemes; schemes with roles in both roles.
 fn all_schemes() -> Vec<SchemeKeys> {
     use SchemeWord::{DualSchur, DualSchurCheap, DualSchurSecant, Velocity};
     let words = [DualSchur, DualSchurSecant, DualSchurCheap].into_iter();
@@ -68,16 +68,16 @@ impl Axes {
     }
 }
 
-/// One set-up and what becomes of it.
+/// One set-up with its growth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// The set-up.
     pub setup: StabilitySetup,
-    /// Mass behind the boundary over that of the bar.
+    /// Mass behind the boundary over the bar's mass.
     pub mass_ratio: f64,
-    /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
+    /// Growth factor of a disturbance per window, or per repeat if the repeats of a window do not converge.
     pub growth: f64,
-    /// The prediction from the handshake's numbers alone.
+    /// Prediction from the numbers of the handshake alone.
     pub predicted_stable: bool,
 }
 
@@ -88,7 +88,7 @@ pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
     cells.into_iter().collect()
 }
 
-/// The bar of a CFL number.
+/// The bar with a CFL number.
 pub fn bar(cfl: f64) -> UnitBar {
     UnitBar {
         elements: ELEMENTS,
@@ -108,7 +108,7 @@ impl Axes {
         ]
     }
 
-    /// The cell of this index; the last axis runs fastest.
+    /// The cell with this index; the last axis runs fastest.
     fn cell(&self, mut index: usize) -> Result<Cell, Error> {
         let mut indices = self.lengths();
         for axis in indices.iter_mut().rev() {
@@ -136,7 +136,7 @@ impl Axes {
     }
 }
 
-/// A mass behind a massless glued point, as grains stand on glued disks.
+/// A mass behind a massless glued point, like grains on glued disks.
 pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> BoundaryInertia {
     BoundaryInertia {
         glued_mass_kg: 0.0,
@@ -147,7 +147,7 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
     }
 }
 
-/// The knowledge of the coupler after the handshake: the bar by four numbers.
+/// The coupler's inputs after the handshake, which describes the bar by four numbers.
 pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityInputs {
     StabilityInputs {
         clock: setup.clock(),
@@ -162,8 +162,8 @@ pub(super) fn inputs(setup: &StabilitySetup, response: &Response) -> StabilityIn
     }
 }
 
-/// Distance of the forces of a run from those of the window's map, over the largest so far, in the first windows of a cell;
-/// infinite where only one of the two finds that a fixed point does not converge.
+/// Distance between the forces of a run and of the window matrix, over the largest force so far, in the first windows of a cell. Infinite
+/// if only one of them finds that a fixed point does not converge.
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let setup = &cell.setup;
     let response = setup.response();
@@ -173,10 +173,10 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
         pair: LinearPair::new(model, MOVING).state,
         interface: InterfaceState::at_rest(1, 1),
     };
-    let foreseen = forces_of_map(&setup.keys.scheme(), model, &start, windows)?;
-    // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
+    let predicted = forces_of_map(&setup.keys.scheme(), model, &start, windows)?;
+    // A fixed point is as exact as its gap; the other schemes end after one repeat for any gap.
     let gap_m = if repeated {
-        REPEATED * inputs(setup, &response).compliance * largest(&foreseen)
+        REPEATED * inputs(setup, &response).compliance * largest(&predicted)
     } else {
         1e-6
     };
@@ -189,7 +189,7 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
         let agree = repelling == run.error.is_some();
         return Ok(if agree { 0.0 } else { f64::INFINITY });
     };
-    // From the first window's end on: a compliance that is learnt is known then.
+    // From the end of the first window, when a learnt compliance is known.
     let expected = forces_of_map(&setup.keys.scheme(), model, &start, windows - 1)?;
     let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most, (index, (force, expected))| {

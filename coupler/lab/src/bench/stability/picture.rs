@@ -1,4 +1,4 @@
-//! The map as a picture: a panel a scheme and theta, mass ratio to the right, substeps upwards.
+//! The map as a picture: one panel per scheme and theta, mass ratio to the right, substeps upwards.
 
 use draw::svg::{Anchor, Svg};
 
@@ -12,7 +12,7 @@ const GAP: f64 = 34.0;
 const LEFT: f64 = 230.0;
 const TOP: f64 = 66.0;
 
-/// Draws the worst growth over all CFL numbers and stiffness ratios.
+/// Draws the largest growth over all CFL numbers and stiffness ratios.
 pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     let panel = [
         BOX * axes.mass_ratios.len() as f64,
@@ -22,7 +22,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     let height = TOP + axes.schemes.len() as f64 * (panel[1] + GAP) + 46.0;
     let mut svg = Svg::default();
     let title =
-        "Largest growth of a disturbance a window, over CFL 0.1 to 0.99 and all stiffness ratios";
+        "Largest growth of a disturbance per window, over CFL 0.1 to 0.99 and all stiffness ratios";
     svg.text([LEFT, 18.0], Anchor::Start, title);
     let axes_named =
         "right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000; swapped: the bar follows";
@@ -67,7 +67,7 @@ fn name(keys: &SchemeKeys) -> String {
     }
 }
 
-/// Green: no growth. Then by decades of what a window adds.
+/// Green: no growth. The other colours are ranges of growth per window.
 const SCALE: [(f64, &str, &str); 6] = [
     (1.0 + NEUTRAL, "#3f9b58", "none"),
     (1.0001, "#d9e7a8", "< 0.01 %"),

@@ -1,4 +1,4 @@
-//! Schemes on the bar and the masses, window by window.
+//! Coupling of the bar and the masses, window by window.
 
 use protocol::{BoundaryInertia, larger};
 
@@ -27,7 +27,7 @@ pub struct StabilitySetup {
 
 /// Constant relaxation of the fixed-point schemes.
 pub const RELAXATION: f64 = 0.5;
-/// Mass of the point itself over the mass behind it, which it announces where it is driven by forces.
+/// Mass of the point over the mass behind it; a force-driven point announces it.
 const POINT: f64 = 0.01;
 
 /// Masses that arrive with 1 m/s.
@@ -37,7 +37,7 @@ pub const MOVING: Masses = Masses {
     velocity: 1.0,
 };
 
-/// A scheme of the bench, in which this side takes the motion.
+/// A scheme of the bench, in which this side is driven by motion.
 pub fn keys(word: SchemeWord, dirichlet: Dirichlet) -> SchemeKeys {
     SchemeKeys {
         dirichlet: Some(dirichlet),
@@ -48,7 +48,7 @@ pub fn keys(word: SchemeWord, dirichlet: Dirichlet) -> SchemeKeys {
     }
 }
 
-/// The windows that were run.
+/// The windows of a run.
 #[derive(Debug, Default)]
 pub struct StabilityRun {
     /// Interface force (N) in each accepted window.
@@ -60,7 +60,7 @@ pub struct StabilityRun {
 }
 
 impl StabilitySetup {
-    /// Mass of the point (kg), where it has any.
+    /// Mass of the point (kg); 0 if it is driven by motion.
     pub fn point_mass_kg(&self) -> f64 {
         match self.keys.dirichlet() {
             Dirichlet::MotionDriven => 0.0,
@@ -81,7 +81,7 @@ impl StabilitySetup {
         self.bar.response(self.substeps)
     }
 
-    /// The bar, as its window's matrices, with the masses.
+    /// The bar, as matrices of its window, with the masses.
     pub fn model<'a>(&self, response: &'a Response) -> LinearModel<'a> {
         LinearModel {
             response,
@@ -91,7 +91,7 @@ impl StabilitySetup {
         }
     }
 
-    /// Runs windows from masses that start with 1 m/s, to a gap (m).
+    /// Runs windows to a gap (m), with masses that start at 1 m/s.
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> StabilityRun {
         let model = self.model(response);
         let mut coupling =
@@ -122,7 +122,7 @@ pub fn largest(forces: &[f64]) -> f64 {
     forces.iter().map(|f| f.abs()).fold(0.0, larger)
 }
 
-/// The word of a choice in a scenario.
+/// The word for a choice in a scenario.
 pub fn word(choice: impl serde::Serialize) -> String {
     let word = serde_json::to_value(choice).expect("choices are words");
     word.as_str().expect("choices are words").to_string()
