@@ -31,7 +31,8 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("it is there").flatten() {
         let (name, path) = (entry.file_name(), entry.path());
         let name = name.to_string_lossy();
-        let made = name.starts_with('.') || ["target", "runs", "__pycache__", "build"].contains(&&*name);
+        let made =
+            name.starts_with('.') || ["target", "runs", "__pycache__", "build"].contains(&&*name);
         match path.is_dir() {
             _ if made => {}
             true => files(&path, found),
