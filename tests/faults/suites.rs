@@ -22,7 +22,7 @@ pictures = ["scene.svg"]
 [[case.number]]
 path = "results.approach_m"
 of = "approach"
-told = true
+reported = true
 published = 1e-5
 basis = "calibrated"
 [[case.number]]
@@ -38,7 +38,7 @@ path = "profile.pressure_pa"
 of = "distance from the first seed"
 norm = "l2"
 bin_m = 1e-3
-told = true
+reported = true
 [[case]]
 name = "warned"
 source = "nobody"
@@ -82,7 +82,7 @@ fn expectations_are_judged_for_every_seed_and_runs_are_kept() {
     let median = approach["ours"].as_f64().expect("a number");
     assert!(least < median && median < most, "{approach}");
     assert_eq!(
-        (&approach["told"], &approach["holds"]),
+        (&approach["reported"], &approach["holds"]),
         (&Value::Bool(true), &Value::Bool(true))
     );
     assert_eq!(approach["basis"], "calibrated");

@@ -50,9 +50,11 @@ pub(super) fn run(
     let runs: Vec<Value> = rows()
         .map(|row| json!({ "seed": row.task.values[0], "path": path(row), "status": row.status, "exit_code": row.exit_code, "message": row.message }))
         .collect();
+    let results: Map<String, Value> = means.iter().map(of_json).collect();
+    let ensemble = json!({ "folder": opened.folder, "runs": runs, "results": results });
+    write_in(&opened.folder, "means.json", &format!("{ensemble:#}\n"))?;
     if json {
-        let results: Map<String, Value> = means.iter().map(of_json).collect();
-        print(&json!({ "folder": opened.folder, "runs": runs, "results": results }).to_string())?;
+        print(&ensemble.to_string())?;
     } else {
         let [done, of] = [trusted.len(), rows().count()];
         print(&format!(

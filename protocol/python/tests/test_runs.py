@@ -109,6 +109,14 @@ class Runs(Program):
                 sinking = -signals["strip.surface_mean_uy_m"][-1]
                 self.assertAlmostEqual(sinking * strip / exact, 1.0, delta=1e-3)
 
+    def test_seeds_side_by_side_are_single_runs_with_their_mean(self):
+        both = thirdbody.seeds("layer-alone", 2, {"run.seed": 4}, out=self.work / "seeds", program=PROGRAM)
+        alone = thirdbody.run("layer-alone", {"run.seed": 5}, out=self.work / "fifth", program=PROGRAM)
+        self.assertEqual(both.runs[1].summary["hashes"], alone.summary["hashes"])
+        values = [run.results["approach_m"] for run in both.runs]
+        self.assertEqual(both.means["approach_m"]["values"], values)
+        self.assertAlmostEqual(both.means["approach_m"]["mean"] / np.mean(values), 1.0, delta=1e-12)
+
     def test_a_load_that_is_held_is_compared_with_the_force_of_the_interface(self):
         folder = self.work / "held"
         folder.mkdir()

@@ -24,13 +24,13 @@ from .fields import Field, Fields
 from .layer import GrainLayer
 from .mesh import crowned_grid, traction_matrix
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
-from .runs import Run, RunError, Study, SuspectRun, load, load_study, run, study, sweep
+from .runs import Run, RunError, Seeds, Study, SuspectRun, load, load_study, run, seeds, study, sweep
 from .table import Table
 
 __all__ = [
     "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer",
-    "Interface", "LinearEquilibrium", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side",
-    "Study", "SuspectRun", "Table", "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "study", "sweep",
+    "Interface", "LinearEquilibrium", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Seeds", "Setting",
+    "Side", "Study", "SuspectRun", "Table", "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "seeds", "study", "sweep",
     "traction_matrix",
 ]
 

@@ -27,7 +27,7 @@ class SuspectRun(UserWarning):
 
 
 class RunError(Exception):
-    """A run that did not complete; `code` is its exit code (README, "Exit codes"), `run` its directory, if there is one."""
+    """A run that did not complete; `code` is its exit code (the manual, page `reference/errors`), `run` its directory, if there is one."""
 
     def __init__(self, message: str, code: int, run: Optional[Run] = None) -> None:
         super().__init__(message)
@@ -298,6 +298,28 @@ def sweep(
         if isinstance(end, RunError):
             raise end
     return [end for end in ended if isinstance(end, Run)]
+
+
+class Seeds:
+    """Runs of a scene that differ by their seeds: `runs`, and `means`, of each result its mean, half of the 95 % interval and values."""
+
+    def __init__(self, folder: Union[str, Path]) -> None:
+        self.path = Path(folder)
+        ensemble = _json(self.path / "means.json")
+        self.runs: List[Run] = [Run(Path(run["path"])) for run in ensemble["runs"] if run["exit_code"] == 0]
+        self.means: Dict[str, Dict[str, Any]] = ensemble["results"]
+
+
+def seeds(scenario: Union[str, Path], count: int, set: Optional[Mapping[str, Any]] = None, *, out: Union[str, Path],
+          program: Optional[str] = None, progress: Optional[Progress] = None) -> Seeds:
+    """Runs a scene under `count` seeds, from its own on, side by side on the cores. The folder `out` may have some of them already. Runs
+    that fail or are suspect are left out, with a `SuspectRun` warning."""
+    command = [_program(program), "run", str(scenario), "--seeds", str(count), "--out", str(out), "--json"] + _keys(set)
+    _done(command, progress, (0, 8))
+    ensemble = Seeds(out)
+    if len(ensemble.runs) < count:
+        warnings.warn(f"{out}: {len(ensemble.runs)} of {count} runs completed and can be trusted", SuspectRun, stacklevel=2)
+    return ensemble
 
 
 def _kept(run: Run, scenario: Union[str, Path], keys: Mapping[str, Any]) -> Run:

@@ -163,7 +163,7 @@ pub struct Number {
     pub basis: Option<Basis>,
     /// True for a number that is reported but not judged: a cost, or a number that depends too much on chance.
     #[serde(default)]
-    pub told: bool,
+    pub reported: bool,
 }
 
 /// Kind of agreement with a published number.
@@ -225,7 +225,7 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let mut expected: Expected = from_toml(&text).map_err(refuse)?;
     for case in &expected.case {
         // True for a number that is compared with a run.
-        let is_open = |of: &Number| of.norm.is_some() || of.expected.is_none() && !of.told;
+        let is_open = |of: &Number| of.norm.is_some() || of.expected.is_none() && !of.reported;
         let open = case.number.iter().any(is_open);
         let problem = match &case.reference {
             None if case.reference_scene.is_some() => {

@@ -29,7 +29,7 @@ pub fn write(
     let sections = sections.map(|(number, case)| section(number, case));
     let sections = sections.collect::<Result<Vec<Section>, Error>>()?;
     let rows = || cases.iter().flat_map(|case| &case.rows);
-    let (judged, others) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.told);
+    let (judged, others) = rows().partition::<Vec<&CaseRow>, _>(|row| !row.reported);
     let wrong = judged.iter().filter(|row| !row.holds).count();
     let class = if wrong == 0 { "completed" } else { "failed" };
     let runs = || cases.iter().flat_map(|case| &case.runs).map(|(run, _)| run);
@@ -163,7 +163,7 @@ fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
     let show = |x: f64| with_unit_of(unit, x);
     let (ours, expected) = (row.ours.as_f64(), row.expected.as_f64());
     let reference = expected.map_or(String::new(), |expected| match number.ratio {
-        _ if row.told => show(expected),
+        _ if row.reported => show(expected),
         Some([least, most]) => {
             format!("{} to {} times {}", four(least), four(most), show(expected))
         }
@@ -173,7 +173,7 @@ fn cells(number: &Number, row: &CaseRow) -> [String; 8] {
     let difference = difference.map(|(ours, of)| 100.0 * (ours - of) / of.abs());
     let difference = difference.filter(|part| part.is_finite());
     let seeds = row.seeds.map(|seeds| seeds.map(show).join(" to "));
-    let verdict = match (row.told, row.holds) {
+    let verdict = match (row.reported, row.holds) {
         (_, false) => "<b>does not hold</b>",
         (true, _) => "reported",
         _ => "holds",

@@ -46,7 +46,7 @@ pub struct CaseRow {
     pub holds: bool,
     /// True for a number that is reported but not judged.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub told: bool,
+    pub reported: bool,
 }
 
 /// A case that ran.
@@ -283,7 +283,7 @@ fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
         [number.value(run, reference.as_ref()), expected]
     };
     let pairs: Vec<[Option<f64>; 2]> = runs.iter().map(pair).collect();
-    let holds = |[ours, expected]: &[Option<f64>; 2]| match number.told {
+    let holds = |[ours, expected]: &[Option<f64>; 2]| match number.reported {
         true => ours.is_some(),
         false => ours
             .zip(*expected)
@@ -299,7 +299,7 @@ fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
         seeds: ends.filter(|_| pairs.len() > 1),
         published: number.published,
         basis: number.basis,
-        told: number.told,
+        reported: number.reported,
         ..case_row(case, name, values, pairs.iter().all(holds))
     }
 }
