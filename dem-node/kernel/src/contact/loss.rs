@@ -134,8 +134,8 @@ pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     }
 }
 
-/// Losses of a normal spring k (N/m) and its parallel damper under the impulse r_n: a spring driven implicitly from elongation e_0 to e loses k (e
-/// - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap, k |e| g. The rest of the work is the damper's.
+/// Losses of a normal spring k (N/m) and its parallel damper under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses
+/// k (e - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap, k |e| g. The rest of the work is the damper's.
 /// `elongation` takes a gap: its negative part under pressure, its positive part in tension.
 pub fn spring_losses(
     k: f64,
