@@ -371,7 +371,7 @@ impl DemConfig {
                 refuse_if(
                     self.wheel.is_none(),
                     "wheel",
-                    "a rail needs the wheel that loads it, and there is none",
+                    "a rail needs a wheel that loads it",
                     "add [participant.config.wheel]",
                 )?;
                 (false, rail.radius_max_m)
@@ -387,7 +387,7 @@ impl DemConfig {
         refuse_if(
             self.wheel.is_none() && !lid,
             "wheel",
-            "a layer needs the wheel that holds it, and there is none",
+            "a layer needs a wheel that holds it",
             "add [participant.config.wheel], or sample.lid = true",
         )?;
         let radius = self.wheel.as_ref().map(|wheel| wheel.radius_m);

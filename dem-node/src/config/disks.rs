@@ -28,7 +28,7 @@ pub struct DisksConfig {
     /// Rigid walls.
     #[serde(default)]
     pub walls: Vec<WallConfig>,
-    /// The surface of a body that another solver moves, set `base`; at rest and rigid where no interface couples it. There is none when absent.
+    /// The surface of a body that another solver moves, set `base`; at rest and rigid where no interface couples it. No surface when absent.
     pub surface: Option<SurfaceConfig>,
     /// Properties of rigid clusters; a cluster that is not listed is free and as heavy as its disks.
     #[serde(default)]

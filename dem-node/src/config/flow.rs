@@ -89,7 +89,7 @@ impl FlowConfig {
         refuse_if(
             wheel.is_none() && !sample.has_lid() && !strip,
             "flow",
-            "needs a wheel, a lid or a strip that repeats, and there is none",
+            "needs a wheel, a lid or a strip that repeats, and the scene has no such thing",
             "add [participant.config.wheel], sample.lid or sample.periodic_x_m, or remove the table",
         )?;
         let Some(wheel) = wheel.filter(|_| !strip) else {

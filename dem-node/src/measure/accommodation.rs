@@ -4,7 +4,7 @@
 //! ```text
 //!      T |      ______   d, the way of the wheel against the base, turns back at the ends of a stroke. Behind a spring k a Coulomb contact
 //!        |     /     /   then sticks over 2 F/k, passing T = 0 after F/k, and slides over the rest. A stroke of the length b, which T = 0
-//!   -----|----/-----/--  divides at a, slides over b - 2 a, whatever k and F are. The base moves with v = sum p v_x/sum p, p being the
+//!   -----|----/-----/--  divides at a, slides over b - 2 a, for any k and F. The base moves with v = sum p v_x/sum p, p being the
 //!        |   /_____/     impulses that press its points down.
 //!              d
 //! ```

@@ -149,7 +149,7 @@ kit::findings! {
     /// - Why: springs without dampers are damped by the step, which leaves `exp(-pi h omega / 2)` of each rebound.
     /// - Do: lower `time.step_s` or `substeps`, or give contacts `law.damping`.
     /// - Judged: Energy dissipated by the scheme and by turning contacts, over all energy given to the grains or, if larger, their largest kinetic
-    ///   energy, where drives, walls, weight or their flight at the start gave more than a tenth of it. Elsewhere the energy lost by turning
+    ///   energy, where drives, walls, weight or their flight at the start gave more than a tenth of this energy. Elsewhere the energy lost by turning
     ///   contacts, over the energy that the grains stored and lost.
     /// - Valid: 0.04 (`third-body-flow`), 0.13 (`wheel-rail-de`, which opens it).
     /// - Wrong: 1 (a disk on a spring that does not rebound).
@@ -467,7 +467,7 @@ impl FinishedRun<'_> {
         let counts = ledger.surface > SURFACE * self.energy_in();
         let value = if counts { 1.0 - share } else { 0.0 };
         judge!(self.bounds => BOND_ENERGY, value;
-            "bonds lost a surface energy of {:.3e} J and dissipated {share:.3} of it: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
+            "bonds lost a surface energy of {:.3e} J and dissipated {share:.3} times as much: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
             ledger.surface)
     }
 
@@ -497,8 +497,8 @@ impl FinishedRun<'_> {
     }
 
     /// Judges the energy that the scheme dissipates where drives, walls, weight or flight gave a part of the grains' energy: rebounds and flows
-    /// depend on it. The loss of turning contacts is a part of it, and is judged alone where nothing moves the grains. Grains that only ring under a
-    /// load come to rest by any dissipation.
+    /// depend on it. The loss of turning contacts is included, and is judged alone where nothing moves the grains. Grains that only ring under a load
+    /// come to rest by any dissipation.
     fn numerical(&self) -> Option<Finding> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + self.flight();

@@ -257,7 +257,7 @@ pub struct Largest {
 pub struct RunStatistics {
     first_height: f64,
     height_at_motion_start: Option<f64>,
-    /// Force on the wheel in the last step before the motion, 0 where there is none (N).
+    /// Force on the wheel in the last step before the motion, 0 without such a step (N).
     before_motion: Option<f64>,
     /// Before the motion.
     pub hold: Hold,

@@ -136,8 +136,8 @@ mod tests {
         assert_eq!(rows, expected);
     }
 
-    /// A grain between two disks of the face, which press with 10 N each and lift sqrt(5)/3 of it, and one right below, which bears 2 N: the two lift
-    /// 0.88 of 16.9 N, and are 0.91 of the sum of all forces. Contacts elsewhere do not count.
+    /// A grain between two disks of the face, which press with 10 N each and lift sqrt(5)/3 times 10 N, and a grain right below, which bears 2 N: the
+    /// two lift 0.88 of 16.9 N, and are 0.91 of the sum of all forces. Contacts elsewhere do not count.
     #[test]
     fn the_lift_of_a_squeezed_grain_counts_and_not_the_squeeze() {
         let bodies = Bodies {

@@ -118,7 +118,7 @@ impl InterfaceDisks {
         Ok(surface)
     }
 
-    /// Maps exchanged components to those of all `glued` disks; the others are zero.
+    /// Maps exchanged components to the components of all `glued` disks; the others are zero.
     pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let mut all = vec![0.0; 2 * glued];
         for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {

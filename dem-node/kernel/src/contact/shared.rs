@@ -1,7 +1,7 @@
 //! Springs that the contacts of one disk on several segments share.
 //!
 //! ```text
-//!      ( o )             A disk that overlaps a concave corner presses on either side of it. Where the corner lies outside of the
+//!      ( o )             A disk that overlaps a concave corner presses on both of its sides. Where the corner lies outside of the
 //!   _i__\_/__ j_/        disk these are two contacts; far inside, as on a polyline that is nearly straight, they are one. The
 //!                        springs of i have the share 1 / (1 + sum_j c_ij), c_ij = (s_ij / max(d_i, d_j))^2, with the overlaps d
 //!                        at the contacts and s at the shallowest corner between them.
