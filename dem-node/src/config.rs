@@ -122,13 +122,13 @@ pub struct DemTimeConfig {
     #[schemars(range(min = 0.5, max = 1.0))]
     pub theta: f64,
     /// Expected mean stress P of the scene (Pa). It sets the bound t_i = d sqrt(rho/P) on the step, d being the mean diameter and rho the scaled
-    /// density.
+    /// density. `detachment.growth_s` defaults to 100 t_i.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure_pa: f64,
     /// True accepts a step above t_i, or with fewer than 20 steps in a period of the wheel; both are refused otherwise.
     #[serde(default)]
     pub unsafe_step: bool,
-    /// End of a run alone (s), where neither `wheel` nor `drive` ends it.
+    /// End of the body's history (s), where neither `wheel` nor `drive` ends it; when absent, `run.end_s` or another participant ends the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
 }

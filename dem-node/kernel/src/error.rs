@@ -16,7 +16,7 @@ pub enum KernelError {
     )]
     Prescribed { a: u32, b: u32 },
     #[error(
-        "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
+        "the contact impulses are NaN or infinite after {iterations} iterations; lower the step or check the wall's compliance"
     )]
     NotFinite { iterations: usize },
     #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]

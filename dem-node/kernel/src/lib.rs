@@ -111,9 +111,8 @@
 //!
 //! # Limits
 //!
-//! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts. Bonds are made at the start, and by healing between
-//! pairs that stay the same as they roll; pairs with segments of faces do not. With friction a rigid packing may have many solutions; sweeps find one
-//! of them, the same for any number of threads.
+//! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts. Bonds are made at the start and by healing. With
+//! friction a rigid packing may have many solutions; sweeps find one of them, the same for any number of threads.
 //!
 //! # Modules
 //!

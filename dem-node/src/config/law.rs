@@ -17,7 +17,7 @@ pub struct LawConfig {
     /// Kind of law: `signorini` without friction, `coulomb` for loose grains, `cohesion` for bonded grains, or LMGC90's name for one of them with its
     /// options.
     pub kind: LawKind,
-    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
+    /// Coefficient of friction, at least 0; required with `coulomb` and `cohesion`.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Resistance to rolling of contacts without bond; none when absent.
@@ -45,7 +45,7 @@ pub struct LawConfig {
     /// Ct (Pa/m), tangential stiffness of a bond over its area, at least 0; required with `cohesion`, refused otherwise.
     #[schemars(range(min = 0.0))]
     pub ct_pa_per_m: Option<f64>,
-    /// w (J/m2), decohesion energy of a bond over its area; required with `cohesion`, refused otherwise.
+    /// w (J/m2), decohesion energy of a bond over its area: the strength is sqrt(w Cn). Required with `cohesion`, refused otherwise.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub w_j_per_m2: Option<f64>,
     /// b (Pa m s^p), viscosity of decohesion, at least 0; required with `cohesion`, refused otherwise.
@@ -158,14 +158,14 @@ pub struct AdhesionConfig {
 }
 
 /// `law.healing`: pairs that press on each other are bonded, and their bonds grow. A bond of adhesion a also has the part 1 - a of the friction.
-/// Segments of walls and surfaces have no bonds.
+/// A bond to a wall or a surface passes from one segment to the next.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HealingConfig {
     /// Time under pressure in which adhesion grows from 0 to 1 (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_s: f64,
-    /// Least pressure at which a bond grows (Pa), the normal force over the area of the bond.
+    /// Least pressure at which a bond grows (Pa): the normal force over the bond's area r1 r2/(r1 + r2) x thickness.
     #[schemars(range(min = 0.0))]
     pub pressure_pa: f64,
 }
