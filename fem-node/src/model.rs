@@ -396,7 +396,7 @@ fn choose_step(config: &FemConfig, limit: f64) -> Result<f64, ConfigError> {
             Err(ConfigError::new("time.step_s", problem)
                 .because(Cause::StepTooLong)
                 .help(format!(
-                "take {:.2e} or \"auto\"; `unsafe_step = true` runs it anyway, to show how it diverges",
+                "take {:.2e} or \"auto\"; `unsafe_step = true` runs it all the same, to show how it diverges",
                 SAFETY * limit
             )))
         }
