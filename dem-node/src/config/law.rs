@@ -17,7 +17,7 @@ pub struct LawConfig {
     /// Kind of law: `signorini` without friction, `coulomb` for loose grains, `cohesion` for bonded grains, or LMGC90's name for one of them with its
     /// options.
     pub kind: LawKind,
-    /// Coefficient of friction, at least 0; required with `coulomb` and `cohesion`.
+    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Resistance to rolling of contacts without bond; none when absent.
