@@ -30,7 +30,7 @@
 //!
 //! Two dimensions, 4-node quadrilaterals, one material per body. The body does not touch itself, and touches another body only through an interface;
 //! the wheel is rigid and touches the upper edge only. Large rotations with small stretches, no large strains; plasticity in small strain only. C and
-//! D are those of linear elasticity. The share of sliding nodes while the wheel slides depends on the step through (b - 1/2) h; pressure, forces and
+//! D hold for linear elasticity. The share of sliding nodes while the wheel slides depends on the step through (b - 1/2) h; pressure, forces and
 //! friction loop hardly do.
 //!
 //! # Modules

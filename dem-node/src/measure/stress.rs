@@ -161,8 +161,8 @@ impl StressMap {
         traces.reduce(larger)
     }
 
-    /// `stress_xx_pa`, `stress_yy_pa`, `stress_xy_pa` of the region, and the largest pressure of a cell: `dem_p_max_tr3_pa` is a
-    /// third of the in-plane trace, the convention of Renouf, Saulot and Berthier (2006), `dem_p_max_mean_pa` half of it.
+    /// `stress_xx_pa`, `stress_yy_pa`, `stress_xy_pa` of the region, and the largest pressure of a cell: `dem_p_max_tr3_pa` is a third of the
+    /// in-plane trace, the convention of Renouf, Saulot and Berthier (2006), `dem_p_max_mean_pa` half the trace.
     pub fn results(&self) -> Vec<(&'static str, f64)> {
         let [width, height] = self.sides.map(|[low, high]| high - low);
         let [xx, yy, xy] = self.whole.stress(width * height * self.thickness);
