@@ -56,6 +56,6 @@ impl Damping {
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     pub(crate) scheme: NewmarkScheme,
-    /// Mass damping, that of a start phase included.
+    /// Mass damping, the start phase's included.
     pub damping: Damping,
 }
