@@ -52,7 +52,7 @@ impl Damping {
     }
 }
 
-/// NewmarkScheme and mass damping of a step.
+/// Scheme and mass damping of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     pub(crate) scheme: NewmarkScheme,

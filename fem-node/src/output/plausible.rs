@@ -75,7 +75,7 @@ pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option
     let [low, high] = range;
     let value = larger(high - load, load - low) / load;
     let judged = judge!(model.plausible => WHEEL_AT_REST, value;
-        "the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
+        "the wheel is not at rest before its motion: over the second half of the hold (without a hold, before the motion) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
     judged.filter(|_| load > 0.0)
 }
 
