@@ -1,4 +1,4 @@
-//! The points that the body exchanges with a coupler, and what it does between two exchanges.
+//! The points that the body exchanges with a coupler, and its windows between two exchanges.
 //!
 //! - `window`: one window from the committed state.
 

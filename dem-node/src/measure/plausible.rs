@@ -350,7 +350,7 @@ impl FinishedRun<'_> {
         let load = program.load_n;
         let value = larger(high - load, load - low) / load;
         judge!(self.bounds => WHEEL_AT_REST, value;
-            "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
+            "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without a hold, before the motion) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
             self.statistics.hold.velocity)
     }
 

@@ -150,7 +150,7 @@ impl NodePass<'_> {
         }
     }
 
-    /// Packs of which only some columns end their step.
+    /// Packs with only some columns in the step.
     #[inline(always)]
     fn edges(&self) -> [Option<usize>; 2] {
         let cut = |column: usize| (!column.is_multiple_of(LANES)).then_some(column / LANES);
