@@ -48,49 +48,49 @@ use solver::{Algorithm, SolverConfig};
 use stress::StressConfig;
 use wheel::DemWheelConfig;
 
-/// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
+/// Least radius of a round wheel on a layer, in diameters of the largest grain: a smaller wheel falls between the grains.
 const WHEEL_GRAINS: f64 = 2.0;
 
 /// Everything that a scenario says about the third body. SI units, the unit in each key.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemConfig {
-    /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
+    /// The law of all contacts, also with the wheel, walls and glued disks; `law.pairs` lists exceptions.
     pub law: LawConfig,
-    /// The solver of the contact problem of a step.
+    /// The solver of the contact problem of a step, and its stopping criteria.
     pub solver: SolverConfig,
-    /// Step and scheme.
+    /// Time step, its bounds, and the weight of the time integration.
     pub time: DemTimeConfig,
     /// Density of the grains (kg/m3).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
-    /// Factor on the inertia of the grains; loads, weights and the wheel's mass are never scaled.
+    /// Factor on the inertia of the grains, at least 1, which allows longer steps; loads, weights and the wheel's mass are never scaled.
     #[serde(default = "one")]
     #[schemars(range(min = 1.0))]
     pub mass_scale: f64,
-    /// Acceleration of gravity (m/s2). The weight is that of the real mass.
+    /// Acceleration of gravity along x and y (m/s2); it acts on the unscaled masses.
     #[serde(default)]
     pub gravity_m_per_s2: [f64; 2],
     /// The source of the grains.
     pub sample: SampleConfig,
-    /// The rigid wheel above the grains.
+    /// The rigid wheel above the grains; no wheel when absent.
     pub wheel: Option<DemWheelConfig>,
-    /// Opens or closes the only contact of a pair of disks.
+    /// Prescribed motion that opens or closes the only contact of a pair of disks; none when absent.
     pub drive: Option<DriveConfig>,
-    /// Means over slices and intervals; none when absent.
+    /// Means over slices of the sample and intervals of time; none when absent.
     pub profile: Option<ProfileConfig>,
-    /// Stress in cells; none when absent.
+    /// Stress in cells and in the whole sample; none when absent.
     pub stress: Option<StressConfig>,
-    /// Flows of third body; none when absent.
+    /// Flows of third body through the contact; not measured when absent.
     pub flow: Option<FlowConfig>,
     /// Grains that are fed in from outside; none when absent.
     pub injection: Option<InjectionConfig>,
     /// Steel that comes off bare surfaces as grains; none when absent.
     pub detachment: Option<DetachmentConfig>,
-    /// Displaces each free grain by up to 1e-12 of its radius, as drawn from this seed: what then differs from the run without it is
-    /// noise. Nothing is displaced when absent.
+    /// Seed of random displacements of the free grains, each by up to 1e-12 of its radius: a result that then differs from the run without them
+    /// differs by noise. Nothing is displaced when absent.
     pub perturb_seed: Option<u64>,
-    /// Bounds of the checks of plausibility.
+    /// Bounds `[warn, suspect]` of the checks of plausibility; an absent check keeps its own.
     #[serde(default)]
     pub plausible: DemPlausible,
 }
@@ -98,7 +98,7 @@ pub struct DemConfig {
 /// The table `plausible` of a participant of grains.
 pub type DemPlausible = Plausible<DemTable>;
 
-/// Its name where checks are declared.
+/// The name of this table where checks are declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DemTable;
 
@@ -110,24 +110,25 @@ fn one() -> f64 {
     1.0
 }
 
-/// `time`: step and scheme.
+/// `time`: time step, its bounds, and the weight of the time integration.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemTimeConfig {
-    /// Step of a run alone (s); a coupled node steps by windows.
+    /// Step of a run alone (s), which must have one. A coupled run steps by its windows and refuses the key.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: Option<f64>,
-    /// Weight of the end velocity, 0.5 to 1. A coupled node needs 1.
+    /// Weight of the velocity at the end of a step in the motion over the step, 0.5 to 1. A coupled run needs 1.
     #[serde(default = "one")]
     #[schemars(range(min = 0.5, max = 1.0))]
     pub theta: f64,
-    /// Mean stress that the scene expects (Pa); it sets the bound t_i = d sqrt(rho/P) on the step.
+    /// Expected mean stress P of the scene (Pa). It sets the bound t_i = d sqrt(rho/P) on the step, d being the mean diameter and rho the scaled
+    /// density. `detachment.growth_s` defaults to 100 t_i.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure_pa: f64,
-    /// Accepts a step above t_i.
+    /// True accepts a step above t_i, or with fewer than 20 steps in a period of the wheel; both are refused otherwise.
     #[serde(default)]
     pub unsafe_step: bool,
-    /// End of a run alone without wheel (s).
+    /// End of the body's history (s), where neither `wheel` nor `drive` ends it; when absent, `run.end_s` or another participant ends the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
 }
@@ -142,10 +143,10 @@ pub struct DriveConfig {
 }
 
 impl DemConfig {
-    /// The configuration with a layer as wide as its wheel's load asks for (see [`layer::LayerConfig::half_width_load_n`]).
+    /// The configuration with its layer widened for the wheel's load (see [`layer::LayerConfig::half_width_load_n`]).
     ///
     /// # Errors
-    /// The rule has no load to follow.
+    /// There is no load for this rule.
     pub fn resolved(&self) -> Result<DemConfig, ConfigError> {
         let mut resolved = self.clone();
         let SampleConfig::Layer(layer) = &self.sample else {
@@ -163,8 +164,8 @@ impl DemConfig {
         Ok(resolved)
     }
 
-    /// Times (s) at which keys have come into play: the history of the wheel, loads over time, the feed with its first grain, the wear
-    /// time, before which no grain is worn, and the moment of the stress.
+    /// Times (s) from which keys have had an effect: the history of the wheel, loads over time, the first fed grain, the wear time, before which no
+    /// grain is worn, and the moment of the stress.
     pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
         let flow = self.flow.filter(|_| self.sample.period().is_none());
         let mut all = moments([
@@ -185,12 +186,12 @@ impl DemConfig {
         all
     }
 
-    /// Real mass of a disk (kg), of a radius and a thickness (m).
+    /// Unscaled mass of a disk (kg) of this radius and thickness (m).
     pub fn real_mass(&self, radius: f64, thickness: f64) -> f64 {
         self.density_kg_per_m3 * PI * radius * radius * thickness
     }
 
-    /// Refuses keys that do not go together, naming the key, the value and what to do: [`kit::read_config`] refused values out of range.
+    /// Refuses keys that contradict each other, with the key, the value and a remedy. [`kit::read_config`] has refused values out of range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.law.validate()?;
         self.solver.validate()?;
@@ -324,7 +325,7 @@ impl DemConfig {
         )
     }
 
-    /// Refuses the conjugate gradient where the problem is not convex, or has more than it knows.
+    /// Refuses the conjugate gradient where the problem is not convex, or has couples or several laws.
     fn validate_pcg(&self) -> Result<(), ConfigError> {
         if self.solver.algorithm != Algorithm::Pcg {
             return Ok(());
@@ -333,22 +334,22 @@ impl DemConfig {
         let own = self.sample.surface().and_then(|keys| keys.friction);
         let nsgs = "write solver.kind = \"nsgs\"";
         let refusals = [
-            // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
+            // A compliant bond has a spring in place of friction; a rigid bond has friction in addition to its shear.
             (
                 law.kind.plain() == LawKind::Cohesion
                     && law.contact_stiffness_pa.is_none()
                     && law.friction != Some(0.0),
-                "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
+                "\"pcg\" needs a convex problem, and rigid bonds with shear and friction make none",
                 "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
             ),
             (
                 law.healing.is_some() || pairs.iter().any(|pair| pair.healing.is_some()),
-                "\"pcg\" needs a convex problem, and law.healing puts friction beside the shear of bonds",
+                "\"pcg\" needs a convex problem, and law.healing adds friction to the shear of bonds",
                 nsgs,
             ),
             (
                 law.rolling.is_some() || pairs.iter().any(|pair| pair.rolling.is_some()),
-                "\"pcg\" knows no couples, and law.rolling has them",
+                "\"pcg\" solves no couples, and law.rolling adds them",
                 nsgs,
             ),
             (
@@ -362,7 +363,7 @@ impl DemConfig {
             .try_for_each(|(holds, why, help)| refuse_if(holds, "solver.kind", why, help))
     }
 
-    /// Refuses layers and rails without what holds them, and wheels that no surface of grains holds.
+    /// Refuses layers and rails that nothing holds, and wheels that fall between the grains.
     fn validate_wheel_on_sample(&self) -> Result<(), ConfigError> {
         let (lid, largest) = match &self.sample {
             SampleConfig::Disks(_) => return Ok(()),
@@ -370,7 +371,7 @@ impl DemConfig {
                 refuse_if(
                     self.wheel.is_none(),
                     "wheel",
-                    "a rail needs the wheel that loads it, and there is none",
+                    "a rail needs a wheel that loads it",
                     "add [participant.config.wheel]",
                 )?;
                 (false, rail.radius_max_m)
@@ -386,7 +387,7 @@ impl DemConfig {
         refuse_if(
             self.wheel.is_none() && !lid,
             "wheel",
-            "a layer needs the wheel that holds it, and there is none",
+            "a layer needs a wheel that holds it",
             "add [participant.config.wheel], or sample.lid = true",
         )?;
         let radius = self.wheel.as_ref().map(|wheel| wheel.radius_m);
@@ -395,7 +396,7 @@ impl DemConfig {
         at_least("wheel.radius_m", round, least, "m").map_err(|error| error.help(help))
     }
 
-    /// Refuses what a strip that repeats does not go with.
+    /// Refuses keys that contradict a strip that repeats.
     fn validate_periodic(&self) -> Result<(), ConfigError> {
         let Some(ends) = self.sample.period_ends() else {
             return Ok(());

@@ -83,10 +83,10 @@ pub enum DemError {
     },
 }
 
-/// Friction above which sweeps of elastic grains may run in a circle: below it no layer has been seen to.
+/// Friction above which sweeps of elastic grains may run in a circle: no layer has been seen to do so below.
 const STRONG_FRICTION: f64 = 3.0;
 
-/// Advice for a step that does not converge. More iterations alone seldom help where pivoting has not either.
+/// Advice for a step that does not converge. More iterations alone seldom help where pivoting has failed.
 fn cure(rigid: bool, friction: f64, iterations: usize, pivots_after: Option<usize>) -> String {
     let springs = "give the contacts springs (law.contact_stiffness_pa)";
     if let Some(sweeps) = pivots_after.filter(|sweeps| iterations < *sweeps) {

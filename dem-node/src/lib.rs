@@ -1,29 +1,29 @@
 //! Non-Smooth Contact Dynamics of the third body: disks in the plane, walls, a glued base, bare surfaces and a rigid wheel.
 //!
-//! Grains are rigid disks; [`dem_kernel`] solves their contacts and makes their steps, and its first page has problem, symbols and
-//! equations. This crate reads the keys of a scenario, prepares samples, measures, and takes part in a run. The base of a layer is a row of
-//! *glued* disks on a *compliant boundary*, which yields to the contact forces as the rail that the coupler speaks for. The crate does not
-//! know that rail, nor any other solver.
+//! Grains are rigid disks. [`dem_kernel`] solves their contacts and makes their steps; its first page has problem, symbols and equations. This crate
+//! reads the keys of a scenario, prepares samples, measures, and takes part in a run. The base of a layer is a row of *glued* disks on a *compliant
+//! boundary*, which yields to contact forces like the rail that the coupler represents. The crate does not know that rail, nor any other solver.
 //!
 //! # The step's length
 //!
 //! An unbalanced grain crosses its diameter in the inertial time t_i = d sqrt(rho/P) ([`StepBounds::inertial_time`]): d is the mean
-//! diameter, rho the scaled density, P `time.pressure_pa`. Up to 0.05 t_i forces are clean; above it the step is warned of, above t_i refused
-//! ([`setup::bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
-//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
+//! diameter, rho the scaled density, P `time.pressure_pa`. Up to 0.05 t_i forces are clean. Longer steps get a warning, steps above t_i are refused
+//! ([`setup::bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s. Grains of the shipped scenes are therefore a thousand times as heavy as
+//! real ones; [`setup::mass_scaling`] has the price. Loads and the wheel's mass are never scaled.
 //!
 //! # Checks
 //!
-//! - The natural-map residual of each step, above `solver.tolerance` an error, never a silent pass: a solve of few sweeps gives
-//!   garbage while the interface still reads a gap of zero.
+//! - The natural-map residual of each step, an error above `solver.tolerance`, never a silent pass: a solve of few sweeps gives garbage while the
+//!   interface still has a gap of zero.
 //! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`measure::flow`]).
-//! - Plausibility: ways of grains in a step, walls met from behind, grains behind a surface, overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
+//! - Plausibility: travel of grains in a step, walls met from behind, grains behind a surface, overlaps, lost grains, wheel at rest, forces above
+//!   against below, inertia of scaled masses.
 //! - Exact answers: impacts, slopes, columns, pyramids, chains, bonds; published ones for packings and plane shear (`tests/verification/dem*.rs`).
 //!
 //! # Limits
 //!
-//! Disks do not deform: overlaps beyond 0.3 of a radius are warned of. Pressures of single grains and of rough faces vary with the seed;
-//! means over many grains do so less.
+//! Disks do not deform: overlaps beyond 0.3 of a radius get a warning. Pressures of single grains and of rough faces vary with the seed; means over
+//! many grains vary less.
 //!
 //! # Modules
 //!
@@ -32,13 +32,12 @@
 //! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
 //! - [`setup`]: from the keys to the types of the steps, the wheel's program, bounds on the step;
 //! - [`measure`]: stress, flows of third body, forces on named bodies, signals, results and fields;
-//! - [`node`]: all of it as a participant of a run, which answers F_g = p/h, v_g, iterations and residual; nothing is committed before the
-//!   coupler says so;
+//! - [`node`]: the crate as a participant of a run, which answers F_g = p/h, v_g, iterations and residual, and commits only what the coupler accepts;
 //! - [`error`]: reasons for which it cannot go on.
 //!
 //! # Equations, functions, sources
 //!
-//! Those of laws, contacts, solvers and steps are in [`dem_kernel`], where RSB is written out.
+//! The equations of laws, contacts, solvers and steps are in [`dem_kernel`], which also spells out RSB.
 //!
 //! | equation | function | source |
 //! |---|---|---|
@@ -98,7 +97,7 @@ pub use config::DemConfig;
 pub use error::DemError;
 pub use node::dem::Dem;
 
-/// Checks the participant's keys without preparing its sample. Returns what the user should know before a long run.
+/// Checks the participant's keys without preparing its sample. Returns advice for the user before a long run.
 pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
     let config: DemConfig = kit::read_config(config)?;
     let config = config.resolved()?;

@@ -1,14 +1,14 @@
-//! What a run measures, and what it writes.
+//! Measurements and output of a run.
 //!
 //! In reading order:
-//! - [`loads`], [`tiles`]: forces of the contacts grain by grain, and the part of the plane that belongs to each;
+//! - [`loads`], [`tiles`]: forces of the contacts on each grain, and the part of the plane that belongs to it;
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: the flows of third body;
-//! - [`accommodation`], [`cycles`]: where the wheel's motion goes, and its full cycles;
+//! - [`accommodation`], [`cycles`]: the parts of the wheel's motion in slip, base and layer, and its full cycles;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`force_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
-//! - [`snapshot`]: the fields that are written.
+//! - [`snapshot`]: the fields.
 
 pub mod accommodation;
 pub mod cycles;

@@ -36,7 +36,7 @@ const DISK_STEPS: usize = 2_000_000;
 /// Disks of a sample whose steps need not be counted.
 const FEW_DISKS: usize = 40_000;
 
-/// The most steps to answer for at once: 27 of the 73 000 disks of the paper's rail, each of which may take a tenth of a second.
+/// Most steps of one answer: 27 for the 73 000 disks of the paper's rail, each of which may take a tenth of a second.
 fn steps_at_once(disks: usize) -> Option<u32> {
     (disks > FEW_DISKS).then(|| (DISK_STEPS / disks).max(1) as u32)
 }
@@ -205,8 +205,7 @@ impl Node for Dem {
         Ok(self.report(&summary))
     }
 
-    /// Packs everything that windows have changed, with the hash of the state: fields that are read into others than they
-    /// came from get another one.
+    /// Packs everything that windows have changed, with the hash of the state: data unpacked into the wrong fields has another hash.
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
         pack(&(&self.progress, self.progress.hash()))
     }
@@ -230,14 +229,14 @@ impl Node for Dem {
             ))
         };
         if counts(&progress.state) != counts(&self.progress.state) {
-            return refuse("their number is another");
+            return refuse("their number differs");
         }
         let tracked = |progress: &Progress| progress.flow.as_ref().map(Flow::count);
         if tracked(&progress) != tracked(&self.progress) {
-            return refuse("the flows of other grains, or of none, are in it");
+            return refuse("its flows belong to other grains");
         }
         if progress.hash() != hash {
-            return refuse("their numbers have another hash");
+            return refuse("the hash of their numbers differs");
         }
         self.progress = progress;
         self.pending = None;

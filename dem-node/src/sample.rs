@@ -2,9 +2,9 @@
 //!
 //! In reading order:
 //! - [`types`]: a sample;
-//! - `fill`, [`fed`]: grains listed one by one, those that fill a region, and those that are fed in later;
+//! - `fill`, [`fed`]: grains that fill a region, and grains that are fed in later;
 //! - [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
-//! - [`surface`]: what they lie on beside their glued rows;
+//! - [`surface`]: the surface beside their glued rows;
 //! - [`wheel_face`]: the disks of a rough wheel;
 //! - [`prepared`]: samples that are kept for later runs.
 
@@ -32,7 +32,7 @@ use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use types::Sample;
 
-/// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
+/// Prepares the sample of a scenario. `seed` is the run's seed, which `sample.seed` overrides.
 pub fn prepare(config: &DemConfig, seed: u64) -> Result<Sample, DemError> {
     match &config.sample {
         SampleConfig::Disks(disks) => Ok(listed(&fill::expanded(disks, seed))),
@@ -58,7 +58,7 @@ pub fn perturb(sample: &mut Sample, seed: u64) {
     }
 }
 
-/// True for a layer whose grains stay where they were cut: compliant bonds take them as they are. Rigid contacts must not overlap
+/// True for a layer whose grains stay where they were cut: compliant bonds take gaps and overlaps as their reference. Rigid contacts must not overlap
 /// when their bond breaks.
 pub(crate) fn stays_as_cut(config: &DemConfig) -> bool {
     config.law.kind.plain() == LawKind::Cohesion && config.law.contact_stiffness_pa.is_some()

@@ -34,10 +34,9 @@ use crate::sample::types::Sample;
 use crate::setup::bounds::StepBounds;
 use kit::keys::refuse_if;
 
-/// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
-/// throw them apart.
+/// Overlap of two rigid disks over the smaller radius above which a sample is refused: a repair in one step would throw them apart.
 const RIGID_OVERLAP: f64 = 0.01;
-/// Inertial times in which a grain grows that comes off a surface.
+/// Inertial times in which a grain off a surface grows.
 const GROWTH: f64 = 100.0;
 
 /// The bodies of a prepared sample, the last `fed` of whose free grains are in store.
@@ -46,7 +45,7 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
     let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.real_mass(r, thickness) * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
-    // While each disk has its own mass: a cluster's is that of its first disk from then on.
+    // This comes first, while each disk has its own mass: below, the first disk of a cluster gets the cluster's mass.
     let driven = |disk: &usize| {
         let mut driven = sample.clusters.iter().filter(|c| c.drive.is_some());
         driven.any(|cluster| cluster.disks.contains(disk))
@@ -96,7 +95,7 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
     }
 }
 
-/// Ends of a sample that does not repeat: of a layer as far as its surface reaches by default, of others those of their base.
+/// Ends of a sample that does not repeat: for a layer the default ends of its surface, for others the ends of their base.
 fn ends(config: &SampleConfig, sample: &Sample) -> Option<[f64; 2]> {
     let [half_width, _] = config.ends().unwrap_or_default();
     if half_width > 0.0 {
@@ -110,7 +109,7 @@ fn ends(config: &SampleConfig, sample: &Sample) -> Option<[f64; 2]> {
     ends.filter(|_| config.period().is_none())
 }
 
-/// The feed of so many grains at the end of these masses, which are scaled (kg).
+/// The feed of this many grains; `masses` are the scaled masses of the sample's grains (kg).
 fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]) -> Injection {
     let rate = config.rate_kg_per_s * mass_scale;
     let mean = masses.iter().sum::<f64>() / masses.len() as f64;
@@ -126,7 +125,7 @@ fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]
     }
 }
 
-/// The source of so many grains off the bare surfaces of a sample.
+/// The source of this many grains off the bare surfaces of a sample.
 fn source(
     keys: &DetachmentConfig,
     config: &DemConfig,
@@ -196,7 +195,7 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     Pairs::new(&names, &laws.collect::<Vec<_>>())
 }
 
-/// Each name with the faces that have it, which follow each other.
+/// Each name with the consecutive faces that have it.
 fn named_walls(names: &[String]) -> Vec<(String, Range<usize>)> {
     let mut first = 0;
     let runs = names.chunk_by(|one, next| one == next).map(|run| {
@@ -260,7 +259,7 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
     })
 }
 
-/// A curved wheel that no disk can reach would fall for ever.
+/// Refuses a curved wheel that no disk can reach: it would fall for ever.
 pub fn refuse_idle_wheel(state: &GrainState) -> Result<(), ConfigError> {
     refuse_if(
         !state.wheel.position[1].is_finite(),
@@ -270,7 +269,7 @@ pub fn refuse_idle_wheel(state: &GrainState) -> Result<(), ConfigError> {
     )
 }
 
-/// Rigid disks may touch at the start, not lie in each other.
+/// Refuses rigid disks that overlap at the start.
 pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), DemError> {
     if bodies.law.springs.is_some() {
         return Ok(());
@@ -292,7 +291,7 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
     Ok(())
 }
 
-/// Refuses layers that are deeper than what may come off a surface.
+/// Refuses layers that are deeper than a surface may lose.
 pub fn refuse_deep_layers(config: &DemConfig, sample: &Sample) -> Result<(), ConfigError> {
     let Some(keys) = &config.detachment else {
         return Ok(());
@@ -309,7 +308,7 @@ pub fn refuse_deep_layers(config: &DemConfig, sample: &Sample) -> Result<(), Con
     )
 }
 
-/// Refuses a wall of points that all disks of the start lie behind, or some within it: nothing would hold them there.
+/// Refuses a wall of points with all disks of the start behind it, or with some of them inside it: nothing would hold them there.
 pub fn refuse_grains_behind(
     config: &DemConfig,
     bodies: &Bodies,
@@ -338,7 +337,7 @@ pub fn refuse_grains_behind(
             wrong.is_some(),
             &format!("sample.walls[{i}].points_m"),
             format!(
-                "the disk at {:?} m lies behind this wall, which holds what is on the left of its direction",
+                "the disk at {:?} m lies behind this wall, which holds disks on the left of its direction",
                 wrong.map_or(&[0.0; 2], |(centre, _)| centre)
             ),
             "list the points in the other order, or move the disk",

@@ -3,7 +3,7 @@
 //! - [`choice`]: keys with a few words to choose from;
 //! - [`mesh`], [`material`], [`time`], [`boundary`], [`motion`], [`initial`], [`wheel`], [`statics`], [`probe`]: the tables;
 //! - [`keys`]: all of them, [`keys::FemConfig`];
-//! - `consistency`: what one key demands of another.
+//! - `consistency`: keys that must go together.
 
 pub mod boundary;
 pub mod choice;

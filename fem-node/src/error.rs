@@ -9,7 +9,7 @@ use protocol::{Cause, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 
-/// Failure of a body to be built, or to answer.
+/// Failure to build a body, or to answer a request.
 #[derive(Clone, Debug, Error)]
 #[allow(missing_docs)]
 pub enum FemError {
@@ -34,11 +34,11 @@ pub enum FemError {
     )]
     MovedSet { set: String },
     #[error(
-        "point {point} was selected, the coupled sets have {count} points, each to be named once"
+        "point {point} was selected; the coupled sets have {count} points, and each may be selected once"
     )]
     Point { point: usize, count: usize },
     #[error(
-        "window {window}: the interface {what} holds {given} numbers, {expected} were agreed on"
+        "window {window}: the interface {what} holds {given} numbers, but {expected} are expected"
     )]
     GivenLength {
         window: u64,
@@ -46,16 +46,16 @@ pub enum FemError {
         given: usize,
         expected: usize,
     },
-    #[error("a run of 0 steps was asked for, it needs at least 1")]
+    #[error("a run of 0 steps was requested; it needs at least 1")]
     NoSteps,
     #[error("window {window} is to be committed, {}", .advanced.map_or("but none was advanced".into(), |w| format!("but window {w} was advanced last")))]
     NotAdvanced { window: u64, advanced: Option<u64> },
     #[error(
-        "window {window}: displacements of {count} components were dictated, but this body finds its own from the forces"
+        "window {window}: displacements of {count} components were prescribed, but this body computes its own from the forces"
     )]
     Dictated { window: u64, count: usize },
     #[error(
-        "window {window}, iteration {iteration}, t = {time_s:.6e} s: a displacement of {displacement_m:?} m left the size of the body, the solution diverged; {}",
+        "window {window}, iteration {iteration}, t = {time_s:.6e} s: a displacement of {displacement_m:?} m exceeds the size of the body: the solution diverged; {}",
         cure(*step_s, *limit_s)
     )]
     Diverged {
@@ -67,7 +67,7 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "window {window}, iteration {iteration}: the {component} component of the {what} on exchanged point {point} is {number:?} {unit}, no number that a body can follow: the other participant or the coupler diverged; lower the window or the step there"
+        "window {window}, iteration {iteration}: the {component} component of the {what} on exchanged point {point} is {number:?} {unit}, which is not finite: the other participant or the coupler diverged; lower the window or the step there"
     )]
     GivenNotFinite {
         window: u64,
@@ -79,7 +79,7 @@ pub enum FemError {
         unit: &'static str,
     },
     #[error(
-        "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; {}",
+        "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the kinetic energy of the body, {kinetic_j:.3e} J, is more than ten times the {supplied_j:.3e} J supplied by all forces: the solution diverged; {}",
         cure(*step_s, *limit_s)
     )]
     EnergyExcess {
@@ -93,7 +93,7 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "the columns of its {what} over {substeps} steps left the finite numbers; {}",
+        "the columns of its {what} over {substeps} steps are not finite; {}",
         cure(*step_s, *limit_s)
     )]
     DivergedColumns {
@@ -107,7 +107,7 @@ pub enum FemError {
     )]
     CoupledWithWheel { set: String },
     #[error(
-        "it cannot follow a velocity on its coupled set: its material is more than linear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
+        "it cannot follow a velocity on its coupled set: its material is nonlinear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
     )]
     NoPrescribedVelocity,
     #[error(
@@ -120,14 +120,14 @@ pub enum FemError {
     SnapshotName { name: String },
 }
 
-/// The cure of a solution that diverged in steps (s) with this stability limit (s): a step that keeps the limit is not to blame.
+/// The advice after divergence with steps (s) and this stability limit (s): a step below the limit is not the cause.
 fn cure(step_s: f64, limit_s: f64) -> String {
     let steps = format!("its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s");
     if step_s > limit_s {
         return format!("{steps}: lower time.step_s, the window, or the load");
     }
     format!(
-        "{steps}, so that a shorter one is no cure: check the load, the dimensions and the units of material.young_pa and material.density_kg_per_m3, or shorten the window"
+        "{steps}, so a shorter step does not help: check the load, the dimensions and the units of material.young_pa and material.density_kg_per_m3, or shorten the window"
     )
 }
 
@@ -149,7 +149,7 @@ impl FemError {
         })
     }
 
-    /// Its cause, a word for scripts.
+    /// The cause as a word for scripts.
     pub fn cause(&self) -> Cause {
         match self {
             FemError::FemConfig(error) => error.cause,
@@ -185,10 +185,10 @@ impl From<FemError> for NodeError {
 mod tests {
     use super::*;
 
-    /// 70 for 70 GPa: the limit of so soft a body is 40 000 times the step.
+    /// 70 Pa instead of 70 GPa: the stability limit of such a soft body is 40 000 times the step.
     #[test]
-    fn a_step_below_the_stability_limit_is_not_to_be_lowered() {
-        let said = |step_s: f64| {
+    fn a_step_below_the_stability_limit_is_not_blamed() {
+        let blames = |step_s: f64| {
             let diverged = FemError::DivergedColumns {
                 what: "flexibility",
                 substeps: 9,
@@ -197,6 +197,6 @@ mod tests {
             };
             diverged.to_string().contains("lower time.step_s")
         };
-        assert_eq!([6.8e-8, 2.8e-3, 2.9e-3].map(said), [false, false, true]);
+        assert_eq!([6.8e-8, 2.8e-3, 2.9e-3].map(blames), [false, false, true]);
     }
 }

@@ -1,4 +1,4 @@
-//! The points that the body exchanges with a coupler, and what it does between two exchanges.
+//! The points that the body exchanges with a coupler, and its windows between two exchanges.
 //!
 //! - `window`: one window from the committed state.
 
@@ -12,19 +12,19 @@ use protocol::Surface;
 use crate::error::FemError;
 use crate::model::Model;
 
-/// Coupled nodes, those of them that are exchanged, and the matrices condensed onto them.
+/// Coupled nodes, the exchanged ones among them, and the matrices condensed onto these.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interface {
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     pub(crate) components: Vec<usize>,
-    /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
+    /// Matrices by kind and number of steps, n x n, column-major, for the current selection.
     pub(crate) condensed: BTreeMap<(&'static str, u32), Vec<f64>>,
 }
 
 impl Interface {
-    /// Couples a set; all of its nodes are exchanged until a selection says otherwise. A set that carries several layers is coupled for
-    /// each of them, and the selection gives each nodes of its own.
+    /// Couples a set; without a selection all of its nodes are exchanged. A set that carries several layers is coupled once for each layer, and the
+    /// selection gives each layer its own nodes.
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
         let unknown = || FemError::UnknownSet {
             set: set.into(),
@@ -73,7 +73,7 @@ impl Interface {
     }
 }
 
-/// The sets that can be coupled: open lines on the outline, but for a support.
+/// The sets that can be coupled: open lines on the outline, except a support.
 pub(crate) fn coupling_sets(model: &Model) -> Vec<String> {
     let sets = model.mesh.sets().into_iter();
     let movable = sets.filter(|name| !(model.supported && *name == Edge::Bottom.name()));
@@ -81,7 +81,7 @@ pub(crate) fn coupling_sets(model: &Model) -> Vec<String> {
     lines.map(String::from).collect()
 }
 
-/// Mean outward normals of those sets, by name.
+/// Mean outward normals of the sets that can be coupled, by name.
 pub(crate) fn outward_normals(model: &Model) -> BTreeMap<String, [f64; 2]> {
     let normal = |name: String| {
         let line = model.mesh.open_line(&name)?;
@@ -95,8 +95,7 @@ pub(crate) fn outward_normals(model: &Model) -> BTreeMap<String, [f64; 2]> {
         .collect()
 }
 
-/// Lengths along x (m) after which those sets repeat, by name: all of them do on a periodic mesh, whose sets are its upper and
-/// its lower edge.
+/// Lengths along x (m) after which the sets that can be coupled repeat, by name: the upper and the lower edge of a periodic mesh.
 pub(crate) fn periods(model: &Model) -> BTreeMap<String, f64> {
     let mesh = &model.mesh;
     if !mesh.periodic {
@@ -107,7 +106,7 @@ pub(crate) fn periods(model: &Model) -> BTreeMap<String, f64> {
     sets.map(|name| (name, length)).collect()
 }
 
-/// Sum over a line of outward normal times length (m): with the body on the left of a -> b that is (dy, -dx).
+/// Sum over a line of outward normal times length (m), (dy, -dx) with the body on the left of a -> b.
 fn outward_sum(mesh: &Mesh, line: &[[usize; 2]]) -> [f64; 2] {
     let segments = line.windows(2);
     let segments = segments.filter_map(|pair| mesh.outline(pair[0], pair[1]));

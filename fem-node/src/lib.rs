@@ -1,16 +1,16 @@
 //! Bodies of finite elements as participants: plane, elastic or plastic, in motion or in equilibrium, one body for each participant.
 //!
-//! Keys become a mesh and a [`Model`](model::Model); [`FemNode`] and [`StaticNode`] answer a coupler. All that is done for each element
-//! or node in a step is in [`fem_kernel`], whose first page has the problem, the symbols and the equations.
+//! Keys become a mesh and a [`Model`](model::Model); [`FemNode`] and [`StaticNode`] answer a coupler. The work of a step on each element and node is
+//! in [`fem_kernel`], whose first page has the problem, the symbols and the equations.
 //!
 //! # One window, step by step
 //!
-//! 1. [`FemNode`] restores the committed state; repeats of a window all begin there.
-//! 2. The interface force is added to the loads of the named sets ([`boundary`](model::boundary)), and a computed anew.
+//! 1. [`FemNode`] restores the committed state; every repeat of a window begins there.
+//! 2. The interface force is added to the loads of the named sets ([`boundary`](model::boundary)), and a is computed anew.
 //! 3. For each step [`Integrator::step`](fem_kernel::integrate::integrator::Integrator::step) finds u', F(u') element by element, the
-//!    contact forces ([`wheel`](mod@fem_kernel::wheel)), a' and v', and the energies of the step beside them.
-//! 4. The increment of u on the interface is the answer. A second run of the same window computes only what a changed force can have
-//!    reached: a step carries it one ring of elements further.
+//!    contact forces ([`wheel`](mod@fem_kernel::wheel)), a' and v', and the energies of the step.
+//! 4. The answer is the increment of u on the interface. A second run of the same window computes only the part that a changed force can have
+//!    reached: each step carries it one ring of elements further.
 //! 5. The commit makes the last run the state, adds its energies to the [`Ledger`](output::ledger::Ledger), and reports.
 //!
 //! Before the first window the coupler may ask for C, or D of a prescribed velocity: [`compliance`](fem_kernel::interface::compliance::compliance())
@@ -18,26 +18,26 @@
 //!
 //! # Checks
 //!
-//! - Energy: each term of [`Ledger`](output::ledger::Ledger) has its own formula, and none is what the others leave. `energy_balance_rel` is what
-//!   work, stored and dissipated energy are apart, over the work: rounding in small strain, 1e-6 where the body rotates.
-//! - Step: above the limit it is refused with the limit's name. A run whose kinetic energy exceeds ten times all that was supplied
-//!   has diverged, whatever the limit says, as one whose points are farther apart than its size; how far all of it flies is no sign of that.
+//! - Energy: each term of [`Ledger`](output::ledger::Ledger) has its own formula; no term is the remainder of the others. `energy_balance_rel` is the
+//!   difference of work and stored plus dissipated energy, over the work: rounding in small strain, 1e-6 where the body rotates.
+//! - Step: a step above the limit is refused with the limit's name. At any step a run has diverged if its kinetic energy exceeds ten times the
+//!   supplied energy, or if its points are farther apart than its size. A body that flies far as a whole has not diverged.
 //! - Plausibility at the ends of the load's phases: wheel at rest and its height from cycle to cycle, nodes in the contact, its reach,
 //!   strains, elements that lock in bending or under plastic flow. Bounds are keys; see `scenarios/README.md`.
 //! - Exact answers: waves, patches, Lame, Hertz with friction, collapse loads, orders of convergence (`tests/verification/fem*.rs`).
 //!
 //! # Limits
 //!
-//! Two dimensions, 4-node quadrilaterals, one material a body. No contact of the body with itself or with another body
-//! but through an interface; the wheel is rigid and touches the upper edge only. Large rotations with small stretches, no
-//! large strains; plasticity in small strain only. C and D are those of linear elasticity. The share of sliding nodes while the
-//! wheel slides depends on the step through (b - 1/2) h; pressure, forces and friction loop hardly do.
+//! Two dimensions, 4-node quadrilaterals, one material per body. The body does not touch itself, and touches another body only through an interface;
+//! the wheel is rigid and touches the upper edge only. Large rotations with small stretches, no large strains; plasticity in small strain only. C and
+//! D hold for linear elasticity. The share of sliding nodes while the wheel slides depends on the step through (b - 1/2) h; pressure, forces and
+//! friction loop hardly do.
 //!
 //! # Modules
 //!
-//! In reading order, each folder after those that it needs:
+//! In reading order, each folder after the ones that it needs:
 //! - [`config`]: the keys of `[participant.config]`;
-//! - [`mesh`]: graded structured meshes, and those that Gmsh wrote;
+//! - [`mesh`]: graded structured meshes, and meshes written by Gmsh;
 //! - [`model`]: everything that does not change during a run: boundary and initial conditions, the step;
 //! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
 //! - `interface`: the coupled sets, and the windows between two exchanges;
@@ -45,7 +45,7 @@
 //!
 //! # Equations, functions, sources
 //!
-//! Those of loads and prescribed motions over a window; all others are in the table of [`fem_kernel`].
+//! Loads and prescribed motions over a window; the table of [`fem_kernel`] has all other equations.
 //!
 //! | equation | function | source |
 //! |---|---|---|

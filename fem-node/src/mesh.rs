@@ -1,7 +1,7 @@
-//! The mesh of a scenario, and the sets of it that keys name.
+//! The mesh of a scenario, and its sets that keys name.
 //!
 //! - [`graded`]: structured meshes from a few numbers;
-//! - [`gmsh`]: meshes that Gmsh wrote.
+//! - [`gmsh`]: meshes written by Gmsh.
 
 pub mod gmsh;
 pub mod graded;
@@ -10,7 +10,7 @@ use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use protocol::Cause;
 
-/// The nodes of the set that a key names; the help lists the sets, and what else can be named.
+/// The nodes of the set that a key names; the help lists the sets and other valid names.
 pub(crate) fn named_set(
     mesh: &Mesh,
     name: &str,
@@ -18,7 +18,7 @@ pub(crate) fn named_set(
     besides: &str,
 ) -> Result<Vec<[usize; 2]>, ConfigError> {
     mesh.set(name).ok_or_else(|| {
-        ConfigError::new(key, "is no set of the mesh")
+        ConfigError::new(key, "is not a set of the mesh")
             .because(Cause::UnknownName)
             .help(listed_sets(mesh) + besides)
     })

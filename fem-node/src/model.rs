@@ -2,7 +2,7 @@
 //!
 //! - `supports`: components that do not move;
 //! - [`boundary`]: loads and prescribed motions of named sets;
-//! - [`motion`]: the latter over time;
+//! - [`motion`]: prescribed motions over time;
 //! - `initial`: initial velocities;
 //! - `probe_points`: the points whose motion is reported.
 
@@ -44,13 +44,13 @@ use crate::model::probe_points::ProbePoint;
 /// Share of the stability limit that `step_s = "auto"` takes by default.
 const SAFETY: f64 = 0.9;
 
-/// Nodal distances that the radius of a round wheel must have: its face is then resolved by several nodes.
+/// Least radius of a round wheel in nodal distances: several nodes then resolve its face.
 const SPACINGS_MIN: f64 = 4.0;
 
-/// Steps that a period of the sideways motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
+/// Least number of steps in a period of the sideways motion: 20 chords follow a sine within 1.3 % of its amplitude.
 const STEPS_PER_PERIOD: f64 = 20.0;
 
-/// Sides of a hole up to which it may be elements that are missing: four of them around a node.
+/// Largest number of sides of a hole that may stand for missing elements: four elements around a node.
 const HOLE_SIDES: usize = 8;
 
 /// A size that jumps by more than this from one element to the next reflects waves noticeably.
@@ -87,7 +87,7 @@ pub struct Model {
     pub wheel: Option<Wheel>,
     /// True where the bottom is held, so that nothing can be coupled to it.
     pub(crate) supported: bool,
-    /// True along x and y where no component is held or moved, so that the momentum is that of the forces on the body.
+    /// True along x and y where no component is held or moved, so that only forces on the body change its momentum.
     pub(crate) free: [bool; 2],
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
@@ -97,11 +97,11 @@ pub struct Model {
     pub(crate) probes: Vec<ProbePoint>,
     /// Sets with a prescribed motion of their own.
     pub(crate) moved_sets: Vec<String>,
-    /// Times (s) at which keys come into play.
+    /// Times (s) at which keys take effect.
     pub(crate) moments: BTreeMap<String, f64>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
-    /// Radius of the wheel's face (m), 0 for a flat one or none.
+    /// Radius of the wheel's face (m), 0 for a flat face or without a wheel.
     pub(crate) wheel_radius: f64,
     /// Bounds of the checks of plausibility.
     pub(crate) plausible: FemPlausible,
@@ -188,7 +188,7 @@ impl Model {
         })
     }
 
-    /// Mass damping at the end of a step (1/s), that of the start phase included.
+    /// Mass damping at the end of a step (1/s), with the start phase's damping.
     pub(crate) fn damping_at(&self, step: u64) -> f64 {
         let start = self.wheel.as_ref().map(|wheel| wheel.damping_at(step));
         self.scheme.mass_damping + start.unwrap_or(0.0)
@@ -233,8 +233,8 @@ impl Model {
         }
     }
 
-    /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and
-    /// back twice.
+    /// 4 L / c_p (s), the first period of a column of the largest height L, held at its base and free at its top: a pressure wave crosses it four
+    /// times.
     pub fn first_period(&self) -> f64 {
         let [_, height] = self.mesh.extents();
         4.0 * height / (self.elastic.c11 / self.elastic.density).sqrt()
@@ -248,7 +248,7 @@ fn free(config: &FemConfig) -> [bool; 2] {
     [0, 1].map(|k| free && motions().all(|motion| motion.components()[k].0.is_none()))
 }
 
-/// An unstructured mesh must name the edges that other keys speak of.
+/// An unstructured mesh must name the edges that other keys use.
 fn check_sets(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     if mesh.connectivity.is_none() {
         return Ok(());
@@ -286,7 +286,7 @@ fn check_limit(config: &FemConfig, limit: f64) -> Result<(), ConfigError> {
         return Ok(());
     }
     let problem = format!(
-        "gives a body whose stability limit is {limit:e} s: its numbers leave the range of arithmetic"
+        "gives a body whose stability limit is {limit:e} s: its numbers overflow or underflow"
     );
     Err(ConfigError::new("material", problem)
         .help("check the units of run.thickness_m, mesh and material (SI)"))
@@ -310,7 +310,7 @@ fn check_wheel(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// A motion that turns within a few steps is not the one asked for.
+/// A few steps in a period do not follow the prescribed motion.
 fn check_frequencies(config: &FemConfig, step: f64) -> Result<(), ConfigError> {
     if config.analysis != Analysis::Dynamic || config.time.unsafe_step {
         return Ok(());
@@ -357,7 +357,7 @@ fn elastic(config: &FemConfig) -> Elastic {
     }
 }
 
-/// The law where it is more than linear elasticity in small strain.
+/// The law, unless it is linear elasticity in small strain.
 fn law(config: &FemConfig, elastic: &Elastic) -> Option<NonlinearLaw> {
     let material = &config.material;
     match (material.law(), config.kinematics) {
@@ -412,7 +412,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ));
     }
     if config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
-        warnings.push("time.safety: has no effect beside a step in seconds".into());
+        warnings.push("time.safety: has no effect on a step in seconds".into());
     }
     for (key, ratio) in [
         ("mesh.side_columns", mesh.ratio_columns),
@@ -443,7 +443,7 @@ fn pieces(mesh: &Mesh, connectivity: &Connectivity) -> Vec<String> {
         } else if sides == 1 {
             warnings.push(format!("mesh.gmsh: two parts of the outline meet in the node at ({x:.4e}, {y:.4e}) m, a hinge; join them by sides of elements, or keep them apart"));
         } else if area < 0.0 && sides <= HOLE_SIDES {
-            warnings.push(format!("mesh.gmsh: the mesh has a hole of {sides} sides around ({x:.4e}, {y:.4e}) m: are elements missing there? A hole that is meant is rounder, with more than {HOLE_SIDES} sides"));
+            warnings.push(format!("mesh.gmsh: the mesh has a hole of {sides} sides around ({x:.4e}, {y:.4e}) m: are elements missing there? An intended hole is rounder, with more than {HOLE_SIDES} sides"));
         }
     }
     warnings

@@ -1,10 +1,10 @@
 //! The body as a participant of a run.
 //!
 //! - [`static_node`]: a body in equilibrium, increment by increment;
-//! - [`fem_node`]: a body in motion, its committed state and the window at hand;
+//! - [`fem_node`]: a body in motion, its committed state and the current window;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
-//! - `checkpoint`: the committed state of a checkpoint, and the refusal of one of another body;
+//! - `checkpoint`: the committed state of a checkpoint, and the refusal of another body's checkpoint;
 //! - `answers`: the answers to a coupler.
 
 mod answers;

@@ -3,8 +3,8 @@
 //! - [`ledger`]: the energies that are reported;
 //! - [`profile`]: the pressure between wheel and body;
 //! - [`probe`]: signals, stresses and pressures;
-//! - `plausible`: values beyond what a user expects;
-//! - `bending`: what the elements make of bending;
+//! - `plausible`: checks of plausibility;
+//! - `bending`: energy of the elements in bending;
 //! - `vtu`: fields as files for ParaView;
 //! - `snapshot`: fields and contact profiles as files.
 

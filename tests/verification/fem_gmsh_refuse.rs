@@ -92,7 +92,7 @@ fn invalid_bodies_are_refused_with_the_place() {
     says(refused(&twice.msh4()), "overlap");
     let mut loose = fan(4);
     loose.lines[0].1.push([2, 6]);
-    says(refused(&loose.msh4()), "is no side of any quadrilateral");
+    says(refused(&loose.msh4()), "is not a side of any quadrilateral");
     let mut branching = fan(4);
     branching.lines[0].1.push([0, 1]);
     says(refused(&branching.msh2()), "branches at node");

@@ -77,7 +77,7 @@ fn a_direction_has_one_condition() {
         ),
         (
             json!({"pressure_pa": 1e6, "velocity_m_per_s": [1.0, "free"]}),
-            "pressure beside a motion",
+            "a pressure and a motion",
         ),
         (
             json!({"velocity_m_per_s": [1.0, "free"], "displacement_m": [0.0, "free"]}),

@@ -266,7 +266,7 @@ fn impossible_motions_over_time_are_refused_by_their_key() {
         (
             json!({"motion_table": []}),
             ".motion_table",
-            "less than two entries",
+            "fewer than two entries",
         ),
         (
             json!({"motion_table": [[0.0, 0.0, 0.0]]}),
@@ -281,7 +281,7 @@ fn impossible_motions_over_time_are_refused_by_their_key() {
         (
             json!({"motion_table": [[0.0, 0.0, "free"], [1.0, 1e-6, 0.0]]}),
             ".motion_table",
-            "entry 1 has no time, or other directions free",
+            "entry 1 has no time, or its free directions differ",
         ),
         (
             json!({"motion_table": [[0.0, 0.0, 0.0], ["free", 1e-6, 0.0]]}),
@@ -301,7 +301,7 @@ fn impossible_motions_over_time_are_refused_by_their_key() {
         (
             json!({"motion_table": table, "ramp_s": 1e-6}),
             ".ramp_s",
-            "already are over time",
+            "already vary over time",
         ),
         (
             json!({"motion_table": table, "displacement_m": [0.0, 0.0]}),

@@ -306,7 +306,7 @@ fn impossible_loads_over_time_are_refused_by_their_key() {
                 json!({"traction_pa": [0.0, 1.0], "load_direction": [1.0, 0.0]}),
             ),
             ".load_direction",
-            "there is none",
+            "which is absent",
         ),
         (
             changed(json!({"velocity_m_per_s": ["free", 0.0]})),

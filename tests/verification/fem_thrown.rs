@@ -202,7 +202,7 @@ fn impossible_velocities_and_probes_are_refused_by_name() {
     let thrown = |set: &str| json!({"initial": {set: {"velocity_m_per_s": [1.0, 0.0]}}});
     let probe = |name: &str, y: f64| json!({"name": name, "x_m": 0.0, "y_m": y});
     let cases: [(Value, &str, &str); 9] = [
-        (thrown("roof"), "initial.roof", "no set of the mesh"),
+        (thrown("roof"), "initial.roof", "not a set of the mesh"),
         (thrown("bottom"), "initial.bottom", "supports"),
         (
             json!({"initial": {"top": {"velocity_m_per_s": [1.0, 0.0]},
@@ -242,7 +242,7 @@ fn impossible_velocities_and_probes_are_refused_by_name() {
         (
             json!({"probes": [probe("surface_mean", -1e-3)]}),
             "probes[0].name",
-            "no probe's",
+            "name of another signal",
         ),
     ];
     for (change, key, word) in cases {

@@ -3,7 +3,7 @@
 //! In reading order:
 //! - [`geometry`]: normals and gaps of two bodies;
 //! - [`faces`], [`surface`]: rigid walls, and surfaces that another solver moves;
-//! - [`levers`], [`drive`], [`cluster`]: grains that move together, and what moves them;
+//! - [`levers`], [`drive`], [`cluster`]: grains that move together, and their drives;
 //! - [`disk`], [`feed`]: a disk at the start, and grains that are fed in;
 //! - [`pairs`]: laws by pair;
 //! - [`positions`]: the positions of all bodies at a moment.
@@ -31,8 +31,8 @@ use crate::law::Law;
 
 /// Alert distance over the smallest radius.
 pub const ALERT: f64 = 0.02;
-/// Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new lists: at 0.2 a pressed layer makes
-/// a new one every few hundred steps.
+/// Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow skin costs new lists: at 0.2 a pressed layer makes a new
+/// list every few hundred steps.
 pub const SKIN: f64 = 0.2;
 
 /// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls, segments of the surface.
@@ -40,23 +40,23 @@ pub const SKIN: f64 = 0.2;
 pub struct Bodies {
     /// Number of free grains.
     pub free: usize,
-    /// The feed whose grains are the last of those, where there is one.
+    /// The feed, whose grains are the last of the free grains, where there is one.
     pub injection: Option<Injection>,
     /// Radii of all disks (m).
     pub radii: Vec<f64>,
-    /// Scaled masses of the free grains (kg); a cluster's is that of its first disk, its others have none.
+    /// Scaled masses of the free grains (kg); the first disk of a cluster has the mass of the cluster, its other disks 0.
     pub masses: Vec<f64>,
-    /// Part of those masses that `mass_scale` adds, 1 - 1/scale.
+    /// Part of these masses that `mass_scale` adds, 1 - 1/scale.
     pub added_mass_rel: f64,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
-    /// Positions of the glued disks in the undeformed boundary (m): those of the base, then those of the lid, each by ascending x.
+    /// Positions of the glued disks in the undeformed boundary (m): first the base, then the lid, each by ascending x.
     pub reference: Vec<[f64; 2]>,
-    /// Number of those of the base.
+    /// Number of glued disks of the base.
     pub base: usize,
     /// Surfaces beside the glued disks, or in their place.
     pub surface: BareSurface,
-    /// Undeformed lines of the bodies below and above, by ascending x: numbers of boundary points, and their places on the line (m).
+    /// Undeformed lines of the bodies below and above, by ascending x: numbers of boundary points, and their positions on the line (m).
     pub lines: [Vec<(usize, [f64; 2])>; 2],
     /// Ends beyond which a grain has left the sample (m), where it has any.
     pub ends: Option<[f64; 2]>,
@@ -64,7 +64,7 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
     pub wheel_radius: f64,
-    /// Positions of the disks of a rough face about its lowest point (m); none of a smooth one.
+    /// Positions of the disks of a rough face about its lowest point (m); empty for a smooth face.
     pub face: Vec<[f64; 2]>,
     /// True if the disks of the face are bonded to the grains as the grains are to each other.
     pub face_bonded: bool,
@@ -78,18 +78,18 @@ pub struct Bodies {
     pub period: Option<Period>,
     /// Velocity of the only grain when its motion is prescribed (m/s).
     pub prescribed_velocity: Option<[f64; 2]>,
-    /// The law of every contact whose pair has none of its own.
+    /// The law of every contact whose pair has no law of its own.
     pub law: Law,
     /// Laws by pair.
     pub pairs: Pairs,
     /// Pairs that may come closer than this in a step enter the contact problem (m).
     pub alert: f64,
-    /// Distance that the Verlet list holds beyond that, so that it lasts several steps (m).
+    /// Distance that the Verlet list holds beyond `alert`, so that it lasts several steps (m).
     pub skin: f64,
 }
 
 impl Bodies {
-    /// Number of disks, those of rows and of the wheel's face included.
+    /// Number of disks, with the rows and the wheel's face.
     pub fn disks(&self) -> usize {
         self.radii.len()
     }
@@ -109,7 +109,7 @@ impl Bodies {
         self.glued() + self.surface.points.len()
     }
 
-    /// Place of a glued disk or a point of the surface in the undeformed boundary (m).
+    /// Position of a glued disk or a point of the surface in the undeformed boundary (m).
     pub fn boundary_point(&self, number: usize) -> [f64; 2] {
         let of_surface = || self.surface.points[number - self.glued()];
         let glued = self.reference.get(number).copied();
@@ -122,7 +122,7 @@ impl Bodies {
         self.pairs.of(a, b).map_or(&self.law, |(_, law)| law)
     }
 
-    /// The law at an index of `pairs`, 0 being that of most contacts.
+    /// The law at an index of `pairs`; 0 is the law of most contacts.
     #[inline]
     pub fn law_at(&self, index: u32) -> &Law {
         match index {
@@ -146,7 +146,7 @@ impl Bodies {
         self.any_law(|law| law.healing.is_some())
     }
 
-    /// r_1 r_2 / (r_1 + r_2) of two bodies, on a face the radius of the grain (m).
+    /// r_1 r_2 / (r_1 + r_2) of two bodies, or the radius of the grain on a face (m).
     pub fn reduced_radius(&self, pair: [u32; 2]) -> f64 {
         let curvature = |body: u32| self.radii.get(body as usize).map_or(0.0, |r| 1.0 / r);
         1.0 / (curvature(pair[0]) + curvature(pair[1]))
@@ -167,7 +167,7 @@ impl Bodies {
         self.disks() - self.face.len()
     }
 
-    /// The body that the contacts of a disk push: the wheel for those of its face, the leader for those of a cluster.
+    /// The body that the contacts of a disk push: the wheel for disks of its face, the leader for disks of a cluster.
     pub fn pushed(&self, body: usize) -> usize {
         if (self.first_face()..self.disks()).contains(&body) {
             return self.disks();
@@ -232,8 +232,7 @@ impl Bodies {
         glued.contains(&body).then(|| body - self.free)
     }
 
-    /// Height of the lowest point of the wheel's face, over x = 0, that touches this disk from above (m); `None` for a disk that it passes
-    /// beside.
+    /// Height of the lowest point of the wheel's face, over x = 0, that touches this disk from above (m); `None` for a disk that it does not meet.
     pub fn wheel_height_on(&self, centre: [f64; 2], radius: f64) -> Option<f64> {
         if self.face.is_empty() {
             return height_on(self.wheel_radius, centre, radius);
@@ -245,8 +244,8 @@ impl Bodies {
         heights.reduce(f64::max)
     }
 
-    /// Energy (J) below which contacts only bear weights, attractions and a load (N): their work on a millionth of a radius, far above what
-    /// a solve leaves of it by its tolerance.
+    /// Energy (J) below which contacts only bear weights, attractions and a load (N): their work on a millionth of a radius, far above the error that
+    /// the tolerance of a solve leaves.
     pub fn noise(&self, load: f64) -> f64 {
         let ([x, y], radius) = (self.gravity, self.mean_radius());
         let weight = self.masses.iter().sum::<f64>() * x.hypot(y);

@@ -12,11 +12,11 @@ pub enum KernelError {
     )]
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
-        "contact of bodies {a} and {b}: the motion of both is prescribed along its normal, and the contact is rigid, so that no force is the right one; give the contacts springs (law.contact_stiffness_pa), or let one of the bodies move freely along the normal"
+        "contact of bodies {a} and {b}: the motion of both is prescribed along its normal, and the contact is rigid, so that no force is determined; give the contacts springs (law.contact_stiffness_pa), or let one of the bodies move freely along the normal"
     )]
     Prescribed { a: u32, b: u32 },
     #[error(
-        "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
+        "the contact impulses are NaN or infinite after {iterations} iterations; lower the step or check the wall's compliance"
     )]
     NotFinite { iterations: usize },
     #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]

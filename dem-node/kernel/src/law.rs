@@ -38,8 +38,8 @@ pub struct Law {
     pub penetration: Penetration,
 }
 
-/// Treatment of the gap of a rigid contact, and of the overlap that is there already. The two repairs of positions leave the velocities
-/// alone (see [`crate::step::repair`]).
+/// Treatment of the gap of a rigid contact and of an overlap. The two repairs of positions do not change the velocities (see
+/// [`crate::step::repair`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Penetration {
     /// U = u_n + g/h.
@@ -49,7 +49,7 @@ pub enum Penetration {
     Iqs,
     /// As IQS, then the bodies are moved apart along the normals of the step.
     Split,
-    /// As IQS, then the bodies are moved apart until no pair overlaps where it is.
+    /// As IQS, then the bodies are moved apart until no pair overlaps at its new position.
     Projection,
 }
 
@@ -67,8 +67,8 @@ pub struct Springs {
     pub normal: f64,
     /// kt (N/m).
     pub tangential: f64,
-    /// Damping ratio zeta of the normal spring: a damper of c = 2 zeta sqrt(kn m) lies beside it, m being the reduced mass of
-    /// the pair. Contacts without bond have it while they overlap.
+    /// Damping ratio zeta of the normal spring: a damper of c = 2 zeta sqrt(kn m) lies parallel to it, m being the reduced mass of the pair. Contacts
+    /// without bond have the damper while they overlap.
     pub damping: f64,
 }
 
@@ -103,8 +103,8 @@ impl Springs {
     }
 }
 
-/// Ratio c/k of a damper to the spring k (N/m) beside it (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses
-/// (1/kg). Between two bodies that nothing moves there is no damper.
+/// Ratio c/k of a damper to its parallel spring k (N/m) (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses (1/kg).
+/// Between two bodies that nothing moves there is no damper.
 pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
     if inverse_mass == 0.0 || damping == 0.0 {
         return 0.0;
@@ -112,8 +112,7 @@ pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
     2.0 * damping / (k * inverse_mass).sqrt()
 }
 
-/// Factor of the terms 1/(k h^2) and g/h of a spring that has a damper with this ratio c/k (s) beside it, in a step h (s): the force is
-/// -k (g + h u) - c u.
+/// Factor of the terms 1/(k h^2) and g/h of a spring with a parallel damper of this ratio c/k (s), in a step h (s): the force is -k (g + h u) - c u.
 pub fn damped_share(relaxation: f64, h: f64) -> f64 {
     if relaxation == 0.0 {
         return 1.0;
@@ -133,11 +132,11 @@ impl Law {
             .map_or([0.0; 2], |springs| both(springs).map(compliance))
     }
 
-    /// Term of U_n of a contact without bond beside u_n (m/s), its gap g being detected, its normal velocity before the
-    /// step u_n(t_i) = `before`; `None` where there is no contact.
+    /// Term that U_n of a contact without bond has in addition to u_n (m/s), for its detected gap g and its normal velocity before the step u_n(t_i)
+    /// = `before`; `None` where there is no contact.
     ///
-    /// Springs: g/h. Restitution: e u_n(t_i) when g <= 0, and no contact before that: a contact that closes its gap within
-    /// the step would have lost its speed before it rebounds (Moreau 1988; LMGC90's RST). Otherwise see [`Penetration`].
+    /// Springs: g/h. Restitution: e u_n(t_i) when g <= 0, and no contact before: a contact that closed its gap within the step would lose its speed
+    /// before it rebounds (Moreau 1988; LMGC90's RST). Otherwise see [`Penetration`].
     #[inline]
     pub fn bias(&self, gap: f64, before: f64, step: f64) -> Option<f64> {
         match (self.springs, self.restitution, self.penetration) {
@@ -147,8 +146,8 @@ impl Law {
         }
     }
 
-    /// Part of the friction that a bond with this adhesion leaves: all of it where contacts are rigid; on springs that heal the part
-    /// 1 - a (Raous and Monerie 2002), so that a pair does not lose its friction to a bond that bears nothing yet; none on other springs.
+    /// Part of the friction that remains with a bond of this adhesion: 1 for rigid contacts, 1 - a for springs with healing (Raous and Monerie 2002),
+    /// so that a pair does not lose its friction to a bond that bears nothing yet, 0 for other springs.
     pub fn friction_share(&self, adhesion: f64) -> f64 {
         match (self.springs, self.healing) {
             (None, _) => 1.0,
@@ -157,7 +156,7 @@ impl Law {
         }
     }
 
-    /// True if some of the forces are those of dampers.
+    /// True if there are dampers.
     pub fn is_damped(&self) -> bool {
         self.springs.is_some_and(|springs| springs.damping > 0.0)
             || self.cohesion.is_some_and(|bonds| bonds.damping > 0.0)
@@ -184,7 +183,7 @@ impl Law {
 mod tests {
     use super::*;
 
-    /// zeta = 1 leaves exp(-2), the limit from both sides.
+    /// zeta = 1 has the restitution exp(-2), the limit from both sides.
     #[test]
     fn the_damping_ratio_of_a_restitution_gives_it_back() {
         for e in [0.14, 0.3, 0.7, 1.0] {

@@ -1,8 +1,8 @@
 //! The kernel of Non-Smooth Contact Dynamics: contact laws, bodies, contacts, solvers and the step of rigid disks in the plane.
 //!
 //! Grains are rigid disks with unilateral contact, Coulomb friction and, if wanted, elastic contacts; steps are implicit
-//! (Moreau-Jean). The crate holds whatever runs for each contact and each body of a step, and works with plain numbers. It knows neither
-//! keys of a scenario nor samples nor results, so that their changes compile nothing here anew.
+//! (Moreau-Jean). The crate holds the code that runs for each contact and each body of a step, and works with plain numbers. It knows neither keys of
+//! a scenario nor samples nor results, so that their changes recompile nothing here.
 //!
 //! # Problem
 //!
@@ -18,7 +18,7 @@
 //!
 //! # Symbols
 //!
-//! All values are SI; r is an impulse here, and a force in `fem-node`. The normal of a contact points from body b to body a.
+//! All values are SI; r is an impulse here, but a force in `fem-node`. The normal of a contact points from body b to body a.
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
@@ -26,7 +26,7 @@
 //! | M, F | masses, `mass_scale` included; weight, loads | kg, N | [`Bodies::masses`](bodies::Bodies::masses), [`StepInput`](step::StepInput) |
 //! | h, theta | step, which is the window of a coupled run; weight of the end velocity | s, - | [`StepInput::step`](step::StepInput::step), [`StepInput::theta`](step::StepInput::theta) |
 //! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::contact::Contact::gap) |
-//! | u, U | relative velocity, u_n > 0 when separating; the same with what gap and springs add | m/s | [`Problem::relative_velocity`](solver::problem::Problem::relative_velocity) |
+//! | u, U | relative velocity, u_n > 0 when separating; the same with the terms of gap and springs | m/s | [`Problem::relative_velocity`](solver::problem::Problem::relative_velocity) |
 //! | r | impulse of a contact, r_n > 0 in compression | N s | [`Contact::impulse`](solver::contact::Contact::impulse) |
 //! | W | Delassus operator H^T M^-1 H; its block of a contact has W_nn, W_nt, W_tt | 1/kg | [`DelassusBlock`](law::local::DelassusBlock) |
 //! | mu, e | coefficients of friction and restitution | - | [`Law::friction`](law::Law::friction), [`Law::restitution`](law::Law::restitution) |
@@ -35,7 +35,7 @@
 //! | Cn, Ct, w, b, p | stiffness, surface energy, viscosity and exponent of a bond | Pa/m, J/m2, Pa m s^p, - | [`Cohesion`](law::cohesion::Cohesion) |
 //! | l | area of a bond, r_1 r_2/(r_1 + r_2) t, with t the thickness | m2 | [`Bond::area`](contact::bond::Bond::area) |
 //! | delta | opening of a bond since it was made | m | [`Bond::opening`](contact::bond::Bond::opening) |
-//! | v_g, a_g, p, W_g | velocity of the glued disks, that without contact forces, impulse on them, compliance of what carries them | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](contact::boundary::CompliantBoundary) |
+//! | v_g, a_g, p, W_g | velocity of the glued disks, the same without contact forces, impulse on them, compliance of the body below | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](contact::boundary::CompliantBoundary) |
 //!
 //! # A step
 //!
@@ -68,62 +68,60 @@
 //! a'  = -[(1/b) (w h'(a) - a D)^-]^(1/p),   D = Cn delta_n^2 + Ct delta_t^2
 //! ```
 //!
-//! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is
-//! solved, then lowered as far as that solution asks, and the problem solved anew until nothing falls any further; with
-//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`step::stiffness::step_limit`]). Above it this is the first
-//! solution on the way from the intact bond, the one that a descent of the incremental energy reaches: a bond may then hold
-//! against more than its fracture energy, and the run is warned of it where bonds came near to their strength.
+//! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is solved, then lowered to the
+//! value of this solution, and the problem is solved again until no adhesion falls. With h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is only
+//! one solution ([`step::stiffness::step_limit`]). In longer steps this is the first solution on the way from the intact bond, which a descent of the
+//! incremental energy reaches. A bond may then withstand more than its fracture energy, and the run warns where bonds came close to their strength.
 //!
-//! A bond takes w l as it breaks, less by some 0.2 h sqrt(3) omega. Its pair goes on touching at the gap at which the bond was made
-//! until it has come apart once ([`Slot::gap`](contact::detect::Slot::gap)): no overlap or void appears that was not there.
+//! A bond dissipates w l as it breaks, less by a part of some 0.2 h sqrt(3) omega. Its pair touches at the gap at which the bond was made until it
+//! has come apart once ([`Slot::gap`](contact::detect::Slot::gap)): no new overlap or void appears.
 //!
-//! # The base that yields
+//! # The compliant base
 //!
-//! Glued disks have neither mass nor spin. They lie on a body that another solver moves, and know of it one linear relation only:
+//! Glued disks have neither mass nor spin. They lie on a body that another solver moves; all they know of it is one linear relation:
 //!
 //! ```text
 //! v_g = a_g + W_g p    a_g, W_g: given by the coupler for this window
 //! ```
 //!
-//! Beside the disks, or in their place, the boundary may have points of a surface, on whose segments grains lie ([`bodies::surface`]): a grain
-//! with the foot (1 - s, s) between two of them sees S v_g and hands S^T p on.
+//! Beside the disks, or in their place, the boundary may have points of a surface, on whose segments grains lie ([`bodies::surface`]). A grain with
+//! the foot (1 - s, s) between two points has the velocity S v_g below it and exerts S^T p on them.
 //!
-//! It enters the sweeps like any other velocity ([`contact::boundary`]). v_g is the mean velocity of the window and the end velocity of
-//! the grains at once, which is consistent for theta = 1 only: a coupled run with another theta is refused.
+//! v_g enters the sweeps like any other velocity ([`contact::boundary`]). It is both the mean velocity of the window and the end velocity of the
+//! grains, which is consistent for theta = 1 only: a coupled run with another theta is refused.
 //!
 //! # One step, module by module
 //!
-//! 1. [`step::injection::feed`] puts in what is fed; [`GrainState::drift`](step::state::GrainState::drift) moves to q_m; [`contact::detect`] lists pairs by linked
-//!    cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
+//! 1. [`step::injection::feed`] adds fed grains; [`GrainState::drift`](step::state::GrainState::drift) moves to q_m; [`contact::detect`] lists pairs
+//!    by linked cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
 //! 2. [`solver::nsgs`] sweeps over the contacts, each taking its impulse in closed form ([`law::local`], by packs
 //!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
 //! 3. [`solver::residual`] decides, not the change of a sweep: `|W (r - P(r - U/W))| / |W r| <= tolerance`. Sweeps that creep or circle are
 //!    extrapolated, averaged, and at last replaced by pivoting.
-//! 4. [`contact::bond::end_step`] and [`contact::loss::contact_loss`] record what contacts stored and lost; the bodies move to q'; [`step::repair`] takes overlaps
-//!    of rigid grains away, if asked.
+//! 4. [`contact::bond::end_step`] and [`contact::loss::contact_loss`] record the energy that contacts stored and lost; the bodies move to q';
+//!    [`step::repair`] removes overlaps of rigid grains, if asked.
 //!
 //! # Checks
 //!
 //! - Energy ([`step::ledger`]): work of loads, drives, weight and interface against kinetic energy, springs and bonds, and losses by
-//!   impact, friction, dampers and decohesion, each by its own formula. What the scheme loses, and what detection finds otherwise than
-//!   the step left it, are terms too.
+//!   impact, friction, dampers and decohesion, each by its own formula. The loss of the scheme, and the change that detection makes to the end of the
+//!   step, are terms too.
 //! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
-//! - Rigid contacts only take energy: what friction and rebounds make is summed contact by contact ([`step::ledger::GrainLedger::made`]).
+//! - Rigid contacts only dissipate: energy created by friction and rebounds is summed contact by contact ([`step::ledger::GrainLedger::made`]).
 //!
 //! # Limits
 //!
-//! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts. Bonds are made at the start, and by healing
-//! between pairs that stay the same as they roll, which segments of faces do not. With friction a rigid packing may have many solutions;
-//! sweeps find one of them, the same for any number of threads.
+//! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts. Bonds are made at the start and by healing. With
+//! friction a rigid packing may have many solutions; sweeps find one of them, the same for any number of threads.
 //!
 //! # Modules
 //!
 //! In reading order, each with a list of its own:
 //! - [`law`]: the contact laws in closed form, bonds included;
-//! - [`bodies`]: the bodies, how far apart they are, and what moves them;
+//! - [`bodies`]: the bodies, their distances, and their drives;
 //! - [`contact`]: pairs that may touch, bonds between grains, the compliant boundary of the glued disks;
 //! - [`solver`]: the contact problem and its solvers;
-//! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
+//! - [`mod@step`]: one step of the scheme, the state that it advances, and the energy balance;
 //! - [`random`], [`relax`]: random numbers of a seed, and packings that relax;
 //! - [`error`]: reasons for which a step cannot be made.
 //!
@@ -148,7 +146,7 @@
 //! | springs: U += g/h, W += 1/(k h^2) | [`law::Law::compliance`], [`law::Law::bias`] | LMGC90 (elastic repel) |
 //! | dampers: both times 1/(1 + c/(kn h)), c = 2 zeta sqrt(kn m) | [`law::Springs::damped_share`], [`law::Springs::damping_ratio`] | Schwager and Pöschel 2007 |
 //! | bonds with dampers: delta/h, delta_t/h and 1/kappa times 1/(1 + c/(k h)) | [`law::damped_share`], [`law::relaxation`] | Kelvin and Voigt |
-//! | rebound that the step leaves, e = exp(-pi h omega / 2) | [`step::stiffness::numerical_restitution`] | Jean 1999; this project |
+//! | rebound damped by the step, e = exp(-pi h omega / 2) | [`step::stiffness::numerical_restitution`] | Jean 1999; this project |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
 //! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |
 //! | rolling resistance, \|M\| <= mu_r r r_n | [`solver::rolling`] | Jiang, Yu and Harris 2005; Estrada, Taboada and Radjai 2008 |

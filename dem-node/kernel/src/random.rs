@@ -3,8 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-/// The random numbers of a sample. The generator is part of the recipe: PCG64 of a seed gives the same sample
-/// on every machine.
+/// The random numbers of a sample. The generator is part of the recipe: PCG64 gives the same sample for a seed on every machine.
 pub struct RandomNumbers(Pcg64);
 
 impl RandomNumbers {

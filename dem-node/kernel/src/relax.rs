@@ -1,14 +1,14 @@
 //! Soft frictionless disks brought to rest by FIRE.
 //!
-//! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
-//! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
+//! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with unit masses the fastest oscillation
+//! of a packing is then about 3.5 per unit of time for any material.
 
 use crate::bodies::disk::Disk;
 use crate::bodies::geometry::{Period, between_points, drop_at, range, squared_displacements};
 use crate::contact::cells::NearPairs;
 use crate::law::lanes::widest;
 
-/// Pairs whose distances are taken side by side.
+/// Number of pairs whose distances are computed side by side.
 const TOGETHER: usize = 16;
 
 /// Direction in which the floor pushes.
@@ -27,11 +27,11 @@ pub struct Packing {
     pub period: Option<Period>,
     /// Height of the upper plate (m).
     pub ceiling: f64,
-    /// Height of the lower plate (m); minus infinity when there is none.
+    /// Height of the lower plate (m); minus infinity without one.
     pub floor: f64,
     /// Radius of the crown that the lower plate follows (m); 0 = flat.
     pub crown_radius: f64,
-    /// Distance of the side walls, or of the ends of the strip, from x = 0 (m); infinity when there are none.
+    /// Distance of the side walls, or of the ends of the strip, from x = 0 (m); infinity without them.
     pub half_width: f64,
     /// Force with which the floor is pushed upwards over the stiffness (m); a fixed floor when absent.
     pub thrust: Option<f64>,
@@ -96,8 +96,7 @@ impl PackingForces {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// True if every resultant is below this fraction of the mean contact force, and that on the floor below this
-    /// fraction of its thrust.
+    /// True if every resultant is below this fraction of the mean contact force, and the floor's resultant below this fraction of its thrust.
     pub fn is_balanced(&self, fraction: f64) -> bool {
         self.on_floor.abs() <= fraction * self.thrust && self.unbalanced() <= fraction * self.mean()
     }
@@ -105,8 +104,8 @@ impl PackingForces {
 
 /// Verlet list of the packing.
 struct NeighbourList {
-    /// A movable disk, one near it of a higher number, and the distance at which they touch (m): by these numbers, and at the end some
-    /// that never touch, so that all stand in rows of [`TOGETHER`].
+    /// A movable disk, a near disk of a higher number, and the distance at which they touch (m), in the order of these numbers. Pairs that never
+    /// touch fill the last row of [`TOGETHER`].
     near: Vec<(u32, u32, f64)>,
     /// Movable disks near a plate.
     near_plates: Vec<u32>,
@@ -116,9 +115,8 @@ struct NeighbourList {
 }
 
 impl Packing {
-    /// Lets the disks relax until `at_rest` says so: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their
-    /// parameters) with the semi-implicit Euler step. Returns the number of iterations, which is
-    /// `limit` when they were not enough, and the forces at the final positions.
+    /// Lets the disks relax until `at_rest` is true: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their parameters) with the semi-implicit Euler
+    /// step. Returns the number of iterations, which is `limit` if the disks are not at rest, and the forces at the final positions.
     pub fn relax(
         &mut self,
         limit: usize,
@@ -167,7 +165,7 @@ impl Packing {
     fn refresh(&self, neighbours: &mut NeighbourList) {
         let limit = (0.5 * neighbours.skin).powi(2);
         let moved = squared_displacements(&self.centres, &neighbours.centres);
-        // Counted, not looked for: a loop that may end early goes disk by disk.
+        // A count instead of a search: a loop that may end early runs disk by disk.
         let far = moved.map(|squared| u64::from(squared > limit));
         let floor_moved = (self.floor - neighbours.floor).powi(2) > limit;
         if widest!(far.sum::<u64>()) > 0 || floor_moved {
@@ -197,8 +195,8 @@ impl Packing {
         load.overlaps = overlaps;
     }
 
-    /// Pushes the disks of pairs that touch apart, [`TOGETHER`] at a time where that changes no bit: sums go pair by pair, and a pair that
-    /// does not touch adds zeros.
+    /// Pushes the disks of touching pairs apart, [`TOGETHER`] pairs at a time. This changes no bit: sums go pair by pair, and a pair that does not
+    /// touch adds zeros.
     #[inline(always)]
     fn push_pairs(&self, neighbours: &NeighbourList, on_disks: &mut [[f64; 2]]) -> Overlaps {
         let (mut overlaps, centre) = (Overlaps::default(), |disk: u32| self.centres[disk as usize]);
@@ -230,8 +228,7 @@ impl Packing {
         overlaps
     }
 
-    /// Overlaps of a disk with the plates that are nearer than `reach` to it (m), and the directions in which they push: sides, ceiling,
-    /// floor.
+    /// Overlaps of a disk with the plates nearer than `reach` (m), and the directions in which they push: sides, ceiling, floor.
     #[inline]
     fn pushed_off_plates(&self, a: usize, reach: f64) -> impl Iterator<Item = (f64, [f64; 2])> {
         let ([x, y], r) = (self.centres[a], self.radii[a]);
@@ -249,7 +246,7 @@ impl Packing {
         plates.filter(move |(overlap, _)| *overlap > -reach)
     }
 
-    /// The contacts of the movable disks; a plate has a number beyond those of all disks.
+    /// The contacts of the movable disks; a plate has a number beyond all disks.
     pub fn contacts(&self) -> Vec<[usize; 2]> {
         let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, 0.0, self.period);
         let mut contacts = Vec::new();
@@ -261,7 +258,7 @@ impl Packing {
     }
 }
 
-/// State of the relaxation; a disk has mass 1, the floor that of a row of disks.
+/// State of the relaxation; a disk has mass 1, the floor the mass of a row of disks.
 struct Fire {
     velocities: Vec<[f64; 2]>,
     floor_velocity: f64,
@@ -355,8 +352,7 @@ mod tests {
         Some((overlap, [overlap * dx / distance, overlap * dy / distance]))
     }
 
-    /// The plain double loop over all pairs, in their order, is the reference: bit by bit, after a move as well that the list of
-    /// neighbours has room for.
+    /// The plain double loop over all pairs, in their order, is the reference: bit by bit, also after a move within the skin of the list.
     #[test]
     fn pairs_side_by_side_push_as_one_after_the_other() {
         for period in [None, Some(Period::between([-4.0, 4.0]))] {

@@ -7,8 +7,8 @@
 //! In reading order:
 //! - [`criteria`]: the choice of a solver and its stopping criteria;
 //! - [`contact`], [`partition`], `pieces`: a contact, and problems in pieces;
-//! - [`problem`], [`residual`]: the contact problem, and the distance of a guess from its solution;
-//! - `groups`, `extrapolation`, [`acceleration`]: sweeps by packs of contacts, and what makes them need fewer;
+//! - [`problem`], [`residual`]: the contact problem, and the distance of a guess from the solution;
+//! - `groups`, `extrapolation`, [`acceleration`]: sweeps by packs of contacts, and their acceleration;
 //! - `lemke`: pivoting, where sweeps fail;
 //! - [`nsgs`], [`pcg`]: the two solvers.
 
@@ -40,7 +40,7 @@ pub struct Solver {
 
 impl Solver {
     /// Solves for impulses and velocities. The impulses found in the contacts are the first guess; the velocities
-    /// must be the free ones. `converged = false` is an answer, NaN is an error.
+    /// must be the free ones. `converged = false` is a valid answer, NaN is an error.
     pub fn solve(
         &mut self,
         problem: &mut Problem,
@@ -54,8 +54,7 @@ impl Solver {
         finite(problem, convergence)
     }
 
-    /// Goes on from the solution that was just found, the bonds of these contacts having become softer: what is loaded stays, and few
-    /// iterations are needed.
+    /// Continues from the last solution after the bonds of these contacts have become softer: the loaded data stays, and few iterations are needed.
     pub fn go_on(
         &mut self,
         problem: &mut Problem,
@@ -74,7 +73,7 @@ impl Solver {
     }
 }
 
-/// An answer that is a number.
+/// Refuses an answer that is NaN or infinite.
 fn finite(problem: &mut Problem, convergence: Convergence) -> Result<Convergence, KernelError> {
     problem.boundary.evaluate();
     if convergence.residual.is_finite() {

@@ -8,7 +8,7 @@
 //! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
 //! - [`stiffness`]: bounds on the step;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
-//! - `assembly`, `update`, `balance`, `driven`, `shared_dampers`: the contact problem of a step, what its solution changes, and checks of it;
+//! - `assembly`, `update`, `balance`, `driven`, `shared_dampers`: the contact problem of a step, the changes by its solution, and checks;
 //! - [`threads`]: a step by several threads.
 
 mod assembly;
@@ -40,7 +40,7 @@ use crate::solver::residual::Convergence;
 use crate::step::repair::Repair;
 use crate::step::state::GrainState;
 
-/// Input of a step: the bodies, and everything that moves them.
+/// Input of a step: the bodies, their loads and prescribed motions.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInput<'a> {
     /// The bodies.
@@ -73,7 +73,7 @@ impl StepInput<'_> {
 /// Summary of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSummary {
-    /// How far the contact solver has converged; of the repair of overlaps, if only that did not converge.
+    /// Convergence of the contact solver, or of the repair of overlaps if only the repair did not converge.
     pub convergence: Convergence,
     /// True if the solve of the step converged, and only the repair did not.
     pub repair_failed: bool,
@@ -81,9 +81,9 @@ pub struct StepSummary {
     pub listed: usize,
     /// Contacts that carry force.
     pub closed: usize,
-    /// Mean and largest overlap of those at the end of the step (m).
+    /// Mean and largest overlap of these contacts at the end of the step (m).
     pub overlap: [f64; 2],
-    /// Largest way of a grain past or into what it presses on, or along its weight, over the smaller radius.
+    /// Largest way of a grain past or into a body that it presses on, or along its weight, over the smaller radius.
     pub travel: f64,
     /// Largest D over w of a bond, the square of its force over its strength until its adhesion falls.
     pub bond_load_squared: f64,
@@ -93,17 +93,17 @@ pub struct StepSummary {
     pub on_boundary: [f64; 2],
     /// Largest component of (forces on the free grains - change of their momentum / h) (N).
     pub momentum_defect: f64,
-    /// Part of that change of momentum over h which belongs to mass that `mass_scale` adds (N).
+    /// Part of this change of momentum over h that belongs to mass added by `mass_scale` (N).
     pub added_inertia: f64,
-    /// Half the sum of the forces that act between the free grains and everything else (N).
+    /// Half the sum of the forces between the free grains and all other bodies (N).
     pub transmitted: f64,
-    /// Loss in dampers of contacts that shared the landing of a cluster (J), and its products with restitutions: of the law, of the landing,
-    /// and the one to ask for.
+    /// Loss in dampers of contacts that shared the landing of a cluster (J), and its products with three restitutions: the law's, the landing's, and
+    /// the value of `law.damping` that gives the law's.
     pub shared_damping: [f64; 4],
 }
 
 impl StepSummary {
-    /// Adds what other contacts make of the step, overlaps not yet divided by their number.
+    /// Adds the summary of other contacts, with overlaps not yet divided by their number.
     fn join(&mut self, other: &StepSummary) {
         self.closed += other.closed;
         self.overlap[0] += other.overlap[0];
@@ -177,9 +177,9 @@ impl Stepper {
         Ok(summary)
     }
 
-    /// Solves under the adhesion of the step's start, lowers adhesion as far as that solution asks, and solves again until
-    /// no bond falls by more than the tolerance. Adhesion only goes down on the way: above the step of
-    /// [`stiffness::step_limit`] that picks the first solution on the way from the intact bond.
+    /// Solves under the adhesion at the start of the step, lowers adhesion to the value of this solution, and solves again until no adhesion falls by
+    /// more than the tolerance. Adhesion only falls on the way: in steps above [`stiffness::step_limit`] this selects the first solution on the way
+    /// from the intact bond.
     fn solve_bonded(
         &mut self,
         state: &GrainState,
@@ -189,7 +189,7 @@ impl Stepper {
     ) -> Result<Convergence, KernelError> {
         let mut convergence = self.solver.solve(&mut self.problem, criteria)?;
         if !convergence.converged {
-            // Where the window is accepted all the same, bonds are as strong as they were solved for.
+            // If the window is accepted all the same, bonds have the adhesion of this solution.
             self.adhesion.clear();
             let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
             self.adhesion.extend(solved);

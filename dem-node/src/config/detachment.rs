@@ -9,23 +9,23 @@ use super::injection::InjectionConfig;
 use super::law::LawConfig;
 use super::sample::SampleConfig;
 
-/// `detachment`: where friction on a segment of a bare surface has done so much work, so deep a layer of it goes, and comes as grains.
+/// `detachment`: a segment of a bare surface loses a layer, which becomes grains, each time that friction has done enough work on it.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DetachmentConfig {
-    /// Work of friction over the area of a segment after which it gives a layer (J/m2).
+    /// Work of friction over the area of a segment after which a layer comes off (J/m2).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy_j_per_m2: f64,
-    /// Depth of a layer (m).
+    /// Depth of a layer (m), at most a third of the shortest segment.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub depth_m: f64,
-    /// Time in which a grain grows to its size (s); a hundred inertial times when absent.
+    /// Time in which a grain grows to its size (s); a hundred inertial times t_i when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub growth_s: Option<f64>,
 }
 
 impl DetachmentConfig {
-    /// Refuses scenes without bare surfaces or into which nothing can grow.
+    /// Refuses scenes without bare surfaces, and scenes in which no grain can grow.
     pub(super) fn validate(
         &self,
         law: &LawConfig,
@@ -36,11 +36,11 @@ impl DetachmentConfig {
         let refusals = [
             (
                 injection.is_some(),
-                "and injection both feed the grains in store",
+                "feeds the grains in store, and so does injection",
             ),
             (
                 sample.surface().is_none(),
-                "is of bare surfaces, and the sample has none",
+                "is for bare surfaces, and the sample has none",
             ),
             (
                 law.contact_stiffness_pa.is_none(),
@@ -51,7 +51,7 @@ impl DetachmentConfig {
                 "keeps grains in store, which nothing would hold against gravity_m_per_s2",
             ),
         ];
-        let help = "remove the table, or what it does not go with";
+        let help = "remove the table, or the key that contradicts it";
         let mut refusals = refusals.into_iter();
         refusals.try_for_each(|(refused, why)| refuse_if(refused, "detachment", why, help))
     }

@@ -12,7 +12,7 @@ use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
 use super::surface::{SPACING, SurfaceConfig};
 
-/// Disks and walls one by one, and areas and rows that are filled with disks.
+/// Listed disks and walls, and rectangles and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisksConfig {
@@ -28,12 +28,12 @@ pub struct DisksConfig {
     /// Rigid walls.
     #[serde(default)]
     pub walls: Vec<WallConfig>,
-    /// The surface of a body that another solver moves, set `base`; at rest and rigid where no interface couples it.
+    /// The surface of a body that another solver moves, set `base`; at rest and rigid where no interface couples it. No surface when absent.
     pub surface: Option<SurfaceConfig>,
-    /// Properties of rigid clusters; one that is not listed is free and as heavy as its disks.
+    /// Properties of rigid clusters; a cluster that is not listed is free and as heavy as its disks.
     #[serde(default)]
     pub clusters: Vec<ClusterConfig>,
-    /// Ends of the strip that repeats along x (m): disks near one end touch those near the other.
+    /// Ends of the strip that repeats along x (m): disks near one end touch disks near the other. Nothing repeats when absent.
     pub periodic_x_m: Option<[f64; 2]>,
 }
 
@@ -41,17 +41,17 @@ pub struct DisksConfig {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiskConfig {
-    /// Centre (m).
+    /// Centre along x (m).
     pub x_m: f64,
-    /// Centre (m).
+    /// Centre along y (m).
     pub y_m: f64,
     /// Radius (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_m: f64,
-    /// Velocity at the start (m/s).
+    /// Velocity along x at the start (m/s).
     #[serde(default)]
     pub vx_m_per_s: f64,
-    /// Velocity at the start (m/s).
+    /// Velocity along y at the start (m/s).
     #[serde(default)]
     pub vy_m_per_s: f64,
     /// Spin at the start (rad/s), anticlockwise positive.
@@ -60,9 +60,9 @@ pub struct DiskConfig {
     /// True for a disk of a glued row: massless, without spin.
     #[serde(default)]
     pub glued: bool,
-    /// Name of the rigid cluster that it belongs to: disks of the same name move as one body.
+    /// Name of the rigid cluster that the disk belongs to: disks of the same name move as one body. It moves by itself when absent.
     pub cluster: Option<String>,
-    /// True if that row is the one on top, set `lid`, instead of `base`; for glued disks.
+    /// True for a glued disk of the row on top, set `lid`; other glued disks form the set `base`.
     #[serde(default)]
     pub lid: bool,
 }
@@ -71,18 +71,18 @@ pub struct DiskConfig {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallConfig {
-    /// Name for `law.pairs`, and for the signals and results of the force on the wall.
+    /// Name for `law.pairs`, and for the signals and results of the force on the wall; a wall without a name has no such results.
     pub name: Option<String>,
-    /// A point of the face of a half-plane (m).
+    /// Position along x of a point of the face of a half-plane (m).
     pub x_m: Option<f64>,
-    /// A point of the face of a half-plane (m).
+    /// Position along y of a point of the face of a half-plane (m).
     pub y_m: Option<f64>,
-    /// Direction of the normal of a half-plane: the grains stay on its side.
+    /// Component along x of the normal of a half-plane, of any length: the grains stay on its side.
     pub nx: Option<f64>,
-    /// Direction of the normal of a half-plane.
+    /// Component along y of the normal of a half-plane.
     pub ny: Option<f64>,
-    /// Corners of a polyline (m), instead of the four above. The grains stay on the left of its direction; one that ends
-    /// where it began is closed, the ends of any other are round.
+    /// Corners of a polyline (m), instead of x_m, y_m, nx and ny. The grains stay on the left of its direction. A polyline that ends where it began
+    /// is closed; other ends are round.
     #[schemars(length(min = 2))]
     pub points_m: Option<Vec<[f64; 2]>>,
     /// Constant velocity (m/s).
@@ -94,27 +94,27 @@ pub struct WallConfig {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterConfig {
-    /// The name that its disks give.
+    /// The name given in `cluster` of its disks.
     pub name: String,
-    /// Motions of the cluster that are held at 0.
+    /// Motions of the cluster that are held at 0: x, y or rotation.
     #[serde(default)]
     pub locked: Vec<MotionConfig>,
     /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: Option<f64>,
-    /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
+    /// Moment of inertia about the centre of mass (kg m2), before `mass_scale`; the disks' when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub inertia_kg_m2: Option<f64>,
-    /// Velocity of the centre of mass at the start (m/s).
+    /// Velocity of the centre of mass along x at the start (m/s).
     #[serde(default)]
     pub vx_m_per_s: f64,
-    /// Velocity of the centre of mass at the start (m/s).
+    /// Velocity of the centre of mass along y at the start (m/s).
     #[serde(default)]
     pub vy_m_per_s: f64,
     /// Spin at the start (rad/s), anticlockwise positive.
     #[serde(default)]
     pub spin_rad_per_s: f64,
-    /// Prescribed motion and loads; a driven cluster does not turn.
+    /// Prescribed motion and loads; a driven cluster does not turn. Not driven when absent.
     pub drive: Option<ClusterDriveConfig>,
 }
 
@@ -131,7 +131,7 @@ pub enum MotionConfig {
 }
 
 impl WallConfig {
-    /// Refuses a wall that is neither, or both.
+    /// Refuses a wall that is neither a half-plane nor a polyline, or both.
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let plane = kit::named!(self; x_m, y_m, nx, ny);
         let Some(points) = &self.points_m else {
@@ -187,7 +187,7 @@ impl ClusterConfig {
         }
     }
 
-    /// Mass (kg) that is not that of the disks.
+    /// Mass (kg) that replaces the sum of the disks.
     pub fn mass(&self) -> Option<f64> {
         self.mass_kg.or_else(|| self.drive.as_ref()?.mass_kg)
     }
@@ -290,7 +290,7 @@ impl DisksConfig {
         names
     }
 
-    /// Refuses names of walls and driven clusters that are those of other groups, or no names of signals.
+    /// Refuses names of walls and clusters that another group has, or that cannot be part of a signal's name.
     pub(super) fn validate_names(&self) -> Result<(), ConfigError> {
         let walls = self.walls.iter().enumerate();
         let walls = walls.filter_map(|(i, wall)| Some(("walls", i, wall.name.as_deref()?)));
@@ -303,7 +303,7 @@ impl DisksConfig {
             refuse_if(
                 wrong || known.contains(&name),
                 &format!("sample.{list}[{i}].name"),
-                format!("{name:?} is taken by another group, or is no name"),
+                format!("{name:?} is taken by another group, or is no valid name"),
                 "choose another one of letters, digits, - and _",
             )?;
             known.push(name);
@@ -311,8 +311,7 @@ impl DisksConfig {
         Ok(())
     }
 
-    /// True for a disk of this cluster, listed or in a row.
-    /// The clusters of the disks that are listed, and of the rows.
+    /// Names of the clusters of listed disks and of rows.
     fn cluster_names(&self) -> impl Iterator<Item = &str> {
         let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
         listed.chain(self.rows.iter().map(|row| row.cluster.as_str()))
@@ -360,7 +359,7 @@ impl DisksConfig {
         (sum / count, smallest)
     }
 
-    /// Returns the largest radius (m).
+    /// Refuses walls and clusters that cannot repeat. Returns the largest radius (m).
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
         self.refuse_torn_clusters(ends[1] - ends[0])?;
         for (i, wall) in self.walls.iter().enumerate() {
@@ -377,14 +376,14 @@ impl DisksConfig {
         Ok(range(listed.chain(fills).chain(rows))[1])
     }
 
-    /// True if a cluster cannot turn: it may be as wide as the strip then.
+    /// True if a cluster cannot turn: it may then be as wide as the strip.
     fn is_upright(&self, cluster: Option<&str>) -> bool {
         let named = |entry: &ClusterConfig| Some(entry.name.as_str()) == cluster;
         let mut entries = self.clusters.iter();
         entries.any(|entry| named(entry) && entry.holds()[2])
     }
 
-    /// A cluster that turns is listed whole, also where it lies across an end: its places are not folded.
+    /// A cluster that turns is listed in one piece, also across an end of the strip: its positions are not folded.
     fn refuse_torn_clusters(&self, length: f64) -> Result<(), ConfigError> {
         for (i, row) in self.rows.iter().enumerate() {
             refuse_if(

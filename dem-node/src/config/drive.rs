@@ -13,14 +13,15 @@ use serde::Deserialize;
 pub struct ClusterDriveConfig {
     /// Velocity along x and y (m/s); `"free"` where a force acts. Both are free when absent.
     pub velocity_m_per_s: Option<[PrescribedComponent; 2]>,
-    /// Force along x and y (N); `"free"` where a velocity is prescribed, or none acts. None acts when absent.
+    /// Force along x and y (N); `"free"` where a velocity is prescribed or no force acts. No force acts when absent.
     pub force_n: Option<[PrescribedComponent; 2]>,
-    /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them.
+    /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them. Not used when
+    /// absent.
     pub load_table: Option<LoadTable>,
-    /// Mass (kg), before `mass_scale`; that of the disks when absent.
+    /// Mass (kg), before `mass_scale`; the sum of the disks when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: Option<f64>,
-    /// Force against the motion in free directions over its speed (N s/m).
+    /// Damping of the motion in free directions (N s/m): the force against it over its speed.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub damping_n_s_per_m: f64,

@@ -16,16 +16,16 @@ use super::disks::{DiskConfig, DisksConfig};
 const KEY: &str = "sample.path";
 /// The columns, in any order.
 const COLUMNS: [&str; 4] = ["x_m", "y_m", "radius_m", "glued"];
-/// More grains than this are taken for another table.
+/// A table with more grains is taken for another kind of file.
 const GRAINS_MAX: usize = 500_000;
-/// Longest table (bytes): as many grains, of three numbers with all their digits each.
+/// Longest table (bytes): room for this many grains, each of three numbers with all their digits.
 const LONGEST_FILE: u64 = 64 << 20;
 
 /// A table of disks in a file of comma-separated values.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileConfig {
-    /// The file, from the folder of the scenario or from the root.
+    /// Path of the file, absolute or from the folder of the scenario. Its columns are x_m, y_m, radius_m (m) and glued (0 or 1), in any order.
     pub path: PathBuf,
 }
 
@@ -51,7 +51,7 @@ impl FileConfig {
     }
 }
 
-/// The disks of a table: a line with the names of its columns, then a line a disk. Empty lines are passed over.
+/// The disks of a table: a line with the names of its columns, then a line a disk. Empty lines are skipped.
 fn parse(text: &str) -> Result<Vec<DiskConfig>, ConfigError> {
     let lines = text.lines().enumerate();
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());

@@ -28,10 +28,10 @@ pub struct FillConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
-    /// Exponent of a law that needs one.
+    /// Exponent k of law = "power", p ~ r^k; required there, refused with other laws.
     #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
-    /// Largest speed of the disks at the start (m/s); each has a random part of it in both directions.
+    /// Largest component of the disks' random velocities at the start (m/s), along x and along y.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub speed_m_per_s: f64,
@@ -39,11 +39,11 @@ pub struct FillConfig {
     pub seed: Option<u64>,
 }
 
-/// A row of disks at equal distances, as many as disks of the mean radius that touch.
+/// A row of disks at equal distances, as many as touching disks of the radius (radius_min_m + radius_max_m)/2.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowConfig {
-    /// Name of the rigid cluster that they belong to.
+    /// Name of the rigid cluster that the disks belong to.
     pub cluster: String,
     /// Ends of the row (m).
     pub x_m: [f64; 2],
@@ -57,7 +57,7 @@ pub struct RowConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
-    /// Exponent of a law that needs one.
+    /// Exponent k of law = "power", p ~ r^k; required there, refused with other laws.
     #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the radii; the run's seed when absent.

@@ -10,36 +10,35 @@ use super::law::{LawConfig, LawKind};
 use super::sample::SampleConfig;
 use super::wheel::DemWheelConfig;
 
-/// `flow`: the contact zone, and the time after which a grain that left it is worn. The zone below a lid is as long as that, of a strip
-/// that repeats it is the strip: only `wear_s` is a key there.
+/// `flow`: the contact zone, and the time after which a grain that left it is worn. Below a lid the zone is the lid, in a strip that repeats it is
+/// the strip: `wear_s` and `lateral` are the only keys there.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlowConfig {
-    /// Part of the wheel's normal force that the contact zone carries; half of the rest is dropped at either end. A few grains that
-    /// are brushed far outside do not make the zone wide.
+    /// Part of the wheel's normal force that the contact zone carries; half of the rest is dropped at either end, so that a few grains that touch far
+    /// outside do not widen the zone.
     #[serde(default = "zone_share")]
     #[schemars(range(min = 0.5, max = 1.0))]
     pub zone_share: f64,
-    /// Width that is added at either end, over the mean diameter: grains this near are still dragged along.
+    /// Width added to the zone at either end, in mean diameters: grains this near are still dragged along.
     #[serde(default = "margin")]
     #[schemars(range(min = 0.0))]
     pub margin_diameters: f64,
-    /// Distance by which an end must be off before it moves, over the mean diameter: loads that pass from grain to grain
-    /// make no flow.
+    /// Distance by which an end of the zone must be off before it moves, in mean diameters: loads that pass from grain to grain make no flow.
     #[serde(default = "hysteresis")]
     #[schemars(range(min = 0.0))]
     pub hysteresis_diameters: f64,
     /// Time over which the wheel's force is averaged for the zone (s); `wear_s` when absent, 0 for the force of each step.
     #[schemars(range(min = 0.0))]
     pub zone_mean_s: Option<f64>,
-    /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.
+    /// Time T_w that a grain must stay outside of the zone to count as worn (s): at least a cycle of the wheel, which may carry it back.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub wear_s: f64,
     /// Third body that leaves the zone sideways, out of the plane; none does when absent.
     pub lateral: Option<LateralConfig>,
 }
 
-/// `flow.lateral`: third body leaves the zone at M / time, M being its mass there; grains are drawn by the run's seed.
+/// `flow.lateral`: third body leaves the zone at the rate M / `time_s`, M being its mass in the zone; the run's seed draws the grains.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LateralConfig {
@@ -83,14 +82,14 @@ impl FlowConfig {
         refuse_if(
             law.kind.plain() != LawKind::Cohesion,
             "flow",
-            "tells the grains of the first bodies by their bonds, and there are none",
+            "knows the grains of the first bodies by their bonds, and this law has no bonds",
             "write law.kind = \"cohesion\", or remove the table",
         )?;
         let strip = sample.period().is_some();
         refuse_if(
             wheel.is_none() && !sample.has_lid() && !strip,
             "flow",
-            "is about the contact of a wheel or a lid, or a strip that repeats, and there is none",
+            "needs a wheel, a lid or a strip that repeats, and the scene has no such thing",
             "add [participant.config.wheel], sample.lid or sample.periodic_x_m, or remove the table",
         )?;
         let Some(wheel) = wheel.filter(|_| !strip) else {
@@ -103,7 +102,7 @@ impl FlowConfig {
                 ),
                 ("flow.zone_mean_s", self.zone_mean_s.is_some()),
             ];
-            let what = "finds the zone below a wheel, and here it is the whole lid or strip";
+            let what = "finds the zone below a wheel; here the zone is the whole lid or strip";
             return refuse_given(given, what, "remove the key");
         };
         let moves = wheel.cycles > 0.0;

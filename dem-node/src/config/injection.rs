@@ -12,30 +12,29 @@ use super::law::LawConfig;
 /// Most grains of a feed.
 const MOST: f64 = 1e6;
 
-/// `injection`: Qe of the tribological circuit, grains of the sample's radii that come out at a point, one after the other.
+/// `injection`: the source flow Qe of the tribological circuit. Grains of the sample's radii are fed in at a point, one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InjectionConfig {
-    /// The point (m): each grain begins in the widest gap around it.
+    /// Position of the feed along x (m): each grain begins in the widest gap around this point.
     pub x_m: f64,
-    /// Its height (m).
+    /// Height of the feed (m).
     pub y_m: f64,
-    /// Real mass that comes out in a second (kg/s).
+    /// Unscaled mass that is fed in per second (kg/s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_kg_per_s: f64,
     /// Start of the feed (s).
     #[schemars(range(min = 0.0))]
     pub start_s: f64,
-    /// End of the feed (s).
+    /// End of the feed (s), after its start.
     pub end_s: f64,
-    /// Time in which a grain grows to its size (s); when absent, the one in which a mean grain comes out, so that they grow one by
-    /// one.
+    /// Time in which a grain grows to its size (s); when absent, the time in which a mean grain is fed in, so that grains grow one by one.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub growth_s: Option<f64>,
 }
 
 impl InjectionConfig {
-    /// Refuses an end before the start, and scenes into which nothing can grow.
+    /// Refuses an end before the start, and scenes in which no grain can grow.
     pub(super) fn validate(
         &self,
         law: &LawConfig,
@@ -54,7 +53,7 @@ impl InjectionConfig {
         refuse_if(
             flow.is_none(),
             "injection",
-            "is an account of the flows of third body, and they are not followed",
+            "is one of the flows of third body, and these are not measured",
             "add [participant.config.flow], or remove the table",
         )?;
         refuse_if(
@@ -78,7 +77,7 @@ impl InjectionConfig {
             grains > MOST,
             "injection.rate_kg_per_s",
             format!(
-                "feeds in {grains:.1e} grains until injection.end_s, and {MOST:e} are the most"
+                "feeds in {grains:.1e} grains until injection.end_s, more than the limit of {MOST:e}"
             ),
             "lower it, or let end_s be the end of the run",
         )

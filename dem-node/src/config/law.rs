@@ -14,23 +14,24 @@ use dem_kernel::law;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LawConfig {
-    /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
+    /// Kind of law: `signorini` without friction, `coulomb` for loose grains, `cohesion` for bonded grains, or LMGC90's name for one of them with its
+    /// options.
     pub kind: LawKind,
     /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Resistance to rolling of contacts without bond; none when absent.
     pub rolling: Option<RollingConfig>,
-    /// Attraction of pairs that touch, or nearly do; none when absent, and none with `cohesion`.
+    /// Attraction of pairs that touch or nearly touch; none when absent. Refused with `cohesion`.
     pub adhesion: Option<AdhesionConfig>,
-    /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
+    /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Contacts are rigid when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
-    /// kt / kn of compliant contacts with friction, above 0.
+    /// kt / kn of compliant contacts with friction, above 0; required for these, refused with rigid contacts.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
-    /// Restitution, 0.14 to 1, that dampers beside the springs of compliant contacts give, each alone; elastic when absent. Clusters that
-    /// land on several contacts at once leave with another one. Bonds have `bond_damping_ratio`.
+    /// Restitution of a compliant contact, 0.14 to 1, by a damper parallel to its spring; elastic when absent. A cluster that lands on several
+    /// contacts at once rebounds with another restitution. Bonds have `bond_damping_ratio`.
     #[schemars(range(min = 0.14, max = 1.0))]
     pub damping: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
@@ -38,85 +39,85 @@ pub struct LawConfig {
     pub restitution: Option<f64>,
     /// Treatment of overlaps of rigid contacts; `iqs` when absent.
     pub penetration: Option<Penetration>,
-    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
+    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; required with `cohesion`, refused otherwise.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cn_pa_per_m: Option<f64>,
-    /// Ct (Pa/m), tangential stiffness, at least 0.
+    /// Ct (Pa/m), tangential stiffness of a bond over its area, at least 0; required with `cohesion`, refused otherwise.
     #[schemars(range(min = 0.0))]
     pub ct_pa_per_m: Option<f64>,
-    /// w (J/m2), decohesion energy.
+    /// w (J/m2), decohesion energy of a bond over its area: the strength is sqrt(w Cn). Required with `cohesion`, refused otherwise.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub w_j_per_m2: Option<f64>,
-    /// b (Pa m s^p), viscosity of decohesion, at least 0.
+    /// b (Pa m s^p), viscosity of decohesion, at least 0; required with `cohesion`, refused otherwise.
     #[schemars(range(min = 0.0))]
     pub b_pa_m_s: Option<f64>,
-    /// Damping ratio of the dampers beside the springs of bonds, 0 to 1; they weaken with the bond. None when absent.
+    /// Damping ratio of the dampers parallel to the springs of bonds, 0 to 1; they weaken with the bond. No dampers when absent. With `cohesion`
+    /// only.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub bond_damping_ratio: Option<f64>,
-    /// p, power of the rate.
+    /// p, power of the rate of decohesion; required with `cohesion`, refused otherwise.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p: Option<f64>,
-    /// h'.
+    /// h', weight of the decohesion energy while adhesion falls; required with `cohesion`, refused otherwise.
     pub h_prime: Option<HPrime>,
-    /// Growth of bonds between pairs that press on each other; none when absent.
+    /// Growth of bonds between pairs that press on each other; none when absent. With `cohesion` only.
     pub healing: Option<HealingConfig>,
-    /// Pairs of grains with a smaller gap are bonded at the start (m).
+    /// Gap below which pairs of grains are bonded at the start (m); required with `cohesion`, refused otherwise.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub alert_m: Option<f64>,
-    /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
-    /// single bond.
+    /// Number of bonds, 0 to 6, below which a grain is bonded to its nearest neighbours as well. With 2 no grain can turn about a single bond.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub bonds_min: u32,
-    /// Laws of contacts between two groups of bodies.
+    /// Laws of contacts between two groups of bodies, where they differ from `law`.
     #[serde(default)]
     pub pairs: Vec<PairConfig>,
 }
 
-/// Laws of contacts between two groups: all that is absent is that of `law`.
+/// Law of contacts between two groups: an absent key has its value from `law`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairConfig {
-    /// Names of the groups: `grains`, `base`, `lid`, `wheel`, or that of a wall or cluster; twice the same for the contacts within.
+    /// Names of the two groups: `grains`, `base`, `lid`, `wheel`, a wall or a cluster. The same name twice stands for contacts within the group.
     pub between: [String; 2],
-    /// Coefficient of friction.
+    /// Coefficient of friction; `law.friction` when absent.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
-    /// Resistance to rolling.
+    /// Resistance to rolling; `law.rolling` when absent.
     pub rolling: Option<RollingConfig>,
-    /// Attraction; a pull-off force of 0 is none.
+    /// Attraction, switched off by a pull-off force of 0; `law.adhesion` when absent.
     pub adhesion: Option<AdhesionConfig>,
-    /// Growth of bonds.
+    /// Growth of bonds; `law.healing` when absent.
     pub healing: Option<HealingConfig>,
-    /// Newton's coefficient of restitution of rigid contacts.
+    /// Newton's coefficient of restitution of rigid contacts; `law.restitution` when absent.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
-    /// Stiffness of the contacts per thickness (Pa).
+    /// Stiffness of the contacts per thickness (Pa); `law.contact_stiffness_pa` when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
-    /// Restitution that dampers beside the springs give.
+    /// Restitution of compliant contacts by dampers parallel to their springs; `law.damping` when absent.
     #[schemars(range(min = 0.14, max = 1.0))]
     pub damping: Option<f64>,
-    /// kt / kn of compliant contacts.
+    /// kt / kn of compliant contacts; `law.tangential_stiffness_ratio` when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
 }
 
-/// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
+/// Treatment of the gap of a rigid contact and of an overlap: the words for `law.penetration`.
 ///
-/// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
-/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`dem_kernel::step::repair`]).
+/// A repair within the velocities (Baumgarte) throws grains apart: they keep the distance repaired in a step as speed, and no heap comes to rest. The
+/// two repairs of positions do not change the velocities (see [`dem_kernel::step::repair`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Penetration {
     /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.
     Gap,
-    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS). The default: 600 grains that fell into a box move at 2e-5 m/s then,
-    /// under `gap` at 1e-3 with bursts of 0.08 and six times the iterations, and overlap by 3e-5 of a radius on average.
+    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS). The default: 600 grains that fell into a box then move at 2e-5 m/s and overlap by 3e-5 of
+    /// a radius on average; under `gap` they move at 1e-3 m/s, with bursts of 0.08 m/s and six times the iterations.
     Iqs,
     /// As IQS, then the bodies are moved apart along the normals of the step.
     Split,
-    /// As IQS, then the bodies are moved apart until no pair overlaps where it is.
+    /// As IQS, then the bodies are moved apart until no pair overlaps at its new position.
     Projection,
 }
 
@@ -130,8 +131,8 @@ pub enum HPrime {
     Adhesion,
 }
 
-/// `law.rolling`: a couple of at most `coefficient` x r x the normal force against relative spin, r = r1 r2/(r1 + r2), on walls,
-/// surfaces and wheels the radius of the grain.
+/// `law.rolling`: a couple of at most `coefficient` x r x the normal force against relative spin, with r = r1 r2/(r1 + r2), or the radius of the
+/// grain on walls, surfaces and wheels.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollingConfig {
@@ -145,10 +146,10 @@ pub struct RollingConfig {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdhesionConfig {
-    /// N_c of every pair (N); this or `pull_off_pa`.
+    /// N_c of every pair (N); give either this key or `pull_off_pa`.
     #[schemars(range(min = 0.0))]
     pub pull_off_n: Option<f64>,
-    /// N_c over r x thickness (Pa), r = r1 r2/(r1 + r2), on walls, surfaces and wheels the radius of the grain.
+    /// N_c over r x thickness (Pa), with r = r1 r2/(r1 + r2), or the radius of the grain on walls, surfaces and wheels; in place of `pull_off_n`.
     #[schemars(range(min = 0.0))]
     pub pull_off_pa: Option<f64>,
     /// Gap below which pairs attract each other (m).
@@ -156,15 +157,15 @@ pub struct AdhesionConfig {
     pub range_m: f64,
 }
 
-/// `law.healing`: bonds grow, and pairs without one are bonded, while they press on each other. Beside the shear of a bond
-/// with the adhesion a there is the part 1 - a of the friction. Segments of walls and surfaces bond nothing.
+/// `law.healing`: pairs that press on each other are bonded, and their bonds grow. A bond of adhesion a also has the part 1 - a of the friction.
+/// A bond to a wall or a surface passes from one segment to the next.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HealingConfig {
-    /// Time under pressure in which adhesion grows from nothing to whole (s).
+    /// Time under pressure in which adhesion grows from 0 to 1 (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_s: f64,
-    /// Normal force over the area of the bond from which on it grows (Pa).
+    /// Least pressure at which a bond grows (Pa): the normal force over the bond's area r1 r2/(r1 + r2) x thickness.
     #[schemars(range(min = 0.0))]
     pub pressure_pa: f64,
 }
@@ -175,7 +176,7 @@ impl AdhesionConfig {
             self.pull_off_n.is_some() == self.pull_off_pa.is_some(),
             key,
             "needs one of pull_off_n and pull_off_pa",
-            "give the force of every pair, or that over r x thickness",
+            "give the force of every pair, or the force over r x thickness",
         )
     }
 }
@@ -186,9 +187,9 @@ impl AdhesionConfig {
 pub enum LawKind {
     /// Unilateral contact without friction.
     Signorini,
-    /// Unilateral contact with Coulomb friction.
+    /// Unilateral contact with Coulomb friction: loose grains.
     Coulomb,
-    /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
+    /// Bonds of Raous, Cangémi and Cocou between grains, which carry tension and break; Coulomb friction elsewhere.
     Cohesion,
     /// `coulomb` with `penetration = "iqs"`.
     #[serde(rename = "IQS_CLB")]
@@ -230,7 +231,7 @@ impl PairConfig {
         numbers.iter().all(Option::is_none) && others == [true; 3]
     }
 
-    /// The law with what this pair has of its own.
+    /// The law with the keys of this pair.
     pub fn merged(&self, law: &LawConfig) -> LawConfig {
         let mut merged = law.clone();
         merged.pairs.clear();
@@ -269,7 +270,7 @@ impl LawConfig {
         self.refuse_cohesion()
     }
 
-    /// What pairs may have of their own, below `key`.
+    /// Checks the keys that pairs have too; `key` is their table.
     fn validate_contacts(&self, key: &str) -> Result<(), ConfigError> {
         if let Some(adhesion) = &self.adhesion {
             adhesion.validate(&format!("{key}.adhesion"))?;
@@ -282,7 +283,7 @@ impl LawConfig {
         )
     }
 
-    /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
+    /// Refuses pairs of unknown groups, pairs that are listed twice, and laws that contradict the others.
     pub(super) fn validate_pairs(&self, groups: &[&str]) -> Result<(), ConfigError> {
         for (i, pair) in self.pairs.iter().enumerate() {
             let key = format!("law.pairs[{i}]");
@@ -350,19 +351,19 @@ impl LawConfig {
             })
     }
 
-    /// Adhesion beside what it cannot go with.
+    /// Refuses adhesion together with keys that contradict it.
     fn validate_adhesion(&self) -> Result<(), ConfigError> {
         let some = self.adhesion.is_some() || self.pairs.iter().any(|pair| pair.adhesion.is_some());
         let rebounds = |pair: &PairConfig| pair.restitution.is_some();
         let others = [
             (
                 self.kind.plain() == LawKind::Cohesion,
-                "has bonds, and law.kind = \"cohesion\" lets no pair have an attraction beside them",
+                "attracts pairs, and law.kind = \"cohesion\" bonds them instead",
                 "choose law.kind = \"coulomb\", or remove law.adhesion",
             ),
             (
                 self.restitution.is_some() || self.pairs.iter().any(rebounds),
-                "acts across a gap, and contacts with law.restitution begin where it is closed",
+                "acts across a gap, and contacts with law.restitution begin when the gap is closed",
                 "remove law.restitution, or give law.contact_stiffness_pa with law.damping",
             ),
             (
@@ -376,7 +377,7 @@ impl LawConfig {
             .try_for_each(|(holds, why, help)| refuse_if(some && holds, "law.adhesion", why, help))
     }
 
-    /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
+    /// Checks the options of rigid contacts, restitution and penetration, whether given by keys or by an LMGC90 name.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
         self.refuse_rigid_options_of_springs()?;
         self.validate_names()?;
@@ -409,7 +410,7 @@ impl LawConfig {
         )
     }
 
-    /// LMGC90's names against the options that they mean.
+    /// Refuses options that contradict an LMGC90 name.
     fn validate_names(&self) -> Result<(), ConfigError> {
         let contradicts = |holds: bool, key: &str, means: &str| {
             refuse_if(

@@ -26,14 +26,14 @@ pub struct LayerConfig {
     /// Distance from the base line to the wheel's face (m), or to the line of the lid over x = 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
-    /// Middle of a layer between straight bodies, one of several along them (m); 0 when absent.
+    /// Position of the layer's middle along x (m), for one of several layers between straight bodies; 0 when absent.
     #[serde(default)]
     pub x_m: f64,
-    /// The layer covers this much to either side of its middle (m).
+    /// Half of the layer's width (m), to either side of its middle.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: f64,
     /// Load that `half_width_m` is meant for (N): under a wheel of another load P the layer covers `half_width_m` sqrt(P / this),
-    /// as a Hertzian line contact widens (Hertz 1882). The half-width is that for every load when absent.
+    /// as a Hertzian line contact widens (Hertz 1882). The half-width is `half_width_m` for every load when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_load_n: Option<f64>,
     /// Radius of the crown of the base line (m); 0 = straight.
@@ -47,25 +47,25 @@ pub struct LayerConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
-    /// Exponent of a law that needs one.
+    /// Exponent k of law = "power", p ~ r^k; required there, refused with other laws.
     #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
-    /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel.
+    /// True for a layer that is also cut along its top and glued to a body there, set `lid`; it then has no wheel.
     #[serde(default)]
     pub lid: bool,
-    /// False for grains that lie on the bare surface: they are pressed on a flat plate in its place, and nothing is cut or glued.
+    /// False for loose grains on the bare surface: they are pressed on a flat plate in its place, and nothing is cut or glued.
     #[serde(default = "glued")]
     pub glued: bool,
-    /// The bare surface beside the glued row, or in its place.
+    /// The bare surface on either side of the glued row, or in its place; it has the defaults of its keys when absent.
     #[serde(default)]
     pub surface: SurfaceConfig,
     /// Radius of the face of the body on top (m), convex towards the layer, along which the lid is cut; 0 = straight.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub lid_crown_radius_m: f64,
-    /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
+    /// Height of the bed below the cut (m), and with a lid also above the upper cut. Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
     #[schemars(range(min = 0.0))]
     pub bed_extra_m: f64,
@@ -74,8 +74,8 @@ pub struct LayerConfig {
     #[serde(default = "press")]
     #[schemars(length(min = 1), extend("items" = { "type": "number", "exclusiveMinimum": 0 }))]
     pub press_pa: Vec<f64>,
-    /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
-    /// straight then.
+    /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is then straight. Nothing repeats
+    /// when absent.
     pub periodic_x_m: Option<[f64; 2]>,
 }
 
@@ -97,7 +97,7 @@ impl LayerConfig {
         Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
-    /// The layer with the half-width that belongs to a load (N), and no rule any more.
+    /// The layer with its half-width for this load (N), without the rule.
     pub(super) fn under(&self, load: f64) -> LayerConfig {
         let meant = self.half_width_load_n;
         let wider = meant.map_or(1.0, |meant| (load / meant).sqrt());
@@ -163,7 +163,7 @@ impl LayerConfig {
         )
     }
 
-    /// Radii of the base line and of that of the lid (m).
+    /// Crown radii of the base line and of the lid's line (m).
     fn crowns(&self) -> [(&'static str, f64); 2] {
         [
             ("sample.crown_radius_m", self.crown_radius_m),
@@ -171,13 +171,13 @@ impl LayerConfig {
         ]
     }
 
-    /// Height of the line of the lid over that of the base (m).
+    /// Height of the lid's line over the base line (m).
     pub fn height_at(&self, x: f64) -> f64 {
         let beyond = self.crowns().map(|(_, radius)| drop_at(x, radius));
         self.thickness_m + beyond[0] + beyond[1]
     }
 
-    /// Height of the bed over the line of the base (m): a layer with a lid is cut out of a bed that goes on above it as below.
+    /// Height of the bed over the base line (m). A layer with a lid is cut out of a bed that extends above the layer as below.
     pub fn bed_height(&self) -> f64 {
         if self.lid {
             self.height_at(self.half_width_m) + self.bed_extra_m
@@ -186,7 +186,7 @@ impl LayerConfig {
         }
     }
 
-    /// Refuses a layer that is thicker than it is wide, as one whose thickness was given in another unit is.
+    /// Refuses a layer that is thicker than it is wide: its thickness was probably given in another unit.
     fn refuse_a_tower(&self) -> Result<(), ConfigError> {
         let [thickness, width] = [self.thickness_m, 2.0 * self.half_width_m];
         refuse_if(
@@ -197,7 +197,7 @@ impl LayerConfig {
         )
     }
 
-    /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius.
+    /// Refuses a bed of too many grains. Their number is about the bed's area over the area of a grain with the mean square radius.
     fn refuse_too_many_grains(&self) -> Result<(), ConfigError> {
         let depth = self.bed_height() + self.bed_extra_m;
         let area = std::f64::consts::PI * self.radii().mean_square();
@@ -232,7 +232,7 @@ impl LayerConfig {
         })
     }
 
-    /// Returns the largest radius (m).
+    /// Refuses ends other than the layer's, and crowns. Returns the largest radius (m).
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
         let width = self.half_width_m;
         refuse_if(

@@ -13,7 +13,7 @@ const SLICES_MAX: f64 = 1e6;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileConfig {
-    /// Direction in which slices follow each other.
+    /// Direction in which the slices are stacked.
     pub axis: ProfileAxis,
     /// Number of slices of equal thickness, from the lowest edge of the grains to the highest at the start of an interval.
     #[schemars(range(min = 1, max = 1000))]

@@ -16,16 +16,16 @@ pub enum RadiusLaw {
     NumberUniform,
     /// Equal number in each class of the radius' logarithm.
     LogUniform,
-    /// p ~ r^k with k the key `power` beside the law.
+    /// p ~ r^k, with k in the key `power`.
     Power,
 }
 
 /// The radii that a table of keys asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radii {
-    /// Their distribution.
+    /// Distribution of the radii.
     pub law: RadiusLaw,
-    /// Its exponent k, with [`RadiusLaw::Power`] and only with it: one beyond -20 to 20 puts all radii at one of the limits.
+    /// Exponent k of [`RadiusLaw::Power`], and of no other law: beyond -20 to 20 all radii lie at one of the limits.
     pub power: Option<f64>,
     /// Smallest and largest radius (m).
     pub ends: [f64; 2],
@@ -50,8 +50,7 @@ impl Radii {
         }
     }
 
-    /// The same for p ~ r^k, counted from the end that holds more of the radii: no power of b/a is then too large for a
-    /// number, and near k = -1 no digits cancel.
+    /// The same for p ~ r^k, counted from the end that holds more of the radii: no power of b/a then overflows, and near k = -1 no digits cancel.
     fn at_of_power(&self, u: f64) -> f64 {
         let [a, b] = self.ends;
         let (m, log) = (self.exponent() + 1.0, (b / a).ln());
@@ -77,7 +76,7 @@ impl Radii {
         }
     }
 
-    /// Mean square of the radius (m2): a disk has pi times that area on average.
+    /// Mean square of the radius (m2): the mean area of a disk is pi times as large.
     pub fn mean_square(&self) -> f64 {
         let [a, b] = self.ends;
         if a == b {
@@ -110,7 +109,7 @@ impl Radii {
         }
     }
 
-    /// Refuses limits that are none, in the table `key`, and a power without its law or the other way round.
+    /// Refuses limits in the wrong order in the table `key`, a power without its law, and that law without its power.
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let [least, most] = self.ends;
         refuse_if(
@@ -174,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_beside_that_of_the_logarithm_has_all_its_digits() {
+    fn a_power_near_the_logarithm_has_all_its_digits() {
         for off in [1e-15, -1e-12, 1e-9] {
             for u in [0.0, 0.3, 0.9] {
                 let distance = (power(-1.0 + off).at(u) - power(-1.0).at(u)).abs();
@@ -184,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_of_a_cube_are_those_by_hand() {
+    fn moments_of_a_cube_agree_with_a_hand_calculation() {
         // p = 4 r^3 / 15 on [1, 2]: means 4 (2^5 - 1) / 75 and 4 (2^6 - 1) / 90.
         close(power(3.0).mean(), 4.0 * 31.0 / 75.0);
         close(power(3.0).mean_square(), 4.0 * 63.0 / 90.0);

@@ -14,7 +14,7 @@ use super::radii::{Radii, RadiusLaw};
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;
-/// Largest radii that a rail is wide and, at its sides, high at least: thinner ones consist of what lies along its faces.
+/// Least width of a rail, and least height of its sides, in largest radii: a thinner rail consists of the grains along its faces.
 const WIDTH: f64 = 20.0;
 const HEIGHT: f64 = 8.0;
 
@@ -23,13 +23,13 @@ const HEIGHT: f64 = 8.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RailConfig {
-    /// Width (m); the sides are at |x| of half of it.
+    /// Width (m), half of it on either side of x = 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_m: f64,
     /// Height above the base (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_m: f64,
-    /// The place where the rail has that height.
+    /// The place where the rail is `height_m` high.
     pub height_at: HeightAt,
     /// Radius of the crown (m); 0 = flat.
     #[schemars(range(min = 0.0))]
@@ -42,7 +42,7 @@ pub struct RailConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
-    /// Exponent of a law that needs one.
+    /// Exponent k of law = "power", p ~ r^k; required there, refused with other laws.
     #[schemars(range(min = -20.0, max = 20.0))]
     pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
@@ -136,7 +136,7 @@ mod tests {
 
     /// Renouf, Saulot and Berthier (2006), section 6: 65 mm by 20 mm under a crown of 300 mm, in either reading.
     #[test]
-    fn the_areas_are_those_of_both_readings_of_the_paper() {
+    fn the_areas_agree_with_both_readings_of_the_paper() {
         let mm2 = |at: HeightAt| (paper(at).area() * 1e7).round() / 10.0;
         assert_eq!(mm2(HeightAt::Edge), 1376.6);
         assert_eq!(mm2(HeightAt::Crown), 1261.8);

@@ -16,9 +16,9 @@ use super::radii::Radii;
 use super::rail::RailConfig;
 use super::surface::SurfaceConfig;
 
-/// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
+/// Least length of a strip in diameters of the widest disk: a grain must not meet its neighbours around the strip.
 const DIAMETERS: f64 = 4.0;
-/// Largest diameters that a grain may stand beside the base of a rail.
+/// Farthest that a grain may stand beside the base of a rail, in largest diameters.
 const APRON: f64 = 5.0;
 
 /// `sample`: the source of the grains.
@@ -47,7 +47,7 @@ struct SampleTag {
     kind: SampleKind,
 }
 
-/// By hand, as the reading is.
+/// Written by hand, like the deserialiser.
 impl JsonSchema for SampleConfig {
     fn schema_name() -> Cow<'static, str> {
         "SampleConfig".into()
@@ -66,11 +66,11 @@ impl JsonSchema for SampleConfig {
     }
 }
 
-/// By hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
+/// Written by hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
 impl<'de> Deserialize<'de> for SampleConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleConfig, D::Error> {
         let mut keys = serde_json::Map::deserialize(deserializer)?;
-        // A kind that is missing or no word of the list is refused like any other key.
+        // A missing or unknown kind is refused like any other key.
         let kind = keys.shift_remove_entry("kind");
         let SampleTag { kind } = kit::read_part(kind.into_iter().collect())?;
         match kind {
@@ -205,7 +205,7 @@ impl SampleConfig {
         )
     }
 
-    /// The row of disks that a wheel as wide as the sample has: radii, width (m) and seed; `None` for listed disks.
+    /// The row of disks of a wheel as wide as the sample: radii, width (m) and seed; `None` for listed disks.
     pub fn wheel_row(&self) -> Option<(Radii, f64, Option<u64>)> {
         match self {
             SampleConfig::Layer(layer) => {
@@ -226,7 +226,7 @@ impl SampleConfig {
         }
     }
 
-    /// Middle of the sample along x (m): that of a layer where it is given.
+    /// Middle of the sample along x (m), which a layer may set.
     pub fn middle(&self) -> f64 {
         match self {
             SampleConfig::Layer(layer) => layer.x_m,

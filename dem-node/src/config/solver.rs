@@ -10,20 +10,20 @@ use dem_kernel::solver::criteria::{self, Criteria};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
-    /// Block non-linear Gauss-Seidel.
+    /// Block non-linear Gauss-Seidel (NSGS), for all problems.
     Nsgs,
-    /// Projected conjugate gradient: fewer iterations where there is no friction and many grains.
+    /// Projected conjugate gradient: fewer iterations for many grains without friction.
     Pcg,
 }
 
-/// What becomes of a step that did not converge: the words for `solver.on_not_converged`.
+/// Treatment of a step that did not converge: the words for `solver.on_not_converged`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNotConverged {
     /// The run ends with exit code 3.
     #[default]
     Stop,
-    /// The step stands and is counted.
+    /// The step is accepted and counted.
     Accept,
 }
 
@@ -31,19 +31,21 @@ pub enum OnNotConverged {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolverConfig {
-    /// The algorithm.
+    /// The algorithm: `nsgs` for all problems, `pcg` for many grains without friction. `pcg` refuses rolling, healing, `law.pairs`, a surface's own
+    /// friction, and rigid bonds with friction.
     #[serde(rename = "kind")]
     pub algorithm: Algorithm,
-    /// Bound on the true natural-map residual, relative.
+    /// Bound on the true natural-map residual: the norm of D (r - P(r - U/D)) over the norm of D r. D is the diagonal of the Delassus operator, r the
+    /// impulses, U the relative velocities and P the projection on the contact law.
     #[schemars(range(min = 1e-14, max = 0.1))]
     pub tolerance: f64,
-    /// Iterations after which a window counts as not converged.
+    /// Iterations after which a step, or the window of a coupled run, counts as not converged.
     #[schemars(range(min = 1))]
     pub max_iterations: usize,
-    /// Iterations that are always done.
+    /// Least number of iterations of a step.
     pub min_iterations: usize,
-    /// What becomes of a step of a run alone whose iterations end above the tolerance; stopped when absent. In a coupled run
-    /// the key of the interface decides.
+    /// Treatment of a step of a run alone whose iterations end above the tolerance; the run stops when absent. In a coupled run the interface's key
+    /// of this name decides.
     #[serde(default)]
     pub on_not_converged: OnNotConverged,
 }

@@ -7,24 +7,23 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Least side of a cell over the mean diameter of the grains: smaller ones hold a few contacts, not a stress.
+/// Least side of a cell in mean diameters of the grains: a smaller cell holds a few contacts, not a stress.
 const CELL_DIAMETERS: f64 = 3.5;
 /// Most cells, some 100 MB of CSV.
 const CELLS_MAX: f64 = 1e6;
 
-/// `stress`: the cells, and the region that they lie in.
+/// `stress`: the cells, and their region.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StressConfig {
     /// Side of the square cells (m), at least 3.5 mean diameters.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cell_m: f64,
-    /// Left and right side of the region (m); those of the grains that carry contact forces, or of the strip that repeats, when
-    /// absent.
+    /// Left and right side of the region (m); when absent, the sides of the grains that carry contact forces, or of the strip that repeats.
     pub x_m: Option<[f64; 2]>,
-    /// Lower and upper side of the region (m), likewise.
+    /// Lower and upper side of the region (m); the sides of the grains that carry contact forces when absent.
     pub y_m: Option<[f64; 2]>,
-    /// Moment of the stress (s) where no wheel is held; the end of its hold, else the end of the run, when absent.
+    /// Moment of the stress (s), for scenes without a wheel that is held; when absent, the end of the wheel's hold, or else of the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub at_s: Option<f64>,
 }
@@ -40,7 +39,7 @@ impl StressConfig {
         refuse_if(
             held && self.at_s.is_some(),
             "stress.at_s",
-            "is another moment than the end of wheel.hold_s, at which the stress is taken",
+            "contradicts wheel.hold_s, at whose end the stress is taken",
             "remove one of them",
         )?;
         at_least("stress.cell_m", self.cell_m, CELL_DIAMETERS * mean, "m").map_err(|error| {

@@ -8,35 +8,36 @@ use serde::{Deserialize, Serialize};
 
 const KEY: &str = "sample.surface";
 
-/// Mean radii between the points of a surface by default.
+/// Default distance between the points of a surface, in mean radii.
 pub(crate) const SPACING: f64 = 2.0;
-/// Fewest points of a corrugation along its correlation length: fewer cut its tops off.
+/// Fewest points along a correlation length: fewer cut the tops of the heights off.
 const POINTS: f64 = 2.0;
-/// Most segments that are taken for meant.
+/// More segments than this are taken for a mistyped unit.
 const SEGMENTS_MAX: f64 = 1e5;
 
-/// The bare surface of the body below (and above, under a lid), beside glued disks or in their place: a polyline on whose segments grains
+/// The bare surface of the body below, and of the body above with a lid, beside glued disks or in their place: a polyline on whose segments grains
 /// lie. Its points belong to the sets `base` and `lid`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceConfig {
-    /// The surface covers this much to either side of the middle (m), where the coupled body must have its own; nine mean radii beyond a
-    /// layer when absent.
+    /// Half of the surface's width (m), to either side of the middle; the coupled body must have a surface there. When absent, nine mean radii beyond
+    /// a layer; listed disks need the key.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: Option<f64>,
-    /// Largest distance of its points (m); a mean diameter when absent. The body below feels what lies between two points at these: a contact
-    /// needs some five segments.
+    /// Largest distance between its points (m); a mean diameter when absent. The body below takes up forces at these points only: a contact needs
+    /// some five segments.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing_m: Option<f64>,
-    /// Coefficient of friction of grains on it; that of the grains on the glued row when absent.
+    /// Coefficient of friction of grains on the surface; the same as on the glued row when absent.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
-    /// Radius of the crown that it follows (m), 0 = straight; for listed disks, as a layer has its own.
+    /// Radius of the crown that the surface follows (m), 0 = straight; straight when absent. Under listed disks only: a layer has its own key.
     #[schemars(range(min = 0.0))]
     pub crown_radius_m: Option<f64>,
-    /// Its points (m) in place of the keys before but friction, by ascending x: the grains are on the left of their direction.
+    /// Points of the surface (m) by ascending x, in place of all its other keys but friction; the grains lie above. Made from the other keys when
+    /// absent.
     pub points_m: Option<Vec<[f64; 2]>>,
-    /// Heights about that line.
+    /// Random heights about the line of the surface; smooth when absent.
     pub roughness: Option<RoughnessConfig>,
 }
 
@@ -44,19 +45,19 @@ pub struct SurfaceConfig {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RoughnessConfig {
-    /// Root of the mean square of the heights (m).
+    /// Root mean square of the heights (m).
     #[schemars(range(min = 0.0))]
     pub rms_m: f64,
-    /// Length l over which they are correlated, as exp(-(x/l)^2) (m).
+    /// Correlation length l of the heights (m), with the correlation exp(-(x/l)^2).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub correlation_m: f64,
-    /// Seed of the heights; the run's when absent.
+    /// Seed of the heights; the run's seed when absent.
     pub seed: Option<u64>,
 }
 
 impl SurfaceConfig {
-    /// Refuses a surface that does not reach beyond `within` (m), the half-width of what lies on it, or whose points, by default `spacing`
-    /// apart (m), do not resolve its roughness. `layer` is true where a layer has the crown.
+    /// Refuses a surface that does not reach beyond `within` (m), the half-width of the grains on it, or whose points, by default `spacing` apart
+    /// (m), do not resolve its roughness. `layer` is true for a layer, which has a crown of its own.
     pub(super) fn validate(
         &self,
         within: f64,
@@ -68,7 +69,7 @@ impl SurfaceConfig {
         refuse_if(
             layer && self.crown_radius_m.is_some(),
             &key("crown_radius_m"),
-            "belongs to a surface under listed disks: that of a layer follows sample.crown_radius_m",
+            "belongs to a surface under listed disks: the surface of a layer follows sample.crown_radius_m",
             "remove it",
         )?;
         let reach = self.half_width_m.unwrap_or(within);

@@ -11,13 +11,13 @@ use super::sample::SampleConfig;
 kit::wheel_keys! {
     /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
     DemWheelConfig {
-        /// Smooth, or a row of disks.
+        /// Face of the wheel: smooth, or a row of disks.
         #[serde(default)]
         pub face: FaceKind,
-        /// True if the disks of the face are bonded to the grains that they are near, as the grains are to each other.
+        /// True if the disks of the face are bonded to grains nearer than `law.alert_m`, as the grains are to each other.
         #[serde(default)]
         pub bonded: bool,
-        /// Vertical velocity at the start, where it touches the grains (m/s): negative for a wheel that is dropped on them.
+        /// Vertical velocity at the start (m/s), when the wheel touches the grains; negative downwards.
         #[serde(default)]
         pub vy_m_per_s: f64,
     }
@@ -35,7 +35,7 @@ pub enum FaceKind {
 }
 
 impl DemWheelConfig {
-    /// Refuses a rough face that the sample has no disks for, and bonds that nothing could carry.
+    /// Refuses a rough face without a law of radii in the sample, and bonds that no disk can have.
     pub(super) fn validate_on(
         &self,
         sample: &SampleConfig,

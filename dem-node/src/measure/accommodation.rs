@@ -4,14 +4,14 @@
 //! ```text
 //!      T |      ______   d, the way of the wheel against the base, turns back at the ends of a stroke. Behind a spring k a Coulomb contact
 //!        |     /     /   then sticks over 2 F/k, passing T = 0 after F/k, and slides over the rest. A stroke of the length b, which T = 0
-//!   -----|----/-----/--  divides at a, slides over b - 2 a, whatever k and F are. The base moves with v = sum p v_x/sum p, p being the
+//!   -----|----/-----/--  divides at a, slides over b - 2 a, for any k and F. The base moves with v = sum p v_x/sum p, p being the
 //!        |   /_____/     impulses that press its points down.
 //!              d
 //! ```
 //!
-//! - `slip_amplitude_m`: half of that way, the mean over the strokes that end in a cycle;
+//! - `slip_amplitude_m`: half of the way that slides, mean over the strokes that end in a cycle;
 //! - `accommodated_by_body_m`: half the range of the displacement of the base in a cycle;
-//! - `p0_1mm_pa`: largest mean over 1 mm of the pressure on the base, a mean over a cycle.
+//! - `p0_1mm_pa`: largest mean over 1 mm of the pressure on the base, itself a mean over a cycle.
 
 use kit::boxes::peak_of_means;
 use kit::cycle_drift::Mean;
@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::state::GrainState;
 
-/// Width of the boxes over which the pressure is a mean (m).
+/// Width of the boxes over which the pressure is averaged (m).
 const BOX_M: f64 = 1e-3;
 
 /// The strokes and the base since the start of the cycle.
@@ -31,7 +31,7 @@ pub struct Accommodation {
     /// Displacement of the base, and its least and largest value in the cycle (m).
     base: f64,
     range: [f64; 2],
-    /// Impulse that pressed each point of the base down (N s), and the time of it (s).
+    /// Impulse that pressed each point of the base down (N s), and its time (s).
     pressed: Vec<f64>,
     time: f64,
     thickness_m: f64,
@@ -46,14 +46,14 @@ pub struct Accommodation {
 struct Stroke {
     /// Way and force at its start (m, N).
     start: [f64; 3],
-    /// Distance from there at which the force passed 0 (m).
+    /// Distance from the start at which the force passed 0 (m).
     zero: Option<f64>,
-    /// Its slip.
+    /// The slip of the stroke.
     sliding: GrossSliding,
 }
 
 impl Accommodation {
-    /// Nothing yet, in a scene of this thickness (m).
+    /// An empty record, for a scene of this thickness (m).
     pub fn new(thickness_m: f64) -> Accommodation {
         Accommodation {
             thickness_m,
@@ -92,7 +92,7 @@ impl Accommodation {
         self.now = now;
     }
 
-    /// The wheel turns back. The slip of the stroke that ends.
+    /// The wheel turns back. Returns the slip of the stroke that ends.
     pub fn turn(&mut self) -> GrossSliding {
         let next = Stroke {
             start: self.now,
@@ -111,7 +111,7 @@ impl Accommodation {
         }
     }
 
-    /// Ends a cycle: slip and amplitude of the base (m), and the largest mean over 1 mm of the pressure on it (Pa). NaN of what there is not.
+    /// Ends a cycle: slip and amplitude of the base (m), and the largest mean over 1 mm of the pressure on it (Pa). Missing values are NaN.
     pub fn end_cycle(&mut self, bodies: &Bodies) -> [f64; 3] {
         let [low, high] = self.range;
         let slip = self.slips.value().unwrap_or(f64::NAN);
@@ -128,7 +128,7 @@ impl Accommodation {
 }
 
 impl Stroke {
-    /// Goes on from one way and force (m, N) to the next: beyond twice the distance to T = 0 the wheel slides.
+    /// Moves from one way and force (m, N) to the next: beyond twice the distance to T = 0 the wheel slides.
     fn move_on(&mut self, before: [f64; 3], now: [f64; 3]) {
         let way = |[d, ..]: [f64; 3]| (d - self.start[0]).abs();
         let [from, to] = [way(before), way(now)];
@@ -146,7 +146,7 @@ impl Stroke {
     }
 }
 
-/// The points of the base from left to right, each with what it bears, spread to the middles between it and its neighbours (m).
+/// The points of the base from left to right, each with its load, spread to the middles between it and its neighbours (m).
 fn pieces(bodies: &Bodies, borne: &[f64]) -> Vec<([f64; 2], f64)> {
     let places = borne.iter().enumerate();
     let places = places.map(|(point, borne)| (bodies.boundary_point(point)[0], *borne));
@@ -168,8 +168,8 @@ fn pieces(bodies: &Bodies, borne: &[f64]) -> Vec<([f64; 2], f64)> {
 mod tests {
     use super::*;
 
-    /// Five points of a base that moves by 1 mm/s for 1 s and back by 3 mm/s for 1 s, beside one that bears nothing and runs away. 100 N on each
-    /// of three points about x = 0, 0.4 mm apart, are 250 N on a box of 1 mm, 2 mm thick.
+    /// Five points of a base that moves by 1 mm/s for 1 s and back by 3 mm/s for 1 s; one of them bears nothing and runs away. 100 N on each of three
+    /// points about x = 0, 0.4 mm apart, are 250 N on a box of 1 mm, 2 mm thick.
     #[test]
     fn a_base_has_its_range_and_its_pressure() {
         let bodies = Bodies {
@@ -191,13 +191,13 @@ mod tests {
         let [_, amplitude, pressure] = slip.end_cycle(&bodies);
         assert!((amplitude - 1.5e-3).abs() < 1e-15, "from 1 mm to -2 mm");
         assert!((pressure / 125e6 - 1.0).abs() < 1e-12, "{pressure:e}");
-        // The next cycle begins where the base is.
+        // The next cycle begins at the position of the base.
         assert_eq!(slip.end_cycle(&bodies)[1], 0.0);
     }
 
-    /// A contact of 6 N behind a spring of 2 N/m: of an amplitude of 10 m it slides over 7, and over none of 2.5.
+    /// A contact of 6 N behind a spring of 2 N/m: with an amplitude of 10 m it slides over 7 m, with 2.5 m it sticks.
     #[test]
-    fn a_coulomb_contact_behind_a_spring_slides_over_what_the_spring_leaves() {
+    fn a_coulomb_contact_behind_a_spring_slides_over_the_rest_of_its_way() {
         for (amplitude, expected) in [(10.0, 7.0), (2.5, 0.0)] {
             let mut slip = Accommodation::new(1.0);
             let (mut force, mut before, mut slid) = (0.0f64, 0.0, GrossSliding::default());

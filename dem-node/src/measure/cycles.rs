@@ -1,8 +1,8 @@
-//! The full cycles of the wheel's motion: what each of them took off, cost and moved.
+//! The full cycles of the wheel's motion: sinking, work, slip and flows of each.
 //!
-//! With t_s the end of the hold, cycle k lasts from t_s + (k - 1)/f to t_s + k/f. A cycle that the end of the run cuts is none.
-//! Heights, accounts and forces are known at the ends of steps and taken as straight between them, so that the sums over all cycles
-//! do not depend on where the steps lie.
+//! With t_s the end of the hold, cycle k lasts from t_s + (k - 1)/f to t_s + k/f. A cycle that the end of the run cuts does not count. Heights,
+//! accounts and forces are known at the ends of steps and linear between them, so that the sums over all cycles do not depend on the position of the
+//! steps.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::StepSummary;
@@ -18,16 +18,14 @@ use crate::measure::trend::slope;
 
 kit::results! {
     /// # Load and approach
-    /// - `p0_1mm_motion_pa`: Largest mean over 1 mm of the pressure on the base of the grains,
-    ///   rigid or not, a mean over the first full cycle of the wheel. A layer that is ground bears
-    ///   the wheel on few grains later on.
+    /// - `p0_1mm_motion_pa`: Largest mean over 1 mm of the pressure on the base of the grains, rigid or not, averaged over the first full cycle of
+    ///   the wheel. A ground layer later bears the wheel on few grains.
     /// - `cycle_p0_1mm_pa`: `p0_1mm_motion_pa` over the last full cycle.
     /// # Cycles of the wheel on grains
-    /// - `full_cycles`: Cycles of the motion that were over before the run was.
+    /// - `full_cycles`: Cycles of the motion that ended within the run.
     /// - `cycle_sink_m`: Height that the wheel lost in the last full cycle.
     /// - `all_cycles_sink_m`: Height that the wheel lost in all full cycles.
-    /// - `all_cycles_work_j`: Work of the tangential force in all full cycles; that of the last is
-    ///   `loop_area_j`.
+    /// - `all_cycles_work_j`: Work of the tangential force in all full cycles; `loop_area_j` is the work of the last.
     /// - `cycle_tangential_at_zero_n`: |F_T| at D = 0, mean of the middle and the end of the last
     ///   full cycle.
     /// - `all_cycles_tangential_at_zero_n`: |F_T| at D = 0, mean over all full cycles.
@@ -36,14 +34,13 @@ kit::results! {
     /// - `cycle_friction_coefficient`: Old name of `cycle_traction_ratio`, which the next release drops.
     /// - `all_cycles_friction_coefficient`: Old name of `all_cycles_traction_ratio`, which the next
     ///   release drops.
-    /// - `slip_amplitude_m`: Half the way by which wheel and base slide past each other in a
-    ///   stroke, sticking left out: the amplitude less what the base and the shear of the layer
-    ///   take, mean over all full cycles.
+    /// - `slip_amplitude_m`: Half the way by which wheel and base slide past each other in a stroke, without sticking: the amplitude less the motion
+    ///   of the base and the shear of the layer, mean over all full cycles.
     /// - `cycle_slip_amplitude_m`: `slip_amplitude_m` of the last full cycle.
     /// - `slip_by_work_m`: Work of the wheel's drive over 4 F, mean over the loops from reversal to
     ///   reversal from the second cycle on; F is the mean of |F_T| over the slip.
-    /// - `accommodated_by_body_m`: Half the range of the displacement of the base below the wheel
-    ///   in a cycle, weighted by what presses on it, mean over all full cycles.
+    /// - `accommodated_by_body_m`: Half the range of the displacement of the base below the wheel in a cycle, weighted by the pressure on it, mean
+    ///   over all full cycles.
     /// - `cycle_accommodated_by_body_m`: `accommodated_by_body_m` of the last full cycle.
     /// - `cycle_source_kg`: Qs of the last full cycle: mass that was detached within the zone.
     /// - `all_cycles_source_kg`: Qs of all full cycles: mass that was detached within the zone.
@@ -57,16 +54,15 @@ kit::results! {
     ///   over all full cycles.
     /// - `third_body_trend_kg_per_m`: Change of the third body per length in a cycle, by the
     ///   straight line through the last half of at least eight cycles.
-    /// - `third_body_trend_interval_kg_per_m`: Half of the 95 % interval of `third_body_trend_kg_per_m`, for which cycles that
-    ///   hang together count less.
+    /// - `third_body_trend_interval_kg_per_m`: Half of the 95 % interval of `third_body_trend_kg_per_m`; correlated cycles count less.
     /// - `wheel_trend_m`: Change of the wheel's height in a cycle, by the same line.
     /// - `wheel_trend_interval_m`: Half of the 95 % interval of `wheel_trend_m`.
 }
 
-/// Part of a step by which a run may end before the cycle does: steps are counted up to that.
+/// Part of a step by which a run may end before its last cycle, which then still counts.
 const ROUNDING: f64 = 1e-6;
 
-/// What a cycle has:
+/// Quantities of a cycle:
 ///
 /// - height that the wheel lost (m);
 /// - work of its sideways drive (J), the area of the friction loop;
@@ -88,25 +84,25 @@ const QUANTITIES: [&str; 11] = [
     "wear_kg",
     "third_body_kg_per_m",
 ];
-/// How many of them there are without flows.
+/// Number of quantities without flows.
 const OF_WHEEL: usize = 7;
-/// Those of which all cycles together have the mean under this name; of the others they have the sum.
+/// Quantities whose value for all cycles is the mean; for the others it is the sum.
 const MEANS: [&str; 3] = [
     "tangential_at_zero_n",
     "traction_ratio",
     "third_body_kg_per_m",
 ];
 
-/// What is read at a time: way of the wheel downwards (m), work of its sideways drive (J), integrals of |T|/N and of 1 over the time in
-/// which it is pressed (s), masses detached, ejected and worn (kg), integral of third body per length over time (kg s/m), and T (N).
+/// Values at a time: way of the wheel downwards (m), work of its sideways drive (J), integrals of |T|/N and of 1 over the time in which it is pressed
+/// (s), masses detached, ejected and worn (kg), integral of third body per length over time (kg s/m), and T (N).
 type Reading = [f64; 9];
 
 /// The full cycles so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct WheelCycles {
-    /// Start and end (s), and the [`QUANTITIES`] of each.
+    /// Start and end (s) of each cycle, and its [`QUANTITIES`].
     all: Vec<([f64; 2], [f64; 11])>,
-    /// Quarters of a period that are over: passages through D = 0, the start of the motion being the first, and reversals in turn.
+    /// Number of passages through D = 0, the start of the motion being the first, and of reversals, which alternate.
     quarters: u64,
     slip: Accommodation,
     /// Work of the drive at the last reversal at D = A from the second cycle on (J), the slip since then, and the slip W/(4 F) of each loop (m).
@@ -123,7 +119,7 @@ pub struct WheelCycles {
 }
 
 impl WheelCycles {
-    /// Those of a run that begins with the wheel at this height, in a scene of this thickness (m).
+    /// The cycles of a run that begins with the wheel at this height, in a scene of this thickness (m).
     pub fn new(wheel_height: f64, thickness_m: f64) -> WheelCycles {
         let mut cycles = WheelCycles {
             slip: Accommodation::new(thickness_m),
@@ -200,8 +196,8 @@ impl WheelCycles {
         self.start = (time, reading);
     }
 
-    /// The wheel turns back, at D = A after a whole loop. That has the area F s of its slip s behind a spring: with F, the mean of |T| over
-    /// the slip, a quarter of s is W/(4 F).
+    /// The wheel turns back, at D = A after a whole loop. With a slip s behind a spring the loop has the area F s, F being the mean of |T| over the
+    /// slip: a quarter of s is W/(4 F).
     fn turn(&mut self, work: f64) {
         let stroke = self.slip.turn();
         self.sliding.join(&stroke);
@@ -220,7 +216,7 @@ impl WheelCycles {
         }
     }
 
-    /// The cycles as CSV, a line each; `None` without any. `flows` is true where they are followed.
+    /// The cycles as CSV, a line each; `None` without any. `flows` is true where flows are measured.
     pub fn csv(&self, flows: bool) -> Option<String> {
         let names = names(flows);
         let mut text = format!("cycle,t0_s,t1_s,{}\n", names.join(","));
@@ -233,7 +229,7 @@ impl WheelCycles {
     }
 
     /// Slopes of the straight lines through the last half of the cycles, each with the half of its 95 % interval: third body per length (kg/m) and
-    /// height of the wheel (m) over the number of the cycle; then the mean of that third body. `None` with less than eight cycles.
+    /// height of the wheel (m) over the number of the cycle; then the mean of the third body. `None` with fewer than eight cycles.
     pub fn trends(&self) -> Option<([[f64; 2]; 2], f64)> {
         let last = &self.all[self.all.len().div_ceil(2)..];
         let third: Vec<f64> = last
@@ -248,7 +244,7 @@ impl WheelCycles {
         Some((slopes, third.iter().sum::<f64>() / third.len() as f64))
     }
 
-    /// The results of the last cycle and of all together; none without any.
+    /// The results of the last cycle and of all together; empty without cycles.
     pub fn results(&self, flows: bool) -> Vec<(String, f64)> {
         let Some((_, last)) = self.all.last() else {
             return Vec::new();
@@ -263,7 +259,7 @@ impl WheelCycles {
             let values = || self.all.iter().map(|(_, values)| values[k]);
             let sum: f64 = values().sum();
             let all = match *name {
-                // Of the layer as it was: one that is ground bears the wheel on few grains.
+                // From the first cycle: a layer that is ground bears the wheel on few grains.
                 "p0_1mm_pa" => (
                     "p0_1mm_motion_pa".into(),
                     values().next().unwrap_or_default(),
@@ -296,7 +292,7 @@ impl WheelCycles {
     }
 }
 
-/// The quantities that there are.
+/// Names of the quantities.
 fn names(flows: bool) -> &'static [&'static str] {
     &QUANTITIES[..if flows { QUANTITIES.len() } else { OF_WHEEL }]
 }

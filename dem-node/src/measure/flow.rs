@@ -1,22 +1,22 @@
 //! Flows of third body, from the graph of bonds: source, recirculation, wear and the flow through a section.
 //!
-//! A bond is one of more than 0.01 of adhesion. A grain is *first body* while bonds connect it with an anchor, else *third body*;
-//! those that none connects at the start are the initial stock, which is third body and no source. A grain is in the contact
-//! zone ([`zone::Zone`]) when its centre is: below what carries the wheel, below a lid from end to end, or anywhere in a strip that
-//! repeats, which nothing enters or leaves. A step is recorded in this order:
+//! A bond counts with more than 0.01 of adhesion. A grain is *first body* while bonds connect it with an anchor, else *third body*; grains that no
+//! bond connects at the start are the initial stock, which is third body and no source. A grain is in the contact zone ([`zone::Zone`]) when its
+//! centre is: where contacts carry the wheel, below a lid from end to end, or anywhere in a strip that repeats, which nothing enters or leaves. A
+//! step is recorded in this order:
 //!
-//! 1. by their own motion, grains cross the ends of the zone as it was, and the section x = 0 with its images;
+//! 1. by their own motion, grains cross the ends of the old zone, and the section x = 0 with its images;
 //! 2. the zone moves, over grains at their new positions;
-//! 3. grains change from first to third body and back where they are then;
+//! 3. grains change from first to third body and back at their new positions;
 //! 4. third body that has been outside for `wear_s` since it left is worn, once for each time that it left.
 //!
-//! Crossings are those of third body by the state before the step: a grain that is detached in the step in which it leaves is
-//! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
-//! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; so are those that come
-//! off a bare surface, which are detached there. Those in store are nowhere.
+//! Crossings count grains that were third body before the step: a grain that is detached in the step in which it leaves is detached outside. Then, at
+//! each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left. Fed grains are third body from then on, at the
+//! position where they begin, before anything else of the step is recorded. So are grains off a bare surface, which are detached there. Grains in
+//! store are nowhere.
 //!
-//! The ends of the zone come and go, and what they take in and leave behind is no steady state. Beside the mass in the zone there is
-//! therefore the mass per length in its middle half, as that was when the wheel's motion began; in a strip in all of it.
+//! The ends of the zone move, and the mass that they take in and leave behind has no steady state. There is therefore also the mass per length in the
+//! middle half of the zone at the start of the wheel's motion; in a strip, in the whole strip.
 
 mod lateral;
 pub mod ledger;
@@ -38,12 +38,11 @@ use zone::{Zone, ZoneLoads};
 kit::results! {
     /// # Flows of third body
     /// - `third_body_zone_kg`: Third body in the contact zone at the end.
-    /// - `flow_kinetic_rel`: Kinetic stress of the grains in the zone, ρ<v²>/2, over the wheel's
-    ///   pressure, a mean over the run: a flow whose inertia counts for nothing is far below 1.
-    /// - `third_body_per_length_kg_per_m`: Third body per length at the end, in the middle half of
-    ///   the zone that there was when the motion began.
+    /// - `flow_kinetic_rel`: Kinetic stress of the grains in the zone, ρ<v²>/2, over the wheel's pressure, mean over the run: far below 1 where
+    ///   inertia does not matter.
+    /// - `third_body_per_length_kg_per_m`: Third body per length at the end, in the middle half that the zone had when the motion began.
     /// # Quality of the solution
-    /// - `flow_balance_rel`: Third body in the zone against the books of what came and went.
+    /// - `flow_balance_rel`: Largest difference between the third body in the zone and the ledger of its flows, over all flows.
 }
 
 /// Part of a step by which rounding may miss the time of wear.
@@ -58,13 +57,13 @@ pub struct FlowScene {
     pub config: FlowConfig,
     /// Real masses of the free grains (kg).
     pub masses: Vec<f64>,
-    /// Their mean diameter (m).
+    /// Mean diameter of the grains (m).
     pub diameter: f64,
     /// `mass_scale`.
     pub mass_scale: f64,
     /// Mean height of the base (m).
     pub base: f64,
-    /// Time from which on the middle of the zone stays where it is (s).
+    /// Time at which the middle of the zone is fixed (s).
     pub middle_from: f64,
     /// Seed of the grains that leave sideways.
     pub seed: u64,
@@ -79,25 +78,25 @@ pub enum FlowBody {
     Third = 1,
     /// Third body that no bond held at the start.
     Stock = 2,
-    /// Third body that was fed in, or that will be.
+    /// Third body that was or will be fed in.
     Fed = 3,
 }
 
-/// A grain as the ledger knows it.
+/// A grain in the ledger.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Grain {
     body: FlowBody,
-    /// Time at which it was detached last (s).
+    /// Time of its last detachment (s).
     detached: f64,
     /// True for a centre in the zone.
     inside: bool,
-    /// True for one that has been in the zone as third body.
+    /// True for a grain that has been in the zone as third body.
     has_entered: bool,
-    /// Sections at x = 0 and its images that its centre is right of, counted from one to the left of x = 0.
+    /// Number of sections, x = 0 and its images, to the left of its centre; 0 just to the left of x = 0.
     section: i32,
     /// Time at which it left the zone (s), while it is outside.
     left_at: Option<f64>,
-    /// True for one that has been outside for so long that it is worn.
+    /// True for a grain that has been outside for long enough to be worn.
     worn: bool,
 }
 
@@ -112,31 +111,31 @@ enum Crossing {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flow {
     grains: Vec<Grain>,
-    /// Those of them that are not in store: the first ones.
+    /// Number of grains that are not in store: they come first.
     present: usize,
     /// Bonds that held when the graph was last searched.
     bonds: Vec<(u32, u32)>,
     loads: ZoneLoads,
     zone: Option<Zone>,
     ledger: MassLedger,
-    /// Third body in the zone, summed up anew (kg).
+    /// Third body in the zone, summed at each step (kg).
     held: f64,
-    /// Largest difference of that from the ledger (kg).
+    /// Largest difference between `held` and the ledger (kg).
     defect: f64,
-    /// Twice the kinetic energy of the grains in the zone, scaled masses and all, and force on the wheel or the lid times its height
-    /// above the base, summed over steps (J).
+    /// Twice the kinetic energy of the grains in the zone, of scaled masses, and the force on the wheel or the lid times its height above the base,
+    /// summed over steps (J).
     kinetic: [f64; 2],
     /// The middle half of the zone, once the motion has begun, and third body in it (kg).
     middle: Option<Zone>,
     in_middle: f64,
-    /// True where third body leaves sideways, mass that is due to (kg), and grains that have.
+    /// True where third body leaves sideways; mass that is due (kg), and number of grains that have left.
     lateral: bool,
     lateral_due: f64,
     lateral_grains: u64,
 }
 
 impl FlowScene {
-    /// The constants of these bodies, whose masses are `mass_scale` times the real ones, and whose wheel moves from this time on (s).
+    /// The constants of these bodies, whose masses are scaled by `mass_scale`, and whose wheel moves from this time on (s).
     pub fn new(
         config: FlowConfig,
         bodies: &Bodies,
@@ -155,7 +154,7 @@ impl FlowScene {
     }
 }
 
-/// Mean height of the glued disks of the base, or of the points of a bare one (m).
+/// Mean height of the glued disks of the base, or of the points of a bare base (m).
 fn mean_height(bodies: &Bodies) -> f64 {
     let row = match &bodies.reference[..bodies.base] {
         [] => &bodies.surface.points[..bodies.surface.base],
@@ -214,7 +213,7 @@ impl Grain {
         self.section = section;
     }
 
-    /// The grain is inside, or outside, from this time on (s).
+    /// The grain is inside or outside from this time on (s).
     fn cross_end(
         &mut self,
         inside: bool,
@@ -272,8 +271,8 @@ impl Grain {
     }
 }
 
-/// True for each free disk that these bonds, or the cluster that it belongs to, connect with what carries the grains: a cluster goes as a
-/// whole, whichever of its disks is bonded, and a driven one is no third body.
+/// True for each free disk that these bonds or its cluster connect with an anchor. A cluster counts as a whole, whichever of its disks is bonded; a
+/// driven cluster is first body.
 fn first_grains(bodies: &Bodies, bonds: &[(u32, u32)]) -> Vec<bool> {
     let held = bodies.clusters.held(bodies.free as u32);
     let pairs: Vec<(u32, u32)> = bonds.iter().copied().chain(held).collect();
@@ -281,7 +280,7 @@ fn first_grains(bodies: &Bodies, bonds: &[(u32, u32)]) -> Vec<bool> {
 }
 
 impl Flow {
-    /// The flows at the start: there is no zone yet, and third body is initial stock.
+    /// The flows at the start, without a zone; third body is initial stock.
     pub fn new(config: &FlowConfig, bodies: &Bodies, state: &GrainState) -> Flow {
         let bonds: Vec<(u32, u32)> = holding(&state.bonds).collect();
         let first = first_grains(bodies, &bonds);
@@ -349,7 +348,7 @@ impl Flow {
                 grain.change_body(first[i], end, mass, ledger);
             }
             grain.wear(worn, mass, ledger);
-            // Not by what was noted of the grain: this is what the ledger is checked against.
+            // From the positions, not from the grain's record: the ledger is checked against this sum.
             if grain.is_third() && inside {
                 held += mass;
             }
@@ -370,7 +369,7 @@ impl Flow {
         self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
     }
 
-    /// Moves the zone: to the ends of the strip, or of the lid, or with what carries the wheel. It stays while that bears nothing.
+    /// Moves the zone: to the ends of the strip or of the lid, or with the contacts that carry the wheel. It stays while these bear nothing.
     fn follow_contact(
         &mut self,
         scene: &FlowScene,
@@ -392,7 +391,7 @@ impl Flow {
         self.zone = Some(self.zone.map_or(found, |zone| zone.moved_to(found, slack)));
     }
 
-    /// True for each grain that is first body now; `None` while the same bonds hold.
+    /// True for each grain that is now first body; `None` while the same bonds hold.
     fn changed_bodies(&mut self, bodies: &Bodies, state: &GrainState) -> Option<Vec<bool>> {
         if holding(&state.bonds).eq(self.bonds.iter().copied()) {
             return None;
@@ -412,7 +411,7 @@ impl Flow {
         self.grains.iter().map(|grain| grain.body)
     }
 
-    /// Time at which each grain was detached last (s); -1 for one that never was.
+    /// Time at which each grain was last detached (s); -1 for a grain that never was.
     pub fn detached(&self) -> impl Iterator<Item = f64> {
         self.grains.iter().map(|grain| grain.detached)
     }
@@ -422,21 +421,20 @@ impl Flow {
         &self.ledger
     }
 
-    /// Third body per length in the middle half of the zone, as that was when the motion began (kg/m); 0 before.
+    /// Third body per length in the middle half that the zone had when the motion began (kg/m); 0 before.
     pub fn per_length(&self) -> f64 {
         let [left, right] = self.middle.map_or([0.0, 1.0], |middle| middle.ends);
         self.in_middle / (right - left)
     }
 
-    /// The masses of the ledger, with what left sideways where something does.
+    /// The masses of the ledger, with the lateral mass where `flow.lateral` is given.
     fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let lateral = self.lateral.then_some(self.ledger.lateral);
         let named = self.ledger.named().into_iter();
         named.chain(given([("q_lateral_kg", lateral)]))
     }
 
-    /// The masses of the ledger, the third body in the zone and in its middle, and the ends of the zone, 0 before the wheel bears
-    /// anything.
+    /// The masses of the ledger, the third body in the zone and in its middle, and the ends of the zone, 0 before the wheel bears a load.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let [left, right] = self.zone.map_or([0.0; 2], |zone| zone.ends);
         self.named().chain([
@@ -447,8 +445,8 @@ impl Flow {
         ])
     }
 
-    /// The masses of the ledger, the third body in the zone, the largest difference of that from the ledger over all that came and
-    /// went, and the third body in the middle of the zone once the motion has begun.
+    /// The masses of the ledger, the third body in the zone, its largest difference from the ledger over the turnover, and the third body in the
+    /// middle of the zone once the motion has begun.
     pub fn results(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let turnover = self.ledger.turnover();
         let defect = self.defect / if turnover > 0.0 { turnover } else { 1.0 };
@@ -481,7 +479,7 @@ impl Flow {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// All numbers that can change a later bit; the bonds are those of the state.
+    /// All numbers that can change a later bit, except the bonds, which the state has.
     fn for_each_number(&self, mut visit: impl FnMut(f64)) {
         for grain in &self.grains {
             visit(f64::from(grain.body as u8));

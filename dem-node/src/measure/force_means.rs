@@ -10,26 +10,25 @@ kit::results! {
     ///   over the second half of the run.
     /// - `<set>_force_x_deviation_n`: Standard deviation of that force over the second half of the
     ///   run, step by step.
-    /// - `<set>_force_x_change_n`: Change of the straight line through it over that half: beyond
-    ///   the deviation it is not steady.
+    /// - `<set>_force_x_change_n`: Change of the straight line through that force over this half: above the deviation the force is not steady.
     /// - `<set>_force_y_n`: Force along y on the driven wall or cluster, at the end or the mean
     ///   over the second half of the run.
-    /// - `<set>_x_m`: Place along x of the driven cluster, at the end.
-    /// - `<set>_y_m`: Place along y of the driven cluster, at the end.
+    /// - `<set>_x_m`: Position along x of the driven cluster, at the end.
+    /// - `<set>_y_m`: Position along y of the driven cluster, at the end.
 }
 
-/// Mean forces over the second half of a run. While its end is not known, or half of it has not passed, they are those over the last
-/// half to three quarters of the steps so far.
+/// Mean forces over the second half of a run. While its end is unknown, or its first half lasts, they are means over the last half to three quarters
+/// of the steps so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ForceMeans {
-    /// Sums since the second half began, or the number of steps was a power of two, and between that power and the one before (N).
+    /// Sums since the second half began, or since the number of steps was a power of two, and sums between this power and the one before (N).
     recent: Sums,
     before: Sums,
     steps: u64,
     halved: bool,
 }
 
-/// Forces on each body, and steps in which they were added up.
+/// Summed forces on each body, and number of steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Sums {
     forces: Vec<[f64; 2]>,
@@ -63,8 +62,8 @@ impl ForceMeans {
         }
     }
 
-    /// Of the force along x on each over the second half of the run, its standard deviation and the change of the straight line through it (N):
-    /// a force that is steady changes by less than it scatters. None before the second half has begun.
+    /// Standard deviation of the force along x on each body over the second half of the run, and change of the straight line through it (N): a steady
+    /// force changes by less than it scatters. Empty before the second half has begun.
     pub fn steadiness(&self) -> impl Iterator<Item = [f64; 2]> {
         let recent = &self.recent;
         let known = recent
@@ -79,7 +78,7 @@ impl ForceMeans {
         })
     }
 
-    /// Mean force on each (N); none before the first step.
+    /// Mean force on each body (N); empty before the first step.
     pub fn forces(&self) -> impl Iterator<Item = [f64; 2]> {
         let steps = (self.recent.steps + self.before.steps) as f64;
         let recent = self.recent.forces.iter().enumerate();
@@ -104,14 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_that_of_the_second_half_once_it_has_begun() {
+    fn the_mean_covers_the_second_half_once_it_has_begun() {
         assert_eq!(mean_after(20, Some(20.0)), Some([14.5, -14.5]));
         assert_eq!(mean_after(11, Some(20.0)), Some([10.0, -10.0]));
     }
 
-    /// Of twelve steps those since the fourth, the power of two before the last one, are 4 to 11.
+    /// Of twelve steps, the steps since the fourth, the power of two before the last one, are 4 to 11.
     #[test]
-    fn without_an_end_the_mean_is_that_of_the_later_steps() {
+    fn without_an_end_the_mean_covers_the_later_steps() {
         assert_eq!(mean_after(12, None), Some([7.5, -7.5]));
         assert_eq!(mean_after(10, Some(40.0)), Some([6.5, -6.5]));
         assert_eq!(mean_after(1, None), Some([0.0, 0.0]));
@@ -120,7 +119,7 @@ mod tests {
 
     /// 10 to 19 N in ten steps: a deviation of sqrt(8.25) N about a line that rises by 9 N.
     #[test]
-    fn what_changes_is_told_beside_what_scatters() {
+    fn the_change_is_reported_next_to_the_scatter() {
         let mut means = ForceMeans::default();
         for step in (0..20).map(f64::from) {
             means.record(&[[step, -step]], step, Some(20.0));

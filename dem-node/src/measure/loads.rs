@@ -1,8 +1,7 @@
 //! Loads of the grains: each force of a contact on a grain, and the point where it acts.
 //!
-//! Grains are the free disks and the clusters that nothing drives. Two disks touch in the middle of their gap or overlap, a
-//! disk touches a wall or the wheel on their face: in equilibrium the moments of all grains then add up to those of the
-//! forces on the faces, whatever the overlaps are.
+//! Grains are the free disks and the clusters that nothing drives. Two disks touch in the middle of their gap or overlap, a disk touches a wall or
+//! the wheel on their face. In equilibrium the moments of all grains then add up to the moments of the forces on the faces, for any overlaps.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::bodies::geometry::range;
@@ -11,11 +10,11 @@ use dem_kernel::step::state::GrainState;
 /// Force of a contact on a grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// The disk that is touched.
+    /// The disk under the force.
     pub disk: usize,
-    /// Centre of its grain (m): its own, or that of its cluster.
+    /// Centre of its grain (m): of the disk or of its cluster.
     pub centre: [f64; 2],
-    /// Point where it is touched, seen from there (m).
+    /// Point of contact (m), near this centre in a strip that repeats.
     pub point: [f64; 2],
     /// Force on it (N).
     pub force: [f64; 2],
@@ -82,7 +81,7 @@ fn is_driven(bodies: &Bodies, disk: usize) -> bool {
     cluster.is_some_and(|(_, cluster)| cluster.drive.is_some())
 }
 
-/// Lower and upper end of these disks along a coordinate, or of the strip that repeats along it (m).
+/// Lower and upper end of these disks along a coordinate, or of a strip that repeats along it (m).
 pub fn ends(
     bodies: &Bodies,
     state: &GrainState,
@@ -98,7 +97,7 @@ pub fn ends(
     }))
 }
 
-/// Centre of the grain of a disk (m), in a strip that repeats not folded back into it.
+/// Centre of the grain of a disk (m), not folded back into a strip that repeats.
 pub fn centre_of(bodies: &Bodies, state: &GrainState, disk: usize) -> [f64; 2] {
     match bodies.clusters.of(disk) {
         Some((index, _)) => state.clusters[index].centre,

@@ -1,4 +1,4 @@
-//! Plausibility of the grains' results: values of a run beyond the bounds of its scenario.
+//! Plausibility of the grains' results: checks of the values of a run against the bounds of its scenario.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::state::GrainState;
@@ -25,35 +25,31 @@ kit::findings! {
     /// - Valid: 0.013 (100 N).
     /// - Wrong: 0.063 (rail of 1e6 kg/m3, approach 0.5 % off).
     WHEEL_DRIFT = "wheel_drift": wheel_drift_rel in dem = [0.03, 0.3];
-    /// A fed flow of third body still changes from cycle to cycle: its mass per length, or the
-    /// height of the wheel.
+    /// A fed flow of third body still changes from cycle to cycle: its mass per length, or the height of the wheel.
     ///
-    /// - Why: what is fed and what leaves do not balance yet, or balance only while the wheel
-    ///   sinks. Equal flows are no proof of a steady state.
+    /// - Why: feed and outflow do not balance yet, or balance only while the wheel sinks. Equal flows are no proof of a steady state.
     /// - Do: take more `wheel.cycles`, or feed another rate. The trends and their intervals are
     ///   results (`third_body_trend_kg_per_m`, `wheel_trend_m`).
-    /// - Judged: Change that a cycle of the wheel makes of a fed flow, over the last half of at
-    ///   least eight cycles and beyond the 95 % interval of its trend: of the third body per
-    ///   length, over its mean, or of the wheel's height, over the mean diameter.
+    /// - Judged: Change of a fed flow per cycle of the wheel, over the last half of at least eight cycles and beyond the 95 % interval of its trend:
+    ///   the third body per length, over its mean, or the wheel's height, over the mean diameter.
     /// - Valid: 0 (`third-body-steady`).
     /// - Wrong: 0.044 (a quarter of its feed, seed 2).
     NOT_STEADY = "not_steady": not_steady_rel in dem = [0.01, 0.5];
-    /// The force below the layer is not that of its wheel during the hold.
+    /// The force below the layer differs from the wheel's during the hold.
     ///
     /// - Why: the grains still move.
     /// - Do: hold longer, load more slowly, or lower `mass_scale`.
-    /// - Judged: Distance of the mean force on the glued disks from that on the wheel in the second
-    ///   half of the hold, weight and all fixed bodies being allowed for, over the load.
+    /// - Judged: Difference of the mean forces on the glued disks and on the wheel in the second half of the hold, corrected for weight and fixed
+    ///   bodies, over the load.
     /// - Valid: 5e-4.
     /// - Wrong: 0.034 (`mass_scale` 3e4).
     LAYER_AT_REST = "layer_at_rest": boundary_force_rel in dem = [0.02, 0.1];
-    /// The mass that `mass_scale` adds takes a good part of the force.
+    /// The mass added by `mass_scale` takes a good part of the force.
     ///
     /// - Why: the scale is large for this motion.
     /// - Do: lower `mass_scale`, or load more slowly.
-    /// - Judged: Force that moves the mass added by `mass_scale`, over the force that goes through
-    ///   the grains, both summed over the last half of the steps or a little more, without a
-    ///   wheel's ramp.
+    /// - Judged: Force that moves the mass added by `mass_scale`, over the force that goes through the grains, both summed over the last half of the
+    ///   steps or a little more, without a wheel's ramp.
     /// - Valid: 0.02.
     /// - Wrong: 0.20 (`mass_scale` 1e5).
     ADDED_INERTIA = "added_inertia": added_inertia_rel in dem = [0.1, 0.4];
@@ -69,62 +65,56 @@ kit::findings! {
     ///
     /// - Why: a long step, or a coarse tolerance.
     /// - Do: lower `time.step_s` or `solver.tolerance`, or write `law.penetration = "split"`.
-    /// - Judged: Largest mean overlap of rigid contacts over the mean radius: their geometry is
-    ///   that of grains that do not overlap.
+    /// - Judged: Largest mean overlap of rigid contacts over the mean radius: their geometry assumes no overlap.
     /// - Valid: 1.2e-3.
     OVERLAP_RIGID = "overlap_rigid": overlap_rigid_rel in dem = [2e-3, 0.1];
     /// Grains left the layer.
     ///
-    /// - Why: they were thrown out by a load that came too fast, or squeezed out at the ends.
+    /// - Why: a load that rose too fast threw them out, or the ends let them through.
     /// - Do: load more slowly, or make the layer wider.
-    /// - Judged: Grains that left the layer, over all.
+    /// - Judged: Number of grains that left the layer over the number of all grains.
     /// - Valid: 0.
     /// - Wrong: 0.03 (wheel dropped at 10 m/s).
     EJECTED = "ejected": ejected_rel in dem = [0.0, 0.1];
     /// Grains ended behind the face of a body that carries them.
     ///
-    /// - Why: they were pressed through it in long steps or by contacts that are too soft, or began
-    ///   there.
+    /// - Why: long steps or soft contacts let them pass through it, or they began there.
     /// - Do: lower `time.step_s` or `substeps`, or raise `law.contact_stiffness_pa`.
-    /// - Judged: Grains whose centre ends behind the face of a body that carries them by more than
-    ///   0.3 of their radius, over all.
+    /// - Judged: Number of grains whose centre ends behind the face of a body that carries them by more than 0.3 of their radius, over the number of
+    ///   all grains.
     /// - Valid: 0.
     /// - Wrong: 1 (a disk that starts below the surface).
     INSIDE = "inside": inside_rel in dem = [0.0, 0.0];
-    /// Springs and bonds were found otherwise than the step had left them.
+    /// Detection found springs and bonds with another stretch than the step had left them.
     ///
     /// - Why: grains pass each other too far in a step.
     /// - Do: lower `time.step_s` or `substeps`.
-    /// - Judged: Energy of springs and bonds that detection changes between two steps otherwise
-    ///   than the velocities foretell, sizes summed, over what the grains have stored and
-    ///   dissipated: a gap or a normal that is wrong, or a way past each other that is long beside
-    ///   the radii.
+    /// - Judged: Energy of springs and bonds that detection changes between two steps against the prediction from the velocities, absolute values
+    ///   summed, over the energy that the grains have stored and dissipated. Causes are a wrong gap or normal, or a way past each other that is long
+    ///   compared with the radii.
     /// - Valid: 9e-8 (`two-rails`), below 2e-6 (`wheel-rail-de-small`).
-    /// - Wrong: what turning does, 1e-3, included: 7.5e-3 (gaps 2 % wrong), 0.012 (normals turned
-    ///   by 3 mrad), 0.03 (by 10 mrad).
+    /// - Wrong: including 1e-3 from turning contacts: 7.5e-3 (gaps 2 % wrong), 0.012 (normals turned by 3 mrad), 0.03 (by 10 mrad).
     DETECTION = "detection": detection_rel in dem = [5e-3, 3e-2];
-    /// Friction or rebounds of rigid contacts made energy.
+    /// Friction or rebounds of rigid contacts created energy.
     ///
-    /// - Why: Newton's `restitution` with friction gives energy to bodies that turn as they are hit
-    ///   (Kane and Levinson 1985), and `penetration = "gap"` throws apart what overlaps.
+    /// - Why: Newton's `restitution` with friction gives energy to bodies that turn as they are hit (Kane and Levinson 1985), and `penetration =
+    ///   "gap"` throws overlapping grains apart.
     /// - Do: give the contacts springs (`law.contact_stiffness_pa`, with `law.damping` for the
     ///   restitution), lower `law.restitution` or `law.friction`, or write `penetration = "iqs"`.
-    /// - Judged: Energy that friction and rebounds of rigid contacts made, contact by contact, over
-    ///   what the grains stored and lost; only contacts with `law.restitution` that meet, or with
-    ///   `law.penetration = "gap"` that overlap.
+    /// - Judged: Energy that friction and rebounds of rigid contacts created, contact by contact, over the energy that the grains stored and lost;
+    ///   only contacts with `law.restitution` that meet, or with `law.penetration = "gap"` that overlap.
     /// - Valid: 2e-7 (a heap that falls, e = 0.9, or `gap`).
     /// - Wrong: 0.05 to 0.5 (rods with e = 0.6 to 1 and friction).
     IMPACT_ENERGY = "impact_energy": impact_energy_rel in dem = [1e-4, 1e-3];
-    /// A grain moved far in a step, beside its radius.
+    /// A grain moved far in a step, compared with its radius.
     ///
-    /// - Why: contacts are foreseen along the normals at the start of a step, so that grains which
-    ///   pass each other are stopped without touching; and a fall with `theta = 1` goes too far by
-    ///   half the way of its last step.
+    /// - Why: contacts are predicted along the normals at the start of a step, which stops grains that pass each other without touching. A fall with
+    ///   `theta = 1` goes too far by half the way of its last step.
     /// - Do: lower `time.step_s` or `substeps`.
     /// - Judged: Way of a grain in a step over the smaller radius, past a disk or into a wall or
-    ///   wheel that it presses on; along its weight as well, times 2 theta - 1.
+    ///   wheel that it presses on; also along its weight, times 2 theta - 1.
     /// - Valid: 0.23 (`isostatic-packing`), 0.16 (`plane-shear`).
-    /// - Wrong: 2 (a fall 12 % too far), 5 (a disk stopped by one 1 mm beside its way).
+    /// - Wrong: 2 (a fall 12 % too far), 5 (a disk stopped by another 1 mm beside its way).
     GRAIN_TRAVEL = "grain_travel": grain_travel_rel in dem = [0.3, 1.0];
     /// Grains overlapped a wall of points from behind, where nothing holds them.
     ///
@@ -132,77 +122,70 @@ kit::findings! {
     ///   moved there.
     /// - Do: list `points_m` in the other order, or give the wall a second face by listing its
     ///   points there and back.
-    /// - Judged: Most grains at once that overlap a wall of points from behind, over all.
+    /// - Judged: Largest number of grains that overlap a wall of points from behind at once, over the number of all grains.
     /// - Valid: 0.
     /// - Wrong: 1 (a box that moves towards its only grain from outside).
     BEHIND_WALL = "behind_wall": behind_wall_rel in dem = [0.0, 0.1];
     /// Bonds bore more than half their strength in steps above their bound, 1/(sqrt(3) omega).
     ///
-    /// - Why: in so long a step a bond can hold with more than its fracture energy against it.
+    /// - Why: in a step this long a bond can withstand more than its fracture energy.
     /// - Do: lower `time.step_s` or `substeps`, or raise `mass_scale`.
-    /// - Judged: Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond
-    ///   bore more than half its strength. Above it a bond may hold with more than its fracture
-    ///   energy against it.
+    /// - Judged: Step or window over the bound of the bonds, 1/(sqrt(3) omega), where some bond bore more than half its strength. Above the bound a
+    ///   bond may withstand more than its fracture energy.
     /// - Valid: 0.6.
-    /// - Wrong: 2 (a disk with twice the fracture energy of its bond is held).
+    /// - Wrong: 2 (a bond stops a disk with twice its fracture energy).
     BOND_STEP = "bond_step": bond_step_rel in dem = [1.0, 4.0];
-    /// Breaking bonds took less energy than the surface that they gave up.
+    /// Breaking bonds dissipated less than their surface energy.
     ///
-    /// - Why: they opened far in a single step; what is missing grows with the step, some 0.2 of it
-    ///   at the bound of the bonds.
+    /// - Why: they opened far in a single step. The missing part grows with the step, to some 0.2 at the bound of the bonds.
     /// - Do: lower `time.step_s` or `substeps`.
-    /// - Judged: Energy that decohesion took less than that of the surface which bonds gave up,
-    ///   over the latter, where that is a thousandth of what the grains were given.
+    /// - Judged: Surface energy lost by bonds less the energy dissipated by decohesion, over the former, where this is more than a thousandth of the
+    ///   energy given to the grains.
     /// - Valid: 0.009 (a twentieth of the bound), 0.03 (a fifth), 0.07 (`third-body-flow`, 0.6).
     /// - Wrong: 0.15 (0.8 of the bound), 0.27 (1.5).
     BOND_ENERGY = "bond_energy": bond_energy_rel in dem = [0.1, 0.5];
-    /// The time step took a good part of the energy that moving grains were given.
+    /// The time step dissipated a good part of the energy given to moving grains.
     ///
-    /// - Why: springs have no damping of their own but that of the step, `exp(-pi h omega / 2)` of
-    ///   each rebound.
+    /// - Why: springs without dampers are damped by the step, which leaves `exp(-pi h omega / 2)` of each rebound.
     /// - Do: lower `time.step_s` or `substeps`, or give contacts `law.damping`.
-    /// - Judged: Energy that the scheme took, as contacts turn too, over all that the grains were
-    ///   given, their largest kinetic energy at least, where drives, walls, weight or their flight
-    ///   at the start gave a tenth of that; elsewhere what contacts lost as they turned, over what
-    ///   the grains stored and lost.
+    /// - Judged: Energy dissipated by the scheme and by turning contacts, over all energy given to the grains or, if larger, their largest kinetic
+    ///   energy, where drives, walls, weight or their flight at the start gave more than a tenth of this energy. Elsewhere the energy lost by turning
+    ///   contacts, over the energy that the grains stored and lost.
     /// - Valid: 0.04 (`third-body-flow`), 0.13 (`wheel-rail-de`, which opens it).
     /// - Wrong: 1 (a disk on a spring that does not rebound).
     NUMERICAL = "numerical": numerical_rel in dem = [0.1, 0.5];
-    /// Clusters landed on several contacts at once, which damp them more or less than one alone.
+    /// Clusters landed on several contacts at once, which damp them more or less than one contact.
     ///
-    /// - Why: each damper of `law.damping` is made for its own contact, 1/m = 1/M + a^2/I; n that
-    ///   share a landing have the damping ratio zeta sum(sqrt(m)) / sqrt(n M).
-    /// - Do: give `law.damping` the value that the text names, or let the cluster land on one disk.
-    /// - Judged: Restitution that such landings leave against `law.damping`, weighted by what their
-    ///   dampers lost, where that is a tenth of what the grains were given.
+    /// - Why: each damper of `law.damping` is set for its own contact, 1/m = 1/M + a^2/I; n dampers that share a landing have the damping ratio zeta
+    ///   sum(sqrt(m)) / sqrt(n M).
+    /// - Do: give `law.damping` the value in the warning, or let the cluster land on one disk.
+    /// - Judged: Difference of the restitution of such landings from `law.damping`, weighted by the loss in their dampers, where this is more than a
+    ///   tenth of the energy given to the grains.
     /// - Valid: 0.009 (a bar that lands flat on its two ends, `law.damping` 0.3).
     /// - Wrong: 0.12 (a block that lands flat on four disks, `law.damping` 0.3).
     SHARED_DAMPING = "shared_damping": shared_damping_diff in dem = [0.02, 1.0];
-    /// The grains under the wheel had a kinetic stress that counts beside its pressure.
+    /// The kinetic stress of the grains under the wheel is not small compared with its pressure.
     ///
-    /// - Why: with scaled masses, inertia takes a part in the flow that real grains do not give it.
+    /// - Why: with scaled masses, inertia acts in the flow more than with real grains.
     /// - Do: lower `mass_scale`, and the step with its root.
     /// - Judged: Kinetic stress of the grains in the zone of a flow over the pressure of the wheel,
     ///   mean over the run.
     /// - Valid: 3e-5 (mass scale 1000), 3e-6 (10).
     /// - Wrong: 1.2e-3 (mass scale 1e6).
     FLOW_KINETIC = "flow_kinetic": flow_kinetic_rel in dem = [1e-3, 1e-2];
-    /// Mass that was to be fed in found no gap.
+    /// Mass that was due to be fed in found no gap.
     ///
     /// - Why: the point is surrounded, or the feed too fast.
-    /// - Do: lower `injection.rate_kg_per_s`, raise `injection.growth_s`, or move the point; of
-    ///   steel that comes off, lower `detachment.growth_s`.
-    /// - Judged: Mass that was due to be fed in and found no gap, over all that was due.
+    /// - Do: lower `injection.rate_kg_per_s`, raise `injection.growth_s`, or move the point; with `detachment`, lower `detachment.growth_s`.
+    /// - Judged: Mass that was due to be fed in and found no gap, over all mass that was due.
     /// - Valid: 0.
     /// - Wrong: 0.67 (walls closer than a grain).
     INJECTION = "injection": injection_rel in dem = [0.02, 0.5];
-    /// Friction was to take steel off a bare surface where as much is gone as may go.
+    /// Friction was due to take steel off a bare surface that may lose no more.
     ///
-    /// - Why: the body below keeps its mesh, so that nothing goes beyond a third of a segment of
-    ///   `sample.surface`.
+    /// - Why: the body below keeps its mesh, so that a surface loses at most a third of a segment of `sample.surface`.
     /// - Do: raise `detachment.energy_j_per_m2`, shorten the run, or make `spacing_m` larger.
-    /// - Judged: Work of friction on bare surfaces that took nothing off, since as much was gone as
-    ///   may go, over all of it.
+    /// - Judged: Work of friction on bare surfaces that took nothing off because they may lose no more, over all their work of friction.
     /// - Valid: 0.
     /// - Wrong: 0.8 (a hundred layers a pass of a fiftieth of a radius).
     DETACHMENT = "detachment": detachment_rel in dem = [0.01, 0.5];
@@ -210,37 +193,34 @@ kit::findings! {
     ///
     /// - Why: the layer is narrow for this load.
     /// - Do: make `half_width_m` larger, or give `half_width_load_n`.
-    /// - Judged: Half-width of 98 % of the wheel's force over that of a layer that ends there.
-    ///   Against the rail alone, two loads that rub with partial slip lost 6 % of their friction
-    ///   loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
+    /// - Judged: Half-width of 98 % of the wheel's force over the half-width of a layer with free ends. Against the rail alone, two loads with
+    ///   partial slip lost 6 % of their friction loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
     /// - Valid: 0.65.
     /// - Wrong: 0.83 (friction loop 17 % off).
     CONTACT_WIDTH = "contact_width": contact_width_rel in dem = [0.71, 0.95];
-    /// Few segments of a bare surface carry all that presses on it.
+    /// Few segments of a bare surface carry the whole load on it.
     ///
-    /// - Why: `sample.surface.spacing_m` is coarse beside the width of the contact: the body below
-    ///   feels the grains of a segment at its two ends, and a crown has chords in place of arcs.
+    /// - Why: `sample.surface.spacing_m` is coarse compared with the width of the contact: the body below takes up the forces on a segment at its two
+    ///   ends, and a crown has chords in place of arcs.
     /// - Do: lower `sample.surface.spacing_m` or list more `points_m`; without the key the spacing
     ///   is a mean diameter.
-    /// - Judged: One over the segments that carry the force at the end, (sum F)^2 / sum F^2 over
-    ///   segments, where at least twice as many contacts do; only surfaces of a coupled body
-    ///   without glued grains.
+    /// - Judged: One over the number of segments that carry the force at the end, (sum F)^2 / sum F^2 over segments, where at least twice as many
+    ///   contacts carry it; only surfaces of a coupled body without glued grains.
     /// - Valid: 0.2 (ten columns on a strip, 0.8 mm: approach 0.9 % off), 0.17 (`quick` on 2 mm).
     /// - Wrong: 0.5 (ten columns, 2 mm: 5 % off), 1 (4 mm: 66 % off).
     SURFACE_SEGMENTS = "surface_segments": surface_segment_share in dem = [0.35, 0.75];
     /// Fewer than five contacts carry 90 % of the wheel's force.
     ///
-    /// - Why: rigid grains, or a rough wheel, under a load that brings no more of them into
-    ///   contact. What is measured is that of so many grains.
-    /// - Do: give the contacts springs, or make the load or the radius of the crown larger. Where
-    ///   the scene is meant so, open `plausible.wheel_contact_share`.
-    /// - Judged: One over the fewest contacts that carry 0.9 of the wheel's force, the mean over
-    ///   the second half of the hold or, if those are fewer, over the motion. It never exceeds 1:
-    ///   what few disks carry may be meant so.
+    /// - Why: rigid grains, or a rough wheel, under a load that brings only a few grains into contact. The results describe these grains, not the
+    ///   layer.
+    /// - Do: give the contacts springs, or make the load or the radius of the crown larger. If the scene is meant to be like this, open
+    ///   `plausible.wheel_contact_share`.
+    /// - Judged: One over the smallest number of contacts that carry 0.9 of the wheel's force, mean over the second half of the hold or, if smaller,
+    ///   over the motion. It never exceeds 1: a load on few disks may be intended.
     /// - Valid: 0.11 (ten columns of disks, of which nine carry 90 %); layers and rails 0.03.
     /// - Wrong: 1 (one rigid grain bore a wheel of rigid disks).
     WHEEL_CONTACTS = "wheel_contacts": wheel_contact_share in dem = [0.2, 1.0];
-    /// A contact solve was left with a large residual.
+    /// A contact solve ended with a large residual.
     ///
     /// - Why: a coarse tolerance.
     /// - Do: lower `solver.tolerance`.
@@ -251,18 +231,18 @@ kit::findings! {
     CONTACT_RESIDUAL = "contact_residual": contact_residual in dem = [2e-3, 0.3];
 }
 
-/// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
+/// Settling of the grains that counts as rest for any approach, over the mean radius.
 const SETTLING: f64 = 0.01;
 
-/// Part of the energy that the grains were given above which that of motions counts.
+/// Part of the energy given to the grains above which the energy of motions counts.
 const MOVING: f64 = 0.1;
-/// Contacts a segment of a surface from which on several grains share it.
+/// Contacts per segment of a surface from which on grains share segments.
 const SHARED: f64 = 2.0;
-/// Part of the energy that the grains were given above which that of the surface of broken bonds counts.
+/// Part of the energy given to the grains above which the surface energy of broken bonds counts.
 const SURFACE: f64 = 1e-3;
 
-/// Thicknesses of a layer over which its free ends are felt. With ends 8 and 11 thicknesses beyond 98 % of the force (0.15 mm, half-widths of
-/// 6 and 6.5 mm) the friction loop of `wheel-rail-coupled` is 0.7 and 0.2 % below that of 8 mm, with 6 (0.3 mm, 6.5 mm) 6 %.
+/// Reach of the free ends of a layer, in its thicknesses. With ends 8 and 11 thicknesses beyond 98 % of the force (0.15 mm, half-widths of 6 and 6.5
+/// mm) the friction loop of `wheel-rail-coupled` is 0.7 and 0.2 % below the loop with 8 mm, with 6 (0.3 mm, 6.5 mm) 6 %.
 const END_REACH: f64 = 8.0;
 
 /// A run at its end.
@@ -273,11 +253,11 @@ pub struct FinishedRun<'a> {
     pub bodies: &'a Bodies,
     /// The last state.
     pub state: &'a GrainState,
-    /// Energies stored since its start (J).
+    /// Energies stored since the start (J).
     pub stored: [f64; 5],
-    /// Steps that bonds and contact springs ask for.
+    /// Bounds on the step from bonds and contact springs.
     pub stiffness: StiffnessBounds,
-    /// The flows of third body, where they are asked for.
+    /// The flows of third body, where they are measured.
     pub flow: Option<&'a Flow>,
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
@@ -292,7 +272,7 @@ pub struct FinishedRun<'a> {
 }
 
 impl FinishedRun<'_> {
-    /// All checks that the scene has a value for.
+    /// All checks for which the scene has a value.
     pub fn findings(&self) -> Vec<Finding> {
         let all = [
             self.overlap(),
@@ -353,14 +333,14 @@ impl FinishedRun<'_> {
         let grains = self.state.present(self.bodies);
         let value = lost as f64 / grains as f64;
         judge!(self.bounds => EJECTED, value;
-            "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger")
+            "{lost} of {grains} grains have left the layer, which is no longer the layer of the scenario: lower the load, the amplitude or the step, or make sample.half_width_m larger")
     }
 
     fn inside(&self) -> Option<Finding> {
         let count = inside_grains(self.bodies, self.state);
         let value = count as f64 / self.state.present(self.bodies) as f64;
         judge!(self.bounds => INSIDE, value;
-            "{count} grains ended behind the face of the body that carries them: they went through it, and are missing where they should lie; lower time.step_s or, where there are windows, substeps, or raise law.contact_stiffness_pa")
+            "{count} grains ended behind the face of the body that carries them: they went through it, and are missing above it; lower time.step_s or, where there are windows, substeps, or raise law.contact_stiffness_pa")
     }
 
     /// The wheel must be at rest when its results are taken.
@@ -370,28 +350,28 @@ impl FinishedRun<'_> {
         let load = program.load_n;
         let value = larger(high - load, load - low) / load;
         judge!(self.bounds => WHEEL_AT_REST, value;
-            "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
+            "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without a hold, before the motion) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
             self.statistics.hold.velocity)
     }
 
-    /// A wheel that bears its load may still sink with all that carries it.
+    /// A wheel that bears its load may still sink with the bodies below.
     fn wheel_drift(&self) -> Option<Finding> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let [lost, approach] = self.statistics.held_drift()?;
         let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
         judge!(self.bounds => WHEEL_DRIFT, value;
-            "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses")
+            "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: the bodies that carry it are not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses")
     }
 
-    /// Under a held load a motion that repeats itself must find the wheel at the same height in each cycle. A third body that flows out lets
-    /// it sink, which is what such a run measures.
+    /// Under a held load a motion that repeats must find the wheel at the same height in each cycle. A third body that flows out lets it sink; a run
+    /// with flows measures this.
     fn cycle_drift(&self) -> Option<Finding> {
         let program = self.program.filter(|_| self.flow.is_none())?;
         let drift = self.statistics.drift;
         drift.judge(program, self.bounds.of(&CYCLE_DRIFT))
     }
 
-    /// Between wheel and boundary nothing must move then.
+    /// During the hold nothing must move between wheel and boundary.
     fn layer_at_rest(&self) -> Option<Finding> {
         let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
         let borne = self.statistics.hold.boundary.value()?;
@@ -399,23 +379,23 @@ impl FinishedRun<'_> {
         let judged = judge!(self.bounds => LAYER_AT_REST, value;
             "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
             load.mean_n);
-        // Rigid walls and a wheel without glued disks bear what they bear.
+        // Rigid walls bear a part of the force, and without glued disks there is no boundary to compare.
         judged.filter(|_| self.bodies.walls.is_empty() && self.bodies.glued() > 0)
     }
 
     fn added_inertia(&self) -> Option<Finding> {
         let value = self.statistics.added_inertia.value()?;
         judge!(self.bounds => ADDED_INERTIA, value;
-            "moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
+            "moving the mass that mass_scale adds to the grains took {value:.3} of the force through them: lower mass_scale, or load more slowly")
     }
 
     fn contact_residual(&self) -> Option<Finding> {
         let value = self.statistics.largest.residual;
         judge!(self.bounds => CONTACT_RESIDUAL, value;
-            "the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
+            "the contact solve of a step ended with a residual of {value:.1e}, and friction is off by several per cent: lower solver.tolerance")
     }
 
-    /// Steps of a run alone that stand although they did not converge; those of a coupled run are the coupler's.
+    /// Steps of a run alone that were accepted without having converged; the coupler judges the steps of a coupled run.
     fn not_converged(&self) -> Option<Finding> {
         let steps = self.statistics.steps;
         let accepted = self.statistics.accepted_steps * u64::from(self.alone);
@@ -438,29 +418,29 @@ impl FinishedRun<'_> {
         }
     }
 
-    /// Springs must be found as they were left.
+    /// Detection must find springs as the step left them.
     fn detection(&self) -> Option<Finding> {
         let value = self.of_kept(self.state.ledger.unforeseen);
         judge!(self.bounds => DETECTION, value;
-            "detection found the springs between the grains otherwise than their velocities foretell, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+            "detection found the springs between the grains with another energy than their velocities predict, by {value:.3e} of the energy that the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
     }
 
-    /// Rigid contacts take energy.
+    /// Rigid contacts must not create energy.
     fn impact_energy(&self) -> Option<Finding> {
         let made = self.state.ledger.made;
         let value = self.of_kept(made);
         judge!(self.bounds => IMPACT_ENERGY, value;
-            "friction and rebounds of rigid contacts made {made:.3e} J, {value:.3e} of what the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
+            "friction and rebounds of rigid contacts created {made:.3e} J, {value:.3e} of the energy that the grains stored and lost: Newton's restitution with friction does that where bodies turn as they are hit, and law.penetration = \"gap\" where it repairs overlaps; give the contacts springs (law.contact_stiffness_pa), or lower law.restitution or law.friction")
     }
 
-    /// Contacts are foreseen along the normals at the start of a step, and falls are off by half the way of the last one.
+    /// Contacts are predicted along the normals at the start of a step, and falls are off by half the way of the last step.
     fn grain_travel(&self) -> Option<Finding> {
         let value = self.statistics.largest.travel;
         judge!(self.bounds => GRAIN_TRAVEL, value;
-            "in a step a grain moved by {value:.3} of its radius, past or into what it pressed on or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
+            "in a step a grain moved by {value:.3} of its radius, past or into a body that it pressed on, or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
     }
 
-    /// A wall of points holds nothing that comes from behind.
+    /// A wall of points does not hold grains that come from behind.
     fn behind_wall(&self) -> Option<Finding> {
         let count = self.statistics.largest.behind;
         let value = count as f64 / self.state.present(self.bodies) as f64;
@@ -468,7 +448,7 @@ impl FinishedRun<'_> {
             "{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
     }
 
-    /// Judges the step where bonds came near to breaking.
+    /// Judges the step where bonds came close to breaking.
     fn bond_step(&self) -> Option<Finding> {
         let limit = self.stiffness.bonds_s?;
         let (load, step) = (
@@ -477,22 +457,22 @@ impl FinishedRun<'_> {
         );
         let value = step / limit;
         judge!(self.bounds => BOND_STEP, value;
-            "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can hold with more than its fracture energy against it: lower time.step_s (where there are windows, substeps), or raise mass_scale")
+            "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can withstand more than its fracture energy: lower time.step_s (where there are windows, substeps), or raise mass_scale")
     }
 
-    /// Judges what bonds took as they broke, where that is a part of the energy balance at all.
+    /// Judges the energy that breaking bonds dissipated, where it matters in the energy balance.
     fn bond_energy(&self) -> Option<Finding> {
         let ledger = &self.state.ledger;
         let share = ledger.decohesion_share()?;
         let counts = ledger.surface > SURFACE * self.energy_in();
         let value = if counts { 1.0 - share } else { 0.0 };
         judge!(self.bounds => BOND_ENERGY, value;
-            "bonds gave up a surface of {:.3e} J and took {share:.3} of that from the motion: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
+            "bonds lost a surface energy of {:.3e} J and dissipated {share:.3} times as much: the steps are too long for the speed at which they open; lower time.step_s or, where there are windows, substeps",
             ledger.surface)
     }
 
-    /// Works done on the grains with the kinetic energy that they have lost, or the largest that they had, if that is more (J): a flight that
-    /// goes on after a rebound as it came has lost next to nothing.
+    /// Work done on the grains plus the kinetic energy that they have lost, or their largest kinetic energy, if this is more (J): a flight that goes
+    /// on after a rebound at the same speed has lost next to nothing.
     fn energy_in(&self) -> f64 {
         let lost = (-self.stored[0]).max(0.0);
         let largest = larger(
@@ -508,7 +488,7 @@ impl FinishedRun<'_> {
         larger(0.0, start - self.drifting())
     }
 
-    /// The part of all kinetic energies that grains keep which meet nothing but each other: that of their common motion (J).
+    /// The kinetic energy of the common motion (J), which grains keep that meet nothing but each other.
     fn drifting(&self) -> f64 {
         let alone = self.bodies.count() == self.bodies.free;
         let [x, y] = self.state.momentum(self.bodies);
@@ -516,8 +496,9 @@ impl FinishedRun<'_> {
         f64::from(u8::from(alone)) * 0.5 * (x * x + y * y) / mass
     }
 
-    /// Judges what the scheme took of the energy of the grains where drives, walls, weight or flight gave a part of that: rebounds and flows
-    /// depend on it. What contacts lose as they turn is a part of it, and is judged alone where nothing moves grains. What only rings under a load comes to rest whatever takes its energy.
+    /// Judges the energy that the scheme dissipates where drives, walls, weight or flight gave a part of the grains' energy: rebounds and flows
+    /// depend on it. The loss of turning contacts is included, and is judged alone where nothing moves the grains. Grains that only ring under a load
+    /// come to rest by any dissipation.
     fn numerical(&self) -> Option<Finding> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + self.flight();
@@ -533,7 +514,7 @@ impl FinishedRun<'_> {
             )
         });
         judge!(self.bounds => NUMERICAL, value;
-            "the time scheme took {value:.3} of the energy that the grains were given{rebound}: how they rebound and come to rest depends on the step; lower time.step_s (where there are windows, substeps), and give contacts law.damping and bonds law.bond_damping_ratio to rest by")
+            "the time scheme dissipated {value:.3} of the energy given to the grains{rebound}: rebounds and rest depend on the step; lower time.step_s (where there are windows, substeps), and damp contacts with law.damping and bonds with law.bond_damping_ratio")
     }
 
     /// Judges landings of clusters on several dampers.
@@ -548,13 +529,13 @@ impl FinishedRun<'_> {
 
     fn flow_kinetic(&self) -> Option<Finding> {
         let value = self.flow?.kinetic_share();
-        // In the ramp of its wheel a zone bears next to nothing.
+        // During the ramp of its wheel a zone bears next to nothing.
         self.statistics.added_inertia.value()?;
         judge!(self.bounds => FLOW_KINETIC, value;
-            "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia has a part in the flow, and heavy grains (mass_scale) one that real ones have not; lower mass_scale, and the step with its root")
+            "the kinetic stress of the grains in the contact zone was {value:.2e} of the pressure of the wheel or the lid: inertia acts in the flow, with heavy grains (mass_scale) more than with real ones; lower mass_scale, and the step with its root")
     }
 
-    /// Judges whether a flow that is fed has come to a balance: flows that are equal are no proof, while the wheel sinks.
+    /// Judges whether a fed flow has come to a balance: equal flows are no proof while the wheel sinks.
     fn not_steady(&self) -> Option<Finding> {
         let ([third, height], mean) = self.cycles.trends()?;
         let diameter = 2.0 * self.bodies.mean_radius();
@@ -566,12 +547,12 @@ impl FinishedRun<'_> {
         };
         let value = larger(of_mass, beyond(height) / diameter);
         let found = judge!(self.bounds => NOT_STEADY, value;
-            "over the last half of its cycles the third body per length changed by {:.2e} +- {:.2e} of its mean a cycle, and the height of the wheel by {:.2e} +- {:.2e} m: the flow is not steady, and its means are those of these cycles; take more wheel.cycles, or feed another rate",
+            "over the last half of its cycles the third body per length changed by {:.2e} +- {:.2e} of its mean a cycle, and the height of the wheel by {:.2e} +- {:.2e} m: the flow is not steady, and its means hold for these cycles only; take more wheel.cycles, or feed another rate",
             third[0] / mean, third[1] / mean, height[0], height[1]);
         found.filter(|_| self.bodies.injection.is_some())
     }
 
-    /// Judges the mass that was due to be fed in and found no place.
+    /// Judges the mass that was due to be fed in and found no gap.
     fn injection(&self) -> Option<Finding> {
         let bodies = self.bodies;
         let injection = bodies.injection.as_ref()?;
@@ -593,24 +574,24 @@ impl FinishedRun<'_> {
         judge!(self.bounds => INJECTION, value; "{value:.3} of the mass that {of}: {cure}")
     }
 
-    /// Judges the work of friction that would have taken steel off where as much is gone as may go.
+    /// Judges the work of friction that would have taken steel off surfaces that may lose no more.
     fn detachment(&self) -> Option<Finding> {
         let [done, beyond] = self.state.worn.done;
         let value = if beyond > 0.0 { beyond / done } else { 0.0 };
         judge!(self.bounds => DETACHMENT, value;
-            "{value:.3} of the work of friction on bare surfaces was to take steel off where a third of a segment is gone already, and took none: what comes off is too little from there on; raise detachment.energy_j_per_m2, shorten the run, or give the surface and its body longer segments")
+            "{value:.3} of the work of friction on bare surfaces was due to take steel off where a third of a segment is gone already, and took none: too little comes off from then on; raise detachment.energy_j_per_m2, shorten the run, or give the surface and its body longer segments")
     }
 
-    /// Friction and pressure below a wheel on a few contacts are those of so many grains.
+    /// Friction and pressure below a wheel on a few contacts describe single grains, not the layer.
     fn wheel_contacts(&self) -> Option<Finding> {
         self.program.filter(|program| program.load_n > 0.0)?;
         let carrying = self.statistics.carrying_contacts();
         let fewest = carrying.into_iter().flatten().reduce(f64::min)?;
         judge!(self.bounds => WHEEL_CONTACTS, 1.0 / fewest;
-            "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure are those of single grains, and other ones with the next seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share where the scene is meant so")
+            "{fewest:.1} contacts, a mean over the hold or the motion, carry 90 % of the wheel's force: friction and pressure describe single grains, and change with the seed; give the contacts springs (law.contact_stiffness_pa), make the load or the radius of the crown larger, or open plausible.wheel_contact_share if the scene is meant to be like this")
     }
 
-    /// Judges how many segments of a bare surface carry the load: the body below feels it at their points.
+    /// Judges the number of segments of a bare surface that carry the load: the body below takes it up at their points.
     fn surface_segments(&self) -> Option<Finding> {
         let bodies = self.bodies;
         let on_surface = |body: u32| bodies.segment_index(body as usize);
@@ -629,7 +610,7 @@ impl FinishedRun<'_> {
         let (segments, contacts) = (number(&forces), number(&contacts));
         let counts = !self.alone && bodies.glued() == 0 && contacts >= SHARED * segments;
         let found = judge!(self.bounds => SURFACE_SEGMENTS, 1.0 / segments;
-            "{contacts:.1} contacts press on {segments:.1} segments of the bare surface, which the body below feels at their ends: pressure and approach are off by per cents, with fewer than two segments by tens of them; lower sample.surface.spacing_m (or list more points_m), or remove it for a mean diameter");
+            "{contacts:.1} contacts press on {segments:.1} segments of the bare surface, and the body below takes up their forces at the ends: pressure and approach are off by several per cent, with fewer than two segments by tens of per cent; lower sample.surface.spacing_m (or list more points_m), or remove it for a mean diameter");
         found.filter(|_| counts)
     }
 
@@ -637,7 +618,7 @@ impl FinishedRun<'_> {
         let [half_width, thickness] = self.ends?;
         let pressed = pressed_half_width(self.bodies, self.state)?;
         let found = judge!(self.bounds => CONTACT_WIDTH, pressed / half_width;
-            "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
+            "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it yields sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
             1e3 * pressed, 1e3 * half_width, pressed / self.bounds.of(&CONTACT_WIDTH).warn);
         found.filter(|_| half_width - pressed < END_REACH * thickness)
     }
@@ -695,7 +676,7 @@ mod tests {
         alone: bool,
     }
 
-    /// Nothing to find, each value being at hand for every check.
+    /// A run without findings, with a value for every check.
     fn sound() -> Scene {
         let step = StepSummary {
             on_wheel: [0.0, LOAD],
@@ -777,7 +758,7 @@ mod tests {
             statistics
         }
 
-        /// Codes of what is found, and if it makes the run suspect.
+        /// Codes of the findings, and whether each makes the run suspect.
         fn found(&self) -> Vec<(String, bool)> {
             let program = self.program.clone();
             let judged = FinishedRun {
@@ -798,7 +779,7 @@ mod tests {
         }
     }
 
-    /// Expects nothing of the first value, a warning of the next two and a suspect run of the last.
+    /// Expects no finding for the first value, a warning for the next two and a suspect run for the last.
     fn judges_values(code: &str, values: [f64; 4], scene: impl Fn(f64) -> Scene) {
         let expected = [None, Some(false), Some(false), Some(true)];
         for (value, expected) in values.into_iter().zip(expected) {
@@ -811,7 +792,7 @@ mod tests {
         let found = scene(f64::NAN).found();
         assert!(
             found.contains(&(code.into(), true)),
-            "{code} of no number: {found:?}"
+            "{code} of NaN: {found:?}"
         );
     }
 
@@ -900,7 +881,7 @@ mod tests {
         for side in [1.0, -1.0] {
             judges("wheel_at_rest", [0.05, 0.2], |value| {
                 let mut scene = with_step(REST, |step| step.on_wheel[1] += side * value * LOAD);
-                // What comes in below is what the wheel exerts.
+                // The force below is the wheel's.
                 scene.steps[REST].on_boundary[1] -= side * value * LOAD;
                 scene
             });
@@ -919,7 +900,7 @@ mod tests {
     }
 
     #[test]
-    fn the_drift_is_judged_over_the_approach_and_what_counts_as_rest() {
+    fn the_drift_is_judged_over_the_approach_and_the_settling() {
         let drifting = |lost: f64, first_height: f64| {
             let mut scene = sound();
             scene.first_height = first_height;
@@ -938,7 +919,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_wheel_presses_with_must_come_out_below() {
+    fn the_wheel_s_force_must_arrive_below() {
         for side in [1.0, -1.0] {
             let scene = |value: f64| {
                 let mut scene = sound();
@@ -1009,14 +990,14 @@ mod tests {
         assert_eq!(thin(0.11).found().len(), 1);
     }
 
-    /// Of equal contacts 5 are the fewest that carry 0.9, and 4 if there are no more.
+    /// Of five equal contacts 5 are the fewest that carry 0.9, of four 4.
     #[test]
-    fn a_wheel_that_few_contacts_carry_is_warned_of_in_the_hold_and_in_the_motion() {
+    fn a_wheel_on_few_contacts_gets_a_warning_in_the_hold_and_in_the_motion() {
         let warned = [("wheel_contacts".to_string(), false)];
         let mut scene = sound();
         scene.carriers = vec![1; REST];
         scene.carriers.extend([5; STEPS - REST]);
-        assert_eq!(scene.found(), [], "what came before the hold");
+        assert_eq!(scene.found(), [], "few only before the hold");
         scene.carriers[REST] = 4;
         assert_eq!(scene.found(), warned, "4.75 in the mean");
         scene.carriers.fill(1);
@@ -1031,9 +1012,9 @@ mod tests {
         assert_eq!(scene.found(), [], "nothing ever touched it");
     }
 
-    /// A thousand disks on a surface of ten segments, each of which carries a tenth, or on so many of them.
+    /// A thousand disks on a number of the ten segments of a surface.
     #[test]
-    fn few_segments_below_many_contacts_are_warned_of() {
+    fn few_segments_below_many_contacts_get_a_warning() {
         let found = |carrying: usize, contacts: usize, alone: bool| {
             let mut scene = sound();
             let points = (0..11).map(|k| [f64::from(k), 0.0]).collect();

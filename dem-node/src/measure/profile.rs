@@ -1,10 +1,10 @@
 //! Profiles: velocity, solid fraction, stress and shear rate of the grains in slices, means over intervals of time.
 //!
 //! Grains are the free disks and the clusters that nothing drives. A disk counts in each slice with the part of its area
-//! that lies there; velocities are means over areas. The stress is that of the contacts, compression positive,
-//! sigma_ij = -(1/V) sum f_i l_j, f being the force on a grain and l from its centre to the contact (Love 1927; Weber 1966),
-//! each l shared out among the slices that it crosses, so that in equilibrium each of them, however thin, passes on what lies
-//! beyond it. The part of the velocity fluctuations is not in it. Only intervals that are over have results.
+//! that lies there; velocities are means over areas. The stress is the contacts', compression positive, sigma_ij = -(1/V) sum f_i l_j, f being the
+//! force on a grain and l from its centre to the contact (Love 1927; Weber 1966). Each l is divided among the slices that it crosses, so that in
+//! equilibrium a slice of any thickness transmits the load beyond it. The stress of the velocity fluctuations is not included. Only intervals that
+//! are over have results.
 
 use std::fmt::Write as _;
 
@@ -18,21 +18,17 @@ use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown
 
 kit::results! {
     /// # Profiles across a layer
-    /// - `profile_solid_fraction`: Solid fraction, mean over the middle half of the layer and the
-    ///   last interval that was over.
-    /// - `profile_shear_rate_per_s`: Shear rate, mean over the middle half of the layer and the
-    ///   last interval that was over.
+    /// - `profile_solid_fraction`: Solid fraction, mean over the middle half of the layer and the last full interval.
+    /// - `profile_shear_rate_per_s`: Shear rate, mean over the middle half of the layer and the last full interval.
     /// - `profile_normal_stress_pa`: Stress across the layer, the same mean as
     ///   `profile_shear_rate_per_s`.
-    /// - `profile_shear_over_normal`: Shear stress over it: the effective friction of a plane shear
-    ///   flow.
+    /// - `profile_shear_over_normal`: Shear stress over `profile_normal_stress_pa`: the effective friction of a plane shear flow.
     /// - `profile_inertial_number`: Inertial number, the same mean as `profile_shear_rate_per_s`.
     /// - `profile_granular_temperature_m2_per_s2`: Mean square of the grains' velocities about the
     ///   mean velocity of their slice, the same mean as `profile_shear_rate_per_s`.
-    /// - `shear_localisation`: Share of the whole jump of velocity in that fifth of the layer where
-    ///   it is largest: 0.2 where the layer shears alike everywhere, near 1 where a plug slides.
-    /// - `shear_localisation_at`: Middle of that fifth, 0 at the lower end of the layer and 1 at
-    ///   the upper one.
+    /// - `shear_localisation`: Share of the whole jump of velocity in the fifth of the layer where it is largest: 0.2 in a uniform shear, near 1
+    ///   where a plug slides.
+    /// - `shear_localisation_at`: Middle of the fifth of `shear_localisation`, 0 at the lower end of the layer and 1 at the upper end.
 }
 
 /// Sums over the steps of an interval in a slice.
@@ -55,7 +51,7 @@ struct Slice {
     times: [f64; 2],
     /// Middle of the slice (m).
     position: f64,
-    /// Velocity (m/s), NaN where there is no grain.
+    /// Velocity (m/s), NaN without grains.
     velocity: [f64; 2],
     solid_fraction: f64,
     /// Stress (Pa): xx, xy, yx, yy.
@@ -66,7 +62,7 @@ struct Slice {
     temperature: f64,
 }
 
-/// The interval that is being filled.
+/// The interval of the moment.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Interval {
     number: u64,
@@ -78,17 +74,18 @@ struct Interval {
     times: [f64; 2],
     steps: u64,
     sums: Vec<SliceSums>,
-    /// Steps times velocity across the axis, and steps, of the bodies that are no grains, below the middle and above it (m/s).
+    /// Sum of the velocities across the axis over steps (m/s), and number of summands, for the bodies that are not grains, below and above the
+    /// middle.
     walls: [[f64; 2]; 2],
 }
 
-/// A profile with what it has seen.
+/// A profile with its sums so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct GrainProfile {
     interval: Option<Interval>,
     /// Slices of the intervals that are over.
     slices: Vec<Slice>,
-    /// Mean velocities across the axis of what is below and above the grains in the last of them (m/s).
+    /// Mean velocities across the axis of the bodies below and above the grains in the last of these intervals (m/s).
     walls: [Option<f64>; 2],
 }
 
@@ -114,7 +111,7 @@ impl GrainProfile {
         interval.times[1] = end;
     }
 
-    /// Ends the interval that is being filled.
+    /// Ends the interval of the moment.
     fn close(&mut self, axis: ProfileAxis, thickness: f64) {
         if let Some(interval) = self.interval.take() {
             self.walls = interval.wall_speeds();
@@ -122,7 +119,7 @@ impl GrainProfile {
         }
     }
 
-    /// The slices of the intervals that are over, and of the one that is being filled if it may be `open`.
+    /// The slices of the intervals that are over, and of the interval of the moment if it is over or may be `open`.
     fn all(&self, config: &ProfileConfig, thickness: f64, open: bool) -> Vec<Slice> {
         let last = self.interval.iter();
         let last = last.filter(|interval| open || interval.is_over(config));
@@ -140,7 +137,7 @@ impl GrainProfile {
         })
     }
 
-    /// The slices as CSV, a line each, those of an interval that the end of the run cut too.
+    /// The slices as CSV, a line each, also of an interval that the end of the run cut.
     pub fn csv(&self, config: &ProfileConfig, thickness: f64) -> String {
         let mut text = format!(
             "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s,granular_temperature_m2_per_s2\n",
@@ -158,12 +155,12 @@ impl GrainProfile {
         text
     }
 
-    /// Means over the middle half of the slices in the last interval that is over, and where it shears.
+    /// Means over the middle half of the slices in the last full interval, and the localisation of its shear.
     ///
     /// - `profile_solid_fraction`, `profile_shear_rate_per_s`;
     /// - `profile_normal_stress_pa` along the axis, and `profile_shear_over_normal`, the size of the shear stress over it: the
     ///   effective friction of a plane shear flow;
-    /// - `profile_granular_temperature_m2_per_s2`: mean square of the velocities about those of their slices;
+    /// - `profile_granular_temperature_m2_per_s2`: mean square of the velocities about the mean velocities of their slices;
     /// - `shear_localisation`, the share of the whole jump of velocity in the fifth of the layer where it is largest, and
     ///   `shear_localisation_at`, the middle of that fifth;
     /// - `profile_inertial_number`: I = shear rate x sqrt(m/P), m being the mean mass of a grain over the thickness and P the
@@ -228,7 +225,7 @@ impl Interval {
         }
     }
 
-    /// True if the middle of another step would lie beyond it.
+    /// True if the middle of another step would lie beyond the interval.
     fn is_over(&self, config: &ProfileConfig) -> bool {
         let [start, end] = self.times;
         let next = end + 0.5 * (end - start) / self.steps as f64;
@@ -268,7 +265,7 @@ impl Interval {
         }
     }
 
-    /// Shares the moment of a load out among the slices that its lever crosses.
+    /// Divides the moment of a load among the slices that its lever crosses.
     fn add_load(&mut self, axis: ProfileAxis, bodies: &Bodies, state: &GrainState, load: &Load) {
         let moment = load.moment();
         let along = axis.index();
@@ -296,13 +293,13 @@ impl Interval {
         (self.ends[1] - self.ends[0]) / self.sums.len() as f64
     }
 
-    /// The slice of a position; those beyond the ends belong to the outermost.
+    /// The slice of a position; positions beyond the ends belong to the outermost slices.
     fn bin_of(&self, position: f64) -> usize {
         let bin = (position - self.ends[0]) / self.thickness();
         (bin.max(0.0) as usize).min(self.sums.len() - 1)
     }
 
-    /// The slices that a piece of the axis crosses, with the part of the piece in each; the outermost ones go on to infinity.
+    /// The slices that a piece of the axis crosses, with the part of the piece in each; the outermost slices extend to infinity.
     fn crossed(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = (usize, [f64; 2])> + use<> {
         let (first, last) = (self.bin_of(low), self.bin_of(high));
         let (start, thickness) = (self.ends[0], self.thickness());
@@ -341,16 +338,16 @@ impl Interval {
     }
 }
 
-/// Bodies that are no grains: driven clusters and glued disks.
+/// Bodies that are not grains: driven clusters and glued disks.
 fn walls(bodies: &Bodies) -> impl Iterator<Item = usize> {
     let driven = bodies.clusters.driven();
     let driven = driven.flat_map(|(_, cluster, _)| &cluster.disks);
     driven.copied().chain(bodies.free..bodies.first_face())
 }
 
-/// Results that tell where a layer shears, from the speeds of its slices and of the bodies below and above it (of the outermost slices where
-/// there are none): `shear_localisation`, the share of the whole jump of velocity in that fifth of the layer where it is largest, 0.2 in a uniform shear, and
-/// `shear_localisation_at`, the middle of that fifth, 0 at the lower end of the layer and 1 at the upper one.
+/// Localisation of the shear, from the speeds of the slices and of the bodies below and above the layer (of the outermost slices without such
+/// bodies): `shear_localisation`, the share of the whole jump of velocity in the fifth of the layer where it is largest, 0.2 in a uniform shear, and
+/// `shear_localisation_at`, the middle of that fifth, 0 at the lower end of the layer and 1 at the upper end.
 fn localisation(slices: &[f64], walls: [Option<f64>; 2]) -> Vec<(&'static str, f64)> {
     let ([first, .., last], width) = (slices, slices.len() / 5) else {
         return Vec::new();

@@ -17,20 +17,17 @@ use kit::wheel::WheelProgram;
 
 kit::results! {
     /// # Load and approach
-    /// - `wheel_contacts`: Contacts that press on the wheel, the mean over the last half of the
-    ///   hold.
-    /// - `wheel_contacts_90`: The fewest contacts that carry 90 % of the normal force on the wheel,
-    ///   the mean over the last half of the hold. Friction and pressure below a wheel on a few are
-    ///   those of so many grains.
-    /// - `wheel_contacts_90_motion`: The fewest contacts that carry 90 % of the normal force on the
-    ///   wheel, the mean over its motion.
+    /// - `wheel_contacts`: Contacts that press on the wheel, mean over the last half of the hold.
+    /// - `wheel_contacts_90`: The smallest number of contacts that carry 90 % of the normal force on the wheel, mean over the last half of the hold.
+    ///   With few contacts, friction and pressure describe single grains, not the layer.
+    /// - `wheel_contacts_90_motion`: The smallest number of contacts that carry 90 % of the normal force on the wheel, mean over its motion.
     /// # Friction and sliding
     /// - `wheel_y_range_over_r`: Range of the height of the wheel during its motion, over the mean
     ///   radius of the grains.
     /// # Grains
-    /// - `disks`: Free disks in the sample; glued ones are counted apart.
+    /// - `disks`: Free disks in the sample, without glued disks.
     /// - `glued_disks`: Disks that are glued to the coupled surface.
-    /// - `ejected_grains`: Grains that left the sample, wherever they are now.
+    /// - `ejected_grains`: Grains that left the sample: lost grains, and grains on a surface beside it.
     /// - `lost_grains`: Grains beyond the ends of every surface.
     /// - `inside_grains`: Grains whose centre is behind the face of a body that carries them by
     ///   more than 0.3 of their radius.
@@ -39,23 +36,18 @@ kit::results! {
     /// - `overlap_max_rel`: The largest overlap of the run over the mean radius.
     /// # Quality of the solution
     /// - `true_residual_max`: Largest residual of the contact laws after the solve of a step.
-    /// - `quad_max`: Largest residual of the contact laws after the solve of a step, in the
-    ///   quadratic norm of the criterion of LMGC90.
-    /// - `rounding_limited_rel`: Share of the loaded steps whose contact solve stopped at the
-    ///   rounding of numbers.
-    /// - `momentum_defect_max_n`: Largest difference of a step's change of momentum and the forces
-    ///   on the grains.
+    /// - `quad_max`: Largest residual of the contact laws after the solve of a step, by the criterion Quad of LMGC90.
+    /// - `rounding_limited_rel`: Share of the loaded steps whose contact solve stopped at rounding errors.
+    /// - `momentum_defect_max_n`: Largest difference between the change of momentum in a step and the forces on the grains.
     /// # Signals
     /// - `glued_fx_n`: Force along x of the grains on the boundary that they are glued to or lie
     ///   on.
-    /// - `glued_fy_n`: Force along y of the grains on that boundary: negative where they press
-    ///   down.
-    /// - `momentum_x_kg_m_per_s`: Momentum of the grains and the wheel along x, masses as scaled.
-    /// - `momentum_y_kg_m_per_s`: Momentum of the grains and the wheel along y, masses as scaled.
-    /// - `momentum_defect_n`: Difference of the change of momentum and the forces on the grains in
-    ///   the step.
+    /// - `glued_fy_n`: Force along y of the grains on the same boundary: negative where they press down.
+    /// - `momentum_x_kg_m_per_s`: Momentum of the grains and the wheel along x, with scaled masses.
+    /// - `momentum_y_kg_m_per_s`: Momentum of the grains and the wheel along y, with scaled masses.
+    /// - `momentum_defect_n`: Difference between the change of momentum and the forces on the grains in the step.
     /// - `iterations`: Iterations of the contact solver in the last solve of the window.
-    /// - `true_residual`: Residual of the contact laws after it.
+    /// - `true_residual`: Residual of the contact laws after the last solve of the window.
     /// - `speed_max_m_per_s`: Speed of the fastest grain.
 }
 
@@ -93,8 +85,8 @@ fn top_speed(state: &GrainState) -> f64 {
     squares.fold(0.0, larger).sqrt()
 }
 
-/// Places that have left the bodies that are there: more than a radius of the widest disk beside the glued disks and surfaces of the base
-/// and the ends of the sample unless it repeats, or more than its diameter below them or above the lid.
+/// True for a lost position: more than the radius of the widest disk beside the base, its surfaces and the ends of the sample, unless it repeats, or
+/// more than that disk's diameter below the base or above the lid.
 fn is_lost(bodies: &Bodies) -> impl Fn(&[f64; 2]) -> bool {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (below, above) = bodies.surface.points.split_at(bodies.surface.base);
@@ -119,14 +111,14 @@ fn widest(bodies: &Bodies) -> f64 {
     bodies.radii.iter().copied().fold(0.0, f64::max)
 }
 
-/// Free grains beyond the bodies that are there.
+/// Free grains beyond base, surfaces and lid.
 pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let is_lost = is_lost(bodies);
     let grains = state.grains(bodies).map(|grain| state.centres[grain]);
     grains.filter(is_lost).count()
 }
 
-/// Free grains that left the sample: those that are lost, and those that lie on a surface beside it.
+/// Free grains that left the sample: lost grains, and grains on a surface beside it.
 pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let (is_lost, widest) = (is_lost(bodies), widest(bodies));
     let is_beside = |x: f64| {
@@ -138,10 +130,10 @@ pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
     ejected.count()
 }
 
-/// Part of its radius by which the centre of a grain may be beyond a surface.
+/// Part of its radius by which the centre of a grain may lie behind a surface.
 const BEYOND: f64 = 0.3;
 
-/// Free grains whose centres are behind the faces of the bodies below or above, as these lie now, by more than 0.3 of their radius.
+/// Free grains whose centres are behind the present faces of the bodies below or above by more than 0.3 of their radius.
 pub fn inside_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let glued = &state.centres[bodies.free..bodies.first_face()];
     let now: Vec<&[f64; 2]> = glued.iter().chain(&state.surface).collect();
@@ -179,14 +171,14 @@ fn grains_behind(bodies: &Bodies, state: &GrainState) -> usize {
     behind.count()
 }
 
-/// Part of its strength above which a bond is near to breaking.
+/// Part of its strength above which a bond is close to breaking.
 const HALF_STRENGTH: f64 = 0.5;
 
-/// Ratio of two sums over the last half to three quarters of all steps: how a run begins says little of how it goes on.
+/// Ratio of two sums over the last half to three quarters of all steps: the beginning of a run says little about its course.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct RecentRatio {
     steps: u64,
-    /// Sums since the last power of two of steps, and between that and the one before.
+    /// Sums since the number of steps was last a power of two, and between this power and the one before.
     recent: [f64; 2],
     before: [f64; 2],
 }
@@ -208,8 +200,8 @@ impl RecentRatio {
     }
 }
 
-/// The wheel over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of 53 at 4 kN, so that a moment says less
-/// than the mean.
+/// The wheel over the second half of the hold: on a layer on a rail it still rings, by 0.9 um of 53 at 4 kN, so that the mean says more than a
+/// moment.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Hold {
     /// Force on the wheel (N).
@@ -254,7 +246,7 @@ pub struct Largest {
     pub behind: usize,
     /// Force of a bond over its strength.
     pub bond_load: f64,
-    /// Step in which that was above a half (s).
+    /// Largest step in which a bond bore more than half its strength (s).
     pub bond_step: f64,
     /// Step (s).
     pub step: f64,
@@ -265,7 +257,7 @@ pub struct Largest {
 pub struct RunStatistics {
     first_height: f64,
     height_at_motion_start: Option<f64>,
-    /// Force on the wheel in the last step before the motion, 0 where there is none (N).
+    /// Force on the wheel in the last step before the motion, 0 without such a step (N).
     before_motion: Option<f64>,
     /// Before the motion.
     pub hold: Hold,
@@ -278,10 +270,10 @@ pub struct RunStatistics {
     pub shared_damping: [f64; 4],
     /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
     pub added_inertia: RecentRatio,
-    /// Steps with a load, and those of them whose residual was measured against rounding.
+    /// Number of steps with a load, and of loaded steps whose residual was measured against rounding.
     loaded_steps: u64,
     rounding_steps: u64,
-    /// All steps, and those of them that were accepted without having converged.
+    /// Number of all steps, and of steps that were accepted without having converged.
     pub steps: u64,
     /// See `steps`.
     pub accepted_steps: u64,
@@ -383,8 +375,7 @@ impl RunStatistics {
         self.motion.ratio.record(force, program.load_n);
     }
 
-    /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
-    /// no hold (N).
+    /// Least and largest force on the wheel in the second half of the hold, or the last force before the motion without a hold (N).
     pub fn held_range(&self) -> Option<[f64; 2]> {
         self.hold
             .range
@@ -398,7 +389,7 @@ impl RunStatistics {
         Some([lost, self.first_height - height])
     }
 
-    /// Fewest contacts that carry 0.9 of the wheel's force: means over the second half of the hold, and over the motion.
+    /// Smallest number of contacts that carry 0.9 of the wheel's force: means over the second half of the hold, and over the motion.
     pub fn carrying_contacts(&self) -> [Option<f64>; 2] {
         [&self.hold.contacts, &self.motion.contacts].map(|means| means[1].value())
     }
@@ -449,7 +440,7 @@ impl RunStatistics {
     }
 }
 
-/// The numbers that there are, under their names.
+/// The numbers that are not `None`, under their names.
 pub fn given<const N: usize>(
     named: [(&'static str, Option<f64>); N],
 ) -> impl Iterator<Item = (&'static str, f64)> {
@@ -457,7 +448,7 @@ pub fn given<const N: usize>(
     named.filter_map(|(name, value)| Some((name, value?)))
 }
 
-/// A step in which nothing presses on the wheel counts in neither mean.
+/// A step in which nothing presses on the wheel does not count in the means.
 fn add_contacts(means: &mut [Mean; 2], bodies: &Bodies, state: &GrainState) {
     let counts = wheel_contacts::count(bodies, state).into_iter().flatten();
     for (mean, count) in means.iter_mut().zip(counts) {

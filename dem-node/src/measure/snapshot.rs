@@ -22,12 +22,11 @@ use parts::{FieldScene, cells, points, poly_data};
 /// Writes `<stem>.vtp`, the disks as vertices, `<stem>-contacts.vtp`, the contacts between them, and where there are bare surfaces
 /// `<stem>-surface.vtp`, their segments as lines, without data.
 ///
-/// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
-/// (0 of fed grains, which were nowhere then; points have moved by it, as those of a mesh have not by its displacement_m),
-/// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); where bonds or adhesion hold grains together
-/// agglomerate_grains (number of those that hang together with it); of a wheel of disks also wheel, 1 for
-/// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
-/// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
+/// Data of the disks: radius_m (0 for fed grains in store, the present radius of growing ones), displacement_since_start_m (0 for fed grains; the
+/// points include it, unlike a mesh's points and its displacement_m), velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts
+/// that press). Where bonds or adhesion hold grains together also agglomerate_grains (number of grains in its agglomerate); with a wheel of disks
+/// wheel, 1 for its disks; in a sample with clusters cluster, -1 for single disks; where flows are measured body (0 first body, 1 third body, 2
+/// initial stock, 3 fed in) and detached_s, -1 for grains that never were detached.
 pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {
     let path = |suffix: &str| folder.join(format!("{stem}{suffix}.vtp"));
     written(&path(""), |path| grains(scene).write(path))?;
@@ -67,7 +66,7 @@ fn grains(scene: &FieldScene) -> VtkFile {
     file
 }
 
-/// Segments of bare surfaces, each with points of its own, so that a strip that repeats has no line from one end to the other.
+/// Segments of bare surfaces, each with its own points, so that a strip that repeats has no line from one end to the other.
 fn surface(scene: &FieldScene) -> VtkFile {
     let surface = &scene.bodies.surface;
     let (segments, places) = (surface.segments(), &scene.state.surface);

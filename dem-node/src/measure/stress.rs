@@ -2,12 +2,12 @@
 //!
 //! sigma_ij = -(1/V) sum w f_i l_j over the grains and over the contacts of each, f being the force on the grain and l from its
 //! centre to the contact: the internal moments of the grains (Moreau 1997), which is Love's stress (Love 1927; Weber 1966). w is the
-//! part of the grain's tile that lies in V ([`crate::measure::tiles`]), so that an edge may cut grains: a lattice has its stress in any
-//! V to rounding. Of V = 3.5 diameters squared on a hexagonal lattice, centres (w = 0 or 1) miss the modulus by up to 27 %, the part of
-//! each lever in V by 16 %, the part of each disk's area by 0.6 % (6 % on a square lattice).
+//! part of the grain's tile that lies in V ([`crate::measure::tiles`]), so that an edge may cut grains: the stress of a lattice is exact in any V, up
+//! to rounding. With V = 3.5 diameters squared on a hexagonal lattice, weights by centres (w = 0 or 1) miss the modulus by up to 27 %, by the part of
+//! each lever in V by 16 %, by the part of each disk's area by 0.6 % (6 % on a square lattice).
 //!
-//! V is the area times the thickness, compression is positive. Bonds, walls, wheel and glued disks are contacts like any other; glued
-//! disks and driven clusters are no grains.
+//! V is the area times the thickness, compression is positive. Contacts with bonds, walls, wheel and glued disks count like any other; glued disks
+//! and driven clusters are not grains.
 
 use std::fmt::Write as _;
 
@@ -24,8 +24,8 @@ use crate::measure::tiles::{Tile, tiles};
 
 kit::results! {
     /// # Load and approach
-    /// - `dem_p_max_tr3_pa`: Largest pressure of a cell of the grains' stress: a third of the
-    ///   in-plane trace, the paper's convention.
+    /// - `dem_p_max_tr3_pa`: Largest pressure of a cell of the grains' stress: a third of the in-plane trace, the convention of Renouf, Saulot and
+    ///   Berthier (2006).
     /// - `dem_p_max_mean_pa`: Largest pressure of a cell of the grains' stress as half of the
     ///   in-plane trace, the mean stress of two dimensions.
     /// # Grains
@@ -35,8 +35,8 @@ kit::results! {
     /// - `stress_xy_pa`: Mean shear stress of the grains.
 }
 
-/// Part of the solid fraction around a mean grain that a cell must have to count in the largest pressure: a cell across a free
-/// surface has a stress of its own area only in part.
+/// Least solid fraction of a cell that counts in the largest pressure, over the solid fraction around a mean grain: only a part of a cell across a
+/// free surface has stress.
 const FILLED: f64 = 0.5;
 
 /// Sums over the grains of a cell, or of the sample.
@@ -46,7 +46,7 @@ pub struct StressSums {
     pub moment: [f64; 4],
     /// Area of the grains (m2).
     pub solid: f64,
-    /// Number of the grains, each by its part.
+    /// Number of grains, each by its part in V.
     pub grains: f64,
 }
 
@@ -124,8 +124,7 @@ impl StressMap {
         Some(map)
     }
 
-    /// Adds a grain by the parts of `area` (m2), that of all its tiles, which this tile around `centre` (m) has in the region and
-    /// in each cell.
+    /// Adds a grain by the parts of its `area` (m2), the sum of its tiles, that this tile around `centre` (m) has in the region and in each cell.
     fn add(&mut self, centre: [f64; 2], tile: &Tile, grain: &StressSums, area: f64) {
         let part = |sides: [[f64; 2]; 2]| tile.between(centre, sides).area() / area;
         self.whole.add(part(self.sides), grain);
@@ -149,8 +148,8 @@ impl StressMap {
         self.side * self.side * self.thickness
     }
 
-    /// Largest in-plane trace sigma_xx + sigma_yy of the cells that count (Pa): those with at least half the solid fraction that a
-    /// mean grain has around it, sum s^2 / sum s over the cells, which slivers of grains do not lower.
+    /// Largest in-plane trace sigma_xx + sigma_yy of the cells that count (Pa): cells with at least half the solid fraction around a mean grain, sum
+    /// s^2 / sum s over the cells, which slivers of grains do not lower.
     fn largest_trace(&self) -> Option<f64> {
         let held = || self.cells.iter().filter(|cell| cell.solid > 0.0);
         let sum = |power: i32| held().map(|cell| cell.solid.powi(power)).sum::<f64>();
@@ -162,8 +161,8 @@ impl StressMap {
         traces.reduce(larger)
     }
 
-    /// `stress_xx_pa`, `stress_yy_pa`, `stress_xy_pa` of the region, and the largest pressure of a cell: `dem_p_max_tr3_pa` is a
-    /// third of the in-plane trace, the convention of Renouf, Saulot and Berthier (2006), `dem_p_max_mean_pa` half of it.
+    /// `stress_xx_pa`, `stress_yy_pa`, `stress_xy_pa` of the region, and the largest pressure of a cell: `dem_p_max_tr3_pa` is a third of the
+    /// in-plane trace, the convention of Renouf, Saulot and Berthier (2006), `dem_p_max_mean_pa` half the trace.
     pub fn results(&self) -> Vec<(&'static str, f64)> {
         let [width, height] = self.sides.map(|[low, high]| high - low);
         let [xx, yy, xy] = self.whole.stress(width * height * self.thickness);
@@ -201,7 +200,7 @@ impl StressMap {
     }
 }
 
-/// Refuses a region that the grains of the start do not make wide enough for a cell, or make too wide.
+/// Refuses a region that is too narrow for a cell, or too wide, with the grains of the start.
 pub fn refuse_misfit(
     config: &StressConfig,
     bodies: &Bodies,
@@ -228,7 +227,7 @@ fn sums_by_grain(bodies: &Bodies, state: &GrainState) -> Vec<StressSums> {
     sums
 }
 
-/// Sides of the region (m): those of the keys, the ends of a strip that repeats, or the edges of the chosen grains.
+/// Sides of the region (m): from the keys, or the ends of a strip that repeats, or the edges of the chosen grains.
 fn region(
     config: &StressConfig,
     bodies: &Bodies,

@@ -1,6 +1,6 @@
 //! Arrangement of the contacts of a state: coordination, fabric, and the distribution of forces.
 //!
-//! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
+//! Computed once, from the state at the end of a run. Only contacts with a compressive force count.
 
 use std::f64::consts::PI;
 
@@ -13,16 +13,13 @@ use dem_kernel::step::state::GrainState;
 
 kit::results! {
     /// # Grains
-    /// - `coordination`: Contacts a grain, without grains that nothing holds.
-    /// - `coordination_with_rattlers`: Contacts a grain over all grains.
-    /// - `rattlers_share`: Share of the grains with fewer contacts than can hold them.
-    /// - `backbone_bodies`: Grains left when those with too few contacts are taken away again and
-    ///   again.
-    /// - `backbone_contacts_per_body`: Contacts of those, over their number: 2 in a frictionless
-    ///   packing that is just rigid.
-    /// - `fabric_anisotropy`: Difference of the principal values of the fabric tensor: 0 where
-    ///   contacts point everywhere alike.
-    /// - `fabric_direction_deg`: Direction of most contacts, from x towards y.
+    /// - `coordination`: Contacts per grain, without rattlers.
+    /// - `coordination_with_rattlers`: Contacts per grain, over all grains.
+    /// - `rattlers_share`: Share of rattlers: grains with fewer than two contacts.
+    /// - `backbone_bodies`: Grains that remain when grains with too few contacts are removed repeatedly.
+    /// - `backbone_contacts_per_body`: Contacts of the backbone over its grains: 2 in a frictionless packing that is just rigid.
+    /// - `fabric_anisotropy`: Difference of the principal values of the fabric tensor: 0 where all directions of contacts are alike.
+    /// - `fabric_direction_deg`: Direction in which most contacts point, from x towards y.
     /// - `contact_force_mean_n`: Mean normal force of the closed contacts.
     /// - `contact_force_max_over_mean`: The largest normal force of a closed contact over the mean.
     /// - `contact_force_deviation_over_mean`: Standard deviation of the normal forces of the closed
@@ -32,26 +29,25 @@ kit::results! {
     /// # Bonds
     /// - `agglomerates`: Groups of at least two grains that bonds, or the attraction of grains that
     ///   touch, hold together at the end.
-    /// - `agglomerate_grains_max`: Grains in the largest of them.
-    /// - `agglomerate_grains_mean`: Grains in the group of a grain, the mean over all grains; 1
-    ///   where each is alone.
+    /// - `agglomerate_grains_max`: Grains in the largest agglomerate.
+    /// - `agglomerate_grains_mean`: Grains in the agglomerate of a grain, mean over all grains; 1 where each grain is alone.
 }
 
-/// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
+/// Number of contacts below which a grain is a rattler: two is the least that can hold a disk.
 const HELD: usize = 2;
 
-/// Numbers of the arrangement of contacts under their names in the results.
+/// Results on the arrangement of contacts.
 ///
-/// - `coordination`: contacts per body that has at least two, counted on each of them; a cluster is one body. With rattlers it
-///   is the same over all bodies, and `rattlers_share` the part of the bodies that have fewer than two.
+/// - `coordination`: contacts per body with at least two, each counted on both its bodies; a cluster is one body. With rattlers the mean is over all
+///   bodies; `rattlers_share` is the part of the bodies with fewer than two.
 /// - `fabric_anisotropy`: difference of the principal values of the fabric, the mean of n (x) n over the contacts (Satake 1982):
 ///   0 when all directions are alike, 1 when all contacts are parallel. `fabric_direction_deg` is the direction in which
 ///   most contacts point, from x towards y.
-/// - `contact_force_mean_n` and what follows: mean, largest and standard deviation of the normal forces, and the part of the
-///   contacts that carry more than the mean: 0.39 in a broad distribution, 0.5 in a symmetric one.
-/// - `backbone_bodies`: those that are left when bodies with fewer contacts than can hold them, 3 without friction and 2 with
-///   it, are taken away again and again; `backbone_contacts_per_body`: contacts of those, counted once and with walls, wheel
-///   and glued disks, over their number: 2 in a packing without friction that is just rigid (Moukarzel 1998).
+/// - `contact_force_mean_n` and the next three: mean, largest and standard deviation of the normal forces, and the part of the contacts that carry
+///   more than the mean: 0.39 in a broad distribution, 0.5 in a symmetric one.
+/// - `backbone_bodies`: bodies that remain when bodies with too few contacts, fewer than 3 without friction and 2 with it, are removed repeatedly;
+///   `backbone_contacts_per_body`: contacts of these bodies, each counted once, also with walls, wheel and glued disks, over their number: 2 in a
+///   packing without friction that is just rigid (Moukarzel 1998).
 pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> {
     let slots = || state.list.pressing();
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
@@ -101,8 +97,8 @@ pub fn results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> 
     results
 }
 
-/// `agglomerates`: those of at least two grains; `agglomerate_grains_max`, `agglomerate_grains_mean`: grains in the largest, and on average in
-/// that of a grain, 1 where all are alone. None where nothing holds grains together.
+/// `agglomerates`: number with at least two grains; `agglomerate_grains_max`, `agglomerate_grains_mean`: grains in the largest, and on average in the
+/// agglomerate of a grain, 1 where all are alone. Empty where nothing holds grains together.
 fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str, f64)> {
     let Some(sizes) = agglomerate_sizes(bodies, state) else {
         return Vec::new();
@@ -120,7 +116,7 @@ fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str
     ]
 }
 
-/// Number of grains in the agglomerate of each free grain: what bonds that hold connect, or the contacts of grains that attract each other.
+/// Number of grains in the agglomerate of each free grain, connected by unbroken bonds or by the contacts of grains that attract each other.
 pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>> {
     if bodies.law.cohesion.is_some() {
         return Some(agglomerates(bodies.free, holding(&state.bonds)));
@@ -131,9 +127,9 @@ pub fn agglomerate_sizes(bodies: &Bodies, state: &GrainState) -> Option<Vec<u32>
     })
 }
 
-/// Tensile and shear strength of a bonded packing as a material (Pa), phi Z F/(pi d t): Rumpf's (1958), in the plane. A cut of unit length
-/// crosses 2 phi Z/(pi d^2) d |cos| bonds of each direction, and each bears F |cos| across it, the mean of cos^2 being a half. Z bonds a
-/// grain, F the mean force that breaks one in tension, l sqrt(w Cn), or in shear, l sqrt(w Ct), d the mean diameter, t the thickness.
+/// Tensile and shear strength of a bonded packing as a material (Pa), phi Z F/(pi d t), after Rumpf (1958), in the plane. A cut of unit length
+/// crosses 2 phi Z/(pi d^2) d |cos| bonds of each direction, and each bears F |cos| across it, the mean of cos^2 being a half. Z is the number of
+/// bonds per grain, F the mean force that breaks a bond in tension, l sqrt(w Cn), or in shear, l sqrt(w Ct), d the mean diameter, t the thickness.
 /// `None` without bonds.
 pub fn bonded_strength(
     bodies: &Bodies,
@@ -190,7 +186,7 @@ mod tests {
             },
             ..Bodies::default()
         };
-        // Three bonds for each grain, two of them to the next row: of a strip that repeats.
+        // Three bonds for each grain, two of them to the next row, in a strip that repeats.
         let bonds: Vec<Bond> = (0..300)
             .map(|k| Bond::new(&bodies, &cohesion, [k % 100, (k + 1) % 100], 0.0))
             .collect();

@@ -1,10 +1,10 @@
-//! Tiles: the part of the plane that belongs to each disk, by which grains are shared out among cells.
+//! Tiles: the part of the plane that belongs to each disk, which divides grains among cells.
 //!
-//! A tile ends at the line between its disk and each neighbour, at right angles to the line of centres and at distances from them as
-//! the radii: the common tangent of two that touch. Those of equal disks are Voronoi's; the stress of a grain is taken to be that of its
-//! tile, as in Bagi (1996), *Stress and strain in granular assemblies*, whose material cells they are. It also ends at the faces of
-//! walls and wheel and at the edges of all grains that bear forces, so that what lies in a box is in the box; and, sideways and upwards,
-//! after sqrt(2) radii, where the square lattice has its corners, so that a hole between grains is nobody's.
+//! A tile ends at a line between its disk and each neighbour. The line is at right angles to the line of centres and divides it in the ratio of the
+//! radii: it is the common tangent of two disks that touch. Tiles of equal disks are Voronoi's. The stress of a grain holds in its tile, the material
+//! cell of Bagi (1996), *Stress and strain in granular assemblies*. Tiles also end at the faces of walls and wheel and at the edges of all grains
+//! that bear forces, so that grains in a box have their tiles in the box. Sideways and upwards they end after sqrt(2) radii, where the square lattice
+//! has its corners, so that a hole between grains belongs to no tile.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::contact::detect::list_pairs;
@@ -12,9 +12,9 @@ use dem_kernel::step::state::GrainState;
 
 use crate::measure::loads::{ends, grains};
 
-/// How far a tile without neighbours goes along x and y, in radii.
+/// Reach of a tile without neighbours along x and y, in radii.
 const REACH: f64 = std::f64::consts::SQRT_2;
-/// Least distance of a neighbour's line from a centre, in radii: a disk that is pressed through a wall keeps a tile.
+/// Least distance of a neighbour's line from a centre, in radii: a disk pressed through a wall keeps a tile.
 const CORE: f64 = 0.1;
 
 /// A convex polygon: its corners in order, seen from the centre of the disk (m).
@@ -22,7 +22,7 @@ const CORE: f64 = 0.1;
 pub struct Tile(pub Vec<[f64; 2]>);
 
 impl Tile {
-    /// Area (m2): half the sum of the cross products of corners that follow each other.
+    /// Area (m2): half the sum of the cross products of consecutive corners.
     pub fn area(&self) -> f64 {
         let crossed = self.sides().map(|([x, y], [u, v])| x * v - u * y);
         0.5 * crossed.sum::<f64>()

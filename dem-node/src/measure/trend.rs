@@ -1,4 +1,4 @@
-//! The straight line through values over time, and how well it is known.
+//! The straight line through values over time, and its interval of confidence.
 
 use kit::student::student;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ impl Trend {
             self.first = t;
         }
         self.last = t;
-        // From the first time on: squares of large times would cost digits.
+        // Relative to the first time: squares of large times would cost digits.
         let t = t - self.first;
         self.count += 1.0;
         self.t += t;
@@ -31,7 +31,7 @@ impl Trend {
         self.ty += t * y;
     }
 
-    /// Change of the line from the first to the last time; `None` of less than three values.
+    /// Change of the line from the first to the last time; `None` for fewer than three values.
     pub fn change(&self) -> Option<f64> {
         let spread = self.count * self.tt - self.t * self.t;
         let slope = (self.count * self.ty - self.t * self.y) / spread;
@@ -39,9 +39,9 @@ impl Trend {
     }
 }
 
-/// Slope of the line through values one apart, and the half of its 95 % interval by Student's t; `None` of less than four. Values that hang together
-/// say less than so many independent ones: with r the correlation of neighbours about the line, n (1 - r)/(1 + r) of them count (Santer et al.
-/// 2000, J. Geophys. Res. 105, equation 6).
+/// Slope of the line through values one apart, and the half of its 95 % interval by Student's t; `None` for fewer than four. Correlated values say
+/// less than independent ones: with r the correlation of neighbours about the line, n (1 - r)/(1 + r) of n values count (Santer et al. 2000, J.
+/// Geophys. Res. 105, equation 6).
 pub fn slope(values: &[f64]) -> Option<[f64; 2]> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -65,8 +65,9 @@ pub fn slope(values: &[f64]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// 1, 3, 2, 4: a slope of 0.8, residuals -0.3, 0.9, -0.9, 0.3 that alternate, t = 4.303 of two degrees of freedom. 1, 2, 2, 1 about their mean: neighbours
-    /// with -1/4 + 1/4 - 1/4 over 1, so that none counts less; 1, 1, 2, 2, 1, 1: residuals of -1/3 and 2/3 have (1 - 2 + 4 - 2 + 1)/12 = 1/6.
+    /// 1, 3, 2, 4: a slope of 0.8, residuals -0.3, 0.9, -0.9, 0.3 that alternate, t = 4.303 of two degrees of freedom. 1, 2, 2, 1 about their mean:
+    /// neighbours with -1/4 + 1/4 - 1/4 over 1, so that all count fully; 1, 1, 2, 2, 1, 1: residuals of -1/3 and 2/3 have (1 - 2 + 4 - 2 + 1)/12 =
+    /// 1/6.
     #[test]
     fn a_slope_has_the_interval_of_its_residuals() {
         let [found, half] = slope(&[1.0, 3.0, 2.0, 4.0]).expect("four values");

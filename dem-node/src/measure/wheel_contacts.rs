@@ -7,11 +7,11 @@ use dem_kernel::step::state::GrainState;
 
 use crate::measure::loads;
 
-/// Part of the wheel's normal force whose contacts are counted: the rest may be spread over ever so many that bear next to nothing.
+/// Part of the wheel's normal force whose contacts are counted: any number of contacts may share the rest and bear next to nothing.
 const SHARE: f64 = 0.9;
 
-/// Number of contacts that press on the wheel, and the fewest that carry 0.9 of its normal force; `None` where none does. Of a
-/// face of disks the vertical parts count: a grain that two of them squeeze carries no more than it lifts.
+/// Number of contacts that press on the wheel, and the fewest that carry 0.9 of its normal force; `None` without contacts. On a face of disks the
+/// vertical components count: a grain squeezed between two disks carries no more than it lifts.
 pub fn count(bodies: &Bodies, state: &GrainState) -> Option<[usize; 2]> {
     let positions = state.positions(bodies);
     let pressing = state.list.pressing();
@@ -31,7 +31,7 @@ pub fn count(bodies: &Bodies, state: &GrainState) -> Option<[usize; 2]> {
     needed.map(|last| [lifts.len(), last + 1])
 }
 
-/// Width of a cell of the traction below the wheel, in mean radii of the grains: a few grains bear on it.
+/// Width of a cell of the traction below the wheel, in mean radii of the grains: a few grains press on each.
 const CELL: f64 = 4.0;
 
 /// The traction of the wheel on the grains, cell by cell from left to right, as CSV: x_m, pressure_pa, shear_pa (positive where the
@@ -136,10 +136,10 @@ mod tests {
         assert_eq!(rows, expected);
     }
 
-    /// A grain between two disks of the face, which press with 10 N each and lift sqrt(5)/3 of it, and one right below, which bears
-    /// 2 N: of 16.9 N the two lift 0.88, of the sum of all forces they are 0.91. What presses elsewhere is no matter.
+    /// A grain between two disks of the face, which press with 10 N each and lift sqrt(5)/3 times 10 N, and a grain right below, which bears 2 N: the
+    /// two lift 0.88 of 16.9 N, and are 0.91 of the sum of all forces. Contacts elsewhere do not count.
     #[test]
-    fn what_a_squeezed_grain_lifts_counts_and_not_what_squeezes_it() {
+    fn the_lift_of_a_squeezed_grain_counts_and_not_the_squeeze() {
         let bodies = Bodies {
             free: 2,
             radii: vec![1.0, 1.0, 2.0, 2.0],

@@ -1,4 +1,4 @@
-//! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of them.
+//! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of the grains.
 
 use std::collections::BTreeMap;
 
@@ -51,7 +51,7 @@ pub struct Dem {
     pub(super) bodies: Bodies,
     pub(super) program: Option<WheelProgram>,
     pub(super) opening: Option<PrescribedOpening>,
-    /// Times (s) at which keys come into play.
+    /// Times (s) from which keys have had an effect.
     pub(super) moments: BTreeMap<String, f64>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
@@ -61,7 +61,7 @@ pub struct Dem {
     pub(super) interface: InterfaceDisks,
     /// Length of the announced windows (s).
     pub(super) window: Option<f64>,
-    /// The window whose end `trial` holds and what its step says, until it is committed.
+    /// The window whose end `trial` holds, with the summary of its step, until it is committed.
     pub(super) pending: Option<(Window, StepSummary)>,
     pub(super) initial_energy: [f64; 5],
 }
@@ -71,7 +71,7 @@ pub(super) struct SampleFacts {
     /// Its origin, where a recipe made it.
     pub prepared_sample: Option<PreparedSample>,
     pub solid_fraction: f64,
-    /// Part of the radii that the preparation took off, where it says so.
+    /// Part of the radii that the preparation took off, where it reports one.
     pub radii_shrunk: Option<f64>,
     /// Ends of a layer that does not repeat, in |x| (m).
     pub ends: Option<[f64; 2]>,
@@ -80,7 +80,7 @@ pub(super) struct SampleFacts {
     pub initial_bond_count: usize,
     /// Tensile and shear strength of a bonded layer (Pa).
     pub strength: Option<[f64; 2]>,
-    /// Centres of all disks (m), for the fields; none where these are not written.
+    /// Centres of all disks (m), for the fields; empty where these are not written.
     pub start: Vec<[f64; 2]>,
 }
 
@@ -91,15 +91,15 @@ pub(super) struct TimeFacts {
     pub theta: f64,
     /// Step of a run alone (s).
     pub own_step: Option<f64>,
-    /// End that the history has (s).
+    /// End of the history (s).
     pub end: Option<f64>,
     pub bounds: StepBounds,
-    /// Steps that bonds and contact springs ask for.
+    /// Bounds on the step from bonds and contact springs.
     pub stiffness: StiffnessBounds,
     pub scaling: Option<MassScaling>,
 }
 
-/// What is measured and judged.
+/// Measurements, and the bounds of checks.
 pub(super) struct Measures {
     pub plausible: DemPlausible,
     pub profile: Option<ProfileConfig>,
@@ -116,9 +116,9 @@ pub(super) struct Progress {
     pub cycles: WheelCycles,
     pub forces: ForceMeans,
     pub profile: GrainProfile,
-    /// The stress at its moment, once that has come; none in it where no grain bore a force.
+    /// The stress at its moment, once that has come; `Some(None)` where no grain bore a force.
     pub held_stress: Option<Option<StressMap>>,
-    /// The flows of third body, where they are asked for.
+    /// The flows of third body, where they are measured.
     pub flow: Option<Flow>,
     pub steps: u64,
     pub contact_iterations: f64,
@@ -268,7 +268,7 @@ impl Dem {
         } else {
             &mut self.progress.state
         };
-        // To wake the threads costs as much as some thousand contacts.
+        // Waking the threads costs as much as some thousand contacts.
         let pool = self.pool.as_ref().filter(|_| self.stepper.is_partitioned());
         let criteria = self.solver.criteria(pool.is_some());
         let stepper = &mut self.stepper;

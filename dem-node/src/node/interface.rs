@@ -38,8 +38,8 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
     rows(bodies).map(|(name, _)| name.to_string()).collect()
 }
 
-/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2); those of points are of mean grains. No equation here
-/// holds them.
+/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2); a point has the mass of a mean grain. No equation here uses
+/// them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
     let of_grain = |r: f64| if r > 0.0 { r } else { bodies.mean_radius() };
     let mass = |disk: usize| mass_per_area * PI * of_grain(radius(bodies, disk)).powi(2);
@@ -64,7 +64,7 @@ fn side(name: &str) -> f64 {
     if name == "base" { -1.0 } else { 1.0 }
 }
 
-/// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
+/// Lengths along x (m) after which the sets repeat: the strip's, where the sample is one.
 pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
     let of_all = |period: Period| by_set(bodies, |_, _| period.length);
     bodies.period.map_or_else(BTreeMap::new, of_all)
@@ -118,7 +118,7 @@ impl InterfaceDisks {
         Ok(surface)
     }
 
-    /// Maps exchanged components to those of all `glued` disks; the others are zero.
+    /// Maps exchanged components to the components of all `glued` disks; the others are zero.
     pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let mut all = vec![0.0; 2 * glued];
         for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {
@@ -147,7 +147,7 @@ impl InterfaceDisks {
     }
 }
 
-/// Glued disks and points of a surface as points: half the distances to the neighbours in x are theirs.
+/// Glued disks and points of a surface as points: to each belong half the distances to its neighbours in x.
 fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
     let points = row.iter().map(|number| bodies.boundary_point(*number));
     let (x, y): (Vec<f64>, Vec<f64>) = points.map(<(f64, f64)>::from).unzip();
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_scattered_is_gathered_in_the_coupled_order() {
+    fn scattered_components_are_gathered_in_the_coupled_order() {
         let exchange = InterfaceDisks { disks: vec![2, 0] };
         let all = exchange.scatter(&[1.0, 2.0, 3.0, 4.0], 3);
         assert_eq!(all, [3.0, 4.0, 0.0, 0.0, 1.0, 2.0]);

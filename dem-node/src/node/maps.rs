@@ -1,4 +1,4 @@
-//! Tables beside the fields: profiles over slices, cycles of the wheel, stress in cells.
+//! Tables in the folder of the fields: profiles over slices, cycles of the wheel, stress in cells.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ use crate::measure::snapshot;
 use crate::measure::stress::StressMap;
 
 impl Dem {
-    /// Writes `<participant>-cycles.csv` beside the fields where the wheel has made one, `<participant>-profile.csv` and
-    /// `<participant>-stress.csv` where they are asked for.
+    /// Writes `<participant>-cycles.csv` where the wheel has made a cycle, `<participant>-profile.csv` and `<participant>-stress.csv` where the
+    /// scenario has their tables.
     pub(super) fn write_maps(&self) -> Result<(), DemError> {
         let Some(folder) = &self.setting.fields else {
             return Ok(());
@@ -32,7 +32,7 @@ impl Dem {
         snapshot::write_text(&folder.join(name), text)
     }
 
-    /// The stress at its moment, or of the last state where a wheel's hold is not over, or where there is neither.
+    /// The stress at its moment, or of the last state where a wheel's hold is not over, or where there is no moment.
     fn stress_map(&self) -> Option<StressMap> {
         let config = self.measures.stress.as_ref()?;
         let (bodies, state) = (&self.bodies, &self.progress.state);
@@ -47,7 +47,7 @@ impl Dem {
         self.stress_map().map_or_else(Vec::new, |map| map.results())
     }
 
-    /// Advice on profiles and stresses that were asked for and are not there.
+    /// Advice on profiles and stresses that the scenario asks for and that are missing.
     pub(super) fn maps_advice(&self) -> Vec<String> {
         let config = self.measures.profile.as_ref();
         let profile = config.and_then(|config| self.progress.profile.advice(config));

@@ -14,12 +14,10 @@ use crate::measure::report;
 
 kit::results! {
     /// # Grains
-    /// - `solid_fraction`: Share of the layer's area that disks cover, at its start.
-    /// - `spring_restitution`: Part of its speed that the time step leaves an elastic rebound of
-    ///   the two lightest grains, at least.
-    /// - `numerical_share`: Part of all dissipated energy that the time step took, and not
-    ///   friction, impacts, dampers or bonds.
-    /// - `radii_shrunk_rel`: Part by which radii were made smaller for the start without overlaps.
+    /// - `solid_fraction`: Share of the layer's area that disks cover at the start.
+    /// - `spring_restitution`: Least part of its speed that an elastic rebound of the two lightest grains keeps at this time step.
+    /// - `numerical_share`: Part of all dissipated energy that the time integration dissipates, not friction, impacts, dampers or bonds.
+    /// - `radii_shrunk_rel`: Part by which radii were reduced for a start without overlaps.
     /// - `inertial_number`: Shear rate times sqrt(m/P): small where a layer shears slowly enough to
     ///   be in equilibrium.
     /// - `inertia_pressure_pa`: The pressure P of the inertial number.
@@ -33,16 +31,14 @@ kit::results! {
     ///   Rumpf's, in the plane, from the bonds at the start.
     /// - `layer_shear_pa`: Shear strength of the bonded layer as a material: `layer_tension_pa` with the
     ///   force F that breaks a bond in shear.
-    /// - `bonds_made`: Bonds that pairs without one made by healing.
-    /// - `healing_j`: Energy of the surface that healing bonds gained, which no motion gave.
+    /// - `bonds_made`: Bonds that healing made between pairs without one.
+    /// - `healing_j`: Surface energy that healing bonds gained, without any work.
     /// - `adhesion_mean`: Mean intensity of adhesion over the bonds of the start: 1 is whole, 0 is
     ///   broken.
-    /// - `bond_step_limit_s`: Step above which a bond may hold with more than its fracture energy
-    ///   against it.
-    /// - `bond_load_max`: Largest force of a bond over its strength, at most 1: from then on its
-    ///   adhesion falls.
-    /// - `bond_energy_rel`: Energy that breaking bonds took over that of the surface they gave up;
-    ///   1 in steps short enough for the speed at which they opened.
+    /// - `bond_step_limit_s`: Step above which a bond may withstand more than its fracture energy.
+    /// - `bond_load_max`: Largest force of a bond over its strength; at 1, the most, its adhesion begins to fall.
+    /// - `bond_energy_rel`: Energy that breaking bonds dissipated over the surface energy that they lost; 1 in steps short enough for the speed at
+    ///   which they opened.
 }
 
 impl Dem {
@@ -60,7 +56,7 @@ impl Dem {
         std::array::from_fn(|k| now[k] - self.initial_energy[k])
     }
 
-    /// The signals of a step; cohesive laws add `bonds`, those above 0.01 of adhesion.
+    /// The signals of a step; cohesive laws add `bonds`, the count of bonds with more than 0.01 of adhesion.
     fn signals(&self, summary: &StepSummary) -> Vec<(&'static str, f64)> {
         let state = &self.progress.state;
         let mut signals = report::signals(&self.bodies, state, summary).to_vec();
@@ -74,8 +70,8 @@ impl Dem {
         signals
     }
 
-    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). Nothing happened to grains
-    /// alone while all of them are noise.
+    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). While all terms are noise, grains
+    /// alone have had no motion, and the terms are 0.
     fn ledger(&self, stored: [f64; 5]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
         let clusters = &bodies.clusters;
@@ -132,7 +128,7 @@ impl Dem {
             .collect()
     }
 
-    /// A glued disk's share of all that can move, behind the two grains that it carries on average.
+    /// A glued disk's share of the mass that can move, and the stiffness of the two grains that it carries on average.
     pub(super) fn boundary_inertia(&self) -> BoundaryInertia {
         let present = self.progress.state.present(&self.bodies);
         let grains: f64 = self.bodies.masses[..present].iter().sum();

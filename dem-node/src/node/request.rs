@@ -19,7 +19,7 @@ impl Dem {
         let length = window.t1_s - window.t0_s;
         if (length - step).abs() > 1e-6 * step {
             return request(format!(
-                "window {} is {length:e} s long, the wall was announced for {step:e} s: announce the wall anew",
+                "window {} is {length:e} s long, the wall was announced for {step:e} s: announce the wall again",
                 window.index
             ));
         }
@@ -54,7 +54,7 @@ impl Dem {
     }
 }
 
-/// Refuses what is no finite number in a message, before it reaches the state.
+/// Refuses NaN and infinite values of a message, before they reach the state.
 pub(super) fn require_numbers(what: &str, window: &Window, values: &[f64]) -> Result<(), DemError> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
@@ -69,7 +69,7 @@ pub(super) fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
     Err(DemError::Request(message.into()))
 }
 
-/// Refuses a compliance that is no square over so many disks, or that moves a disk against its force.
+/// Refuses a compliance that is no square matrix over this many disks, or that moves a disk against its force.
 pub(super) fn refuse_misfit(glued: usize, compliance: &[f64]) -> Result<(), DemError> {
     let components = 2 * glued;
     if compliance.len() != components * components {
@@ -80,7 +80,7 @@ pub(super) fn refuse_misfit(glued: usize, compliance: &[f64]) -> Result<(), DemE
     }
     if let Some(i) = compliance.iter().position(|w| !w.is_finite()) {
         return request(format!(
-            "the wall's compliance holds {} at component {i}, which is no number",
+            "the wall's compliance holds {} at component {i}, NaN or infinite",
             compliance[i]
         ));
     }

@@ -10,12 +10,12 @@ use dem_kernel::relax::Packing;
 use crate::config::layer::LayerConfig;
 use crate::error::DemError;
 
-/// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
+/// Solid fraction of a pressed bed of such disks; it sets the number of disks that are drawn.
 const EXPECTED_FRACTION: f64 = 0.83;
 /// Solid fraction at which the random disks are dropped: below jamming, so that their overlaps relax away.
 const LOOSE_FRACTION: f64 = 0.75;
 /// A frictionless packing at rest has 4 contacts per grain that carries load (2 unknowns, each contact shared by
-/// two grains); 3.9 leaves room for the last decimals of the relaxation. A bed at 2 is a gas of chains.
+/// two grains); 3.9 leaves room for the last decimals of the relaxation. A bed with 2 is a gas of chains.
 const JAMMED: f64 = 3.9;
 /// Largest unbalanced force over the mean contact force of a bed at rest.
 const UNBALANCED: f64 = 1e-3;
@@ -31,8 +31,7 @@ pub struct Bed {
     pub mean_overlap: f64,
 }
 
-/// Draws the disks, drops them between the walls and presses them. `stiffness` is that of the contacts over the
-/// thickness (Pa).
+/// Draws the disks, drops them between the walls and presses them. `stiffness` is the contacts' over the thickness (Pa).
 pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, DemError> {
     let mut packing = drop_disks(recipe, &mut RandomNumbers::new(seed));
     let tolerated = 0.05 * recipe.radius_min_m;
@@ -112,8 +111,8 @@ fn require_jammed(packing: &Packing) -> Result<(), DemError> {
     })
 }
 
-/// Contacts per grain that carries load, times two; a contact with a plate counts once like any other. Grains with
-/// fewer than three contacts carry none (rattlers), nor do those that only rattlers hold.
+/// Contacts per grain that carries load, times two; a contact with a plate counts once like any other. Grains with fewer than three contacts carry no
+/// load (rattlers), nor do grains that only rattlers hold.
 fn coordination(packing: &Packing) -> f64 {
     let [grains, contacts] = backbone(packing.movable, packing.contacts(), 3);
     2.0 * contacts as f64 / grains.max(1) as f64
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn rattlers_and_what_only_they_hold_do_not_count() {
+    fn rattlers_and_grains_that_only_they_hold_do_not_count() {
         // A 4 x 4 square block on the floor: its corners have 2 contacts or 3, and peel off one after the other.
         let block = (0..16).map(|i| [0.998 * f64::from(i % 4), 0.499 + 0.998 * f64::from(i / 4)]);
         assert_eq!(coordination(&packing(block.collect())), 0.0);

@@ -8,10 +8,10 @@ use dem_kernel::random::RandomNumbers;
 use crate::config::DemConfig;
 use crate::sample::types::Sample;
 
-/// Sets the random numbers of the fed grains apart from those of the sample.
+/// Separates the random numbers of fed grains from the sample's.
 const STREAM: u64 = 0x5165;
 
-/// The grains of a feed, in store: as many as it takes, none for a scene without. `seed` is the run's.
+/// The grains of a feed, in store: as many as it needs, none for a scene without a feed. `seed` is the run's.
 pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> Vec<Disk> {
     let surface = &sample.surface;
     let (mut left, centre) = match (&config.injection, &config.detachment) {
@@ -39,7 +39,7 @@ pub fn store(config: &DemConfig, thickness: f64, sample: &Sample, seed: u64) -> 
     grains
 }
 
-/// Radii of the grains (m): a driven cluster is a body that moves them, as long as there are others.
+/// Radii of the grains (m). A driven cluster counts as a body that moves the grains, unless all disks belong to driven clusters.
 fn radii(sample: &Sample) -> Vec<f64> {
     let driven = sample.clusters.iter().filter(|c| c.drive.is_some());
     let driven: HashSet<usize> = driven.flat_map(|c| c.disks.iter().copied()).collect();

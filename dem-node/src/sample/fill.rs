@@ -5,8 +5,8 @@ use dem_kernel::random::RandomNumbers;
 use crate::config::disks::{DiskConfig, DisksConfig};
 use crate::config::fill::{FillConfig, RowConfig};
 
-/// The sample with the disks of its rows and rectangles listed behind the others. Their random numbers are those of their own
-/// seed, or follow each other from this one.
+/// The sample with the disks of its rows and rectangles listed behind the others. Their random numbers come from their own seed, or one after the
+/// other from this one.
 pub fn expanded(config: &DisksConfig, seed: u64) -> DisksConfig {
     let mut all = config.clone();
     let mut common = RandomNumbers::new(seed);
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_has_as_many_disks_as_touch_with_the_mean_radius() {
+    fn a_row_has_as_many_disks_as_touch_with_the_middle_radius() {
         let config = RowConfig {
             cluster: "top".into(),
             x_m: [0.0, 1.0],

@@ -1,8 +1,8 @@
 //! The layer between rail and wheel, or between two bodies: a pressed bed, cut from below, that follows the crown.
 //!
 //! The order of the steps decides the contact profile (relative L2 error against FE alone): cut from below 5 to 6 %;
-//! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
-//! meets a rough face. A flat top would touch over its whole width, hence the shift by the crown's drop.
+//! a thin layer pressed on a ready glued row 9 to 40 %, depending on the seed; cut from the top 45 to 57 %, because the wheel then meets a rough
+//! face. A flat top would touch the wheel over its whole width; the layer is therefore shifted by the crown's drop.
 
 use dem_kernel::bodies::disk::{Disk, in_columns};
 use dem_kernel::bodies::geometry::{drop_at, range};
@@ -13,18 +13,18 @@ use crate::error::DemError;
 use crate::sample::bed::{self, Bed};
 use crate::sample::types::Sample;
 
-/// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r. Rigid grains
-/// then lose that much of their radius, see [`release`].
+/// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r. Rigid grains then lose this part of their
+/// radius, see [`release`].
 const RIGID_BED_STIFFNESS: f64 = 1e3;
 /// The released layer is at rest when no resultant exceeds this part of the mean contact force in the pressed bed.
 const RELEASED: f64 = 1e-2;
 const MAX_ITERATIONS: usize = 20_000;
 
-/// Prepares a layer; `stiffness` is that of the contacts over the thickness (Pa).
+/// Prepares a layer; `stiffness` is the contacts' over the thickness (Pa).
 ///
-/// A `bonded` layer stays as it was shifted: its bonds take the gaps and overlaps as they are for their reference, and
-/// nothing is left to relax. Relaxed first, the overlaps on the flanks lift the top there and flatten the crown: the
-/// approach under 8 000 N then falls 0.8 % below that of the rail alone.
+/// A `bonded` layer stays as it was shifted: its bonds take gaps and overlaps as their reference, and nothing is left to relax. If it relaxes first,
+/// the overlaps on the flanks lift the top there and flatten the crown: the approach under 8 000 N is then 0.8 % below the approach of the rail
+/// alone.
 pub fn prepare(
     recipe: &LayerConfig,
     stiffness: Option<f64>,
@@ -70,8 +70,8 @@ pub fn prepare(
     })
 }
 
-/// A layer that is cut from above too comes out of a bed that is higher by as much as goes below, one that is not cut out of a bed as
-/// high as itself.
+/// The bed of a layer. A layer that is also cut from above has a bed with the same extra height above as below; a layer that is not cut has a bed of
+/// its own height.
 fn bed_of(recipe: &LayerConfig) -> LayerConfig {
     let extra = recipe.bed_extra_m;
     LayerConfig {
@@ -81,7 +81,7 @@ fn bed_of(recipe: &LayerConfig) -> LayerConfig {
     }
 }
 
-/// The bed as it is, its lower plate at y = 0.
+/// The uncut bed, its lower plate at y = 0.
 fn laid_down(packing: &Packing) -> Vec<Disk> {
     let down = |mut disk: Disk| {
         disk.centre[1] -= packing.floor;
@@ -90,8 +90,7 @@ fn laid_down(packing: &Packing) -> Vec<Disk> {
     packing.disks().map(down).collect()
 }
 
-/// Cuts along the line of the lid, the base being still straight: disks wholly above go, disks whose centre is less than r below it
-/// are glued.
+/// Cuts along the line of the lid, while the base is straight: disks wholly above are removed, disks whose centre is less than r below it are glued.
 fn cut_above(recipe: &LayerConfig, free: Vec<Disk>) -> (Vec<Disk>, Vec<Disk>) {
     let height = |disk: &Disk| recipe.height_at(disk.centre[0]);
     free.into_iter()
@@ -99,7 +98,7 @@ fn cut_above(recipe: &LayerConfig, free: Vec<Disk>) -> (Vec<Disk>, Vec<Disk>) {
         .partition(|disk| disk.centre[1] <= height(disk) - disk.radius)
 }
 
-/// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
+/// Cuts along y = 0: disks wholly below are removed, disks whose centre is less than r above it are glued.
 fn cut(packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
     let above = packing.disks().filter(|disk| disk.centre[1] > -disk.radius);
     above.partition(|disk| disk.centre[1] >= disk.radius)
@@ -115,9 +114,8 @@ fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
 /// Takes the side walls away and lets the grains relax under the wheel, which is held where the plate was, or between
 /// their glued rows.
 ///
-/// The shift along the crown leaves overlaps of up to a few micrometres on the flanks. Grains that find no support
-/// drift off slowly; that they still do is no reason to wait, so the number of iterations is bounded, not the drift.
-/// Returns the grains and the largest overlap that is left (m).
+/// The shift along the crown leaves overlaps of up to a few micrometres on the flanks. Grains without support drift off slowly; there is no reason to
+/// wait for them, so the number of iterations is bounded, not the drift. Returns the grains and the largest overlap that is left (m).
 fn release(
     recipe: &LayerConfig,
     bed: &Bed,

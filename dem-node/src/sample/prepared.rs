@@ -1,8 +1,7 @@
-//! Prepared samples that are kept for later runs: a folder of files, each named by the hash of the recipe that its sample came
-//! from. The folder is that of one build: another one may prepare other bits.
+//! Prepared samples that are kept for later runs: a folder of files, each named by the hash of its sample's recipe. A folder belongs to one build:
+//! another build may prepare other bits.
 //!
-//! A sample that was kept is, bit for bit, the one that its recipe makes. A file that is not what it was written as is never
-//! used: it is made anew, with a warning.
+//! A sample from a file has the bits that its recipe makes. A damaged file is never used: it is made again, with a warning.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -19,12 +18,12 @@ use crate::error::DemError;
 use crate::sample;
 use crate::sample::types::Sample;
 
-/// A sample that took less time than this is not kept: to make it again costs little more than to read it.
+/// A sample that took less time than this is not kept: making it again costs little more than reading it.
 pub const WORTH: Duration = Duration::from_millis(100);
 /// Bytes of the checksum in front of a file.
 const CHECKSUM: usize = 32;
 
-/// The folder of samples that are kept, if there is one: it need not exist, and nothing is kept without one.
+/// The folder of kept samples, if any. It need not exist; nothing is kept without one.
 pub struct SampleStore<'a> {
     /// The folder.
     pub folder: Option<&'a Path>,
@@ -36,7 +35,7 @@ pub struct SampleStore<'a> {
 pub struct Prepared {
     /// The sample.
     pub sample: Sample,
-    /// Its recipe, and if it comes from a file; absent for disks that are listed.
+    /// Its recipe, and whether it comes from a file; absent for listed disks.
     pub origin: Option<PreparedSample>,
     /// Faults of its file, which cost time only.
     pub warnings: Vec<String>,
@@ -82,7 +81,7 @@ impl SampleStore<'_> {
     }
 }
 
-/// Everything that decides a bit of a prepared sample, as JSON; `None` for one that is not prepared.
+/// Everything that decides the bits of a prepared sample, as JSON; `None` for listed disks.
 fn recipe(config: &DemConfig, seed: u64) -> Option<String> {
     let (kind, keys, own) = match config.sample.clone() {
         SampleConfig::Disks(_) => return None,
@@ -106,11 +105,11 @@ fn recipe(config: &DemConfig, seed: u64) -> Option<String> {
     Some(recipe.to_string())
 }
 
-/// The sample of a file; none where there is no file. The error says what is wrong with it.
+/// The sample of a file; `None` without a file. The error states the file's fault.
 fn read(path: &Path, recipe: &str) -> Result<Option<Sample>, String> {
     let fault = |why: &str| {
         format!(
-            "the prepared sample {} {why}: it is made anew",
+            "the prepared sample {} {why}: it is made again",
             path.display()
         )
     };
@@ -120,20 +119,20 @@ fn read(path: &Path, recipe: &str) -> Result<Option<Sample>, String> {
     };
     let whole = bytes.split_at_checked(CHECKSUM);
     let whole = whole.filter(|(sum, content)| blake3::hash(content).as_bytes() == sum);
-    let (_, content) = whole.ok_or_else(|| fault("is damaged (its checksum is another)"))?;
+    let (_, content) = whole.ok_or_else(|| fault("is damaged (wrong checksum)"))?;
     let (own, sample): (String, Sample) =
-        unpack(content).map_err(|_| fault("is damaged (its content is another)"))?;
+        unpack(content).map_err(|_| fault("is damaged (wrong content)"))?;
     if own != recipe {
-        return Err(fault("is that of another recipe"));
+        return Err(fault("has another recipe"));
     }
     Ok(Some(sample))
 }
 
-/// Writes a file whole, or leaves the one that is there. The error says why it could not.
+/// Writes a whole file, or leaves the existing one. The error states the reason.
 fn write(path: &Path, recipe: &str, sample: &Sample) -> Result<(), String> {
     let failed = |why: &dyn std::fmt::Display| {
         format!(
-            "the prepared sample {} cannot be kept: {why}; --cache DIR chooses another folder, --cache none none",
+            "the prepared sample {} cannot be kept: {why}; --cache DIR chooses another folder, --cache none switches it off",
             path.display()
         )
     };
@@ -143,7 +142,7 @@ fn write(path: &Path, recipe: &str, sample: &Sample) -> Result<(), String> {
     replace(path, &bytes).map_err(|error| failed(&error))
 }
 
-/// Under a name of its own, then renamed, which is atomic: nobody reads half a file, and of two writers the last one stays.
+/// Writes under another name, then renames, which is atomic: no reader sees half a file, and the last of two writers wins.
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -166,7 +165,7 @@ mod tests {
     use super::*;
     use dem_kernel::bodies::disk::Disk;
 
-    /// A file holds recipe, (x, y, radius) of the free and the glued disks, the number of those of the lid, and two numbers.
+    /// A file holds recipe, (x, y, radius) of the free and the glued disks, the number of disks of the lid, and two numbers.
     #[test]
     fn a_file_holds_no_more_than_its_recipe_makes() {
         let disk = |x: f64| Disk {

@@ -1,8 +1,8 @@
 //! A portion of a rail that consists of grains: a dense packing between plates, cut along crown and base.
 //!
-//! The disks start at the solid fraction that they are to have and are at rest when the root mean square of the unbalanced
-//! forces is small. Dropped in a looser box and pressed, as a layer is, a packing of this size is not at rest after 80 000
-//! steps of the relaxation; nor does the largest unbalanced force say when it is, which a single rattler decides.
+//! The disks start at the final solid fraction and are at rest when the root mean square of the unbalanced forces is small. A packing of this size
+//! that is dropped in a looser box and pressed, like a layer, is not at rest after 80 000 steps of the relaxation. The largest unbalanced force is no
+//! criterion: a single rattler decides it.
 
 use std::f64::consts::PI;
 
@@ -16,24 +16,23 @@ use crate::config::rail::RailConfig;
 use crate::error::DemError;
 use crate::sample::types::Sample;
 
-/// Solid fraction of the box, just below that at which p ~ r^-2 jams (0.8426).
+/// Solid fraction of the box, just below the one at which p ~ r^-2 jams (0.8426).
 const FRACTION: f64 = 0.84;
-/// Mean diameters by which the box is higher than the rail above the crown and below the base, to keep the ordering along
-/// floor and ceiling out of the rail.
+/// Height of the box above the crown and below the base, in mean diameters: the ordering along floor and ceiling stays out of the rail.
 const MARGIN: f64 = 5.0;
 /// Root mean square of the unbalanced forces over the mean contact force in a packing at rest.
 const UNBALANCED: f64 = 1e-3;
 /// Root mean square of the overlaps over the smallest radius below which a packing that is not jammed is at rest.
 const APART: f64 = 1e-4;
 const MAX_ITERATIONS: usize = 80_000;
-/// Part of the radii that is taken off: what is left of the overlaps of most contacts.
+/// Part of the radii that is taken off, for the overlaps that most contacts still have.
 const SHRUNK: f64 = 3e-4;
-/// Least part of the radii that a packing which is too tight is slackened by.
+/// Least part of the radii that a packing loses when it is too tight.
 const SLACKENED: f64 = 1e-4;
-/// Largest overlap of two disks that is left, over the smaller radius.
+/// Largest remaining overlap of two disks over the smaller radius.
 const OVERLAP: f64 = 1e-3;
 
-/// Prepares the rail. Its solid fraction is the area of the disks above the base over that inside base, sides and crown.
+/// Prepares the rail. Its solid fraction is the area of the disks above the base over the area inside base, sides and crown.
 pub fn prepare(recipe: &RailConfig, seed: u64) -> Result<Sample, DemError> {
     let mut packing = drop_disks(recipe, &mut RandomNumbers::new(seed));
     let slackened = settle(&mut packing, recipe.radius_min_m)?;
@@ -82,9 +81,9 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Packing {
     }
 }
 
-/// Lets the packing relax until it is at rest, and slackens one that jams below [`FRACTION`], as those of few or of equal disks
-/// do: as long as its overlaps are too large, all radii lose the mean overlap and it relaxes again. To take the largest overlap
-/// off at once would leave it without contacts. Returns the part of the radii that is left.
+/// Lets the packing relax until it is at rest. Packings of few or of equal disks jam below [`FRACTION`]: as long as overlaps are too large, all radii
+/// lose the mean overlap and the packing relaxes again. Without the largest overlap at once it would have no contacts left. Returns the remaining
+/// part of the radii.
 fn settle(packing: &mut Packing, smallest: f64) -> Result<f64, DemError> {
     let at_rest = |load: &PackingForces| {
         load.rms() <= APART * smallest || load.unbalanced_rms() <= UNBALANCED * load.mean()
@@ -110,8 +109,8 @@ fn settle(packing: &mut Packing, smallest: f64) -> Result<f64, DemError> {
     }
 }
 
-/// Cuts along the crown, above which no centre stays, so that grains make the surface rough; and along the base: disks wholly
-/// below go, disks that cross it are glued. Returns free and glued disks.
+/// Cuts along the crown, above which no centre stays, so that grains make the surface rough. Cuts along the base: disks wholly below are removed,
+/// disks that cross it are glued. Returns free and glued disks.
 fn cut(recipe: &RailConfig, packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
     let base = recipe.base();
     packing
@@ -121,8 +120,8 @@ fn cut(recipe: &RailConfig, packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
         .partition(|disk| disk.centre[1] >= base + disk.radius)
 }
 
-/// Part s of all radii that is to be taken off: with an overlap o of two disks, o - s (r_a + r_b) is at most the part
-/// [`OVERLAP`] of the smaller radius (1 - s) r then.
+/// Part s to take off all radii: with an overlap o of two disks, o - s (r_a + r_b) is then at most the part [`OVERLAP`] of the smaller radius (1 - s)
+/// r.
 fn shrinkage(free: &[Disk], glued: &[Disk]) -> f64 {
     let all = || free.iter().chain(glued);
     let centres: Vec<[f64; 2]> = all().map(|disk| disk.centre).collect();

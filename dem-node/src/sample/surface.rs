@@ -1,4 +1,4 @@
-//! Surfaces of the bodies that carry a sample, beside its glued rows or in their place.
+//! Surfaces of the bodies that carry a sample, beside the glued rows or in their place.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,15 +11,15 @@ use crate::config::sample::{CutLine, SampleConfig};
 use crate::config::surface::{RoughnessConfig, SPACING, SurfaceConfig};
 use crate::sample::types::Sample;
 
-/// Mean radii by which a surface reaches beyond its layer by default.
+/// Default reach of a surface beyond its layer, in mean radii.
 pub(crate) const REACH: f64 = 9.0;
 /// Waves of a rough profile.
 const WAVES: usize = 256;
 
 /// The surface of a prepared sample. `seed` is the run's.
 ///
-/// Beside a glued row it begins where the last disk of the row ends, and it closes the gaps of the row that the smallest grain
-/// would be pressed into, so that none falls between them.
+/// Beside a glued row it begins where the last disk of the row ends. It closes gaps of the row into which the smallest grain would be pressed, so
+/// that no grain falls in.
 pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface {
     let mean = mean_radius(sample);
     let Some(keys) = config.surface() else {
@@ -77,7 +77,7 @@ pub fn surface(config: &SampleConfig, sample: &Sample, seed: u64) -> BareSurface
     surface
 }
 
-/// Neighbours in a row, across the seam of a strip as well, between which there is more room than this (m).
+/// Neighbours in a row with more room between them than this (m), also across the seam of a strip.
 fn wide_gaps(row: &[Disk], room: f64, period: Option<Period>) -> Vec<[usize; 2]> {
     let pairs = (1..row.len()).map(|next| [next - 1, next]);
     let seam = period.filter(|_| row.len() > 2).map(|_| [row.len() - 1, 0]);
@@ -95,8 +95,7 @@ pub(crate) fn mean_radius(sample: &Sample) -> f64 {
     disks().map(|disk| disk.radius).sum::<f64>() / count as f64
 }
 
-/// The lines of the bodies below and above, as [`dem_kernel::bodies::Bodies::lines`]: a glued disk of a layer lies on the line that it was cut
-/// along.
+/// The lines of the bodies below and above, as [`dem_kernel::bodies::Bodies::lines`]: a glued disk of a layer lies on the line of its cut.
 pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>; 2] {
     let Some(keys) = config.surface() else {
         return Default::default();
@@ -121,7 +120,7 @@ pub fn lines(config: &SampleConfig, sample: &Sample) -> [Vec<(usize, [f64; 2])>;
     })
 }
 
-/// Intervals of x (m) that a surface with these ends covers: all of it or the strip, or what lies beside a glued row.
+/// Intervals of x (m) of a surface with these ends: its whole width or the strip, or the parts beside a glued row.
 fn pieces(row: &[Disk], strip: Option<[f64; 2]>, ends: [f64; 2]) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (row.first(), row.last()) else {
         return vec![strip.unwrap_or(ends)];
@@ -145,7 +144,7 @@ impl Waves {
         let mut random = RandomNumbers::new(rough.seed.unwrap_or(seed));
         let spread = std::f64::consts::SQRT_2 / rough.correlation_m;
         let wave = |_| {
-            // A normal number of two uniform ones (Box and Muller 1958).
+            // A normal number from two uniform numbers (Box and Muller 1958).
             let size = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
             let mut number = spread * size * (TAU * random.unit()).cos();
             if let Some(period) = period {

@@ -9,10 +9,10 @@ use dem_kernel::random::RandomNumbers;
 use crate::config::sample::SampleConfig;
 use crate::config::wheel::{DemWheelConfig, FaceKind};
 
-/// Disks of the face about its lowest point (m), by ascending x; none of a smooth one.
+/// Disks of the face about its lowest point (m), by ascending x; empty for a smooth face.
 ///
-/// They touch, their centres lie on a line, and the row is in the middle of the sample: as many disks of the sample's law as do not
-/// reach beyond it. `seed` is the run's, which the sample's overrides; the radii are other ones than those that it gives to the grains.
+/// They touch, their centres lie on a line, and the row is in the middle of the sample: as many disks of the sample's law as fit within its width.
+/// `seed` is the run's, which the sample's seed overrides; the radii differ from the radii of the grains.
 pub fn row(wheel: &DemWheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk> {
     let rough = wheel.face == FaceKind::Disks;
     let Some((radii, most, own_seed)) = sample.wheel_row().filter(|_| rough) else {

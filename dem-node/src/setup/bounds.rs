@@ -1,4 +1,4 @@
-//! Bounds on the step, that is on the windows of a coupled run.
+//! Bounds on the step, which is the window in a coupled run.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::bodies::geometry::range;
@@ -13,24 +13,24 @@ use crate::error::DemError;
 const CLEAN: f64 = 0.05;
 /// Part of the smallest radius that the wheel may travel in a step.
 const WHEEL_TRAVEL: f64 = 0.01;
-/// Part of the smallest radius that a driven cluster may travel in a step: at a third, the friction of plane shear was that of half the
-/// step within 0.3 %.
+/// Part of the smallest radius that a driven cluster may travel in a step: at a third, the friction of plane shear differed by 0.3 % from the
+/// friction with half the step.
 const CLUSTER_TRAVEL: f64 = 0.5;
 
-/// Steps that a period of the wheel's motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
+/// Steps that a period of the wheel's motion must have; 20 chords follow a sine within 1.3 % of its amplitude.
 const STEPS_PER_PERIOD: f64 = 20.0;
 
 /// The bounds of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepBounds {
     /// t_i = d sqrt(rho / P) (s): in this time the mean stress P moves an unbalanced grain of the scaled density rho
-    /// by about its diameter d. No scheme that takes unbalanced grains for resting ones survives steps above it.
+    /// by about its diameter d. A scheme that takes unbalanced grains for resting ones fails in longer steps.
     pub inertial_time: f64,
     /// Highest sideways speed of the wheel (m/s).
     top_speed: f64,
     /// Speed of the fastest driven cluster (m/s).
     driven_speed: f64,
-    /// Frequency of that motion (1/s), 0 without one.
+    /// Frequency of the wheel's motion (1/s), 0 without one.
     frequency: f64,
     /// Smallest radius (m).
     smallest: f64,
@@ -38,7 +38,7 @@ pub struct StepBounds {
 }
 
 impl StepBounds {
-    /// Name of the bound that no step may pass.
+    /// Name of the bound that no step may exceed.
     pub const NAME: &str = "inertial time t_i = d sqrt(rho/P)";
 
     /// The bounds of a valid configuration.
@@ -63,7 +63,7 @@ impl StepBounds {
         (!self.unsafe_step).then_some(self.inertial_time)
     }
 
-    /// Refuses a step (s) above t_i or too long for the motion of the wheel, and tells which other bounds it breaks.
+    /// Refuses a step (s) above t_i or too long for the motion of the wheel. Returns warnings of other bounds that it exceeds.
     pub fn assess(&self, step: f64) -> Result<Vec<String>, DemError> {
         if self.limit().is_some_and(|limit| step > limit) {
             return Err(DemError::Step {
@@ -112,9 +112,9 @@ impl StepBounds {
     }
 }
 
-/// Advice on a step (s) in which grains may move by more than `bound` of the smallest radius past each other, with the velocities of the
-/// start, or towards a wall, with those that loose ones have when they get there; where there is none, at the end (s). Shear between
-/// driven clusters has a bound of its own.
+/// Advice on a step (s) in which grains may move by more than `bound` of the smallest radius past each other or towards a wall. Velocities are the
+/// grains' at the start; a loose grain has its velocity when it reaches the wall, or without walls at the end (s). Shear between driven clusters has
+/// a bound of its own.
 pub fn advice_on_travel(
     bodies: &Bodies,
     state: &GrainState,
@@ -140,7 +140,7 @@ pub fn advice_on_travel(
             let ([vx, vy, _], [wx, wy, _], at) = (velocity(i), velocity(wall), at(i, wall));
             let speed = ((vx - wx) * at.normal[0] + (vy - wy) * at.normal[1]).abs();
             let pull = -loose * (gx * at.normal[0] + gy * at.normal[1]).min(0.0);
-            // Infinite is the way to a piece of a wall that lies elsewhere.
+            // The way to a segment of a wall that lies elsewhere is infinite.
             let way = if at.gap.is_finite() { at.gap } else { 0.0 };
             let there = (speed * speed + 2.0 * pull * way.max(0.0)).sqrt();
             fastest = fastest.max(there.min(speed + pull * end));
@@ -152,7 +152,7 @@ pub fn advice_on_travel(
     let way = step * fastest / range(bodies.radii[..bodies.free].iter().copied())[0];
     (way > bound && bodies.clusters.driven().next().is_none()).then(|| {
         format!(
-            "grains may come to move at {fastest:.2e} m/s past each other or to a wall, {way:.3} of the smallest radius in a step of {step:e} s: they may be stopped by what they only pass, and fall too far; keep it below {bound} with a step of at most {:.2e} s",
+            "grains may come to move at {fastest:.2e} m/s past each other or to a wall, {way:.3} of the smallest radius in a step of {step:e} s: grains or walls that they only pass may stop them, and they may fall too far; keep it below {bound} with a step of at most {:.2e} s",
             step * bound / way
         )
     })

@@ -8,13 +8,13 @@ use crate::config::sample::SampleConfig;
 use crate::sample::types::Sample;
 use crate::setup::bounds::StepBounds;
 
-/// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
+/// Two numbers that show whether a layer of scaled mass still follows the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassScaling {
     /// I = (V/H) d sqrt(rho/P) (GDR MiDi, Eur. Phys. J. E 14, 2004): V = 2 pi f A the highest speed of the wheel, H the height
     /// of the grains, d their mean diameter, rho the scaled density, P = `time.pressure_pa`. Quasi-static below 1e-3.
     pub inertial_number: f64,
-    /// rho H (2 pi f)^2 A (Pa): shear stress that accelerates the height H with the wheel.
+    /// rho H (2 pi f)^2 A (Pa): shear stress that accelerates a layer of height H with the wheel.
     pub pressure: f64,
 }
 
@@ -34,12 +34,12 @@ impl MassScaling {
     }
 }
 
-/// Part of the time until the wheel moves within which its load could push the whole layer aside by a diameter: `quick` has
-/// 0.04; its rail carries 0.7 % too much or too little at 0.13 (mass_scale 1e4), 3 % at 0.22 (3e4) and 26 % at 0.40 (1e5).
+/// Time in which the load could push the whole layer aside by a diameter, over the time until the wheel moves. `quick` has 0.04; the load on its rail
+/// is off by 0.7 % at 0.13 (mass_scale 1e4), 3 % at 0.22 (3e4) and 26 % at 0.40 (1e5).
 const SLUGGISH: f64 = 0.2;
 
 /// Advice on a layer whose scaled mass m cannot follow the load P of its wheel: it moves by a mean diameter d in sqrt(2 d m / P),
-/// which must be short beside ramp and hold.
+/// which must be short compared with ramp and hold.
 pub fn advice(config: &DemConfig, thickness: f64) -> Option<String> {
     let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, &config.wheel) else {
         return None;
@@ -59,12 +59,12 @@ pub fn advice(config: &DemConfig, thickness: f64) -> Option<String> {
     })
 }
 
-/// Part of a cycle in which what the wheel presses out may need to leave: `third-body-flow` sinks by 93 +- 60 um in three cycles at 0.30
-/// (mass_scale 1000), by 186 +- 73 at 0.16 (300) and by 252 +- 55 at 0.10 (100).
+/// Part of a cycle that grains pressed out may need to leave. The wheel of `third-body-flow` sinks by 93 +- 60 um in three cycles at 0.30 (mass_scale
+/// 1000), by 186 +- 73 um at 0.16 (300) and by 252 +- 55 um at 0.10 (100).
 const LATE: f64 = 0.1;
 
 /// Advice on a flow whose scaled grains cannot leave in time: under the pressure P at one end a layer of the length L leaves in
-/// L sqrt(2 rho/P), L being its half-width, which must be short beside a cycle.
+/// L sqrt(2 rho/P), L being its half-width; this time must be short compared with a cycle.
 pub fn advice_on_flow(config: &DemConfig) -> Option<String> {
     let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, &config.wheel) else {
         return None;
@@ -75,19 +75,19 @@ pub fn advice_on_flow(config: &DemConfig) -> Option<String> {
     let counts = config.flow.is_some() && wheel.cycles > 0.0 && config.mass_scale > 1.0;
     (counts && share > LATE).then(|| {
         format!(
-            "mass_scale: with {:e} grains that are pressed out need {leaves:.1e} s to leave the layer, {share:.2} of a cycle; above {LATE} inertia keeps them in, and what leaves and how far the wheel sinks follow from mass_scale: lower it, and the step with its root",
+            "mass_scale: with {:e} grains that are pressed out need {leaves:.1e} s to leave the layer, {share:.2} of a cycle; above {LATE} inertia keeps them in, and the mass that leaves and the sinking of the wheel depend on mass_scale: lower it, and the step with its root",
             config.mass_scale
         )
     })
 }
 
-/// Advice on grains that may fly: their weight is that of the real mass, so that a scaled one falls more slowly.
+/// Advice on grains that may fly: gravity acts on the unscaled mass, so that a grain of scaled mass falls more slowly.
 pub fn advice_on_flight(config: &DemConfig) -> Option<String> {
     let loose = matches!(&config.sample, SampleConfig::Disks(_)) && config.wheel.is_none();
     let [x, y] = config.gravity_m_per_s2;
     (loose && config.mass_scale > 1.0 && x.hypot(y) > 0.0).then(|| {
         format!(
-            "mass_scale: with {:e} grains keep their weight and get more mass, so that what flies or slides falls at {:.2e} m/s2: only forces at rest are those of gravity_m_per_s2; write mass_scale = 1 where grains move under their weight",
+            "mass_scale: with {:e} grains keep their weight and get more mass, so that flying and sliding grains fall at {:.2e} m/s2: only forces at rest follow gravity_m_per_s2; write mass_scale = 1 where grains move under their weight",
             config.mass_scale,
             x.hypot(y) / config.mass_scale
         )

@@ -6,10 +6,10 @@ use kit::ConfigError;
 
 use crate::config::DriveConfig;
 
-/// Steps of a run. The opening in a step is then 3e-4 of delta_0: the first-order error of the implicit adhesion stays
-/// below 0.2 % of the stress for every viscosity.
+/// Steps of a run. The pair then opens by 3e-4 of delta_0 in a step: the first-order error of the implicit adhesion stays below 0.2 % of the stress
+/// for every viscosity.
 const STEPS: u64 = 100_000;
-/// Openings delta_0 at the end of a run; h' = 1 without viscosity then has 1 / 1 800 of w left to give.
+/// Openings delta_0 at the end of a run; with h' = 1 and no viscosity, 1 / 1 800 of w is then left.
 const END: f64 = 30.0;
 
 /// The program of the pair.
@@ -61,8 +61,8 @@ impl PrescribedOpening {
 
     /// Opening, adhesion, stress -r_n/l with r_n as a force (tension positive), and work of the drive over l.
     ///
-    /// The drive works against the force at the end of each step; the trapezoidal rule has the mean of both ends, and
-    /// differs by half a step of the last stress as the first is 0.
+    /// The drive works against the force at the end of each step; the trapezoidal rule takes the mean of both ends. They differ by half a step of the
+    /// last stress, as the first stress is 0.
     pub fn signals(&self, state: &GrainState) -> [(&'static str, f64); 4] {
         let force = state.list.slots.first().map_or(0.0, |slot| slot.force[0]);
         let stress = -force / self.area;

@@ -1,15 +1,15 @@
 //! The discretised body: masses and the internal forces of its elements.
 //!
 //! Every nodal field is stored row after row; a row of nodes holds its x components, then its y components,
-//! each padded with zeros to [`Layout::stride`](layout::Layout::stride), so that packs of neighbours never need a special case. All
-//! nodes of an unstructured mesh form one row, and its elements gather from it what they need.
+//! each padded with zeros to [`Layout::stride`](layout::Layout::stride), so that packs of neighbours never need a special case. All nodes of an
+//! unstructured mesh form one row, from which its elements gather their corners.
 //!
 //! - [`shape`]: shape functions, their slopes and the points of integration;
-//! - [`layout`]: where a node's components stand in a field;
+//! - [`layout`]: positions of a node's components in a field;
 //! - [`stiffness`]: the stiffness of one element;
 //! - `row_forces`, `corners`, `gather`: forces and motions of the corners of a row of elements;
-//! - `modes`, `gauss`, `constants`: what the elements share in their integration;
-//! - `linear`, `points`: a row of elements of a linear or of another material;
+//! - `modes`, `gauss`, `constants`: parts of the integration that the elements share;
+//! - `linear`, `points`: a row of elements of a linear or a nonlinear material;
 //! - `q4_bbar`, `q4_2x2`, `q4_1point`: the elements;
 //! - [`body`]: all elements of a body.
 

@@ -6,18 +6,18 @@ use thiserror::Error;
 /// Failure of a step or of an equilibrium.
 #[derive(Clone, Debug, Error)]
 pub enum KernelError {
-    /// A step left a law of contact violated.
+    /// A law of contact is violated after a step.
     #[error(
-        "step {step}, t = {time_s:.6e} s: the contact with the wheel left a residual of {residual:.2e} after {sweeps} sweeps: a heavier wheel.mass_kg converges faster, a flat one (wheel.radius_m = 0) needs no sweeps"
+        "step {step}, t = {time_s:.6e} s: the contact with the wheel left a residual of {residual:.2e} after {sweeps} sweeps: a heavier wheel.mass_kg converges faster, a flat wheel (wheel.radius_m = 0) needs no sweeps"
     )]
     Contact {
         /// Own steps since the start of the run.
         step: u64,
         /// Time (s).
         time_s: f64,
-        /// Sweeps that were done.
+        /// Sweeps done.
         sweeps: usize,
-        /// Residual that they left.
+        /// Residual after the sweeps.
         residual: f64,
     },
     /// The stiffness is singular.
@@ -27,10 +27,10 @@ pub enum KernelError {
     Factor {
         /// Components that can move.
         equations: usize,
-        /// What the factorisation reports.
+        /// Report of the factorisation.
         reason: String,
     },
-    /// An increment left a law of contact violated.
+    /// A law of contact is violated after an increment.
     #[error(
         "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n, or lower contact.friction"
     )]
@@ -45,12 +45,12 @@ pub enum KernelError {
         friction: f64,
         /// Violation of a law, as a force (N).
         violation_n: f64,
-        /// Rounds that were done.
+        /// Rounds done.
         iterations: usize,
     },
     /// The contact is too wide for the normals of the undeformed edge.
     #[error(
-        "the static contact has become {half_width_m:.3e} m wide on each side under {load_n:?} N, more than half of wheel.radius_m = {radius_m:?} m, and is solved with the normals of the undeformed edge: raise the radius, or lower wheel.load_n"
+        "the static contact has become {half_width_m:.3e} m wide on each side under {load_n:?} N, more than half of wheel.radius_m = {radius_m:?} m, but is solved with the normals of the undeformed edge: raise the radius, or lower wheel.load_n"
     )]
     NarrowWheel {
         /// Radius of the face (m).
@@ -62,7 +62,7 @@ pub enum KernelError {
     },
     /// A displacement exceeds the size of the body.
     #[error(
-        "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
+        "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, but the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
     )]
     StaticSize {
         /// Displacement of a node or the wheel (m).
@@ -73,7 +73,7 @@ pub enum KernelError {
 }
 
 impl KernelError {
-    /// Its cause, a word for scripts.
+    /// The cause as a word for scripts.
     pub fn cause(&self) -> Cause {
         match self {
             KernelError::Contact { .. } | KernelError::ContactNotConverged { .. } => {

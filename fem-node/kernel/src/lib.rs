@@ -1,11 +1,11 @@
 //! Finite elements of plane bodies: internal forces, explicit steps, contact with a rigid wheel, equilibrium.
 //!
-//! The crate computes with plain numbers and fields. It knows no keys of a scenario and no coupler; `fem-node` makes a participant of it.
+//! The crate computes with plain numbers and fields. It knows no keys of a scenario and no coupler; `fem-node` makes it a participant.
 //!
 //! # Problem
 //!
 //! A plane body of thickness t (plane strain, or plane stress) moves under loads and prescribed motions of named sets of nodes (over
-//! time, to and fro), under a rigid wheel of its own, or under the force lambda of an interface that a coupler dictates. Its weak form on 4-node
+//! time, to and fro), under a rigid wheel of its own, or under the force lambda of an interface that a coupler prescribes. Its weak form on 4-node
 //! quadrilaterals is the equation of motion
 //!
 //! ```text
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! The paper's rail, 65 mm wide and 20 mm high with a crown of 300 mm, clamped at its base, is `scenarios/wheel-rail-fe`.
-//! Unknown are the nodal displacements over time and, where there is a wheel, the contact forces r and the wheel's height.
+//! The unknowns are the nodal displacements over time and, with a wheel, the contact forces r and the wheel's height.
 //!
 //! # Symbols
 //!
@@ -22,7 +22,7 @@
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
 //! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`NodalState`](integrate::state::NodalState) |
-//! | F, f | internal force; applied forces, those of the interface included | N | [`NodalState::force`](integrate::state::NodalState::force), [`Load`](integrate::load::Load) |
+//! | F, f | internal force; applied forces, the interface's included | N | [`NodalState::force`](integrate::state::NodalState::force), [`Load`](integrate::load::Load) |
 //! | M | lumped masses | kg | [`Body::mass`](element::body::Body::mass) |
 //! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`NewmarkScheme::step`](scheme::NewmarkScheme::step), [`Window::substeps`](protocol::Window::substeps) |
 //! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`NewmarkScheme::damping`](scheme::NewmarkScheme::damping), key `time.damping` |
@@ -48,15 +48,15 @@
 //! h  < sqrt(2/b) / omega_max         1 + trace + det = 0 of the map of one mode
 //! ```
 //!
-//! The grouping is the point: a force that begins at t_n acts from t_n on. Shifted by half a step, as the paper writes it, a window under
-//! a constant force has a compliance that can be negative, on which a coupling grows. b = 1/2 keeps the energy; above it
-//! a mode is damped by about (b - 1/2) omega h / 2 of critical.
+//! The grouping matters: a force that begins at t_n acts from t_n on. With the paper's shift by half a step, the compliance of a window under a
+//! constant force can be negative, and a coupling grows. b = 1/2 keeps the energy; above it a mode is damped by about (b - 1/2) omega h / 2 of
+//! critical.
 //!
 //! # Space and material
 //!
 //! Masses are lumped by rows. Internal forces come from one of three elements: one point with hourglass stiffness (fast,
-//! [`q4_1point`](element::q4_1point)), 2 x 2 points ([`q4_2x2`](element::q4_2x2)), or 2 x 2 points with one mean dilatation ([`q4_bbar`](element::q4_bbar)), which is
-//! the one for plastic flow. The material is linear in small strain, linear in the stretch of a rotated frame
+//! [`q4_1point`](element::q4_1point)), 2 x 2 points ([`q4_2x2`](element::q4_2x2)), or 2 x 2 points with one mean dilatation
+//! ([`q4_bbar`](element::q4_bbar)), for plastic flow. The material is linear in small strain, linear in the stretch of a rotated frame
 //! ([`material::nonlinear`]), or von Mises with linear hardening and an exact return ([`material::j2`]).
 //!
 //! ```text
@@ -67,28 +67,28 @@
 //!
 //! # Contact with the wheel
 //!
-//! The contact forces at t_n are those that leave no overlap at t_n+1: the forward increment Lagrange multipliers of Carpenter, Taylor
-//! and Katona (1991), the paper's eqs 11 to 15, with one factor corrected ([`mod@wheel`]).
+//! The contact forces at t_n leave no overlap at t_n+1: they are the forward increment Lagrange multipliers of Carpenter, Taylor and Katona (1991),
+//! the paper's eqs 11 to 15, with one factor corrected ([`mod@wheel`]).
 //!
 //! ```text
 //! u_free = u' + h v_free + h^2/2 a_free     v_free, a_free: without contact forces
-//! w = h^2 (b + 1/2) M^-1 / (1 + b h c)      moved by a unit force until t_n+1
+//! w = h^2 (b + 1/2) M^-1 / (1 + b h c)      displacement until t_n+1 by a unit force
 //! g(u_free) + (H* w H) r >= 0,  r_n >= 0    complementary
 //! |r_t| <= mu r_n                           opposed to the slip from t_n to t_n+1
 //! ```
 //!
-//! Under a flat face this is a monotone equation in one unknown, the total normal force; under a round one it is solved by Gauss-Seidel
-//! sweeps over the nodes' 2 x 2 blocks.
+//! Under a flat face this is a monotone equation in one unknown, the total normal force; under a round face Gauss-Seidel sweeps over the nodes' 2 x 2
+//! blocks solve it.
 //!
 //! # Equilibrium
 //!
 //! `analysis = "static"`, and `start = "static"` of dynamics, solve K u = f + H r by a sparse Cholesky factor that is condensed to the
-//! upper edge, with an active set for contact and friction, in small increments of the load ([`statics`]). The increments are no
-//! matter of convergence: friction depends on the way. All the load at once gives another pressure, 784 MPa in place of 671.
+//! upper edge, with an active set for contact and friction, in small increments of the load ([`statics`]). The increments do not serve convergence:
+//! friction depends on the path. A single increment gives another pressure, 646 MPa instead of 671.
 //!
 //! # Modules
 //!
-//! In reading order, each folder after those that it needs:
+//! In reading order, each folder after the ones that it needs:
 //! - [`pack`]: packs of four doubles, which the compiler turns into vector code;
 //! - [`mesh`]: structured and unstructured meshes of quadrilaterals;
 //! - [`material`]: linear elasticity in the plane, plasticity, large rotations;
@@ -96,16 +96,15 @@
 //! - [`spectrum`]: the largest natural frequency, and the longest stable step;
 //! - [`scheme`]: the parameters of the time scheme, which body and wheel share;
 //! - [`wheel`]: the body's own rigid wheel and the contact with it;
-//! - [`mod@integrate`]: a step of the body along with its wheel, and the energies that it moves;
+//! - [`mod@integrate`]: a step of the body with its wheel, and the energies;
 //! - [`interface`]: prescribed velocities of exchanged components, their compliance and impedance;
 //! - [`statics`]: equilibrium, alone or as the start of dynamics;
 //! - [`error`]: failures of a step and of an equilibrium.
 //!
 //! # Equations, functions, sources
 //!
-//! h is the step, b the damping parameter, c the mass damping, beta the stiffness damping, F the internal force, f the
-//! applied ones; a prime marks the end of a step. RSB stands for Renouf, Saulot and Berthier (2006), whose eqs 1 to 5 are
-//! the equation of motion M u'' + F = f + H r that all of this solves.
+//! h is the step, b the damping parameter, c the mass damping, beta the stiffness damping, F the internal force, f the applied force; a prime marks
+//! the end of a step. RSB stands for Renouf, Saulot and Berthier (2006), whose eqs 1 to 5 are the equation of motion M u'' + F = f + H r solved here.
 //!
 //! | equation | function | source |
 //! |---|---|---|

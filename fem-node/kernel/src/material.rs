@@ -1,7 +1,7 @@
 //! Linear elasticity in the plane.
 //!
 //! - [`j2`]: plasticity with isotropic and kinematic hardening;
-//! - [`nonlinear`]: laws that are more than linear, and large rotations.
+//! - [`nonlinear`]: nonlinear laws, and large rotations.
 
 pub mod j2;
 pub mod nonlinear;
@@ -13,7 +13,7 @@ pub mod nonlinear;
 /// Plane stress (szz = 0): c11 = E / (1 - nu^2), c12 = nu c11. In both c33 = mu.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic {
-    /// Stiffness against a strain in its own direction, the other one held (Pa).
+    /// Stiffness against a strain in its own direction, the other direction held (Pa).
     pub c11: f64,
     /// Coupling of the two directions (Pa).
     pub c12: f64,
@@ -42,7 +42,7 @@ impl Elastic {
         }
     }
 
-    /// The law of plane stress, of the same numbers.
+    /// The law of plane stress from the same numbers.
     pub fn plane_stress(young: f64, nu: f64, density: f64) -> Elastic {
         let in_plane = young / (1.0 - nu * nu);
         Elastic {
@@ -69,7 +69,7 @@ impl Elastic {
         ]
     }
 
-    /// Bulk modulus c12 + 2/3 c33 (Pa); in plane stress that of the reduced law, without the free third direction.
+    /// Bulk modulus c12 + 2/3 c33 (Pa); in plane stress the reduced law's, without the free third direction.
     pub fn bulk(&self) -> f64 {
         self.c12 + 2.0 / 3.0 * self.c33
     }
@@ -79,8 +79,7 @@ impl Elastic {
         -(1.0 + self.out_of_plane) * (stress[0] + stress[1]) / 3.0
     }
 
-    /// Hydrostatic pressure of an equal stress in all directions that the plane leaves (Pa): three in plane strain,
-    /// two in plane stress.
+    /// Hydrostatic pressure of an equal stress in all loaded directions (Pa): three in plane strain, two in plane stress.
     pub fn pressure_of_uniform(&self, stress: f64) -> f64 {
         if self.plane_stress {
             -2.0 / 3.0 * stress

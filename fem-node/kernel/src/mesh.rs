@@ -11,14 +11,14 @@ use connectivity::{Connectivity, NodeSet};
 /// Irrational strides of the Weyl sequences of [`Mesh::perturb`]: the reciprocals of the golden and of the plastic number.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const PLASTIC: f64 = 0.754_877_666_246_692_8;
-/// Seeds beyond begin anew: a fraction of larger numbers keeps too few bits.
+/// Seeds beyond this wrap around: a fraction of larger numbers keeps too few bits.
 const WRAP: u64 = 1 << 20;
 
 /// Mesh of quadrilaterals, most often structured. Node (column, row) counts from the upper left corner: row 0 is the
 /// upper edge, row [`Mesh::rows`] the lower one.
 ///
-/// An unstructured mesh has all its nodes in row 0, those of its set `top` first, and its elements in rows whose
-/// length has no meaning; the last one may be shorter.
+/// An unstructured mesh has all its nodes in row 0, its set `top` first, and its elements in rows whose length has no meaning; the last row may be
+/// shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Elements in a row; the last row of an unstructured mesh may be shorter.
@@ -27,7 +27,7 @@ pub struct Mesh {
     pub rows: usize,
     /// Positions of all nodes, row after row (m).
     pub points: Vec<[f64; 2]>,
-    /// True where the left and the right edge are one: each node of the last column moves with that of the first.
+    /// True where the left and the right edge are one: each node of the last column moves with the node of the first.
     pub periodic: bool,
     /// Elements and sets of an unstructured mesh.
     pub connectivity: Option<Arc<Connectivity>>,
@@ -177,8 +177,8 @@ impl Mesh {
         }
     }
 
-    /// The nodes (column, row) of an edge, from left to right or from the top down; of an unstructured mesh those of
-    /// the set with its name, none where there is no such set.
+    /// The nodes (column, row) of an edge, from left to right or from the top down; on an unstructured mesh the nodes of the set with its name, empty
+    /// without such a set.
     pub fn edge(&self, edge: Edge) -> Vec<[usize; 2]> {
         if self.connectivity.is_some() {
             return self.set(edge.name()).unwrap_or_default();
@@ -197,8 +197,8 @@ impl Mesh {
         [if is_seam { 0 } else { column }, row]
     }
 
-    /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the length that belongs to each
-    /// (m). In a periodic mesh the first node of the upper and lower edge has a segment on both sides.
+    /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the tributary length of each (m). In a periodic mesh the
+    /// first node of the upper and lower edge has a segment on both sides.
     pub fn surface(&self, edge: Edge) -> (Vec<[usize; 2]>, Vec<f64>) {
         let mut nodes = self.edge(edge);
         let mut lengths = self.tributary(&nodes);
@@ -209,7 +209,7 @@ impl Mesh {
         (nodes, lengths)
     }
 
-    /// Length of the edge that belongs to each of its nodes (m): half of the two segments beside it.
+    /// Tributary length of each node of an edge (m): half of its two segments.
     pub fn tributary(&self, nodes: &[[usize; 2]]) -> Vec<f64> {
         let mut lengths = vec![0.0; nodes.len()];
         for (k, pair) in nodes.windows(2).enumerate() {
@@ -234,7 +234,7 @@ impl Mesh {
         }
     }
 
-    /// The nodes of a set, each once, in the order of a walk along it.
+    /// The nodes of a set, each once, in order along the set.
     pub fn set(&self, name: &str) -> Option<Vec<[usize; 2]>> {
         match &self.connectivity {
             None => Edge::named(name).map(|edge| self.edge(edge)),
@@ -242,8 +242,7 @@ impl Mesh {
         }
     }
 
-    /// The lines that a set consists of, each in the order of a walk; a closed one ends where it begins. None for a
-    /// region and an unknown name.
+    /// The lines of a set, each in order along the line; a closed one ends where it begins. `None` for a region or an unknown name.
     pub fn lines(&self, name: &str) -> Option<Vec<Vec<[usize; 2]>>> {
         let Some(connectivity) = &self.connectivity else {
             let known = self.sets().contains(&name);
@@ -256,7 +255,7 @@ impl Mesh {
         }
     }
 
-    /// The nodes of a set that is one open line on the outline of the body, in the order of a walk.
+    /// The nodes of a set that is one open line on the outline of the body, in order along the line.
     pub fn open_line(&self, name: &str) -> Option<Vec<[usize; 2]>> {
         let mut lines = self.lines(name)?;
         let line = lines.pop().filter(|_| lines.is_empty())?;
@@ -265,7 +264,7 @@ impl Mesh {
         (open && line.windows(2).all(outside)).then_some(line)
     }
 
-    /// The two ends of a segment of the outline, ordered so that the body lies on the left; none for a segment inside.
+    /// The two ends of a segment of the outline, ordered so that the body lies on the left; `None` for a segment inside.
     pub fn outline(&self, a: [usize; 2], b: [usize; 2]) -> Option<[[usize; 2]; 2]> {
         if let Some(connectivity) = &self.connectivity {
             return connectivity

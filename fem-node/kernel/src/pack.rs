@@ -19,9 +19,8 @@ use protocol::larger;
 
 use lanes::{InRegisters, LANES, Pack, Registers};
 
-/// Does `work` where the compiler may use the widest vector registers that this machine and the build have; all that it calls must be
-/// inlined. Every operation rounds as it does elsewhere, so the bits are the same. `work` is the body of a closure: a `return` leaves
-/// only it.
+/// Runs `work` with the widest vector registers of this machine and build; all functions that it calls must be inlined. Every operation rounds as
+/// elsewhere, so the bits are the same. `work` is the body of a closure: a `return` leaves only the closure.
 macro_rules! vectorised {
     ($work:expr) => {
         $crate::pack::dispatch(
@@ -32,14 +31,14 @@ macro_rules! vectorised {
 }
 pub(crate) use vectorised;
 
-/// Calls `work`. The bound lets the compiler know the closure for one that is called once, which it inlines.
+/// Calls `work`. The bound shows the compiler that the closure is called once, so it inlines it.
 #[inline(always)]
 pub(crate) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Runs a computation in the widest registers that this machine and the build have. In loops over [`Pack`] the compiler has to find
-/// the vectors, and where a loop reads many rows it takes the lanes apart again to compute several packs at once.
+/// Runs a computation in the widest registers of this machine and build. In loops over [`Pack`] the compiler has to find the vectors, and where a
+/// loop reads many rows it splits the lanes again to compute several packs at once.
 pub(crate) fn in_registers(computation: impl InRegisters) {
     match pulp::Arch::new() {
         #[cfg(target_arch = "x86_64")]
@@ -85,7 +84,7 @@ pub(crate) fn packs_of<'a>(
     &numbers[first..].as_chunks().0[packs.clone()]
 }
 
-/// The same, to be written.
+/// The same packs, mutable.
 #[inline(always)]
 pub(crate) fn packs_of_mut<'a>(
     numbers: &'a mut [f64],
@@ -95,7 +94,7 @@ pub(crate) fn packs_of_mut<'a>(
     &mut numbers[first..].as_chunks_mut().0[packs.clone()]
 }
 
-/// The largest of these, none being negative; NaN if any is.
+/// The largest of these non-negative numbers; NaN if any is NaN.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, larger)
 }
@@ -116,7 +115,7 @@ mod tests {
         [1.1, 2.2, 3.3, 4.4],
     ];
 
-    /// Sums, differences, products, numbers and the larger ones of three packs: a vector of two leaves one.
+    /// Sums, differences, products, numbers and maxima of three packs: a vector of two packs leaves one over.
     #[derive(Debug, Default, PartialEq)]
     struct Computed([[[f64; LANES]; 3]; 5]);
 

@@ -52,10 +52,10 @@ impl Damping {
     }
 }
 
-/// NewmarkScheme and mass damping of a step.
+/// Scheme and mass damping of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     pub(crate) scheme: NewmarkScheme,
-    /// Mass damping, that of a start phase included.
+    /// Mass damping, the start phase's included.
     pub damping: Damping,
 }

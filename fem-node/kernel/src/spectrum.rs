@@ -7,7 +7,7 @@ use crate::element::body::Body;
 /// Relative residual of the largest eigenvalue at which the iteration ends.
 const TOLERANCE: f64 = 1e-6;
 
-/// The Krylov space never needs more: 60 to 200 directions are usual.
+/// Largest Krylov space: 60 to 200 directions are usual.
 const DIRECTIONS_MAX: usize = 640;
 
 /// Largest natural frequency (1/s) of M^-1 K, from above within about 1e-6.
@@ -97,7 +97,7 @@ impl Krylov {
         true
     }
 
-    /// Largest eigenvalue of the tridiagonal matrix, and how far the operator's own may be from it.
+    /// Largest eigenvalue of the tridiagonal matrix, and a bound on its distance from the operator's.
     fn largest(&self) -> (f64, f64) {
         let n = self.alpha.len();
         let matrix = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {

@@ -5,10 +5,10 @@
 //! and the position of the wheel.
 //!
 //! Coulomb's law is a law of rates. A node that touched early has been dragged along by all the load that came after,
-//! so the load must grow in small increments, each with its own complementarity problem. Applying it at once leaves
-//! 784 MPa of hydrostatic pressure under the wheel of the paper instead of 671, with friction or without.
+//! so the load must grow in small increments, each with its own complementarity problem. A single increment gives 646 MPa of hydrostatic pressure
+//! under the wheel of the paper instead of 671.
 //!
-//! - [`problem`]: the body, and what acts on it besides a wheel;
+//! - [`problem`]: the body, and its loads without a wheel;
 //! - [`contact`]: contact forces and statuses of the nodes;
 //! - `factor`: the stiffness of the body and its Cholesky factor;
 //! - `face`: position of the wheel, and the gaps below it;

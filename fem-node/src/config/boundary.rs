@@ -1,4 +1,4 @@
-//! Boundary conditions of named sets of nodes: a load, or the motion itself, or one of each.
+//! Boundary conditions of named sets of nodes: a load, a motion, or one of each.
 
 use std::collections::BTreeMap;
 
@@ -22,25 +22,26 @@ pub struct BoundaryConfig(pub BTreeMap<String, SetConfig>);
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetConfig {
-    /// Components (tx, ty) of a traction on the reference edge (Pa), or `"free"` where there is none.
+    /// Components (tx, ty) of a traction on the reference edge (Pa), `"free"` for a component without load. No traction when absent.
     pub traction_pa: Option<[PrescribedComponent; 2]>,
-    /// Pressure on the reference edge, against its outward normal (Pa).
+    /// Pressure on the reference edge (Pa), against its outward normal; none when absent.
     pub pressure_pa: Option<f64>,
-    /// Force of the whole set over time (s, N), spread evenly over its length: linear between the entries, constant beyond them.
+    /// Force of the whole set over time, in entries (s, N), spread evenly over its length: linear between the entries, constant beyond them. No force
+    /// when absent.
     pub load_table: Option<LoadTable>,
-    /// Direction of that force, of any length but 0; when absent the only one that a motion leaves free, towards +x or +y.
+    /// Direction of the force in `load_table`, of any length but 0; when absent, the only direction that a motion leaves free, towards +x or +y.
     pub load_direction: Option<[f64; 2]>,
-    /// Components of the velocity (m/s), or `"free"` where the set may move.
+    /// Components of the set's velocity (m/s), `"free"` where it may move. No prescribed velocity when absent.
     pub velocity_m_per_s: Option<[PrescribedComponent; 2]>,
-    /// Components of the displacement at the end of the ramp (m), or `"free"`.
+    /// Components of the set's displacement at the end of the ramp (m), `"free"` where it may move. No prescribed displacement when absent.
     pub displacement_m: Option<[PrescribedComponent; 2]>,
-    /// Displacement over time (s, m, m), or `"free"` in all entries where the set may move: linear between the entries, constant
-    /// beyond them, and 0 at t = 0.
+    /// Displacement of the set over time, in entries (s, m, m): linear between the entries, constant beyond them, and 0 at t = 0; `"free"` in all
+    /// entries where the set may move. No prescribed motion when absent.
     pub motion_table: Option<MotionTable>,
-    /// Motion to and fro along one direction.
+    /// Sinusoidal motion to and fro along one direction; none when absent.
     pub motion: Option<ReciprocatingConfig>,
-    /// Duration of a linear ramp from zero (s), of tractions, pressures, velocities and displacements alike; at once when absent or
-    /// 0, which a displacement cannot be. Loads and motions over time have none.
+    /// Duration (s) of a linear ramp from zero, for a traction, pressure, velocity or displacement. Without a ramp, absent or 0, the value applies at
+    /// once; a displacement other than 0 needs a ramp, and loads and motions over time take none.
     #[schemars(range(min = 0.0))]
     pub ramp_s: Option<f64>,
 }
@@ -55,7 +56,7 @@ pub(crate) enum SetLoad<'a> {
 }
 
 impl SetConfig {
-    /// The load that is given.
+    /// The given load.
     pub(crate) fn load(&self) -> Option<SetLoad<'_>> {
         let traction = self.traction_pa.map(SetLoad::Traction);
         let given = traction.or(self.pressure_pa.map(SetLoad::Pressure));
@@ -63,7 +64,7 @@ impl SetConfig {
         given.or(table.map(|(table, direction)| SetLoad::Table(table, direction)))
     }
 
-    /// The motion that is given.
+    /// The given motion.
     pub(crate) fn prescribed(&self) -> Option<SetMotion<'_>> {
         let velocity = self.velocity_m_per_s.map(SetMotion::Velocity);
         let rate = velocity.or(self.displacement_m.map(SetMotion::Displacement));
@@ -96,14 +97,14 @@ impl SetConfig {
         self.check_ramp(&format!("boundary.{set}.ramp_s"))
     }
 
-    /// Refuses a ramp that nothing follows, and a displacement without one.
+    /// Refuses a ramp without effect, and a displacement without a ramp.
     fn check_ramp(&self, key: &str) -> Result<(), ConfigError> {
         let rate = self.velocity_m_per_s.or(self.displacement_m);
         let follows = rate.or(self.traction_pa).is_some() || self.pressure_pa.is_some();
         refuse_if(
             self.ramp_s.is_some() && !follows,
             key,
-            "does not act on load_table, motion_table and motion, which already are over time",
+            "has no effect on load_table, motion_table and motion, which already vary over time",
             "remove it, and let a table begin with [0.0, 0.0], or set motion.start_s",
         )?;
         let moved =
@@ -123,7 +124,7 @@ impl SetConfig {
         let (loads, motions) = (count(&loads), count(&motions));
         let problem =
             "must hold exactly one load or motion, or a load and a motion in different directions";
-        let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m, motion_table, motion; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
+        let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m, motion_table, motion; or traction_pa = [\"free\", -1e6] with velocity_m_per_s = [0.1, \"free\"]";
         let one_each = loads + motions > 0 && loads <= 1 && motions <= 1;
         refuse_if(!one_each, &format!("boundary.{set}"), problem, help)
     }
@@ -135,7 +136,7 @@ impl SetConfig {
             refuse_if(
                 self.load_table.is_none(),
                 &key("load_direction"),
-                "is that of load_table, and there is none",
+                "is the direction of load_table, which is absent",
                 "add load_table = [[t_s, n], ...], or remove the key",
             )?;
             check_direction(&key("load_direction"), direction)?;
@@ -163,7 +164,7 @@ impl SetConfig {
         refuse_if(
             matches!(load, SetLoad::Pressure(_)),
             &key,
-            "has a pressure beside a motion, and a pressure may act in both directions",
+            "has a pressure and a motion, and a pressure may act in both directions",
             "give the component that is not moved as traction_pa = [\"free\", -1e6]",
         )?;
         let both = |k: &usize| load.acts_along(*k) && motion.components()[*k].0.is_some();
@@ -175,7 +176,7 @@ impl SetConfig {
                     both(k),
                     &key,
                     format!(
-                        "has a load and a motion in {direction}, of which only one can be given"
+                        "has a load and a motion in {direction}, but only one of them is allowed there"
                     ),
                     "write \"free\" for one of them, or remove load_direction",
                 )

@@ -15,25 +15,24 @@ pub enum Analysis {
     Static,
 }
 
-/// Way in which a body under a wheel comes under its load.
+/// How a body under a wheel is loaded at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
-    /// The wheel's load grows in time, `wheel.ramp_s` long.
+    /// The wheel's load grows over `wheel.ramp_s`.
     #[default]
     Ramp,
-    /// The motion starts from the equilibrium under the full load, in place of the ramp; `wheel.hold_s` keeps
-    /// its meaning.
+    /// The run starts in equilibrium under the full load, without a ramp; `wheel.hold_s` keeps its meaning.
     Static,
 }
 
 /// Finite element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ElementKind {
-    /// Bilinear quadrilateral, one point, hourglass stiffness of Flanagan and Belytschko.
+    /// Bilinear quadrilateral, one integration point, hourglass stiffness of Flanagan and Belytschko.
     #[serde(rename = "q4_1point")]
     Q4OnePoint,
-    /// Bilinear quadrilateral, 2 x 2 points.
+    /// Bilinear quadrilateral, 2 x 2 integration points.
     #[serde(rename = "q4_2x2")]
     Q4Full,
     /// Bilinear quadrilateral, 2 x 2 points for the change of shape, one mean value for the change of volume; it
@@ -83,7 +82,7 @@ pub enum ContactEdge {
     /// The upper edge.
     #[default]
     Top,
-    /// The lower edge: the mesh stands on its head.
+    /// The lower edge: the mesh is upside down.
     Bottom,
 }
 

@@ -37,13 +37,13 @@ impl FemConfig {
         refuse_if(
             !wheel && !contact && start_damping.is_some(),
             "time.start_mass_damping_per_s",
-            "it acts until the wheel starts to move, and there is no wheel",
+            "acts until the wheel starts to move, but the body has no wheel",
             "remove it, or write mass_damping_per_s for the whole run",
         )?;
         refuse_if(
             !wheel && !contact && self.start == Start::Static,
             "start",
-            "\"static\" starts from a body loaded by its wheel, and there is no wheel",
+            "\"static\" starts from a body loaded by its wheel, but the body has no wheel",
             "add [participant.config.wheel], or remove `start`",
         )?;
         refuse_if(
@@ -55,7 +55,7 @@ impl FemConfig {
         refuse_if(
             contact && !wheel,
             "wheel",
-            "`contact` says how the body touches a wheel, and there is none",
+            "is required with `contact`, which describes the contact with the wheel",
             "add [participant.config.wheel], or remove `contact`",
         )?;
         let Some(wheel) = &self.wheel else {
@@ -65,7 +65,7 @@ impl FemConfig {
         refuse_if(
             wheel.load_table.is_some() && self.solves_equilibrium(),
             "wheel.load_table",
-            "is a load over time, and a static analysis or start goes to wheel.load_n by increments, without time",
+            "is a load over time, but a static analysis or start reaches wheel.load_n by increments, without time",
             "remove the table, or take analysis = \"dynamic\" and start = \"ramp\"",
         )?;
         refuse_if(
@@ -90,19 +90,19 @@ impl FemConfig {
             corotational && self.element() == ElementKind::Q4MeanDilatation,
             "kinematics",
             "\"corotational\" does not go with the element q4_bbar",
-            "take q4_1point or q4_2x2: the mean dilatation is that of small strain",
+            "take q4_1point or q4_2x2: the mean dilatation holds for small strain only",
         )?;
         refuse_if(
             corotational && plastic,
             "kinematics",
             "\"corotational\" does not go with a j2 material",
-            "take kinematics = \"small\", or an elastic material: no exact answer backs the pair yet",
+            "take kinematics = \"small\", or an elastic material: no exact solution verifies the pair yet",
         )?;
         let damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
         refuse_if(
             damped && (plastic || corotational),
             "time.stiffness_damping_s",
-            "takes the stiffness of a linear elastic body in small strain",
+            "needs the stiffness of a linear elastic body in small strain",
             "remove it, or the yield stress and kinematics = \"corotational\"; time.mass_damping_per_s goes with any law",
         )?;
         if !self.solves_equilibrium() {
@@ -137,19 +137,19 @@ impl FemConfig {
         refuse_if(
             end.is_some(),
             &format!("boundary.{}", end.map_or("", |name| name)),
-            "is no edge of a body with mesh.periodic_x, whose left and right edge are one",
+            "is not an edge of a body with mesh.periodic_x, whose left and right edge are one",
             "remove the set, or write mesh.periodic_x = false",
         )?;
         refuse_if(
             self.sides == Sides::FixedX,
             "sides",
-            "\"fixed_x\" holds the ends of a body that has none: mesh.periodic_x makes its left and right edge one",
+            "\"fixed_x\" holds the ends of a body, but mesh.periodic_x makes its left and right edge one",
             "remove `sides`, or write mesh.periodic_x = false",
         )
     }
 
-    /// Checks sets with a prescribed motion, a load over time or a ramp: such motions and loads need time, a motion
-    /// leaves nothing for a contact to find, and a static start carries the full tractions, which a ramp would take away again.
+    /// Checks sets with a prescribed motion, a load over time or a ramp: motions and loads over time need time, a contact cannot move an edge with a
+    /// prescribed motion, and a ramp would take away the full tractions of a static start.
     fn check_boundary(&self) -> Result<(), ConfigError> {
         self.refuse_set(
             |set| self.solves_equilibrium() && set.prescribed().is_some(),
@@ -177,7 +177,7 @@ impl FemConfig {
         )
     }
 
-    /// A velocity at the start belongs to a body that moves, and not yet under a wheel.
+    /// An initial velocity needs a body that moves and has no wheel.
     fn check_initial(&self) -> Result<(), ConfigError> {
         let Some(set) = self.initial.0.keys().next() else {
             return Ok(());

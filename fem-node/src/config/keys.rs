@@ -23,60 +23,59 @@ use super::wheel::{ContactConfig, FemWheelConfig};
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FemConfig {
-    /// Motion in time or equilibrium; motion when absent.
+    /// Kind of analysis: motion over time or equilibrium; motion when absent.
     #[serde(default)]
     pub analysis: Analysis,
-    /// Way in which a body under a wheel comes under its load.
+    /// How a body under a wheel is loaded at the start; by a ramp when absent.
     #[serde(default)]
     pub start: Start,
-    /// Element; when absent `q4_1point`, or `q4_bbar` for a plastic material.
+    /// Finite element; when absent `q4_1point`, or `q4_bbar` for a plastic material.
     pub element: Option<ElementKind>,
-    /// Small strain when absent.
+    /// Measure of strain; small strain when absent.
     #[serde(default)]
     pub kinematics: Kinematics,
     /// Out-of-plane condition; plane strain when absent.
     #[serde(default)]
     pub plane: Plane,
-    /// Support of the lower edge.
+    /// Support of the lower edge; clamped when absent.
     #[serde(default)]
     pub base: Base,
-    /// Support of the lateral edges.
+    /// Support of the lateral edges; none when absent.
     #[serde(default)]
     pub sides: Sides,
-    /// Geometry and sizes.
+    /// Geometry and element sizes, or a Gmsh file.
     pub mesh: MeshSource,
-    /// Constitutive law and density.
+    /// Constitutive law with its parameters, and density.
     pub material: MaterialConfig,
-    /// Time integration.
+    /// Time step, damping and end of the run.
     pub time: FemTimeConfig,
-    /// Loads and prescribed motions on named sets.
+    /// Loads and prescribed motions on named sets; none when absent.
     #[serde(default)]
     pub boundary: BoundaryConfig,
-    /// Velocities at the start.
+    /// Velocities of named sets at the start; 0 when absent.
     #[serde(default)]
     pub initial: InitialConfig,
-    /// Points whose motion is reported.
+    /// Points whose displacement and velocity are signals; none when absent.
     #[serde(default)]
     pub probes: Vec<ProbeConfig>,
-    /// The rigid wheel on the upper edge.
+    /// The rigid wheel on the upper edge; no wheel when absent.
     pub wheel: Option<FemWheelConfig>,
-    /// Contact of the upper edge with the wheel.
+    /// Contact of the upper edge with the wheel: required with a wheel, refused without.
     pub contact: Option<ContactConfig>,
     /// Increments of a static analysis or a static start.
     #[serde(default)]
     pub statics: StaticsConfig,
-    /// Displaces each node of the mesh along y by up to 1e-12 of the mean element size, differently for each seed: what then differs
-    /// from the run without it is noise. Nothing is displaced when absent.
+    /// Seed for displacing each node of the mesh along y by up to 1e-12 of the mean element size: a difference from the run without it is noise. No
+    /// node is displaced when absent.
     #[serde(default)]
     pub perturb_seed: Option<u64>,
-    /// Bounds of the checks of plausibility.
+    /// Bounds `[warn, suspect]` of the checks of plausibility; an absent check keeps its own.
     #[serde(default)]
     pub plausible: FemPlausible,
 }
 
 impl FemConfig {
-    /// The element that is given; without one the fast `q4_1point`, and `q4_bbar` for a plastic material, whose flow keeps
-    /// the volume.
+    /// The given element; when absent the fast `q4_1point`, or `q4_bbar` for a plastic material, whose flow keeps the volume.
     pub fn element(&self) -> ElementKind {
         let plastic = self.material.law() == MaterialKind::J2;
         let own = if plastic {
@@ -99,7 +98,7 @@ impl FemConfig {
         })
     }
 
-    /// Times (s) at which the loads and motions over time, and those of the wheel, have come into play.
+    /// Times (s) at which loads and motions over time, the wheel's included, have taken effect.
     pub(crate) fn moments(&self, wheel: Option<&WheelProgram>) -> BTreeMap<String, f64> {
         let mut all = wheel.map_or_else(BTreeMap::new, WheelProgram::moments);
         for (name, set) in &self.boundary.0 {

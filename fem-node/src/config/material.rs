@@ -14,7 +14,7 @@ pub enum MaterialKind {
     /// Linear elastic, isotropic.
     #[default]
     Elastic,
-    /// Elastic up to von Mises' yield surface, which grows and moves linearly with the plastic strain; plane strain.
+    /// Elastic up to the von Mises yield surface, which grows and moves linearly with the plastic strain; plane strain only.
     J2,
 }
 
@@ -22,7 +22,7 @@ pub enum MaterialKind {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
-    /// Kind of law; when absent `j2` beside a `yield_pa`, `elastic` without.
+    /// Kind of law; when absent `j2` with a `yield_pa`, `elastic` without.
     pub kind: Option<MaterialKind>,
     /// Young's modulus (Pa), > 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -33,19 +33,19 @@ pub struct MaterialConfig {
     /// Density (kg/m3), > 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
-    /// Yield stress in uniaxial tension (Pa), > 0; `j2` only.
+    /// Yield stress in uniaxial tension (Pa), > 0; required with `j2`, refused with `elastic`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub yield_pa: Option<f64>,
-    /// Growth H of the yield stress with the equivalent plastic strain (Pa), >= 0; none when absent.
+    /// Growth H of the yield stress with the equivalent plastic strain (Pa), >= 0; 0 when absent.
     #[schemars(range(min = 0.0))]
     pub hardening_pa: Option<f64>,
-    /// Growth of the back stress with the plastic strain in uniaxial tension (Pa), >= 0; none when absent.
+    /// Growth of the back stress with the plastic strain in uniaxial tension (Pa), >= 0; 0 when absent.
     #[schemars(range(min = 0.0))]
     pub kinematic_hardening_pa: Option<f64>,
 }
 
 impl MaterialConfig {
-    /// The law that the keys ask for: scripts give `yield_pa` alone.
+    /// The law that the keys select: scripts give `yield_pa` alone.
     pub fn law(&self) -> MaterialKind {
         match (self.kind, self.yield_pa) {
             (Some(kind), _) => kind,

@@ -1,4 +1,4 @@
-//! Source of the mesh: a few numbers, or a file of Gmsh.
+//! Source of the mesh: a few numbers, or a Gmsh file.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -25,10 +25,10 @@ pub enum MeshSource {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshConfig {
-    /// Width (m).
+    /// Width of the body (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_m: f64,
-    /// Height in the middle (m).
+    /// Height of the body in the middle (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_m: f64,
     /// Element size in the fine zone (m).
@@ -40,19 +40,19 @@ pub struct MeshConfig {
     /// Depth of the fine zone (m); the whole height when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub fine_depth_m: Option<f64>,
-    /// Graded columns on each side of the fine zone.
+    /// Number of graded columns of elements on each side of the fine zone.
     #[serde(default)]
     pub side_columns: usize,
-    /// Graded rows beyond the fine zone.
+    /// Number of graded rows of elements beyond the fine zone.
     #[serde(default)]
     pub depth_rows: usize,
-    /// Edge from which `fine_depth_m` counts and which has the crown; the upper one when absent.
+    /// Edge with the crown, from which `fine_depth_m` counts; the upper edge when absent.
     #[serde(default)]
     pub contact_edge: ContactEdge,
-    /// Radius of that edge, convex outwards (m); flat when absent or 0.
+    /// Radius of the contact edge (m), convex outwards; flat when absent or 0.
     #[schemars(range(min = 0.0))]
     pub crown_radius_m: Option<f64>,
-    /// The left and the right edge are one: a body that goes on for ever in x.
+    /// True joins the left and the right edge: the body then repeats without end along x.
     #[serde(default)]
     pub periodic_x: bool,
 }
@@ -61,8 +61,8 @@ pub struct MeshConfig {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GmshConfig {
-    /// The file, MSH 2.2 or 4.1, ASCII or binary. In a scenario relative to its folder, which the loader makes absolute; a node that
-    /// is built without a scenario takes it relative to its working directory.
+    /// Path of the file, MSH 2.2 or 4.1, ASCII or binary. It is relative to the scenario's folder; a node without a scenario takes it relative to its
+    /// working directory.
     pub gmsh: PathBuf,
     /// Length of the file's unit (m), > 0; 1 when absent.
     #[serde(default = "one")]
@@ -74,7 +74,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// By hand: the keys are sorted after they were read, see `KEYS`.
+/// Written by hand: the keys are assigned to a source after reading, see `KEYS`.
 impl JsonSchema for MeshSource {
     fn schema_name() -> Cow<'static, str> {
         "MeshSource".into()
@@ -89,8 +89,7 @@ impl JsonSchema for MeshSource {
     }
 }
 
-/// Keys of both sources, those of a file first. The keys are sorted after they were read, so that every message names its key and knows
-/// all of them.
+/// Keys of both sources, the file's first. They are assigned to a source after reading, so that each message names its key and lists all keys.
 const KEYS: [&str; 12] = [
     "gmsh",
     "length_unit_m",
@@ -130,7 +129,7 @@ impl TryFrom<Map<String, Value>> for MeshSource {
             };
         }
         if keys.contains_key("length_unit_m") {
-            let problem = "`length_unit_m` is the unit of a file in `gmsh`, and there is none";
+            let problem = "`length_unit_m` is the unit of a file in `gmsh`, which is absent";
             return Err(Error::custom(problem));
         }
         read_part(keys.into()).map(MeshSource::Graded)

@@ -9,7 +9,7 @@ use serde::Deserialize;
 /// Displacement over time: entries of a time (s) and the displacement along x and y (m), or `"free"` in all of them.
 pub type MotionTable = Vec<[PrescribedComponent; 3]>;
 
-/// A motion to and fro, D(t) = A sin(2 pi f (t - t_s)) from t_s on, at once at its full speed.
+/// A motion to and fro, D(t) = A sin(2 pi f (t - t_s)) from t_s on; it starts at full speed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReciprocatingConfig {
@@ -23,7 +23,7 @@ pub struct ReciprocatingConfig {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub start_s: f64,
-    /// Direction of D, of any length but 0, or `"free"` where the set may move: along x and free along y when absent.
+    /// Direction of D, of any length but 0, `"free"` where the set may move; when absent, along x and free along y.
     #[serde(default = "along_x")]
     pub direction: [PrescribedComponent; 2],
 }
@@ -57,7 +57,7 @@ impl SetMotion<'_> {
         }
     }
 
-    /// Refuses numbers that make no motion of this set.
+    /// Refuses numbers that describe no motion.
     pub(super) fn check(self, set: &str) -> Result<(), ConfigError> {
         let key = |name: &str| format!("boundary.{set}.{name}");
         match self {
@@ -71,20 +71,20 @@ impl SetMotion<'_> {
     }
 }
 
-/// Displacements along x and y over time (s, m), none where the set may move.
+/// Displacements along x and y over time (s, m), empty where the set may move.
 pub(crate) fn by_direction(table: &MotionTable) -> [LoadTable; 2] {
     let entry = |entry: &[PrescribedComponent; 3], k: usize| Some([entry[0].0?, entry[k].0?]);
     [1, 2].map(|k| table.iter().filter_map(|all| entry(all, k)).collect())
 }
 
-/// Time from which on the set stays where it is (s).
+/// Time from which the set stays in place (s).
 pub(crate) fn settled_at(table: &MotionTable) -> f64 {
     let changes = by_direction(table);
     let changes = changes.iter().filter_map(|along| last_change(Some(along)));
     changes.fold(0.0, f64::max)
 }
 
-/// Refuses a table that [`check_table`] refuses in a direction, one that moves nothing, and one that begins with a jump.
+/// Refuses a table that [`check_table`] refuses in a direction, that moves nothing, or that begins with a jump.
 fn check_motion_table(key: &str, table: &MotionTable) -> Result<(), ConfigError> {
     let refused = |problem: String| {
         ConfigError::new(key, problem).help(
@@ -94,7 +94,7 @@ fn check_motion_table(key: &str, table: &MotionTable) -> Result<(), ConfigError>
     let given = |entry: &[PrescribedComponent; 3]| entry.map(|number| number.0.is_some());
     if table.len() < 2 {
         return Err(
-            ConfigError::new(key, "moves nothing with less than two entries")
+            ConfigError::new(key, "moves nothing with fewer than two entries")
                 .help("write displacement_m = [0.0, 0.0] to hold the set"),
         );
     }
@@ -104,7 +104,7 @@ fn check_motion_table(key: &str, table: &MotionTable) -> Result<(), ConfigError>
     }
     let other = |entry| given(entry) != [true, along_x, along_y];
     if let Some(i) = table.iter().position(other) {
-        let problem = format!("entry {i} has no time, or other directions free than entry 0");
+        let problem = format!("entry {i} has no time, or its free directions differ from entry 0");
         return Err(refused(problem));
     }
     for along in by_direction(table).iter().filter(|one| !one.is_empty()) {
@@ -118,9 +118,9 @@ fn check_motion_table(key: &str, table: &MotionTable) -> Result<(), ConfigError>
     Ok(())
 }
 
-/// The unit vector along one that is not 0.
+/// The unit vector along a vector that is not 0.
 pub(super) fn unit(along: [f64; 2]) -> [f64; 2] {
-    // The length of two large numbers overflows, that of their ratios does not.
+    // The length of two large numbers overflows; the length of their ratios does not.
     let larger = along[0].abs().max(along[1].abs());
     let [x, y] = along.map(|d| d / larger);
     [x, y].map(|d| d / x.hypot(y))
@@ -131,7 +131,7 @@ pub(super) fn check_direction(key: &str, direction: [f64; 2]) -> Result<(), Conf
     if direction != [0.0; 2] {
         return Ok(());
     }
-    let problem = format!("is {direction:?}, and must hold two numbers that are not both 0");
+    let problem = format!("is {direction:?}, but must hold two numbers that are not both 0");
     Err(ConfigError::new(key, problem)
         .help("write [0.0, -1.0] for downwards, [1.0, 0.0] for to the right"))
 }

@@ -9,11 +9,11 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeConfig {
-    /// Name, with which those of its signals begin; letters, digits, `-` and `_`.
+    /// Name of letters, digits, `-` and `_`. Its signals are `<name>_ux_m`, `_uy_m` and, except in a static analysis, `_vx_m_per_s`, `_vy_m_per_s`.
     pub name: String,
-    /// Position (m), in the body or on its outline.
+    /// Position along x (m), in the body or on its outline.
     pub x_m: f64,
-    /// Position (m).
+    /// Position along y (m).
     pub y_m: f64,
 }
 
@@ -39,7 +39,7 @@ pub(super) fn check(probes: &[ProbeConfig]) -> Result<(), ConfigError> {
             );
         }
         if TAKEN.contains(&name.as_str()) {
-            let problem = "begins the name of a signal that is no probe's";
+            let problem = "begins the name of another signal";
             return refused(problem, Cause::DuplicateName, "choose another name");
         }
         if probes[..index].iter().any(|other| other.name == *name) {

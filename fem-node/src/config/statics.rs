@@ -13,14 +13,14 @@ pub struct StaticsConfig {
     /// Largest load increment (N); a 200th of the load when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub increment_n: Option<f64>,
-    /// Increments in a cycle of the sideways motion, at least 4; 240 when absent, which resolves the half micrometre
-    /// in which the paper's contact starts to slip.
+    /// Increments in a cycle of the sideways motion, at least 4; 240 when absent, which resolve the half micrometre over which the contact of Renouf,
+    /// Saulot and Berthier (2006) starts to slip.
     #[schemars(range(min = 4))]
     pub increments_per_cycle: Option<u32>,
 }
 
-/// Load increments by default. Under 8 000 N on the paper's rail the peak pressures stay within
-/// 0.05 % and those at centroids within 0.02 % from 100 increments on; 5 are 1 % off.
+/// Load increments by default. Under 8 000 N on the paper's rail the peak pressures stay within 0.05 % and the centroid pressures within 0.02 % from
+/// 100 increments on; 5 are 1 % off.
 pub const INCREMENTS: usize = 200;
 
 /// Increments in a cycle of the sideways motion by default.
@@ -30,7 +30,7 @@ const PER_CYCLE: u32 = 240;
 const INCREMENTS_MAX: f64 = 1e6;
 
 impl StaticsConfig {
-    /// Equal increments that bring this load (N).
+    /// Number of equal increments up to this load (N).
     pub fn load_increments(&self, load: f64) -> usize {
         match self.increment_n {
             // Rounding must not turn 8000 / 100 into 81.

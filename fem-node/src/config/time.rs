@@ -6,11 +6,11 @@ use kit::number::{number_or_word, number_or_word_schema};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
-/// Time integration.
+/// Time step, damping and end of the run.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FemTimeConfig {
-    /// Step (s), or `"auto"`: `safety` times the stability limit.
+    /// Time step (s), or `"auto"`: `safety` times the stability limit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: StepChoice,
     /// Damping parameter b of the scheme, 0.5 (none) to 1.
@@ -23,19 +23,18 @@ pub struct FemTimeConfig {
     /// Damping force per mass and velocity (1/s), >= 0; none when absent.
     #[schemars(range(min = 0.0))]
     pub mass_damping_per_s: Option<f64>,
-    /// Rayleigh's damping in proportion to the stiffness (s), >= 0, C = mass_damping_per_s M + stiffness_damping_s K: a mode
-    /// omega gets the damping ratio (mass_damping_per_s/omega + stiffness_damping_s omega)/2. It shortens the stable step;
-    /// none when absent.
+    /// Rayleigh damping in proportion to the stiffness (s), >= 0, C = mass_damping_per_s M + stiffness_damping_s K: a mode omega gets the damping
+    /// ratio (mass_damping_per_s/omega + stiffness_damping_s omega)/2. It shortens the stable step; none when absent.
     #[schemars(range(min = 0.0))]
     pub stiffness_damping_s: Option<f64>,
     /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
     /// then; none when absent.
     #[schemars(range(min = 0.0))]
     pub start_mass_damping_per_s: Option<f64>,
-    /// Accept a step above the stability limit, to show how the run diverges.
+    /// True accepts a step above the stability limit, to show how the run diverges.
     #[serde(default)]
     pub unsafe_step: bool,
-    /// End of the run (s); needed where no interface dictates it.
+    /// End of the body's history (s), without a wheel, whose history ends the run. When absent, `run.end_s` or another participant ends the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
 }

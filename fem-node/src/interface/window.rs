@@ -1,12 +1,12 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
 //!
-//! - `committed`: what accepted windows have changed;
-//! - `extent`: which part of the body a window computes, and what it is given;
+//! - `committed`: the accepted state;
+//! - `extent`: the part of the body that a window computes, and its input;
 //! - `region`: the part that a changed force can have reached;
 //! - `start`: the fields at the start of a piece;
 //! - `team`: the threads;
 //! - `works`: work of the applied forces, reactions;
-//! - `piece`, `partition`: a window in pieces, each by a thread of its own.
+//! - `piece`, `partition`: a window in pieces, each on its own thread.
 
 pub(crate) mod committed;
 pub(crate) mod extent;
@@ -44,13 +44,12 @@ use works::Works;
 /// Steps between two checks of the kinetic energy: a check costs a tenth of a step.
 const CHECK_EVERY: u64 = 20;
 
-/// Kinetic energy over all energy that was supplied, from which on a run has diverged. The scheme never lets the kinetic
-/// energy of a stable run beyond what was supplied: W - dU - dK - D is the numerical loss, and that can be negative only
-/// by the (b h^2/4) d(a M a) of a force that sets in: one check may see that, two in a row do not. 1 % beyond the stability
-/// limit the energy of the fastest mode grows 1.3 to 1.7-fold in a step.
+/// Ratio of kinetic to supplied energy above which a run has diverged. The kinetic energy of a stable run never exceeds the supplied energy: W - dU -
+/// dK - D is the numerical loss, which only the (b h^2/4) d(a M a) of a force that sets in can make negative. One check may see that, two in a row do
+/// not. 1 % above the stability limit the energy of the fastest mode grows 1.3 to 1.7-fold in a step.
 const EXCESS: f64 = 10.0;
 
-/// Kinetic energy far beyond all energy that was supplied.
+/// Kinetic energy far above the supplied energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EnergyExcess {
     /// Own steps since the start of the run.
@@ -61,24 +60,24 @@ pub(crate) struct EnergyExcess {
     pub(crate) supplied: f64,
 }
 
-/// The state that a window leads to, kept apart from the committed one until it is accepted.
+/// The state at the end of a window, kept apart from the committed state until the window is accepted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WindowRun {
-    /// The state at the end of the window, and what led to it.
+    /// The fields at the end of the window.
     pub(crate) fields: StepFields,
     /// The wheel at the end of the window.
     pub(crate) wheel: Option<WheelRun>,
     /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
     pub(crate) hold_record: Option<HoldRecord>,
-    /// Excess by which the run was found to have diverged; the steps after it were not done.
+    /// Energy excess that showed divergence; the window stopped there.
     pub(crate) excess: Option<EnergyExcess>,
-    /// Step of the last check that saw too much.
+    /// Step of the last check with an excess.
     suspected: Option<u64>,
     /// Strain energy at the start of the run (J).
     start_strain: f64,
     /// Kinetic energy at the start of the run (J).
     start_kinetic: f64,
-    /// The most that was supplied so far: energy that comes back still counts (J).
+    /// Largest energy supplied so far (J): energy that comes back still counts.
     supplied: f64,
     tally: Tally,
     pub(crate) works: Works,
@@ -114,8 +113,8 @@ impl WindowRun {
         }
     }
 
-    /// Runs the window from the committed state, all of it, or what has changed since the last run of the same window; on the threads of
-    /// the team where that pays. Returns the steps of elements that were computed.
+    /// Runs the window from the committed state: the whole body, or the part that has changed since the last run of the same window. Uses the threads
+    /// of the team where that pays. Returns the number of computed element steps.
     pub(crate) fn run(
         &mut self,
         model: &Model,
@@ -169,23 +168,23 @@ impl WindowRun {
         }
     }
 
-    /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
-    /// motion of some rows of nodes alone until [`catch_up`](Partition::catch_up).
+    /// Makes the end of the last window the committed state, for a body without wheel. While the state stays in pieces, `state` has only the motion
+    /// of some rows of nodes, until [`catch_up`](Partition::catch_up).
     pub(crate) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) {
         if !self.partition.accept(state, rows) {
-            // The next window begins by taking the committed state over.
+            // The next window begins with the committed state.
             std::mem::swap(state, &mut self.fields.state);
         }
         self.forget();
     }
 
-    /// Forgets all that was run: the committed state is one from elsewhere.
+    /// Forgets all runs: the committed state comes from elsewhere.
     pub(crate) fn restart(&mut self) {
         self.forget();
         self.partition.forget();
     }
 
-    /// The window or a part of it, step by step; returns how many were done.
+    /// Runs the window or a part, step by step; returns the number of steps done.
     fn run_steps(
         &mut self,
         window: BodyWindow,
@@ -221,7 +220,7 @@ impl WindowRun {
         input.substeps
     }
 
-    /// Step `k` of the window, the `step`th of the run, over the whole body or a part of it.
+    /// Step `k` of the window, the `step`th of the run, over the whole body or a part.
     fn step(
         &mut self,
         window: BodyWindow,
@@ -273,7 +272,7 @@ impl WindowRun {
         self.regions.forget();
     }
 
-    /// Compares the kinetic energy with all energy that was supplied up to the end of `step`.
+    /// Compares the kinetic energy with the energy supplied up to the end of `step`.
     fn check_energy(&mut self, window: BodyWindow, step: u64, kinetic: f64) {
         let before = &window.committed.ledger;
         let wheel = self.wheel.as_ref().map_or(0.0, |run| {
@@ -316,9 +315,8 @@ impl WindowRun {
         velocity.map_or(0.0, |velocity| velocity.work.iter().sum())
     }
 
-    /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
-    /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
-    /// does not begin in equilibrium.
+    /// The committed state under the forces of the window. Interface forces jump from one window to the next, so the accelerations are computed anew.
+    /// The wheel's forces jump only at the start of a run that does not begin in equilibrium.
     fn begin(&mut self, window: BodyWindow) {
         let BodyWindow {
             model,
@@ -350,7 +348,7 @@ impl WindowRun {
         self.record_hold(model, committed.steps);
     }
 
-    /// The start of the window where it differs from that of the recorded run: on the exchanged nodes and those around them.
+    /// The start of the window where it differs from the recorded run: on the exchanged nodes and their neighbours.
     fn begin_part(&mut self, window: BodyWindow, region: &Region) {
         let (model, committed) = (window.model, window.committed);
         let (body, damping) = (&model.body, model.damping_at(committed.steps));
@@ -398,7 +396,7 @@ impl WindowRun {
         }
     }
 
-    /// The ledger at the end of the window, given the committed one of its start.
+    /// The ledger at the end of the window, from the committed ledger at its start.
     pub(crate) fn close(&self, window: BodyWindow) -> Ledger {
         let (model, before) = (window.model, &window.committed.ledger);
         let (b, h) = (model.scheme.damping, model.scheme.step);
@@ -429,7 +427,7 @@ impl WindowRun {
     fn energy_correction(&self, model: &Model, law: &NonlinearLaw) -> f64 {
         let (body, state) = (&model.body, &self.fields.state);
         match self.partition.held() {
-            // No piece is of a law with history.
+            // No piece has a law with history.
             Some(pieces) => body.energy_correction(law, &pieces.displacements(body.layout), &[]),
             None => body.energy_correction(law, &state.u, &state.history),
         }
@@ -444,7 +442,7 @@ impl WindowRun {
         )
     }
 
-    /// The displacement that is farthest from zero (m), NaN if any is.
+    /// The displacement farthest from zero (m), NaN if any displacement is NaN.
     pub(crate) fn largest_displacement(&self) -> f64 {
         self.tally.total().farthest
     }

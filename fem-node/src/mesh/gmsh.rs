@@ -1,18 +1,17 @@
-//! Meshes of quadrilaterals that Gmsh wrote: MSH 2.2 and 4.1, ASCII or binary.
+//! Meshes of quadrilaterals from Gmsh: MSH 2.2 and 4.1, ASCII or binary.
 //!
 //! Format: Geuzaine and Remacle, Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
 //!
-//! - `binary`: binary files as the text that they stand for;
+//! - `binary`: binary files converted to text;
 //! - `text`: words with their lines, sections by their names;
 //! - `file`: the content in either version, nodes, elements and named physical groups;
-//! - `joints`: parts that lie on each other without being joined;
-//! - `lines`: groups of lines, as one walks along them;
-//! - `body`: the checks that make a body of it.
+//! - `joints`: parts that touch without being joined;
+//! - `lines`: groups of lines, joined to polylines;
+//! - `body`: the checks, and the body.
 //!
-//! Every physical group with a name becomes a node set: lines are walked along, a surface gives all of its nodes.
-//! Clockwise elements are turned, nodes of no element are dropped, points and groups without a name are ignored. What
-//! cannot be computed with is refused: other elements, folded, repeated or overlapping ones, nodes in one place or on a side of another element, a
-//! third dimension.
+//! Every physical group with a name becomes a node set: lines give polylines, a surface gives all of its nodes. Clockwise elements are reversed,
+//! nodes of no element are dropped, points and groups without a name are ignored. The reader refuses what a body cannot use: other elements, folded,
+//! repeated or overlapping ones, nodes in one place or on a side of another element, a third dimension.
 
 mod binary;
 mod body;
@@ -40,7 +39,7 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
     })?;
     parse(&bytes, config.length_unit_m).map_err(|error| {
         let form = if binary::is_binary(&bytes) {
-            " (binary; lines are those of its ASCII form)"
+            " (binary; line numbers refer to its ASCII form)"
         } else {
             ""
         };
@@ -58,7 +57,7 @@ pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, Config
     let file = if binary::is_binary(bytes) {
         file::File::parse(&binary::to_text(bytes)?)?
     } else {
-        let no_text = |_| other_form("it is no text and does not say that it is binary".into());
+        let no_text = |_| other_form("it is not text and is not declared binary".into());
         file::File::parse(str::from_utf8(bytes).map_err(no_text)?)?
     };
     body::build(&file, length_unit)

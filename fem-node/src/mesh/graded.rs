@@ -1,4 +1,4 @@
-//! The structured mesh of the scenario: uniform where it is fine, graded beside and beyond, under or over a crown.
+//! The structured mesh of the scenario: uniform in the fine zone, graded around it, under or over a crown.
 
 use fem_kernel::mesh::{Mesh, circle_drop};
 use kit::ConfigError;
@@ -7,13 +7,13 @@ use protocol::Cause;
 use crate::config::choice::ContactEdge;
 use crate::config::mesh::MeshConfig;
 
-/// More elements than this are taken for a mistyped size: they would need some 4 GB. An explicit run of 1 000 x 1 000 one-point
-/// elastic elements peaks at 432 MB, program included; 28 080 elements at 30 MB.
+/// More elements than this count as a mistyped size: they would need some 4 GB. An explicit run of 1 000 x 1 000 one-point elastic elements peaks at
+/// 432 MB, program included; 28 080 elements at 30 MB.
 const ELEMENTS_MAX: f64 = 1e7;
 
 /// The structured mesh of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
-/// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat. A body whose lower edge
-/// has the crown stands on its head: y is minus that.
+/// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat. A body with the crown on its lower edge is
+/// upside down, with the opposite y.
 pub fn build(config: &MeshConfig) -> Result<Mesh, ConfigError> {
     check_count(config)?;
     let (x, ratio_columns) = columns(config)?;
@@ -107,7 +107,7 @@ struct Zone {
 }
 
 impl Zone {
-    /// Number of uniform elements and the length that they fill.
+    /// Number of uniform elements and their total length.
     fn uniform(&self) -> Result<(usize, f64), ConfigError> {
         let (total_key, total) = self.total;
         let (fine_key, fine) = self.fine;
@@ -134,8 +134,8 @@ impl Zone {
         Ok((count as usize, length))
     }
 
-    /// Distances of the graded nodes from the fine zone, and the ratio r: the sizes are size r^k,
-    /// k = 0 .. n-1, and fill the length L that the fine zone leaves: (r^n - 1)/(r - 1) = L/size.
+    /// Distances of the graded nodes from the fine zone, and the ratio r. The sizes are size r^k, k = 0 .. n-1, and fill the length L beyond the fine
+    /// zone: (r^n - 1)/(r - 1) = L/size.
     fn grading(&self, fine: f64) -> Result<(Vec<f64>, f64), ConfigError> {
         let (graded_key, graded) = self.graded;
         let length = (self.total.1 - fine) / self.sides;
@@ -172,7 +172,7 @@ impl Zone {
     fn no_room(&self, length: f64, relative: f64) -> ConfigError {
         let (key, graded) = self.graded;
         let problem = format!(
-            "{graded} graded from {:?} m on do not fit the {length:.6e} m that {} leaves of {}: their sizes would have to shrink outwards or jump",
+            "{graded} graded from {:?} m on do not fit the {length:.6e} m that {} leaves of {}: their sizes would shrink outwards or jump",
             self.size, self.fine.0, self.total.0
         );
         let most = relative.floor().max(0.0);
@@ -227,7 +227,7 @@ mod tests {
 
     /// c(2) = 4 - sqrt(16 - 4) at the edges of a face of radius 4.
     #[test]
-    fn a_body_on_its_head_has_the_crown_and_the_fine_zone_at_its_lower_edge() {
+    fn a_body_upside_down_has_the_crown_and_the_fine_zone_at_its_lower_edge() {
         let config = MeshConfig {
             height_m: 4.0,
             fine_depth_m: Some(1.0),
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_number_of_elements_is_refused_by_name() {
+    fn a_fractional_number_of_elements_is_refused_by_name() {
         let config = MeshConfig {
             width_m: 4.3,
             ..strip()

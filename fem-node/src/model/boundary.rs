@@ -1,8 +1,8 @@
 //! Loads and prescribed motions of named sets, turned into nodal forces and components.
 //!
-//! A prescribed component is moved by whatever it takes: its mass counts as part of that drive, not of the body, so the
-//! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
-//! and does the work [(1-b) r + b r'] du in a step.
+//! A drive moves a prescribed component with any force it needs. The component's mass counts as part of the drive, not of the body, so the drive
+//! exerts r = F(u) + d - f, F being the internal force, d the force of stiffness damping and f the other loads there, and does the work [(1-b) r + b
+//! r'] du in a step.
 
 use fem_kernel::element::body::Body;
 use fem_kernel::element::layout::Layout;
@@ -21,7 +21,7 @@ use crate::mesh::named_set;
 /// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
-    /// Component and force (N): at full load, or where the load of the set is a table, under 1 N of it.
+    /// Component and force (N): at full load, or for a table of loads, under 1 N on the set.
     pub forces: Vec<(usize, f64)>,
     pub(crate) history: LoadHistory,
 }
@@ -44,7 +44,7 @@ impl LoadHistory {
         }
     }
 
-    /// Time from which on the load stays (s).
+    /// Time from which the load is constant (s).
     pub(crate) fn settled_at(&self) -> f64 {
         match self {
             LoadHistory::Ramp(ramp) => ramp.duration,
@@ -53,8 +53,7 @@ impl LoadHistory {
     }
 }
 
-/// Tractions and prescribed motions of the scenario; components that a motion moves are taken out of the body's own
-/// masses.
+/// Tractions and prescribed motions of the scenario; components that a motion moves are removed from the body's own masses.
 pub(crate) fn build(
     config: &FemConfig,
     mesh: &Mesh,
@@ -100,7 +99,7 @@ fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>,
     named_set(mesh, name, &key, "")
 }
 
-/// The lines on which tractions act; none under a motion alone.
+/// The lines on which tractions act; empty for a motion alone.
 fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>>, ConfigError> {
     let Some(load) = set.load().map(|load| load.key()) else {
         return Ok(Vec::new());
@@ -126,7 +125,7 @@ fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>
     Ok(lines)
 }
 
-/// Forces of a load on the lines: all of it, or 1 N of a table.
+/// Forces of a load on the lines: the whole load, or 1 N of a table.
 fn nodal_forces(
     mesh: &Mesh,
     layout: Layout,
@@ -187,7 +186,7 @@ fn pressure_forces(
     forces
 }
 
-/// Components of the nodes that a set moves; those that the supports hold stay theirs.
+/// Components of the nodes that a set moves, except components that the supports hold.
 fn motion(
     body: &Body,
     set: &str,
@@ -207,7 +206,7 @@ fn motion(
     }
 }
 
-/// Sets share corners; both may move them, in the same way. They count for the first set, whose reaction has their force.
+/// Sets share corners, and both may move them in the same way. The corners count for the first set, whose reaction includes their force.
 fn without_doubles(
     mut motion: PrescribedMotion,
     others: &[PrescribedMotion],
@@ -221,7 +220,7 @@ fn without_doubles(
             refuse_if(
                 !same || motion.components[at].1 != *value,
                 &format!("boundary.{}", motion.set),
-                "moves a node otherwise than another set does",
+                "moves a node differently from another set",
                 "give both sets the same motion, or set one of the components to \"free\"",
             )?;
             motion.components.remove(at);

@@ -10,8 +10,8 @@ use kit::keys::refuse_if;
 use crate::config::initial::{BODY, InitialConfig};
 use crate::mesh::named_set;
 
-/// Velocity of each component that has one at the start (m/s), by its index in a field. A set comes before `body`; two sets may
-/// share nodes that both give the same velocity.
+/// Velocity of each component with an initial velocity (m/s), by its index in a field. A named set takes precedence over `body`; two sets may share
+/// nodes if both give the same velocity.
 pub(crate) fn velocities(
     config: &InitialConfig,
     mesh: &Mesh,
@@ -38,7 +38,7 @@ pub(crate) fn velocities(
             refuse_if(
                 *velocities.entry(index).or_insert(velocity) != velocity,
                 &key,
-                "gives a node another velocity than another set does",
+                "gives a node another velocity than another set",
                 "give both sets the same velocity, or name sets that share no node",
             )?;
         }
@@ -52,7 +52,7 @@ pub(crate) fn velocities(
     Ok(velocities)
 }
 
-/// Components of these nodes that the equations of motion move, with the velocity of their direction (m/s).
+/// Components of these nodes that the equations of motion move, with the velocity in their direction (m/s).
 fn movable(body: &Body, nodes: &[[usize; 2]], velocity: [f64; 2]) -> Vec<(usize, f64)> {
     let layout = body.layout;
     let components = nodes

@@ -1,7 +1,7 @@
 //! Prescribed motions of named sets over time.
 //!
-//! A component that is moved has the displacement D of its motion at the end of every step, u' = D(t + h), whatever rounding
-//! left at its start: the step is made with the velocity (D(t + h) - u)/h and no acceleration.
+//! A moved component has the displacement D of its motion at the end of every step, u' = D(t + h), regardless of rounding at its start: the step has
+//! the velocity (D(t + h) - u)/h and no acceleration.
 
 use fem_kernel::element::layout::Layout;
 use kit::table::{LoadTable, load_at, slope_at};
@@ -12,22 +12,21 @@ use crate::config::motion::{SetMotion, by_direction, settled_at};
 /// Components whose motion is prescribed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrescribedMotion {
-    /// The set that is moved.
+    /// The moved set.
     pub set: String,
-    /// Component, and its velocity after the ramp (m/s), its displacement at the end of that (m), or its share of a displacement
-    /// over time.
+    /// Component, and its velocity after the ramp (m/s), its displacement at the end of the ramp (m), or its share of a displacement over time.
     pub components: Vec<(usize, f64)>,
     pub(crate) history: MotionHistory,
 }
 
-/// A motion over time, over the number of its component.
+/// A motion over time, divided by the number of its component.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum MotionHistory {
     Velocity(Ramp),
     Displacement(Ramp),
-    /// Displacements along x and y, and the time from which on they stay (s).
+    /// Displacements along x and y, and the time from which they are constant (s).
     Table([LoadTable; 2], f64),
-    /// That of a wheel without a load.
+    /// The motion of a wheel without a load.
     Reciprocating(WheelProgram),
 }
 
@@ -46,7 +45,7 @@ impl MotionHistory {
         }
     }
 
-    /// Displacement along x and y at time t over the number of the component (m).
+    /// Displacement along x and y at time t, divided by the number of the component (m).
     pub(crate) fn displacement(&self, t: f64) -> [f64; 2] {
         match self {
             MotionHistory::Velocity(ramp) => [ramp.elapsed(t); 2],
@@ -56,7 +55,7 @@ impl MotionHistory {
         }
     }
 
-    /// Velocity along x and y from time t on over the number of the component (m/s).
+    /// Velocity along x and y from time t on, divided by the number of the component (m/s).
     pub(crate) fn velocity(&self, t: f64) -> [f64; 2] {
         match self {
             MotionHistory::Velocity(ramp) => [ramp.share(t); 2],
@@ -76,7 +75,7 @@ impl MotionHistory {
         }
     }
 
-    /// Time (s) from which on it goes to and fro.
+    /// Time (s) at which the motion to and fro starts.
     pub(crate) fn cycles_from(&self) -> Option<f64> {
         match self {
             MotionHistory::Reciprocating(program) => Some(program.motion_start()),
@@ -92,7 +91,7 @@ impl PrescribedMotion {
         named.map(|(direction, force)| (format!("{}_reaction_{direction}_n", self.set), force))
     }
 
-    /// Displacements over time along the directions that are not free, by the names of their signals, at time t (m).
+    /// Displacements at time t along the directions that are not free (m), by the names of their signals.
     pub(crate) fn displacements(&self, layout: Layout, t: f64) -> Vec<(String, f64)> {
         if let MotionHistory::Velocity(_) | MotionHistory::Displacement(_) = self.history {
             return Vec::new();

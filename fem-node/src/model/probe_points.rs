@@ -1,4 +1,4 @@
-//! Points of the body whose motion is reported, between its nodes by the shape functions of their element.
+//! Points of the body whose motion is reported, interpolated between nodes by the shape functions of their element.
 
 use fem_kernel::element::layout::Layout;
 use fem_kernel::element::shape::{natural_coordinates, shape_functions};
@@ -16,7 +16,7 @@ pub(crate) struct ProbePoint {
     nodes: [([usize; 2], f64); 4],
 }
 
-/// Signals of a probe beside its name: displacement, and velocity in dynamics.
+/// Suffixes of a probe's signals after its name: displacement, and velocity in dynamics.
 const SUFFIXES: [&str; 4] = ["_ux_m", "_uy_m", "_vx_m_per_s", "_vy_m_per_s"];
 
 /// Finds the elements of the probes.
@@ -58,7 +58,7 @@ fn outside(mesh: &Mesh, index: usize, [x, y]: [f64; 2]) -> ConfigError {
 }
 
 impl ProbePoint {
-    /// Its displacement, and its velocity where the body moves in time, sum N_a u_a (m, m/s), by the names of their signals.
+    /// Displacement, and velocity of a body in motion, sum N_a u_a (m, m/s), by the names of their signals.
     pub(crate) fn signals(
         &self,
         layout: Layout,
@@ -75,7 +75,7 @@ impl ProbePoint {
         })
     }
 
-    /// Nodes around it (column, row).
+    /// Nodes around the point (column, row).
     pub(crate) fn at(&self) -> impl Iterator<Item = [usize; 2]> {
         self.nodes.iter().map(|(node, _)| *node)
     }

@@ -1,4 +1,4 @@
-//! The committed state of a checkpoint, taken up again.
+//! Restoring the committed state of a checkpoint.
 
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::wheel::state::WheelState;
@@ -8,11 +8,10 @@ use super::fem_node::FemNode;
 use crate::interface::window::committed::Committed;
 
 impl FemNode {
-    /// Takes up a committed state if it is of this body; `hash` is that of the node that wrote it: bytes that are read into
-    /// other fields than they came from give another one.
+    /// Restores a committed state if it is this body's. `hash` comes from the node that wrote it: bytes read into the wrong fields give another hash.
     pub(super) fn take_up(&mut self, committed: Committed, hash: &str) -> Result<(), NodeError> {
         if lengths(&committed.state) != lengths(&self.committed.state) {
-            return foreign("its fields have other lengths");
+            return foreign("the lengths of its fields differ");
         }
         let contacts = |wheel: &Option<WheelState>| wheel.as_ref().map(|w| w.contacts.len());
         if contacts(&committed.wheel) != contacts(&self.committed.wheel) {
@@ -23,7 +22,7 @@ impl FemNode {
         self.run.restart();
         self.gathered.take();
         if self.state_hash() != hash {
-            return foreign("its numbers have another hash");
+            return foreign("the hash of its numbers differs");
         }
         Ok(())
     }
@@ -37,10 +36,10 @@ fn lengths(state: &NodalState) -> ([usize; 5], usize) {
     ([u, v, a, force, damped], state.history.len())
 }
 
-/// A checkpoint that cannot be taken up, and why.
+/// Refuses a checkpoint, with the reason.
 pub(super) fn foreign<T>(why: &str) -> Result<T, NodeError> {
     let text = format!(
-        "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
+        "the checkpoint belongs to another body: {why}; resume with the build and the scenario that wrote it"
     );
     Err(NodeError::of(Cause::CheckpointUnusable, text))
 }

@@ -1,4 +1,4 @@
-//! An explicit body with its committed state and the window at hand.
+//! An explicit body with its committed state and the current window.
 
 use std::cell::OnceCell;
 
@@ -23,8 +23,8 @@ use crate::output::snapshot::Snapshots;
 
 /// An elastic body in explicit dynamics.
 ///
-/// Beside the fields of a snapshot NAME one with a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa,
-/// shear_pa, status; that of `hold` belongs to the moment before the wheel starts to move sideways.
+/// With the fields of a snapshot NAME a body under a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status. The profile
+/// of `hold` belongs to the moment before the wheel starts to move sideways.
 pub struct FemNode {
     /// Mesh, body, scheme and loads.
     pub model: Model,
@@ -53,7 +53,7 @@ impl FemNode {
         Ok(node)
     }
 
-    /// A body without a wheel that starts from this state, whose internal forces are those of its displacements.
+    /// A body without a wheel that starts from this state, whose internal forces follow from its displacements.
     pub fn starting_from(
         model: Model,
         state: NodalState,
@@ -87,7 +87,7 @@ impl FemNode {
         self.gathered.get_or_init(|| partition.gathered(state))
     }
 
-    /// Brings the committed state together where it is in pieces.
+    /// Gathers the committed state from the pieces, if any.
     pub(super) fn catch_up(&mut self) {
         self.run.partition.catch_up(&mut self.committed.state);
     }

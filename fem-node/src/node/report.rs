@@ -27,11 +27,11 @@ kit::results! {
     /// - `interface_force_y_n`: Force along y on the coupled surfaces of a participant.
 }
 
-/// Part of the work of the wheel's load on the way of its approach below which energies are noise, as of grains.
+/// Share of the work of the wheel's load over its approach below which energies are noise, as for grains.
 const NOISE: f64 = 1e-6;
 
 impl FemNode {
-    /// Values of the signals, and the energies after them.
+    /// Values of the signals, then the energies.
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
         let signals = self.signals(input).into_iter().map(|(_, value)| value);
         signals
@@ -71,8 +71,8 @@ impl FemNode {
         motions.flat_map(|(motion, force)| motion.reactions(*force))
     }
 
-    /// Energies that this body has: only those which the scene requires. Where all are noise beside what a wheel at rest has done, they are 0:
-    /// a body that starts in equilibrium has moved nothing until its wheel does.
+    /// Energies that the keys of this body require. They are 0 where all are noise compared with the work of a wheel at rest: a body that starts in
+    /// equilibrium moves only when its wheel does.
     pub(super) fn terms(&self) -> impl Iterator<Item = NamedTerm> {
         let model = &self.model;
         let present = |(_, name, _): &NamedTerm| match *name {
@@ -97,7 +97,7 @@ impl FemNode {
         terms.map(move |(role, name, value)| (role, name, shown * value))
     }
 
-    /// Results of the hold, or of the last state where there was none.
+    /// Results of the hold, or of the last state without a hold.
     pub(super) fn results(&self) -> BTreeMap<String, f64> {
         let mut results = BTreeMap::new();
         let mut maxima = self.committed.hold_maxima;
@@ -156,7 +156,7 @@ impl FemNode {
     pub(crate) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
-        // All terms but that of a damping that the body does not have.
+        // All terms except stiffness damping that the body does not have.
         let damped = self.model.scheme.stiffness_damping > 0.0;
         let terms = self.committed.ledger.terms().into_iter();
         let terms = terms.filter(|(_, name, _)| damped || *name != "stiffness_damping");
@@ -195,7 +195,7 @@ impl FemNode {
         ])
     }
 
-    /// Writes the fields and the contact profile of the committed state; that of the hold also fixes its pressures.
+    /// Writes the fields and the contact profile of the committed state; a snapshot of the hold also records its pressures.
     pub(super) fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || !name.chars().all(plain) {

@@ -24,14 +24,14 @@ use crate::output::probe;
 use crate::output::profile::ContactProfile;
 use crate::output::snapshot::Snapshots;
 
-/// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
-/// 28 080 elements, far less than a coupler waits for an answer.
+/// Increments between two reports. A report costs a solve of the whole body, an increment several; 5 take less than a second on 28 080 elements, far
+/// below the coupler's timeout.
 const INCREMENTS_AT_ONCE: u32 = 5;
 
-/// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: those
-/// of the load first, then those of the sideways cycles D = A sin(2 pi c).
+/// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: first of the load, then of the sideways
+/// cycles D = A sin(2 pi c).
 ///
-/// Beside the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
+/// With the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
 pub struct StaticNode {
     /// Mesh, body and loads.
     pub model: Model,
@@ -39,7 +39,7 @@ pub struct StaticNode {
     statics: Statics,
     loads: Option<StaticLoads>,
     cycling: Cycling,
-    /// The equilibrium under the full load, once it is reached.
+    /// The equilibrium under the full load, `None` until it is reached.
     pub held: Option<StaticState>,
     cycles: CycleRecord,
 }
@@ -65,7 +65,7 @@ struct Cycling {
 struct CycleRecord {
     /// (D, force of the wheel on the body in x) after each increment, the loaded state first.
     path: Vec<[f64; 2]>,
-    /// Sn each time D passed zero after the first reversal (%).
+    /// Sn at each zero of D after the first reversal (%).
     slipping_at_zero: Vec<f64>,
 }
 
@@ -135,7 +135,7 @@ impl StaticNode {
         }
     }
 
-    /// Signals by name, those of the wheel named as those of one in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body on it,
+    /// Signals by name; the wheel's signals have the same names as in dynamics. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel,
     /// upwards and towards +x.
     fn signals(&self, at: &StaticState) -> Vec<(String, f64)> {
         let (model, state) = (&self.model, &at.state);
@@ -174,7 +174,7 @@ impl StaticNode {
             .write(name, &self.model, &state.state, &contacts, profile.as_ref())
     }
 
-    /// Values beyond their bounds, of the equilibrium under the full load and of the last.
+    /// Values beyond their bounds, in the equilibrium under the full load and in the last one.
     fn findings(&self, states: [&StaticState; 2]) -> Vec<Finding> {
         let model = &self.model;
         let strain = states.iter().fold(0.0, |largest, state| {
@@ -222,7 +222,7 @@ impl Cycling {
         self.amplitude * (TAU * within as f64 / f64::from(self.per_cycle)).sin()
     }
 
-    /// True where D = 0 after this many increments, having been reversed before.
+    /// True where D = 0 after this many increments, after a reversal.
     fn passes_zero(&self, step: u64) -> bool {
         (2 * step).is_multiple_of(u64::from(self.per_cycle))
     }
@@ -275,7 +275,7 @@ impl Node for StaticNode {
                 ("wheel.load_n", self.loads.map(|_| loaded)),
                 ("wheel.cycles", self.loads.map(|_| end)),
             ]),
-            // None can be coupled; `couple` says why where an interface names one.
+            // No set can be coupled; `couple` gives the reason where an interface names one.
             sets: coupling_sets(&self.model),
             signals: signals.map(|(name, _)| name).collect(),
             ledger: Vec::new(),
@@ -327,7 +327,7 @@ impl Node for StaticNode {
             return foreign("its fields have other lengths");
         }
         if !self.statics.take_up(history.progress) {
-            return foreign("its upper edge has other nodes");
+            return foreign("the nodes of its upper edge differ");
         }
         (self.held, self.cycles) = (history.held, history.cycles);
         Ok(())

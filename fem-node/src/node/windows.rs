@@ -15,7 +15,7 @@ use crate::interface::window::extent::WindowInput;
 const MOST_TURNED: f64 = 3.0;
 
 impl FemNode {
-    /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.
+    /// A body accepts a prescribed velocity if it is linear and has no wheel of its own.
     pub(super) fn takes_velocity(&self) -> Result<(), FemError> {
         match (&self.model.wheel, &self.model.law) {
             (None, None) => Ok(()),
@@ -23,7 +23,7 @@ impl FemNode {
         }
     }
 
-    /// The exchanged components, each with its number of a request.
+    /// The exchanged components, each with its number in a request.
     pub(super) fn paired(
         &mut self,
         window: &Window,
@@ -85,8 +85,8 @@ impl FemNode {
         self.interface.components.iter().map(moved).collect()
     }
 
-    /// Refuses a diverging run: in small strain no displacement comes near the size of the body, long before the numbers
-    /// overflow. One that turns by half a turn moves its ends by twice their distance.
+    /// Refuses a diverging run long before the numbers overflow: in small strain no displacement comes near the size of the body. In half a turn the
+    /// ends of a body move by twice their distance.
     fn check_divergence(&self, window: &Window) -> Result<(), FemError> {
         let far = self.farthest();
         if let Some(found) = self.run.excess {
@@ -117,8 +117,8 @@ impl FemNode {
         })
     }
 
-    /// The largest displacement (m). A body may fly or be carried for ever: once it has gone as far as its size, the way of its first node
-    /// is taken off.
+    /// The largest displacement (m). A body may fly or be carried without limit: beyond its own size, the displacement of its first node is
+    /// subtracted.
     fn farthest(&self) -> f64 {
         let (mesh, layout) = (&self.model.mesh, self.model.body.layout);
         let far = self.run.largest_displacement();
@@ -172,13 +172,13 @@ pub(super) const COMPLIANCE: CondensedMatrix = CondensedMatrix {
     compute: compliance,
 };
 
-/// D (kg/s) of a velocity that grows in a straight line.
+/// D (kg/s) of a velocity that grows linearly.
 pub(super) const IMPEDANCE: CondensedMatrix = CondensedMatrix {
     what: "impedance",
     compute: impedance,
 };
 
-/// Quantity that a request gives for each exchanged component, and its unit.
+/// Quantity in a request for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
 pub(super) struct ExchangedQuantity(&'static str, &'static str);
 

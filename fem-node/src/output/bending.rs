@@ -1,4 +1,4 @@
-//! Energy of the hourglass modes against that of pure bending: the part of the stiffness in which the elements differ and lock.
+//! Energy of the hourglass modes compared with pure bending: the part of the stiffness in which the elements differ and lock.
 //!
 //! On a rectangle of the half-sides a and b the displacement q xi eta has, along its sides, the strains e_xx = q_x eta/a,
 //! e_yy = q_y xi/b, 2 e_xy = q_x xi/b + q_y eta/a. With V its volume,
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! q4_2x2 has k_b = c11 (the volume locks), k_s = c33 (the shear of a slender element locks), q4_bbar k_b = c11 - k, and q4_1point
-//! three times its hourglass modulus for both. Other quadrilaterals are taken for the rectangle of their mid-lines. Macneal (1994), Finite
-//! Elements: Their Design and Performance, chapters 3 and 6, derives both locks from these modes.
+//! three times its hourglass modulus for both. Other quadrilaterals are treated as the rectangle of their mid-lines. Macneal (1994), Finite Elements:
+//! Their Design and Performance, chapters 3 and 6, derives both locks from these modes.
 
 use fem_kernel::element::body::ElementKind;
 use fem_kernel::element::q4_1point::hourglass_modulus;
@@ -21,7 +21,7 @@ use fem_kernel::mesh::area;
 use super::probe::{corners, stress};
 use crate::model::Model;
 
-/// Energy of the hourglass modes less that of pure bending, and all strain energy (J).
+/// Energy of the hourglass modes less the energy of pure bending, and all strain energy (J).
 pub(super) fn bending_excess(model: &Model, state: &NodalState) -> [f64; 2] {
     let [c11, c12, c33] = model.elastic.moduli();
     let bending = c11 - c12 * c12 / c11;
@@ -44,7 +44,7 @@ pub(super) fn bending_excess(model: &Model, state: &NodalState) -> [f64; 2] {
     [excess, energy]
 }
 
-/// A and B of an element; its sides are the displaced ones, with which the modes turn.
+/// A and B of an element, with its displaced sides: the modes turn with them.
 fn modes(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4]) -> [f64; 2] {
     let sum = |of: &[[f64; 2]; 4], signs: [f64; 4]| {
         [0, 1].map(|k| (0..4).map(|n| 0.25 * signs[n] * of[n][k]).sum::<f64>())

@@ -1,4 +1,4 @@
-//! The energy ledger: every term from its own formula, none the remainder.
+//! The energy ledger: every term has its own formula, and no term is the remainder.
 
 use fem_kernel::wheel::state::Energies;
 use protocol::Role;
@@ -23,10 +23,10 @@ pub struct Ledger {
     pub interface_work: f64,
     /// Work of the tractions, [(1-b) f + b f'] du.
     pub applied_work: f64,
-    /// Stored energy of the deformation, less that of a static start: u F(u) / 2, corrected for plastic strain and
-    /// rotation. With kinematic hardening that of the back stress is part of it.
+    /// Stored energy of the deformation since the start: u F(u) / 2, corrected for plastic strain and rotation. With kinematic hardening it includes
+    /// the energy of the back stress.
     pub strain: f64,
-    /// Kinetic energy v M v / 2, less that of the start.
+    /// Kinetic energy v M v / 2, less its value at the start.
     pub kinetic: f64,
     /// Dissipated by mass damping, [(1-b) c v + b c' v'] M du.
     pub mass_damping: f64,
@@ -76,9 +76,9 @@ impl Ledger {
 mod tests {
     use super::*;
 
-    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows a confusion of the two.
     #[test]
-    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+    fn recoverable_energies_are_stored_and_others_are_dissipated() {
         let of = |wanted: Role| {
             let terms = Ledger::default().terms().into_iter();
             let names = terms.filter(|(role, ..)| *role == wanted);

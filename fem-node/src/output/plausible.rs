@@ -20,8 +20,8 @@ kit::findings! {
     ///
     /// - Why: the body is narrow for this load.
     /// - Do: make `mesh.width_m` larger, or lower the load.
-    /// - Judged: Distance of the outermost node in contact from the middle of the upper edge, over
-    ///   that of the edge's end, where wheel or edge is curved.
+    /// - Judged: Distance of the outermost node in contact from the middle of the upper edge, over the distance of the edge's end, where wheel or
+    ///   edge is curved.
     /// - Valid: 0.16.
     /// - Wrong: 0.63 (200 kN).
     CONTACT_REACH = "contact_reach": contact_reach_rel in fem = [0.5, 0.9];
@@ -34,7 +34,7 @@ kit::findings! {
     /// - Valid: 0.2 (5 nodes, peak pressure 0.6 % off).
     /// - Wrong: 0.33 (3 nodes, 3 to 12 % off).
     CONTACT_RESOLUTION = "contact_resolution": contact_resolution in fem = [0.3, 0.8];
-    /// A body is strained beyond what its measure of strain holds for.
+    /// A body is strained beyond the validity of its measure of strain.
     ///
     /// - Why: a high load, or `kinematics = "small"` with rotations.
     /// - Do: lower the load, or write `kinematics = "corotational"`.
@@ -49,8 +49,8 @@ kit::findings! {
     ///   that bends with few elements across, or with elements much longer than wide.
     /// - Do: take `element = "q4_bbar"` where `material.poisson` is above 0.4, and more elements
     ///   across the body.
-    /// - Judged: Strain energy by which the elements miss that of bending, over all strain energy,
-    ///   while the body is elastic: about the share by which displacements under a load are off.
+    /// - Judged: Difference between the strain energy of the elements and of bending, over all strain energy, while the body is elastic:
+    ///   displacements under a load are off by about this share.
     /// - Valid: 0.006 (`two-rails`).
     /// - Wrong: 0.092 (`pressurised-cylinder` at Poisson's ratio 0.499 with `q4_2x2`, 9.4 % too
     ///   stiff), 0.13 (two `q4_2x2` across a beam, 13 %).
@@ -67,19 +67,19 @@ kit::findings! {
     PLASTIC_ELEMENT = "plastic_element": plastic_element in fem = [0.0, 1e300];
 }
 
-/// Share of the energy moved below which that of the strain is what is left of vibrations.
+/// Share of the moved energy below which the strain energy is a remainder of vibrations.
 const QUIET: f64 = 0.01;
 
-/// The wheel must be at rest when its results are taken: `range` holds the least and largest force on it then (N).
+/// The wheel must be at rest when its results are taken; `range` holds the least and largest force on it then (N).
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
     let [low, high] = range;
     let value = larger(high - load, load - low) / load;
     let judged = judge!(model.plausible => WHEEL_AT_REST, value;
-        "the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
+        "the wheel is not at rest before its motion: over the second half of the hold (without a hold, before the motion) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s");
     judged.filter(|_| load > 0.0)
 }
 
-/// A curved contact must be wider than its nodes are apart.
+/// A curved contact must cover several nodes.
 pub(crate) fn contact_resolution(model: &Model, profile: &ContactProfile) -> Option<Finding> {
     let touching = profile.status.iter();
     let touching = touching.filter(|status| **status != ContactStatus::Open);
@@ -118,12 +118,12 @@ pub(crate) fn contact_reach<'a>(
         "the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
 }
 
-/// The larger of a strain and the largest of a state; NaN if either is.
+/// The larger of a strain and the largest strain of a state; NaN if either is NaN.
 pub(crate) fn strain_so_far(before: f64, model: &Model, state: &NodalState) -> f64 {
     larger(before, largest_strain(model, state))
 }
 
-/// Strain must stay within what the material model bears.
+/// Strain must stay within the validity of the material model.
 pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
     let means = if model.law.is_some() {
         "its law holds for small stretches only"
@@ -134,7 +134,7 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
         "the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
 }
 
-/// Plastic flow keeps the volume, which the element with one mean dilatation alone lets happen with all of its modes held.
+/// Plastic flow keeps the volume; only the element with one mean dilatation allows this with all of its modes held.
 pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Finding> {
     let law = model.plastic()?;
     let weakness = match model.element {
@@ -152,8 +152,8 @@ pub(crate) fn plastic_element(model: &Model, state: &NodalState) -> Option<Findi
         "the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
 }
 
-/// Elements that miss the energy of bending are too stiff, or too soft. `moved` is the kinetic energy and the sizes of all that went in
-/// or out (J): what is left of it in a body that vibrates says nothing. A body that has flowed is judged by [`plastic_element`].
+/// Elements that miss the energy of bending are too stiff, or too soft. `moved` is the kinetic energy plus the magnitudes of all energies in and out
+/// (J): the strain energy that remains in a vibrating body shows nothing. [`plastic_element`] judges a body that has yielded.
 pub(crate) fn locking(model: &Model, state: &NodalState, moved: f64) -> Option<Finding> {
     let [excess, energy] = bending_excess(model, state);
     let flowed = model.plastic().is_some() && largest_plastic_strain(model, state) > 0.0;

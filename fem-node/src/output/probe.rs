@@ -21,14 +21,12 @@ kit::results! {
     ///   the centroids of the elements, at the end of the hold.
     /// - `p_max_gauss_pa`: Largest hydrostatic pressure over all points of integration, at the end
     ///   of the hold.
-    /// - `p_max_nodal_pa`: Largest hydrostatic pressure over the nodes, the elements around a node
-    ///   being averaged, at the end of the hold.
+    /// - `p_max_nodal_pa`: Largest hydrostatic pressure over the nodes, averaged over the elements around each node, at the end of the hold.
     /// # Forces and places of sets
     /// - `<set>_outward_m`: Mean displacement of the line along its outward normal.
     /// # Signals
     /// - `surface_mean_uy_m`: Mean displacement along y of the coupled surface.
-    /// - `surface_min_uy_m`: Smallest displacement along y of the coupled surface: the most that it
-    ///   is pressed down.
+    /// - `surface_min_uy_m`: Smallest displacement along y of the coupled surface, where it is pressed down most.
 }
 
 /// Momentum of a body along the directions in which nothing holds or moves it (kg m/s), by the names of its signals.
@@ -47,7 +45,7 @@ pub(crate) fn momentum(model: &Model, state: &NodalState) -> Vec<(String, f64)> 
         .collect()
 }
 
-/// Rows of nodes whose displacements and velocities the signals of a window are made of.
+/// Rows of nodes whose displacements and velocities enter the signals of a window.
 pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     let mesh = &model.mesh;
     if model.free != [false; 2] {
@@ -65,8 +63,8 @@ pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     rows
 }
 
-/// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m), by the names of
-/// their signals; none for a body without an upper edge.
+/// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m), by the names of their signals;
+/// empty for a body without an upper edge.
 pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     let nodes = model.mesh.edge(Edge::Top);
     if nodes.is_empty() {
@@ -85,8 +83,8 @@ pub(crate) fn surface_signals(model: &Model, state: &NodalState) -> Vec<(String,
     ]
 }
 
-/// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the
-/// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
+/// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the area swept by the line over its
+/// length, exact for sides that stay straight. Named `<set>_outward_m`.
 pub(crate) fn outward_displacements(model: &Model, state: &NodalState) -> Vec<(String, f64)> {
     let mesh = &model.mesh;
     if mesh.connectivity.is_none() {
@@ -112,15 +110,15 @@ pub(crate) fn outward_displacements(model: &Model, state: &NodalState) -> Vec<(S
     means
 }
 
-/// The largest hydrostatic pressures of the body (Pa). The same displacements give different maxima at different
-/// points, so both are reported by name.
+/// The largest hydrostatic pressures of the body (Pa). The same displacements give different maxima at different kinds of points, so each is reported
+/// by name.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressureMaxima {
     /// Over the centroids of the elements.
     pub centroid: f64,
     /// Over the 2 x 2 Gauss points.
     pub gauss: f64,
-    /// Over the nodes, the values of the elements around a node being averaged there.
+    /// Over the nodes, averaged over the elements around each node.
     pub nodal: f64,
 }
 
@@ -185,8 +183,8 @@ pub fn pressure_maxima(model: &Model, state: &NodalState) -> PressureMaxima {
     maxima
 }
 
-/// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
-/// kinematics the largest component of the stretch's strain. NaN where any entry is.
+/// Largest entry of the displacement gradient over the centroids, rotations included; under corotational kinematics the largest component of the
+/// stretch's strain. NaN if any entry is NaN.
 pub fn largest_strain(model: &Model, state: &NodalState) -> f64 {
     let entries = |element: [usize; 2]| {
         let (points, u) = corners(model, state, element);
@@ -229,11 +227,11 @@ pub fn pressure(model: &Model, state: &NodalState, element: [usize; 2], natural:
 
 /// Strain of a point, and the stresses that do not follow from it.
 struct Strained {
-    /// (exx, eyy, 2 exy), under large rotations that of the stretch.
+    /// (exx, eyy, 2 exy), the stretch's strain under large rotations.
     strain: [f64; 3],
     /// Cosine and sine of a large rotation.
     rotation: Option<[f64; 2]>,
-    /// k (E - e), the stress in all directions that the element with one mean dilatation has besides Hooke's (Pa).
+    /// k (E - e), the stress in all directions that the element with one mean dilatation adds to Hooke's (Pa).
     pressure_stress: f64,
 }
 
@@ -265,7 +263,7 @@ fn strained(model: &Model, state: &NodalState, element: [usize; 2], natural: [f6
     }
 }
 
-/// 2 mu p, which plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure stays.
+/// 2 mu p, which plastic strain subtracts from Hooke's stress (Pa). It has no trace, so the pressure is unchanged.
 fn plastic_stress(
     model: &Model,
     state: &NodalState,
@@ -289,7 +287,7 @@ fn turned([xx, yy, xy]: [f64; 3], [cos, sin]: [f64; 2]) -> [f64; 3] {
     ]
 }
 
-/// k (E - e), the stress in all directions that the element with one mean dilatation E has besides Hooke's (Pa).
+/// k (E - e), the stress in all directions that the element with one mean dilatation E adds to Hooke's (Pa).
 fn mean_dilatation_stress(
     model: &Model,
     points: &[[f64; 2]; 4],

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 
-/// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
-/// pressure of the outermost node belongs to a part of its surface that is not known.
+/// Number of nodes in contact that give the half-width, counted inwards from the outermost node. That one is left out: its pressure acts on an
+/// unknown part of its surface.
 const FIT: usize = 5;
 
 /// Tractions on the upper edge, node by node from left to right.
@@ -19,7 +19,7 @@ const FIT: usize = 5;
 pub struct ContactProfile {
     /// Abscissa (m), undeformed.
     pub x: Vec<f64>,
-    /// Normal force over the surface that belongs to the node (Pa).
+    /// Normal force over the surface of the node (Pa).
     pub pressure: Vec<f64>,
     /// Tangential force over the same surface, positive where the wheel drags the body towards +x (Pa).
     pub shear: Vec<f64>,

@@ -16,7 +16,7 @@ use crate::output::profile::ContactProfile;
 const VTK_QUAD: f64 = 9.0;
 
 /// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
-/// of the element), and the contacts of the upper edge if it has any. Points are those of the undeformed body.
+/// of the element), and the contacts of the upper edge if it has any. Points are positions in the undeformed body.
 pub(crate) fn write(
     path: &Path,
     model: &Model,
@@ -49,7 +49,7 @@ fn cells(file: &mut VtkFile, model: &Model) {
         let corners = mesh.corners(i, j);
         corners.map(|node| mesh.number(node) as f64)
     });
-    // One number a tuple, or a reader takes the corners of an element for a vector.
+    // One number per tuple: otherwise a reader takes the corners of an element for a vector.
     let corners = corners.flatten().map(|node| [node]);
     file.array(DatasetKind::Int64, "connectivity", corners);
     let offsets = (1..=mesh.elements()).map(|k| [4.0 * k as f64]);
@@ -69,7 +69,7 @@ fn point_data(file: &mut VtkFile, model: &Model, state: &NodalState) {
     }
 }
 
-/// Status and tractions of the upper edge, whose nodes are the first; those below have no status and no traction.
+/// Status and tractions of the upper edge, whose nodes come first; nodes below have neither.
 fn contact_data(
     file: &mut VtkFile,
     model: &Model,
@@ -80,7 +80,7 @@ fn contact_data(
         return;
     }
     let nodes = model.mesh.points.len();
-    // The first node of a mesh that repeats stands at its right edge once more.
+    // A periodic mesh repeats its first node at its right edge.
     let edge = |values: Vec<f64>, below: f64| {
         let seam = values.first().copied().filter(|_| model.mesh.periodic);
         let all = values.into_iter().chain(seam);

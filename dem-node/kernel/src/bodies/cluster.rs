@@ -1,8 +1,8 @@
 //! Rigid clusters of disks.
 //!
-//! A cluster moves as one body about its centre of mass. Its first disk stands for it in the contact problem: the cluster's
-//! velocity and mass are kept there, its other disks have none and are placed by it. Spins are stored times the radius
-//! sqrt(2 I/m), as a disk's is times its own: both turn with 2/m, and a cluster of one disk is that disk.
+//! A cluster moves as one body about its centre of mass. Its first disk represents it in the contact problem and has its velocity and mass; its other
+//! disks have none and follow it. Spins are stored times the radius sqrt(2 I/m), as a disk's spin is stored times its own radius: both turn with 2/m,
+//! and a cluster of one disk is that disk.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,11 +13,11 @@ use crate::bodies::drive::{Drive, StepTime};
 pub struct Clusters {
     /// All of them, in the order of their poses.
     pub list: Vec<Cluster>,
-    /// Cluster of each disk, [`SINGLE`] for one that belongs to none; empty without clusters.
+    /// Cluster of each disk, [`SINGLE`] for a disk without cluster; empty without clusters.
     of_disk: Vec<u32>,
 }
 
-/// The cluster of a disk that belongs to none.
+/// Stands for no cluster.
 const SINGLE: u32 = u32::MAX;
 
 /// Disks that move together.
@@ -31,7 +31,7 @@ pub struct Cluster {
     pub mass: f64,
     /// sqrt(2 I/m) (m).
     pub radius: f64,
-    /// 1 where it can move, 0 where its velocity stays what it was at the start: x, y, rotation.
+    /// 1 where it can move, 0 where it keeps its velocity from the start: x, y, rotation.
     pub free: [f64; 3],
     /// Loads, where it is driven.
     pub drive: Option<Drive>,
@@ -44,13 +44,13 @@ pub struct Cluster {
 /// The description of a cluster in a sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClusterMembers {
-    /// Name that its disks give.
+    /// Name given in its disks.
     pub name: String,
     /// Numbers of its disks among the free grains.
     pub disks: Vec<usize>,
     /// True for each of x, y and rotation that is locked.
     pub locked: [bool; 3],
-    /// Mass (kg) and moment of inertia (kg m2) where they are not those of the disks.
+    /// Mass (kg) and moment of inertia (kg m2) that replace the disks' values.
     pub mass: Option<f64>,
     /// See `mass`.
     pub inertia: Option<f64>,
@@ -71,7 +71,7 @@ pub struct Pose {
 
 impl Cluster {
     /// The cluster of these members. `disk` gives centre, radius (m) and mass (kg) of each; `scale` multiplies the masses.
-    /// The sum goes over disks: where they overlap, the overlap counts twice.
+    /// The sum goes over disks: overlaps count twice.
     pub fn new(
         members: &ClusterMembers,
         disk: impl Fn(usize) -> ([f64; 2], f64, f64),
@@ -119,15 +119,15 @@ impl Cluster {
         [x / damped, y / damped, 2.0 * turn / self.mass]
     }
 
-    /// 1/m of a contact whose disk is centred here (1/kg): n.M^-1 n + a^2/I, a being the lever of the normal about the centre of mass. It is
-    /// 1/M for a contact in line with that centre only, and nothing where all motion along the normal is held.
+    /// 1/m of a contact whose disk is centred here (1/kg): n.M^-1 n + a^2/I, a being the lever of the normal about the centre of mass. It is 1/M only
+    /// for a contact in line with that centre, and 0 where all motion along the normal is held.
     pub fn mobility(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2]) -> f64 {
         let ([nx, ny], [x, y, turn]) = (normal, self.free);
         let [lever, _] = self.lever(pose, normal, centre, 0.0);
         (x * nx * nx + y * ny * ny + 2.0 * turn * lever * lever) / self.mass
     }
 
-    /// Mass with which the disk that lies furthest out meets another body at most lightly (kg): M/(1 + M l^2/I).
+    /// Least mass with which the outermost disk meets another body (kg): M/(1 + M l^2/I).
     pub fn lightest(&self) -> f64 {
         self.mass / (1.0 + 2.0 * self.free[2] * (self.reach() / self.radius).powi(2))
     }
@@ -211,7 +211,7 @@ impl Cluster {
 }
 
 impl Clusters {
-    /// These clusters of a sample with so many disks.
+    /// These clusters of a sample with this number of disks.
     pub fn new(list: Vec<Cluster>, disks: usize) -> Clusters {
         let mut of_disk = vec![SINGLE; if list.is_empty() { 0 } else { disks }];
         for (index, cluster) in list.iter().enumerate() {
@@ -228,7 +228,7 @@ impl Clusters {
         self.list.get(index).map(|cluster| (index, cluster))
     }
 
-    /// The body that moves for this one: the first disk of its cluster, or itself.
+    /// The body that moves in place of this one: the first disk of its cluster, or itself.
     pub fn leader_of(&self, body: usize) -> usize {
         self.of(body).map_or(body, |(_, cluster)| cluster.leader())
     }
@@ -239,7 +239,7 @@ impl Clusters {
         all.filter_map(|(i, cluster)| Some((i, cluster, cluster.drive.as_ref()?)))
     }
 
-    /// Pairs of disks that clusters hold together; those of driven clusters belong to a body beyond the grains, `anchor`.
+    /// Pairs of disks that clusters hold together; the disks of driven clusters are paired with `anchor`, a body beyond the grains.
     pub fn held(&self, anchor: u32) -> impl Iterator<Item = (u32, u32)> {
         self.list.iter().flat_map(move |cluster| {
             let first = match cluster.drive {
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn mass_centre_and_inertia_are_those_of_the_disks() {
+    fn mass_centre_and_inertia_follow_from_the_disks() {
         let cluster = dumbbell();
         assert_eq!(cluster.start.centre, [3.0, 0.0]);
         assert_eq!(cluster.mass, 40.0);

@@ -1,4 +1,4 @@
-//! A disk with its place and its velocity at the start.
+//! A disk with its position and its velocity at the start.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,7 @@
 //! Clusters that are moved or pushed along x and y: driven rough walls.
 //!
-//! A prescribed direction has a constant velocity whatever the contacts do. In a free one
-//! m dv = h F + p - h c v_theta, p being the impulse of the contacts and the weight and c the damping, which is taken implicitly:
-//! v' = ((m - h c (1 - theta)) v + h F + p) / (m + h c theta).
+//! A prescribed direction has a constant velocity under any contact forces. In a free direction m dv = h F + p - h c v_theta, p being the impulse of
+//! the contacts and the weight and c the damping, which is implicit: v' = ((m - h c (1 - theta)) v + h F + p) / (m + h c theta).
 
 use kit::table::{LoadTable, load_at};
 

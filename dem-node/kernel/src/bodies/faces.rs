@@ -14,10 +14,10 @@ use crate::bodies::geometry::Proximity;
 
 /// Sine of the angle below which two segments in a row are one straight line.
 const STRAIGHT: f64 = 1e-12;
-/// Part of a distance by which two faces may be equally far.
+/// Relative difference up to which two faces are equally far.
 const ROUNDING: f64 = 1e-9;
 
-/// A wall that nothing moves but its own velocity.
+/// A wall that moves with its own velocity only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidWall {
     /// Its shape at the start.
@@ -29,7 +29,7 @@ pub struct RigidWall {
 /// The shape of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face {
-    /// All that lies behind a line.
+    /// The half-plane behind a line.
     HalfPlane {
         /// A point of the face (m).
         point: [f64; 2],
@@ -84,7 +84,7 @@ impl RigidWall {
         }
     }
 
-    /// Distance of a point from the face, whatever part of it the point belongs to (m).
+    /// Distance of a point from any part of the face (m).
     pub fn distance(&self, point: [f64; 2]) -> f64 {
         match &self.face {
             Face::HalfPlane {
@@ -104,7 +104,7 @@ pub fn polyline(points: &[[f64; 2]], first: usize) -> Vec<Segment> {
     let along = |ends: &[[f64; 2]]| unit(minus(ends[1], ends[0]));
     let mut directions: Vec<[f64; 2]> = points.windows(2).map(along).collect();
     for i in 1..count {
-        // Equal to the last digit, or a disk over the joint would lie in front of both segments.
+        // The directions must be equal to the last digit, or a disk over the joint would lie in front of both segments.
         let (last, this) = (directions[i - 1], directions[i]);
         if cross(last, this).abs() < STRAIGHT && dot(last, this) > 0.0 {
             directions[i] = last;
@@ -130,7 +130,7 @@ pub fn polyline(points: &[[f64; 2]], first: usize) -> Vec<Segment> {
     (0..count).map(segment).collect()
 }
 
-/// Distance of a point behind the nearest of these walls (m), which have moved for this time (s); `None` if that is a half-plane, or the
+/// Distance of a point behind the nearest of these walls (m), which have moved for this time (s); `None` if the nearest wall is a half-plane, or the
 /// point lies in front of it or beside its ends.
 pub fn depth_behind<'a>(
     walls: impl Iterator<Item = &'a RigidWall>,
@@ -145,7 +145,7 @@ pub fn depth_behind<'a>(
             behind = behind.min(segment.depth(point));
         }
     }
-    // A plate that is walked round on both sides is as near from behind as from the front.
+    // A plate with two faces is as near from behind as from the front.
     (behind < front * (1.0 - ROUNDING)).then_some(behind)
 }
 
@@ -166,7 +166,7 @@ impl Segment {
         }
     }
 
-    /// Distance of a point straight behind the face (m), infinite for any other.
+    /// Distance of a point straight behind the face (m), infinite for any other point.
     fn depth(&self, point: [f64; 2]) -> f64 {
         let (from_start, from_end) = (minus(point, self.start), minus(point, self.end));
         let beside = dot(from_start, self.direction) < 0.0 || dot(from_end, self.direction) > 0.0;
@@ -209,7 +209,7 @@ impl Segment {
         convex && dot(from_start, before.direction) >= 0.0
     }
 
-    /// The wall to which a disk has passed that is beyond an end of this segment.
+    /// The wall that a disk has reached beyond an end of this segment.
     pub fn successor(&self, centre: [f64; 2]) -> Option<usize> {
         let (from_start, from_end) = (minus(centre, self.start), minus(centre, self.end));
         let is_before = dot(from_start, self.direction) < 0.0 && !self.owns_start(from_start);

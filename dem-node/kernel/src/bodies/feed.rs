@@ -1,11 +1,11 @@
-//! A feed of grains: its constants and its progress. [`crate::step::injection`] moves it on.
+//! A feed of grains: its constants and its progress, which [`crate::step::injection`] advances.
 
 use serde::{Deserialize, Serialize};
 
 /// Constants of a feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Injection {
-    /// Number of fed grains: the last of the free ones.
+    /// Number of fed grains, which are the last of the free grains.
     pub grains: usize,
     /// Time in which a grain grows (s).
     pub growth: f64,
@@ -27,20 +27,20 @@ pub enum Source {
 pub struct PointSource {
     /// The point (m).
     pub point: [f64; 2],
-    /// Scaled mass that comes out in a second (kg/s).
+    /// Scaled mass that is fed in per second (kg/s).
     pub rate: f64,
-    /// Time at which the first mass comes out (s).
+    /// Start of the feed (s).
     pub start: f64,
-    /// Time from which none does (s).
+    /// End of the feed (s).
     pub end: f64,
 }
 
 /// Steel that comes off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detachment {
-    /// Work of friction over length after which a layer goes (J/m).
+    /// Work of friction over length after which a layer comes off (J/m).
     pub energy: f64,
-    /// Depth of a layer, and the most that goes (m).
+    /// Depth of a layer, and of all layers at most (m).
     pub depth: f64,
     /// See `depth`.
     pub limit: f64,
@@ -48,13 +48,13 @@ pub struct Detachment {
     pub mass: f64,
 }
 
-/// A grain that has not its full radius yet.
+/// A grain that does not have its full radius yet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Growing {
     grain: u32,
     /// Time at which it began (s).
     start: f64,
-    /// Part of its radius that was missing then, and that is missing (m).
+    /// Length of its radius that was missing then, and that is missing now (m).
     first: f64,
     missing: f64,
 }
@@ -62,11 +62,11 @@ struct Growing {
 /// Progress of a feed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Feed {
-    /// Grains that are in store: the last of the free ones.
+    /// Number of grains in store, which are the last of the free grains.
     pub waiting: u32,
-    /// Scaled mass that is due by now (kg).
+    /// Scaled mass due so far (kg).
     pub due: f64,
-    /// Scaled mass that has come out in grains (kg).
+    /// Scaled mass fed in so far, in grains (kg).
     pub delivered: f64,
     growing: Vec<Growing>,
 }
@@ -82,7 +82,7 @@ impl Injection {
 }
 
 impl PointSource {
-    /// Mass that should have come out until a time (kg).
+    /// Mass that should be fed in by a time (kg).
     pub fn due(&self, time: f64) -> f64 {
         self.rate * (time.min(self.end) - self.start).max(0.0)
     }
@@ -97,7 +97,7 @@ impl Feed {
         }
     }
 
-    /// Goes on to a time (s): the lengths (m) by which grains grow until then, each in the time `growth` (s).
+    /// Advances to a time (s). Returns the lengths (m) by which grains grow until then, each in the time `growth` (s).
     pub fn advance(&mut self, growth: f64, time: f64) -> Vec<(u32, f64)> {
         let growing = self.growing.iter_mut();
         let grown = growing.map(|growing| {
@@ -116,7 +116,7 @@ impl Feed {
         self.waiting > 0 && self.delivered + mass <= self.due
     }
 
-    /// Takes the next grain, of a mass (kg), out of the store at a time (s); this part of its radius is missing (m).
+    /// Takes the next grain, of a mass (kg), out of the store at a time (s); this length of its radius is missing (m).
     pub fn take_out(&mut self, grain: u32, mass: f64, missing: f64, time: f64) {
         self.waiting -= 1;
         self.delivered += mass;
@@ -136,12 +136,12 @@ impl Feed {
         if owed > 0.0 { owed / self.due } else { 0.0 }
     }
 
-    /// A grain that is no longer there does not grow.
+    /// Stops the growth of a grain that was taken out.
     pub fn forget(&mut self, grain: u32) {
         self.growing.retain(|growing| growing.grain != grain);
     }
 
-    /// Part of a disk's radius that it has not grown yet (m).
+    /// Length that is missing from a disk's radius (m).
     #[inline]
     pub fn missing(&self, disk: u32) -> f64 {
         let found = self.growing.iter().find(|growing| growing.grain == disk);

@@ -1,9 +1,9 @@
 //! Normals and gaps of two bodies, crowned lines, and strips that repeat.
 
-/// A strip that repeats along x: what leaves it on one side has already entered it on the other.
+/// A strip that repeats along x: a body that leaves it on one side has already entered it on the other.
 ///
-/// Positions are never folded back into the strip. Only distances are taken to the nearest image, so that displacements, levers
-/// and bonds know nothing of the seam.
+/// Positions are never folded back into the strip. Only distances are taken to the nearest image, so that the seam does not affect displacements,
+/// levers and bonds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
     /// Left end (m).
@@ -50,7 +50,7 @@ pub struct Proximity {
 /// Two disks at a distance; `reach` is the sum of their radii.
 pub fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     let distance = (dx * dx + dy * dy).sqrt();
-    // Coincident centres have no normal; any fixed one separates them again.
+    // Coincident centres have no normal; any fixed direction separates them again.
     let normal = if distance > 0.0 {
         let one_over = 1.0 / distance;
         [one_over * dx, one_over * dy]
@@ -81,8 +81,7 @@ pub fn under_wheel(face: [f64; 2], wheel_radius: f64, centre: [f64; 2], radius: 
     }
 }
 
-/// Height of the lowest point of a wheel over x = 0 that touches this disk from above (m); `None` for a disk that it
-/// passes beside.
+/// Height of the lowest point of a wheel over x = 0 that touches this disk from above (m); `None` for a disk that it does not meet.
 ///
 /// The centres are R + r apart, so the lowest point is y + r - (R + r - sqrt((R + r)^2 - x^2)).
 pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64> {
@@ -95,8 +94,8 @@ pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64
     (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
 }
 
-/// Height of a disk over another that it touches from above, their centres `dx` apart along x and `reach` in all (m); `None` for one
-/// that passes beside.
+/// Height of a disk over another that it touches from above, their centres `dx` apart along x and `reach` apart in all (m); `None` if they do not
+/// meet.
 pub fn over_disk(dx: f64, reach: f64) -> Option<f64> {
     let squared = reach * reach - dx * dx;
     (squared >= 0.0).then(|| squared.sqrt())
@@ -115,14 +114,14 @@ pub fn squared_displacements(now: &[[f64; 2]], then: &[[f64; 2]]) -> impl Iterat
     both.map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
 }
 
-/// Smallest and largest of these values; infinity and minus infinity where there are none.
+/// Smallest and largest of these values; infinity and minus infinity without values.
 pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let values = values.into_iter();
     values.fold(none, |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Largest coordinate (m): positions, and so gaps, carry its rounding.
+/// Largest coordinate (m): its rounding error is in positions, and so in gaps.
 pub fn extent(centres: &[[f64; 2]]) -> f64 {
     let coordinates = centres.iter().flatten();
     coordinates.fold(0.0, |largest, x| largest.max(x.abs()))

@@ -26,8 +26,8 @@ impl Levers {
         ]
     }
 
-    /// Adds the change by the impulse (r_n, r_t) of the contact to a velocity; `force` is that impulse in x and y on this body,
-    /// 0 for a and 1 for b (N s).
+    /// Adds the change by the impulse (r_n, r_t) of the contact to a velocity; `force` is this impulse in x and y on the body, `side` 0 for a and 1
+    /// for b (N s).
     #[inline(always)]
     pub fn apply(&self, side: usize, velocity: &mut [f64; 3], force: [f64; 2], impulse: [f64; 2]) {
         let (inverse, lever) = (self.inverse[side], self.lever[side]);

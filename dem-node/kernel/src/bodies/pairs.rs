@@ -2,11 +2,11 @@
 
 use crate::law::Law;
 
-/// Name of the group of all grains that are in no cluster.
+/// Name of the group of all grains without cluster.
 pub const GRAINS: &str = "grains";
 /// Names of the groups of glued disks.
 pub const ROWS: [&str; 2] = ["base", "lid"];
-/// Name of the group of the surface, where it has a friction of its own; else it belongs to a row.
+/// Name of the group of the surface, if it has a friction of its own; else it belongs to a row.
 pub const SURFACE: &str = "surface";
 /// Name of the wheel's group.
 pub const WHEEL: &str = "wheel";
@@ -50,13 +50,13 @@ impl Pairs {
         }
     }
 
-    /// The law at an index of its own, which is counted from one.
+    /// The law at an index, counted from one.
     #[inline]
     pub fn law(&self, index: u32) -> Option<&Law> {
         self.laws.get((index as usize).wrapping_sub(1))
     }
 
-    /// The law between two bodies with its index, if it is one of their own.
+    /// The law between two bodies with its index, if they have one of their own.
     #[inline]
     pub fn of(&self, a: usize, b: usize) -> Option<(u32, &Law)> {
         let (a, b) = (*self.groups.get(a)?, *self.groups.get(b)?);
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pair_has_its_law_in_either_order_and_others_have_none() {
+    fn a_pair_has_its_law_in_either_order_and_other_pairs_have_none() {
         let names = ["grains", "top", "grains", "wheel"].map(String::from);
         let law = |friction: f64| Law {
             friction,

@@ -55,7 +55,7 @@ impl Positions<'_> {
         }
     }
 
-    /// Distance of two bodies, also where neither of them is the one that the other will touch (m).
+    /// Distance of two bodies (m), also of a disk and a segment where the disk would touch a neighbouring segment.
     pub fn distance(&self, a: usize, b: usize) -> f64 {
         let (bodies, centre) = (self.bodies, self.centres[a]);
         if let Some(segment) = bodies.segment_index(b) {
@@ -71,7 +71,7 @@ impl Positions<'_> {
         }
     }
 
-    /// The segment of a wall or surface to which a disk has passed that is beyond an end of segment `b`.
+    /// The segment of a wall or surface that a disk has reached beyond an end of segment `b`.
     pub fn successor(&self, a: usize, b: usize) -> Option<usize> {
         let (segment, centre, first) = self.segment_under(a, b)?;
         segment.successor(centre).map(|next| first + next)
@@ -90,7 +90,7 @@ impl Positions<'_> {
         Some((first + next, distance - self.bodies.radii[a]))
     }
 
-    /// The segment of a wall or surface that the body `b` is, the centre of the disk `a` as it sees it, and the body from which its joints count.
+    /// The segment of a wall or surface with the body number `b`, the centre of the disk `a` in its frame, and the first body number of its joints.
     fn segment_under(&self, a: usize, b: usize) -> Option<(Segment, [f64; 2], usize)> {
         let (bodies, centre) = (self.bodies, self.centres[a]);
         if let Some(index) = bodies.segment_index(b) {

@@ -6,20 +6,20 @@
 //!       s |                v = (1 - s) v_i + s v_j: forces, moments and power are exact
 //! ```
 //!
-//! Corners are those of rigid walls ([`super::faces`]): a convex one has a fan of normals, in a concave one a disk has two contacts.
+//! Corners follow the rules of rigid walls ([`super::faces`]): a convex corner has a fan of normals, in a concave corner a disk has two contacts.
 
 use crate::bodies::faces::{Joint, Segment, left_of, unit};
 use crate::bodies::geometry::{Period, Proximity, between_points};
 
-/// Distance over the length of a strip up to which two places are one.
+/// Distance over the length of a strip up to which two points are one.
 const SAME_PLACE: f64 = 1e-12;
 
 /// The polylines, on the bodies below and above. The solid is on the right of their direction.
 #[derive(Clone, Debug, Default)]
 pub struct BareSurface {
-    /// Points where nothing moves them (m), line by line.
+    /// Undeformed points (m), line by line.
     pub points: Vec<[f64; 2]>,
-    /// Number of those of the body below, which come first.
+    /// Number of points of the body below, which come first.
     pub base: usize,
     /// More points, which glued disks carry: the disk among these, and the way from its centre to the point (m).
     carried: Vec<(u32, [f64; 2])>,
@@ -35,12 +35,12 @@ struct Ends {
     after: Option<u32>,
 }
 
-/// The place of a grain on a segment.
+/// The position of a grain on a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
     /// The points at the ends of the segment.
     pub points: [u32; 2],
-    /// Weight of the second one.
+    /// Weight of the second point.
     pub share: f64,
 }
 
@@ -62,8 +62,8 @@ impl Foot {
 }
 
 impl BareSurface {
-    /// The surface of polylines of points (m) on the bodies below and above; one that ends at the image of its start is closed in a strip
-    /// that repeats.
+    /// The surface of polylines of points (m) on the bodies below and above; in a strip that repeats, a polyline that ends at the image of its start
+    /// is closed.
     pub fn new([below, above]: [&[Vec<[f64; 2]>]; 2], period: Option<Period>) -> BareSurface {
         let mut surface = BareSurface {
             base: below.iter().map(Vec::len).sum(),
@@ -98,7 +98,7 @@ impl BareSurface {
         }
     }
 
-    /// Adds a segment between two points that glued disks carry, and that lie so far from their centres (m).
+    /// Adds a segment between two points that glued disks carry, at these offsets from their centres (m).
     pub fn bridge(&mut self, disks: [usize; 2], offsets: [[f64; 2]; 2]) {
         let first = (self.points.len() + self.carried.len()) as u32;
         let disks = disks.map(|disk| disk as u32);
@@ -110,7 +110,7 @@ impl BareSurface {
         });
     }
 
-    /// Puts the points that glued disks with these centres carry behind the others (m).
+    /// Appends the points that glued disks with these centres carry (m).
     pub fn carry(&self, glued: &[[f64; 2]], places: &mut Vec<[f64; 2]>) {
         places.truncate(self.points.len());
         let carried = self.carried.iter().map(|(disk, [x, y])| {
@@ -120,7 +120,7 @@ impl BareSurface {
         places.extend(carried);
     }
 
-    /// Number of a point in a boundary of so many glued disks, which the points follow.
+    /// Number of a point in a boundary of this many glued disks, which come before the points.
     fn in_boundary(&self, point: u32, glued: usize) -> u32 {
         let carried = (point as usize).checked_sub(self.points.len());
         carried.map_or(point + glued as u32, |number| self.carried[number].0)
@@ -134,7 +134,7 @@ impl BareSurface {
         }
     }
 
-    /// True for a segment of the body above; `glued` are the numbers of disks in the boundary, and of those below among them.
+    /// True for a segment of the body above; the second argument has the number of glued disks in the boundary, and how many of them lie below.
     pub fn is_above(&self, segment: usize, [glued, below]: [usize; 2]) -> bool {
         let number = self.in_boundary(self.segments[segment].points[0], glued) as usize;
         number >= glued + self.base || (below..glued).contains(&number)
@@ -162,7 +162,7 @@ impl BareSurface {
         (0..self.bare()).map(|segment| self.length(segment)).sum()
     }
 
-    /// Most that may come off it: a third of its shortest segment (m).
+    /// Largest depth that may come off: a third of its shortest segment (m).
     pub fn deepest(&self) -> f64 {
         let lengths = (0..self.bare()).map(|segment| self.length(segment));
         lengths.fold(f64::INFINITY, f64::min) / 3.0
@@ -172,7 +172,7 @@ impl BareSurface {
         (0..self.bare()).filter(move |segment| self.points_of(*segment).contains(&point))
     }
 
-    /// Length of the surface that is a point's, half of each segment at it (m).
+    /// Length of the surface that belongs to a point, half of each of its segments (m).
     pub fn tributary(&self, point: usize) -> f64 {
         let halves = self.at(point).map(|segment| 0.5 * self.length(segment));
         halves.sum()
@@ -191,7 +191,7 @@ impl BareSurface {
         self.segments.len()
     }
 
-    /// Start of a segment where these points are, and the vector to its end (m).
+    /// Start of a segment with these points, and the vector to its end (m).
     pub fn line(&self, segment: usize, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
         let [start, end] = self.points_of(segment).map(|point| points[point]);
         [start, between_points(end, start, self.period)]
@@ -201,7 +201,7 @@ impl BareSurface {
         self.line(segment, points)[1]
     }
 
-    /// A segment where these points are (m).
+    /// A segment with these points (m).
     pub fn segment(&self, index: usize, points: &[[f64; 2]]) -> Segment {
         let Ends { before, after, .. } = self.segments[index];
         let joint = |segment: u32| Joint {
@@ -225,8 +225,8 @@ impl BareSurface {
         }
     }
 
-    /// Normal and gap of a disk at a segment. One that belongs to another segment is infinitely far away; one whose centre has come behind
-    /// the face by less than its radius is still held.
+    /// Normal and gap of a disk at a segment. A disk that belongs to another segment is infinitely far away; a disk whose centre lies behind the face
+    /// by less than its radius is still held.
     pub fn proximity(
         &self,
         index: usize,
@@ -263,7 +263,7 @@ impl BareSurface {
         Foot { points, share: 0.5 }
     }
 
-    /// The segments ordered by their left ends, to find those near a disk.
+    /// The segments ordered by their left ends, to find segments near a disk.
     pub fn order(&self, points: &[[f64; 2]]) -> SegmentOrder {
         let mut order = SegmentOrder {
             period: self.period,
@@ -285,7 +285,7 @@ impl BareSurface {
 #[derive(Clone, Debug, Default)]
 pub struct SegmentOrder {
     lefts: Vec<(f64, u32)>,
-    /// Width of the widest (m).
+    /// Width of the widest segment (m).
     widest: f64,
     period: Option<Period>,
 }

@@ -1,4 +1,4 @@
-//! Bonds: the memory of a cohesive contact, its part in the contact problem, and the energy that opening it takes.
+//! Bonds: the memory of a cohesive contact, its part in the contact problem, and the energy of its opening.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use crate::law::{Law, relaxation};
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
 const BROKEN: f64 = 1e-4;
-/// Bonds above this adhesion are counted as bonds: the rest holds nothing that matters.
+/// Bonds above this adhesion are counted: the force of the others does not matter.
 const COUNTED: f64 = 0.01;
 
 /// A bond between two grains, or a grain and a glued disk.
@@ -54,8 +54,8 @@ impl Bond {
         other.map_or(radius * law.thickness, |other| law.area([radius, *other]))
     }
 
-    /// The bond that a pair makes which has been pressed for long enough, and what its springs let go; none before that. It stands where the
-    /// pair does: springs press as they did, and a rigid pair touches at the gap that it has.
+    /// The bond of a pair that has been pressed for long enough, and the energy that its springs release; `None` before. The pair does not move:
+    /// springs press as before, and a rigid pair touches at its present gap.
     pub fn healed(bodies: &Bodies, slot: &Slot) -> Option<(Bond, Loss)> {
         let law = bodies.law_of(slot.a as usize, slot.b as usize);
         let (cohesion, adhesion) = (law.cohesion?, law.healing?.made(slot.pressed)?);
@@ -96,7 +96,7 @@ impl Bond {
         }
     }
 
-    /// Lets go of a bond at once, whatever it bears: its pair goes on as a contact.
+    /// Breaks a bond at once, under any force: its pair remains as a contact.
     pub fn tear(&mut self, law: &Law, slot: &mut Slot) -> Loss {
         let Some(cohesion) = &law.cohesion else {
             return Loss::default();
@@ -127,7 +127,7 @@ impl Bond {
         law.cohesion.as_ref().map_or(0.0, drive)
     }
 
-    /// True for one that holds enough to count as a bond.
+    /// True for a bond that holds enough to be counted.
     pub fn holds(&self) -> bool {
         self.adhesion > COUNTED
     }
@@ -156,12 +156,12 @@ pub fn holding(bonds: &[Bond]) -> impl Iterator<Item = (u32, u32)> {
     bonds.map(|bond| bond.pair())
 }
 
-/// Index of the bond of a pair, of bonds in order.
+/// Index of the bond of a pair, in sorted bonds.
 pub fn find_bond(bonds: &[Bond], pair: (u32, u32)) -> Option<usize> {
     bonds.binary_search_by_key(&pair, Bond::pair).ok()
 }
 
-/// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).
+/// Walks along bonds for pairs in ascending order; both are sorted by (a, b).
 pub struct BondCursor<'a> {
     bonds: &'a [Bond],
     next: usize,
@@ -200,21 +200,21 @@ impl<'a> BondCursor<'a> {
 pub struct BondContact {
     /// Index of the bond.
     pub index: u32,
-    /// Adhesion at the start of the step, and the one under which the problem is solved.
+    /// Adhesion at the start of the step, and adhesion under which the problem is solved.
     pub adhesion: [f64; 2],
     /// Ratio of its dampers to its springs in either direction (s), at any adhesion: a solid of Kelvin and Voigt.
     pub relaxation: f64,
-    /// 1 + c/(k h), what the dampers add to the stiffness of the springs: one over [`crate::law::damped_share`].
+    /// 1 + c/(k h), the factor of the dampers on the stiffness of the springs: one over [`crate::law::damped_share`].
     pub stiffening: f64,
-    /// The law under that adhesion.
+    /// The law under this adhesion.
     pub law: BondLaw,
 }
 
 impl BondContact {
-    /// The bond at the start of a step h (s), its disks having these inverse masses in sum (1/kg).
+    /// The bond at the start of a step h (s); `inverse_mass` is the sum for its disks (1/kg).
     ///
-    /// A rigid contact has friction beside the bond, and so has one that heals, as far as the bond is not whole. The tangential spring of another
-    /// compliant one belongs to the bond and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
+    /// A rigid contact has friction in addition to its bond, and so has a healing contact for the part 1 - a. In other compliant contacts the
+    /// tangential spring belongs to the bond, and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
         let friction = law.friction * law.friction_share(bond.adhesion);
         let relaxation = law.cohesion.as_ref().map_or(0.0, |c| {
@@ -232,7 +232,7 @@ impl BondContact {
         contact
     }
 
-    /// Takes over a lower adhesion.
+    /// Sets a lower adhesion.
     pub fn soften(&mut self, law: &Law, bond: &Bond, adhesion: f64, h: f64) {
         self.adhesion[1] = adhesion;
         let of_law = |law: &Cohesion| law.stiffness(bond.area, adhesion);
@@ -241,7 +241,7 @@ impl BondContact {
             .set_stiffness(stiffness.map(|k| self.stiffening * k), h);
     }
 
-    /// The adhesion that the end of the step allows, the gap of delta (m) opening at u_n and sliding at u_t.
+    /// The adhesion at the end of the step, for the opening delta (m) and the velocities u_n and u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
         let slip = self.stiffening * self.law.slip;
         let drive = law.drive(delta + h * velocity[0], h * (slip + velocity[1]));
@@ -254,11 +254,10 @@ impl BondContact {
 ///
 /// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the `solution`, and a_2 = `after` at
 /// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
-/// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that opens in the step is pulled over the
-/// rest of the path as well. Of all that, decohesion takes the surface energy that has been given up, as far as it goes, and the
-/// scheme the rest: neither is ever negative. A rigid contact loses what [`rigid_loss`] says of its compression and its slip.
-/// Dampers lose what the work leaves beside the energy of the springs and the loss of the scheme.
-/// The change of the opening between two steps, by the turning of the normal, is that of detection, see [`ContactStep::turned`].
+/// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; a spring that opens in the step is also pulled over the rest of the path.
+/// Decohesion takes at most the lost surface energy of this sum, and the scheme the rest: neither is ever negative. The compression and slip of a
+/// rigid contact lose energy by [`rigid_loss`]. The dampers' loss is the work less the energy of the springs and the loss of the scheme. The change
+/// of the opening between two steps, by the turning normal, belongs to detection, see [`ContactStep::turned`].
 pub fn end_step(
     law: &Law,
     bond: &mut Bond,
@@ -299,7 +298,7 @@ pub fn end_step(
             let numerical = numerical + (1.0 - contact.theta) * push * contact.change[0];
             damping += of_normal;
             Loss {
-                // At the velocity of the law, so that friction never gives energy.
+                // Taken at the velocity of the law, so that friction never creates energy.
                 friction: -r_f * u_t,
                 numerical: numerical + (1.0 - contact.theta) * r_f * contact.change[1],
                 ..Loss::default()
@@ -326,9 +325,9 @@ pub fn end_step(
     compressed
 }
 
-/// The pair of a broken bond goes on as a contact: it touches where the bond did and keeps its pressure. The bond's tangential
-/// spring k_t becomes the stick-slip one, with no more than its force, that of friction, and the energy that is left beyond the
-/// surface. Returns the energy that it keeps (J).
+/// The pair of a broken bond remains as a contact: it touches at the bond's reference and keeps its pressure. The bond's tangential spring k_t
+/// becomes the stick-slip spring. Its force is at most the bond's and the friction, its energy at most `left`, beyond the surface energy. Returns the
+/// energy that it keeps (J).
 fn leave_touching(law: &Law, bond: &Bond, slot: &mut Slot, k_t: f64, left: f64) -> f64 {
     let press = slot.force[0].max(0.0);
     slot.reference = bond.reference;
@@ -423,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rigid_pressed_bond_has_coulomb_friction_beside_its_shear() {
+    fn a_rigid_pressed_bond_has_coulomb_friction_and_shear() {
         let mut slid = 0;
         for b in [[-3.0, 0.1], [-1.0, 6.0], [-1.0, -6.0]] {
             let ([u_n, u_t], [r_n, r_t]) = solved(&law(None), 0.0, b);
@@ -454,10 +453,10 @@ mod tests {
         assert!(r_t.abs() > 0.4 * r_n);
     }
 
-    /// Forces -k (delta + h u) - c u with c/k = 0.25 s, in tension where that is below 0. Dampers lose c u^2 h where the step stays on its
-    /// branch, and never less than nothing; with the scheme they lose the work that the springs do not store.
+    /// Forces -k (delta + h u) - c u with c/k = 0.25 s, in tension where the force is below 0. Dampers lose c u^2 h where the step stays on its
+    /// branch, and never a negative energy; together with the scheme they lose the work that the springs do not store.
     #[test]
-    fn dampers_lose_what_springs_do_not_store() {
+    fn dampers_lose_the_work_that_springs_do_not_store() {
         let (law, tau) = (law(Some(SPRINGS)), 0.25);
         let [k_n, k_t] = [1.28, 0.64];
         for gap in [-0.3, -0.1, 0.0, 0.1, 0.3] {
@@ -507,7 +506,7 @@ mod tests {
 
     /// From an opening of 0.3 found as 0.1, l Cn a^2 = 1.28, and with springs from an overlap of 0.3 found as 0.1.
     #[test]
-    fn what_detection_changes_in_a_bond_is_no_impact() {
+    fn a_change_of_a_bond_by_detection_is_no_impact() {
         for (springs, sign, expected) in [
             (None, 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
             (Some(SPRINGS), 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
@@ -533,10 +532,10 @@ mod tests {
         }
     }
 
-    /// The bond's tangential spring l Ct = 1 = kt: pressed by kn 0.3 = 2.4 it may keep mu 2.4 = 0.96 of its force, and of its energy
-    /// slip^2 / 2 what w l / 2 = 0.25 leaves.
+    /// The bond's tangential spring l Ct = 1 = kt: pressed by kn 0.3 = 2.4 it keeps at most mu 2.4 = 0.96 of its force, and the part of its energy
+    /// slip^2 / 2 beyond w l / 2 = 0.25.
     #[test]
-    fn the_spring_of_a_broken_bond_sticks_and_slips_with_what_its_surface_leaves() {
+    fn the_spring_of_a_broken_bond_keeps_the_energy_beyond_its_surface() {
         let left = (0.64f64 - 0.5).sqrt();
         for (slip, expected) in [
             (0.5, 0.0),
@@ -577,7 +576,7 @@ mod tests {
         }
     }
 
-    /// a from 0.8 to 0.9: the slip falls by (8/9)^2, the shear k a^2 slip stays, and 1 - (8/9)^2 of its energy goes.
+    /// a from 0.8 to 0.9: the slip falls by (8/9)^2, the shear k a^2 slip stays, and 1 - (8/9)^2 of its energy is released.
     #[test]
     fn a_bond_that_heals_keeps_its_force() {
         let mut law = law(Some(SPRINGS));

@@ -5,16 +5,16 @@ use std::ops::Range;
 use crate::bodies::surface::Foot;
 use crate::law::lanes::widest;
 
-/// Components that are moved together: as many as a vector register holds.
+/// Number of components that are moved together: a vector register holds as many.
 const TOGETHER: usize = 4;
 
 /// The boundary of n glued disks during a step: their velocities are v_g = a_g + W_g p, with a_g without contact forces,
-/// p the contact impulses on them and W_g the compliance of the body over a window (the dual Schur relation of
-/// Gravouil and Combescure 2001, as the coupler announces it). Velocities and impulses are (2 n): x0, y0, x1, y1, ...
+/// p the contact impulses on them and W_g the compliance of the body over a window (the dual Schur relation of Gravouil and Combescure 2001,
+/// announced by the coupler). Velocities and impulses are (2 n): x0, y0, x1, y1, ...
 ///
-/// After the n disks and points come the *feet* of the grains that touch a segment of a surface in this step. A foot moves with its two
-/// points, and hands its impulse on to them, by its shares: with S the matrix of shares v = S v_g and p = S^T f, so that no power is
-/// lost, and the grains see S W_g S^T of those points only that they touch.
+/// After the n disks and points come the *feet* of the grains that touch a segment of a surface in this step. A foot moves with its two points, and
+/// passes its impulse to them, by its shares: with S the matrix of shares v = S v_g and p = S^T f, so that no power is lost. The grains see S W_g
+/// S^T, and only of the points that they touch.
 #[derive(Clone, Debug, Default)]
 pub struct CompliantBoundary {
     /// W_g (1/kg), 2 n x 2 n, column-major; empty for a fixed boundary.
@@ -32,7 +32,7 @@ pub struct CompliantBoundary {
 }
 
 impl CompliantBoundary {
-    /// A fixed boundary of so many glued disks.
+    /// A fixed boundary of this many glued disks.
     pub fn fixed(glued: usize) -> CompliantBoundary {
         CompliantBoundary {
             free_velocity: vec![0.0; 2 * glued],
@@ -57,7 +57,7 @@ impl CompliantBoundary {
         }
     }
 
-    /// True if it moves with the forces on it.
+    /// True if it yields to forces.
     pub fn is_compliant(&self) -> bool {
         !self.compliance.is_empty()
     }
@@ -86,7 +86,7 @@ impl CompliantBoundary {
         }
     }
 
-    /// Apart from the rest, or the sweeps over disks become a quarter slower.
+    /// A function of its own, or the sweeps over disks become a quarter slower.
     #[cold]
     #[inline(never)]
     fn push_foot(&mut self, parts: [(usize, [f64; 2]); 2]) {
@@ -102,7 +102,7 @@ impl CompliantBoundary {
         }
     }
 
-    /// Adds an impulse (N s) that the boundary follows at the next [`CompliantBoundary::evaluate`].
+    /// Adds an impulse (N s) to which the boundary yields at the next [`CompliantBoundary::evaluate`].
     #[inline(always)]
     pub fn gather(&mut self, disk: usize, impulse: [f64; 2]) {
         match self.foot(disk).map(|foot| foot.parts(impulse)) {
@@ -148,7 +148,7 @@ impl CompliantBoundary {
         [self.velocity[2 * disk], self.velocity[2 * disk + 1]]
     }
 
-    /// The block of W_g at a glued disk, 2 x 2, row by row (1/kg). A measured one is not quite symmetric.
+    /// The block of W_g at a glued disk, 2 x 2, row by row (1/kg). A measured block is not quite symmetric.
     #[inline(always)]
     pub fn block(&self, disk: usize) -> [[f64; 2]; 2] {
         match self.foot(disk) {
@@ -162,7 +162,7 @@ impl CompliantBoundary {
     fn block_of(&self, foot: &Foot) -> [[f64; 2]; 2] {
         let mut block = [[0.0; 2]; 2];
         if self.is_compliant() {
-            // A column of S W_g S^T is what a unit impulse makes of the foot's own velocity.
+            // A column of S W_g S^T is the velocity of the foot under a unit impulse on it.
             for column in 0..2 {
                 let mut unit = [0.0; 2];
                 unit[column] = 1.0;
@@ -177,7 +177,7 @@ impl CompliantBoundary {
         block
     }
 
-    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes (Gravouil and Combescure 2001).
+    /// Evaluates v_g = a_g + W_g p again, without the rounding errors of many small changes (Gravouil and Combescure 2001).
     pub fn evaluate(&mut self) {
         let mut velocity = std::mem::take(&mut self.velocity);
         velocity.copy_from_slice(&self.free_velocity);
@@ -186,11 +186,11 @@ impl CompliantBoundary {
     }
 }
 
-/// The two columns of W_g of a glued disk, which lie one behind the other.
+/// The two consecutive columns of W_g of a glued disk.
 #[derive(Clone, Debug)]
 struct Columns {
-    /// Outside of these rows both are zero: in the window of an explicit solver no wave comes far. Of a rail under 16 mm of
-    /// layer three entries of W_g in five are zero.
+    /// Outside of these rows both are zero: in the window of an explicit solver waves do not travel far. For a rail under 16 mm of layer three in
+    /// five entries of W_g are zero.
     reach: Range<usize>,
     /// The rows of the disk itself.
     block: [[f64; 2]; 2],
@@ -203,7 +203,7 @@ impl Columns {
         let first = moved.next().unwrap_or(0);
         let rows = moved.next_back().map_or(1, |last| last + 1 - first);
         Columns {
-            // Whole registers, as far as there are rows.
+            // Whole registers, within the rows.
             reach: first..(first + rows.next_multiple_of(TOGETHER)).min(components),
             block: [2 * disk, 2 * disk + 1].map(|row| [x[row], y[row]]),
         }
@@ -254,7 +254,7 @@ mod tests {
 
     /// Five disks whose columns reach from one to all rows, off the diagonal as well: the dense product is the reference.
     #[test]
-    fn columns_reach_as_far_as_they_are_not_zero() {
+    fn columns_reach_over_their_rows_that_are_not_zero() {
         let rows = [
             0..0,
             1..2,

@@ -1,4 +1,4 @@
-//! Linked cells: the disks near a disk, without a look at all others.
+//! Linked cells: the disks near a disk, without a search of all disks.
 
 use crate::bodies::geometry::{Period, between_points, range};
 
@@ -37,12 +37,12 @@ impl<'a> NearPairs<'a> {
             (origin[0], width) = (period.left, period.length);
         }
         let widest = radii.iter().copied().fold(0.0, f64::max);
-        // A grain that flew far away must not make the number of cells explode: four per disk suffice.
+        // A grain far away must not make the number of cells explode: four per disk suffice.
         let affordable = (width * height / (4.0 * centres.len() as f64)).sqrt();
         let along = width.max(height) / (4.0 * centres.len() as f64);
         let cell_size = (2.0 * widest + reach).max(affordable).max(along);
         let rows = 1 + (height / cell_size) as usize;
-        // The columns of a strip fill it, none of them is cut.
+        // The columns of a strip fill it, no column is cut.
         let (columns, cell_width) = match period {
             None => (1 + (width / cell_size) as usize, cell_size),
             Some(_) => {
@@ -103,7 +103,7 @@ impl<'a> NearPairs<'a> {
         self.found.clear();
         for r in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
             for [left, right] in self.columns_near(column) {
-                // The cells of a row lie one after the other, and so do their members.
+                // The cells of a row are consecutive, and so are their members.
                 let (first, last) = (r * self.columns + left, r * self.columns + right);
                 for at in self.starts[first]..self.starts[last + 1] {
                     let b = self.members[at as usize] as usize;
@@ -117,7 +117,7 @@ impl<'a> NearPairs<'a> {
         &self.found
     }
 
-    /// Ranges of columns next to a column, itself included; the second is empty but at the seam of a strip.
+    /// Ranges of columns next to a column, itself included; there is a second range only at the seam of a strip.
     fn columns_near(&self, column: usize) -> impl Iterator<Item = [usize; 2]> + use<> {
         let last = self.columns - 1;
         let mut around = None;
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn linked_cells_find_what_the_double_loop_finds() {
+    fn linked_cells_find_the_pairs_of_the_double_loop() {
         let centres: Vec<[f64; 2]> = (0..60)
             .map(|i| [f64::from(i * 37 % 60), f64::from(i * i % 23)])
             .collect();

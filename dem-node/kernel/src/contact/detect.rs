@@ -9,7 +9,7 @@ use crate::contact::cells::NearPairs;
 /// A pair of bodies that may touch, with its memory from step to step.
 ///
 /// Bodies are numbered free grains first, then glued disks, then the wheel, the walls and the surface; `a < b` always,
-/// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
+/// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay valid when the step changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slot {
     /// The candidate.
@@ -22,20 +22,20 @@ pub struct Slot {
     pub spring: f64,
     /// Gap, or opening of the bond, along its normal at the end of the last step (m); 0 without contact.
     pub last_gap: f64,
-    /// Gap at which the pair of a broken bond touches (m), until it has once come apart; 0 for all others.
+    /// Gap at which the pair of a broken bond touches (m), until it has come apart once; 0 for other pairs.
     pub reference: f64,
-    /// Contacts of the disk on other segments with which it shares its springs: it has the share 1 / (1 + `joined`).
+    /// Sum over the contacts of the disk on other segments with which it shares its springs: it has the share 1 / (1 + `joined`).
     pub joined: f64,
     /// Couple of rolling resistance on `a` (N m).
     pub couple: f64,
-    /// Attraction by adhesion (N), which `force` holds.
+    /// Attraction by adhesion (N), included in `force`.
     pub attraction: f64,
     /// Time for which a pair without bond has been under the pressure at which it heals (s).
     pub pressed: f64,
 }
 
 impl Slot {
-    /// The slot of a pair that remembers nothing.
+    /// The slot of a pair without memory.
     pub fn new(a: u32, b: u32) -> Slot {
         Slot {
             a,
@@ -44,7 +44,7 @@ impl Slot {
         }
     }
 
-    /// Contact force without the attraction, normal and tangential (N): the one for which contact and friction hold.
+    /// Contact force without the attraction, normal and tangential (N), for which contact and friction hold.
     pub fn pressure(&self) -> [f64; 2] {
         [self.force[0] + self.attraction, self.force[1]]
     }
@@ -54,9 +54,8 @@ impl Slot {
         self.force != [0.0; 2] || self.attraction != 0.0 || self.reference != 0.0
     }
 
-    /// Gap of the pair (m) at this distance of its surfaces. A broken bond leaves its pair touching at the bond's reference: at
-    /// the surfaces themselves it would meet an overlap or a void that the bond never knew, which makes or swallows
-    /// energy. Once the pair has come apart its surfaces are what touches.
+    /// Gap of the pair (m) at this distance of its surfaces. The pair of a broken bond touches at the bond's reference: at its surfaces it would have
+    /// an overlap or a void that the bond did not have, which creates or absorbs energy. Once the pair has come apart, it touches at its surfaces.
     pub fn gap(&mut self, distance: f64) -> f64 {
         if distance > self.reference.max(0.0) {
             self.reference = 0.0;
@@ -84,8 +83,8 @@ pub struct VerletList {
 
 impl VerletList {
     /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
-    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs, and those that
-    /// touch at the reference of a broken bond, stay listed, however far apart.
+    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs, and pairs that touch at the reference
+    /// of a broken bond, stay listed at any distance.
     pub fn refresh(
         &mut self,
         positions: &Positions,
@@ -114,7 +113,7 @@ impl VerletList {
         self.slots = listed;
     }
 
-    /// The pairs that press on each other, whatever holds them together.
+    /// The pairs that press on each other, bonded or not.
     pub fn pressing(&self) -> impl Iterator<Item = &Slot> {
         self.slots.iter().filter(|slot| slot.pressure()[0] > 0.0)
     }
@@ -140,7 +139,7 @@ impl VerletList {
     pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
         visit(self.reach);
         visit(self.wheel[1]);
-        // The x of a flat wheel is nowhere used, and 0.
+        // The x of a flat wheel is not used, and 0.
         if self.wheel[0] != 0.0 {
             visit(self.wheel[0]);
         }
@@ -164,7 +163,7 @@ impl VerletList {
     }
 }
 
-/// The pairs that are closer than `reach` (m), by their numbers; two disks that are glued, or of one cluster, are none.
+/// The pairs that are closer than `reach` (m), by their numbers; two glued disks, and two disks of one cluster, are no pair.
 pub fn list_pairs(positions: &Positions, reach: f64) -> Vec<Slot> {
     let bodies = positions.bodies;
     let mut slots = Vec::new();
@@ -183,7 +182,7 @@ pub fn list_pairs(positions: &Positions, reach: f64) -> Vec<Slot> {
         let near = near.filter(|b| !store.contains(b) && !positions.is_taken(*b));
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
         slots.extend(apart.map(|b| Slot::new(a as u32, b as u32)));
-        // A rough face is met in its disks.
+        // Contacts with a rough face are contacts with its disks.
         let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.first_segment();
         let [x, _] = positions.centres[a];
         let near = segments.near(x, bodies.radii[a] + reach).into_iter();
@@ -192,7 +191,7 @@ pub fn list_pairs(positions: &Positions, reach: f64) -> Vec<Slot> {
             others
                 .chain(near.filter(|_| a < bodies.free))
                 .map(|b| Slot::new(a as u32, b as u32))
-                // A glued disk and a fixed wall make no contact: neither of them can yield.
+                // A glued disk and a fixed wall make no contact: neither can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
                 .filter(|s| positions.distance(a, s.b as usize) < reach),
         );
@@ -230,7 +229,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bonded_pairs_are_listed_however_far_apart() {
+    fn bonded_pairs_are_listed_at_any_distance() {
         let mut slots = vec![Slot::new(0, 2), Slot::new(1, 2), Slot::new(3, 4)];
         add_bonded(&mut slots, [(0, 4), (1, 2), (2, 3)].into_iter());
         let pairs: Vec<(u32, u32)> = slots.iter().map(|s| (s.a, s.b)).collect();

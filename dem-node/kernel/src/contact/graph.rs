@@ -1,5 +1,5 @@
-//! Graphs of bonds and contacts: first bodies, the grains that bonds connect with an anchor, agglomerates of the others, and the bodies
-//! that contacts hold.
+//! Graphs of bonds and contacts: first bodies, grains that bonds connect with an anchor, agglomerates of the other grains, and bodies that contacts
+//! hold.
 
 /// For each of the first `grains` bodies, true if a chain of these bonds connects it with a body beyond them, the anchors: glued
 /// disks, and a wheel with bonds of its own.
@@ -12,7 +12,7 @@ pub fn first_bodies(grains: usize, bonds: &[(u32, u32)]) -> Vec<bool> {
     roots[..grains].iter().map(|root| *root == anchor).collect()
 }
 
-/// Number of grains in the agglomerate of each of the first `grains` bodies: those that a chain of these pairs connects, anchors left out.
+/// Number of grains in the agglomerate of each of the first `grains` bodies, connected by chains of these pairs without anchors.
 pub fn agglomerates(grains: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     let pairs = pairs.filter(|(a, b)| (*a.max(b) as usize) < grains);
     let roots = roots(grains, pairs.map(|(a, b)| [a, b]));
@@ -21,8 +21,8 @@ pub fn agglomerates(grains: usize, pairs: impl Iterator<Item = (u32, u32)>) -> V
     roots.iter().map(|root| sizes[*root as usize]).collect()
 }
 
-/// Bodies and contacts that are left when those of the first `count` bodies that have fewer than `least` contacts are taken away, until
-/// none is left of them.
+/// Numbers of bodies and contacts that remain when bodies among the first `count` with fewer than `least` contacts are removed, until there are no
+/// such bodies.
 pub fn backbone(count: usize, mut contacts: Vec<[usize; 2]>, least: usize) -> [usize; 2] {
     loop {
         let degrees = degrees(count, contacts.iter().copied());
@@ -77,7 +77,7 @@ mod tests {
         let chain = [(0, 1), (1, 5), (2, 3)];
         let first = first_bodies(5, &chain);
         assert_eq!(first, [true, true, false, false, false]);
-        // A bridge makes all of them first body; without its foot none is left.
+        // A bridge makes all of them first body; without its foot no grain is.
         let bridge = [(0, 1), (0, 4), (1, 6), (2, 3), (3, 4)];
         assert_eq!(first_bodies(5, &bridge), [true; 5]);
         assert_eq!(

@@ -1,15 +1,14 @@
-//! A disk that passes from one segment of a wall or surface to the next takes force, spring, time under pressure and bond along.
+//! A disk that passes from one segment of a wall or surface to the next takes its force, spring, time under pressure and bond with it.
 //!
-//! A bond keeps its opening and its slip, so that passing takes and gives no energy: its reference takes up what the gap over the line of
-//! one segment is otherwise than at the next. Where the disk already presses on the next segment, or is bonded to it, the bond cannot go
-//! along and is torn.
+//! A bond keeps its opening and its slip, so that the passage has no effect on energy: the difference of the gaps over the lines of the two segments
+//! goes into its reference. If the disk already presses on the next segment, or is bonded to it, the bond cannot move and is torn.
 
 use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
 
-/// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns what torn bonds lose.
+/// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns the losses of torn bonds.
 pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Positions) -> Vec<Loss> {
     let bodies = positions.bodies;
     let (mut torn, mut moved) = (Vec::new(), Vec::new());
@@ -25,7 +24,7 @@ pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Position
             continue;
         }
         let mut passed = [start, start];
-        // Of short segments several may be passed at once.
+        // A disk may pass several short segments at once.
         while let Some(next) = positions.successor(a, passed[1])
             && next != passed[0]
         {

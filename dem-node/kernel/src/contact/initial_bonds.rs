@@ -1,4 +1,4 @@
-//! The bonds at the start: between which grains they are.
+//! The bonds at the start.
 
 use crate::bodies::Bodies;
 use crate::bodies::positions::Positions;
@@ -6,11 +6,11 @@ use crate::contact::bond::Bond;
 use crate::contact::detect::{Slot, VerletList};
 use crate::law::cohesion::Cohesion;
 
-/// Bonds all pairs of grains, glued disks and those of a bonded face included, that are nearer than the alert distance of the law, and then the grains
-/// to which that leaves too few bonds to their nearest neighbours.
+/// Bonds all pairs of grains, including glued disks and disks of a bonded face, that are nearer than the alert distance of the law. Then bonds grains
+/// with too few bonds to their nearest neighbours.
 ///
-/// A grain that carried nothing in the pressed bed may end up with one bond. It stands on it as on a pin, and rolls under
-/// the wheel instead of sliding: one such grain under 184 of 8 000 N made the friction loop 7 % larger.
+/// A grain that carried nothing in the pressed bed may end up with one bond. Such a grain stands on its bond as on a pin, and rolls under the wheel
+/// instead of sliding: one grain under 184 of 8 000 N made the friction loop 7 % larger.
 pub fn initial_bonds(positions: &Positions, list: &VerletList) -> Vec<Bond> {
     let bodies = positions.bodies;
     let Some(law) = &bodies.law.cohesion else {
@@ -58,7 +58,7 @@ fn hold_loose_grains(positions: &Positions, law: &Cohesion, bonds: &mut Vec<Bond
     bonds.sort_by_key(|bond| (bond.a, bond.b));
 }
 
-/// The pairs of smallest gap (m) that a grain makes with disks to which it has no bond, so many of them.
+/// The `count` pairs of smallest gap (m) of a grain with disks to which it has no bond.
 fn nearest(
     positions: &Positions,
     bonds: &[Bond],

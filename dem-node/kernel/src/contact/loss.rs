@@ -1,5 +1,4 @@
-//! What a contact loses in a step: in impacts, in slip, by falling adhesion, by the length of the step, and by what detection
-//! finds otherwise.
+//! The energy that a contact loses in a step: in impacts, in slip, by falling adhesion, by the length of the step, and by detection.
 
 use crate::law::adhesion::Adhesion;
 use crate::law::{Law, Penetration};
@@ -15,7 +14,7 @@ pub struct ContactStep {
     pub gap: f64,
     /// Gap along its normal at the end of the last step (m).
     pub last_gap: f64,
-    /// The same with what the bodies have passed each other by in that step.
+    /// The same, with the change by the bodies' passing each other in that step.
     pub turned_gap: f64,
     /// Elongation of the tangential spring before and after (m).
     pub spring: [f64; 2],
@@ -25,19 +24,17 @@ pub struct ContactStep {
     pub velocity: [f64; 2],
     /// Its change in the step (m/s).
     pub change: [f64; 2],
-    /// True in a scene with springs or bonds: the scheme's loss of a step has an account of its own there, and in it lie parts of
-    /// the impacts of rigid contacts.
+    /// True in a scene with springs or bonds: the scheme's loss of a step then has an account of its own, which includes parts of the impacts of
+    /// rigid contacts.
     pub elastic: bool,
 }
 
 impl ContactStep {
-    /// Energy that a spring k (N/m) lost since the last step without any work (J), negative for one that gained, and the part of it that is
-    /// not foreseen.
+    /// Energy that a spring k (N/m) has lost since the last step without any work (J), negative for a gain, and the part of it that is not predicted.
     ///
-    /// The work of a step goes along its normal, and disks that pass each other by s turn it: the gap that is then detected
-    /// is about s^2/(2 (r_1 + r_2)) wider than the one at the end of the last step. A loss of the scheme, of first order
-    /// over a run: 1.8 % of the energy of a wheel that falls on a layer at 10 m/s in steps of 2e-7 s. What is not foreseen is of second order,
-    /// or an error of the geometry.
+    /// The work of a step goes along its normal, and disks that pass each other by s turn it: the detected gap is then about s^2/(2 (r_1 + r_2))
+    /// wider than the gap at the end of the last step. This is a loss of the scheme, of first order over a run: 1.8 % of the energy of a wheel that
+    /// falls on a layer at 10 m/s in steps of 2e-7 s. The part that is not predicted is of second order, or an error of the geometry.
     pub fn turned(&self, k: f64) -> [f64; 2] {
         let found = self.gap.min(0.0).powi(2);
         let before = [self.last_gap, self.turned_gap];
@@ -50,7 +47,7 @@ impl ContactStep {
 pub struct Loss {
     /// Loss in impacts of rigid contacts.
     pub impact: f64,
-    /// Loss in the dampers beside the springs.
+    /// Loss in the dampers parallel to the springs.
     pub damping: f64,
     /// Loss of the scheme, which vanishes with the step.
     pub numerical: f64,
@@ -58,24 +55,24 @@ pub struct Loss {
     pub friction: f64,
     /// Loss by falling adhesion.
     pub cohesion: f64,
-    /// Energy in shear that healing bonds, and springs that make place for them, let go.
+    /// Shear energy released by healing bonds, and by springs that they replace.
     pub relaxation: f64,
-    /// Energy of the surface that healing bonds gained, which no motion gave.
+    /// Surface energy that healing bonds gained, without any work.
     pub healing: f64,
-    /// Energy of the surface that the bond has given up, its viscosity included: what falling adhesion takes in a short step.
+    /// Surface energy that the bond has lost, its viscosity included: the loss by falling adhesion in a short step.
     pub surface: f64,
-    /// Energy that detection did not find again, of either sign.
+    /// Energy lost between two steps by detection, of either sign.
     pub detection: f64,
-    /// The part of it that the velocities do not foretell.
+    /// The part of `detection` that the velocities do not predict.
     pub unforeseen: f64,
-    /// Energy that the impulses of a rigid contact have made, which a law that is true never does.
+    /// Energy created by the impulses of a rigid contact; a correct law creates none.
     pub made: f64,
 }
 
 /// Energy that a contact without bond loses in a step.
 ///
-/// Compliant: of the tangential path h u_t the part d' - d goes into the spring, which loses k (d' - d)^2 / 2 to the scheme, and
-/// the rest is slip. What theta < 1 weighs differently is r (1 - theta) du.
+/// In a compliant contact the part d' - d of the tangential path h u_t goes into the spring, which loses k (d' - d)^2 / 2 to the scheme, and the rest
+/// is slip. With theta < 1 the difference of the weights is r (1 - theta) du.
 pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
     let ([r_n, r_t], [d_n, d_t]) = (contact.impulse, contact.change);
     let Some(springs) = &law.springs else {
@@ -104,14 +101,14 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
     }
 }
 
-/// Energy that the attraction (N) of the last step, and that of this one, lose in this one: what its potential gives beyond its work.
+/// Energy that the attractions (N) of the last step and of this step lose in this step: the release of the potential less the work.
 pub fn attraction_loss(law: &Adhesion, [before, now]: [f64; 2], contact: &ContactStep) -> Loss {
     let ([u_n, _], h) = (contact.velocity, contact.step);
     let [last, turned] = [contact.last_gap, contact.turned_gap].map(|gap| law.stored(before, gap));
     let found = law.stored(now, contact.gap);
     let given = found - law.stored(now, contact.gap + h * u_n);
     let work = -now * h * (u_n - (1.0 - contact.theta) * contact.change[0]);
-    // A pair that was out of range has fallen to where it is without attraction.
+    // A pair that was out of range has reached its position without attraction.
     let entered = if before == 0.0 { -found } else { 0.0 };
     Loss {
         numerical: entered + given - work,
@@ -122,8 +119,8 @@ pub fn attraction_loss(law: &Adhesion, [before, now]: [f64; 2], contact: &Contac
 }
 
 /// Loss of a rigid contact under an impulse (N s): an impact along the normal and slip along the tangent, at the velocity v_theta.
-/// The scheme's loss of the whole step, (theta - 1/2) dv.M dv, holds (theta - 1/2) r du of it. Where that has its own account
-/// the contact takes its part back, and has the impulse times the mean of the velocities before and after (Kelvin).
+/// The scheme's loss of the whole step, (theta - 1/2) dv.M dv, includes (theta - 1/2) r du of the contact's. Where the scheme's loss has its own
+/// account, the contact takes its part back, and its loss is the impulse times the mean of the velocities before and after (Kelvin).
 pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     let ([u_n, u_t], [d_n, d_t]) = (contact.velocity, contact.change);
     let beyond = contact.theta - 0.5;
@@ -137,9 +134,9 @@ pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
     }
 }
 
-/// Losses of a normal spring k (N/m) and of the damper beside it under the impulse r_n: a spring driven implicitly from elongation
-/// e_0 to e loses k (e - e_0)^2 / 2 to the scheme; one that closes in the step is pushed over the open gap as well, k |e| g. The
-/// rest of the work is the damper's. `elongation` is that of a gap: its negative part under pressure, its positive one in tension.
+/// Losses of a normal spring k (N/m) and its parallel damper under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses
+/// k (e - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap, k |e| g. The rest of the work is the damper's.
+/// `elongation` takes a gap: its negative part under pressure, its positive part in tension.
 pub fn spring_losses(
     k: f64,
     damped: bool,
@@ -179,7 +176,7 @@ mod tests {
         penetration: crate::law::Penetration::Gap,
     };
 
-    /// Pushed from an overlap of 0.3 to 0.5, 2 / (0.5 x 8); of the way of 0.5 the tangential spring takes 0.2.
+    /// Pushed from an overlap of 0.3 to 0.5, 2 / (0.5 x 8); the tangential spring takes 0.2 of the way of 0.5.
     fn step(gap: f64) -> ContactStep {
         ContactStep {
             step: 0.5,
@@ -220,7 +217,7 @@ mod tests {
             ..Loss::default()
         };
         close(contact_loss(&SPRUNG, &step(-0.3)), expected);
-        // Over an open gap of 0.1 as well: 8 x 0.5^2 / 2 + 8 x 0.5 x 0.1; nothing of the spring is found again.
+        // Also over an open gap of 0.1: 8 x 0.5^2 / 2 + 8 x 0.5 x 0.1; detection finds no energy in the spring.
         let open = Loss {
             numerical: 1.4 + 0.04 + 0.05 - 0.015,
             detection: 1.0,
@@ -229,9 +226,10 @@ mod tests {
         close(contact_loss(&SPRUNG, &step(0.1)), open);
     }
 
-    /// Pressed by 2 / 0.5 = 4 while the spring goes from an overlap of 0.3 to 0.5, 8 x 0.5 = 4 less c u_n = 0.4 c: at c = 0 nothing is left.
+    /// Pressed by 2 / 0.5 = 4 while the spring goes from an overlap of 0.3 to 0.5, 8 x 0.5 = 4 less c u_n = 0.4 c: with c = 0 nothing remains for the
+    /// damper.
     #[test]
-    fn a_damper_takes_the_work_that_neither_the_spring_nor_the_step_takes() {
+    fn a_damper_loses_the_work_less_the_spring_s_energy_and_the_step_s_loss() {
         let mut law = SPRUNG;
         law.springs = law.springs.map(|springs| Springs {
             damping: 0.1,
@@ -254,7 +252,7 @@ mod tests {
             springs: None,
             ..SPRUNG
         };
-        // 2 (0.4 + 0.05); 0.3 (1 - 0.1); the scheme's loss holds 0.25 (2 x 0.1 - 0.3 x 0.2) of them.
+        // 2 (0.4 + 0.05); 0.3 (1 - 0.1); the scheme's loss includes 0.25 (2 x 0.1 - 0.3 x 0.2) of them.
         let expected = Loss {
             impact: 0.9,
             friction: 0.27,
@@ -275,7 +273,7 @@ mod tests {
         close(contact_loss(&rigid, &alone), expected);
     }
 
-    /// Entered at 0.3, and left from 0.4 by a step of 0.3: 8 x 0.2 of the potential never became motion, 8 x 0.2 were paid beyond it.
+    /// Entered at 0.3, and left from 0.4 by a step of 0.3: 8 x 0.2 of the potential never became motion, and 8 x 0.2 of work were done beyond it.
     #[test]
     fn attraction_loses_where_a_step_crosses_the_edge_of_its_range() {
         let law = Adhesion {

@@ -1,25 +1,25 @@
 //! Springs that the contacts of one disk on several segments share.
 //!
 //! ```text
-//!      ( o )             A disk that overlaps a concave corner presses on either side of it. Where the corner lies outside of the
+//!      ( o )             A disk that overlaps a concave corner presses on both of its sides. Where the corner lies outside of the
 //!   _i__\_/__ j_/        disk these are two contacts; far inside, as on a polyline that is nearly straight, they are one. The
 //!                        springs of i have the share 1 / (1 + sum_j c_ij), c_ij = (s_ij / max(d_i, d_j))^2, with the overlaps d
 //!                        at the contacts and s at the shallowest corner between them.
 //! ```
 //!
-//! A contact is born at a corner, s = d_j: the energy of two is then what that of the first was alone, k d_i^2 / 2, whatever their
-//! overlaps are. A whole spring each would make k d_j^2 / 2 out of nothing; a disk that is held by the nearest segment alone
-//! would sink into a surface that yields and bends around it. What the contacts have stored goes along when shares change.
+//! A contact begins at a corner, s = d_j: the energy of both is then the energy of the first alone, k d_i^2 / 2, for any overlaps. A whole spring
+//! each would create k d_j^2 / 2 out of nothing; a disk held by the nearest segment alone would sink into a surface that yields and bends around it.
+//! The stored energy moves with the shares.
 //!
-//! A disk that is bonded to one of them has that contact alone: a share of none, `joined` infinite, is no contact. When the bond is gone, or the
-//! corner, the others touch where they are, so that nothing is made of it.
+//! A disk that is bonded to one of the segments has this contact only: a share of 0, `joined` infinite, is no contact. When the bond or the corner is
+//! gone, the others touch at their present gaps, so that no energy is created.
 
 use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 
-/// Gives the contacts of each disk with segments of walls and surfaces their shares; slots and bonds are sorted by (a, b), and `missing` is
-/// what a growing grain lacks of its radius (m).
+/// Gives the contacts of each disk with segments of walls and surfaces their shares; slots and bonds are sorted by (a, b), and `missing` is the
+/// length missing from the radius of a growing grain (m).
 pub fn share_springs(
     slots: &mut [Slot],
     bonds: &[Bond],
@@ -75,7 +75,7 @@ fn share_among(slots: &mut [Slot], bonds: &[Bond], positions: &Positions, missin
     let mut joined = vec![0.0; slots.len()];
     for (from, to, _) in &pairs {
         for (one, other) in [(*from, *to), (*to, *from)] {
-            // What a contact already stores it keeps, as one beside the bond.
+            // A contact that stores energy keeps it and stays, next to the bond.
             let stores = slots[other].joined.is_finite() && slots[other].last_gap < 0.0;
             if bonded[one] && !bonded[other] && !stores {
                 joined[other] = f64::INFINITY;
@@ -84,7 +84,7 @@ fn share_among(slots: &mut [Slot], bonds: &[Bond], positions: &Positions, missin
     }
     for ((slot, joined), overlap) in slots.iter_mut().zip(&joined).zip(&mut overlaps) {
         if slot.joined == f64::INFINITY && joined.is_finite() {
-            // It touches where it is.
+            // It touches at its present gap.
             slot.reference -= std::mem::take(overlap);
         }
     }
@@ -98,7 +98,7 @@ fn share_among(slots: &mut [Slot], bonds: &[Bond], positions: &Positions, missin
     divide(slots, &overlaps, &joined);
 }
 
-/// Takes over the shares, and divides among the contacts that have any what the springs of all have stored.
+/// Sets the shares, and divides the stored energy of all springs among the contacts with a share.
 fn divide(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
     let (mut stored, mut found, mut pull) = ([0.0; 2], [0.0; 2], 0.0);
     let changes = |slot: &Slot, joined: f64| slot.joined > 0.0 || joined > 0.0;
@@ -117,7 +117,7 @@ fn divide(slots: &mut [Slot], overlaps: &[f64], joined: &[f64]) {
         if changes(slot, *joined) {
             let before = 1.0 / (1.0 + slot.joined);
             (slot.last_gap, slot.spring) = match *overlap {
-                // Where all have come apart each keeps its own.
+                // If all have come apart, each keeps its own.
                 0.0 if found[1] == 0.0 => {
                     (slot.last_gap * before.sqrt(), slot.spring * before.sqrt())
                 }
@@ -140,9 +140,9 @@ mod tests {
     use crate::bodies::faces::{Face, RigidWall, polyline};
     use crate::law::{Law, Springs};
 
-    /// A disk of radius 1 deep in a corner, bonded to one side, then no more: the other side takes no part, and then touches where it is.
+    /// A disk of radius 1 deep in a corner, bonded to one side, then no more: the other side has no contact, and then touches at its present gap.
     #[test]
-    fn what_a_bond_has_kept_out_touches_where_it_is() {
+    fn a_contact_kept_out_by_a_bond_touches_at_its_present_gap() {
         let walls = polyline(&[[-5.0, 0.1], [0.0, 0.0], [5.0, 0.1]], 0);
         let wall = |segment| RigidWall {
             face: Face::Segment(segment),

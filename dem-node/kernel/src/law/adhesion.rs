@@ -4,17 +4,17 @@
 //!     r_n + N_c >= 0, |r_t| <= mu (r_n + N_c)        a shift of Signorini and Coulomb (Radjai, Preechawuttipong and Peyroux 2001)
 //! ```
 //!
-//! The attraction N_c is a load on both bodies while their gap g is below the range d, and the contact law holds for what they press on
-//! each other beside it: every solver takes it as it is. Its potential -N_c (d - g) is given on approach and paid on parting, so that a
-//! pair that meets and parts has gained nothing. A step that enters the range does so without attraction, and one that leaves it
-//! is under it to its end: what the length of the step changes is a loss both times.
+//! The attraction N_c is a load on both bodies while their gap g is below the range d, and the contact law holds for the rest of the force: no solver
+//! needs a change. Its potential -N_c (d - g) is released on approach and taken up on parting, so that a pair that meets and parts has gained
+//! nothing. In the step that enters the range there is no attraction yet, and in the step that leaves it the attraction acts to its end: both effects
+//! of a finite step are losses.
 
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
     /// Part of N_c that all pairs have (N).
     pub force: f64,
-    /// Part of N_c over r = r_1 r_2 / (r_1 + r_2), on faces the radius of the grain (N/m).
+    /// Part of N_c over r (N/m), with r = r_1 r_2 / (r_1 + r_2), or the radius of the grain on faces.
     pub by_radius: f64,
     /// d (m).
     pub range: f64,

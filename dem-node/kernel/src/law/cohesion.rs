@@ -4,7 +4,7 @@
 //! r_n = -l Cn a^2 delta_n in tension and -l Ct a^2 delta_t along the contact. Adhesion only falls:
 //! a' = -\[(1/b) (w h'(a) - a D)^-\]^(1/p), D = Cn delta_n^2 + Ct delta_t^2 (J/m2), (x)^- = max(0, -x).
 //! With b = 0 and h' = 1 the opening delta_0 = sqrt(w/Cn) starts the decohesion at the strength sqrt(w Cn), then
-//! a = w/D; complete separation takes w per area. With h' = a the bond is brittle and takes w/2.
+//! a = w/D; complete separation dissipates w per area. With h' = a the bond is brittle and dissipates w/2.
 
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +25,9 @@ pub struct Cohesion {
     pub thickness: f64,
     /// Gap below which two grains are bonded at the start (m).
     pub alert: f64,
-    /// Bonds that a grain has at the start, whatever gap they span.
+    /// Least number of bonds of a grain at the start, across any gap.
     pub bonds_min: usize,
-    /// Damping ratio zeta of the dampers beside the springs of a bond.
+    /// Damping ratio zeta of the dampers parallel to the springs of a bond.
     pub damping: f64,
 }
 
@@ -51,7 +51,7 @@ impl Cohesion {
         radii[0] * radii[1] / (radii[0] + radii[1]) * self.thickness
     }
 
-    /// D = Cn dn^2 + Ct dt^2 (J/m2); an approach does not open anything.
+    /// D = Cn dn^2 + Ct dt^2 (J/m2); a negative opening does not count.
     pub fn drive(&self, opening: f64, slip: f64) -> f64 {
         self.normal * opening.max(0.0).powi(2) + self.tangential * slip * slip
     }
@@ -61,8 +61,8 @@ impl Cohesion {
         0.5 * area * adhesion * adhesion * self.drive(opening, slip)
     }
 
-    /// Energy over the area of the bond that adhesion takes as it falls from a_0 to a_1 in a step h (s), viscosity included
-    /// (J/m2): the integral of w h' da, and b ((a_0 - a_1)/h)^p of power over the rest of the way.
+    /// Energy over the area of the bond that decohesion dissipates as adhesion falls from a_0 to a_1 in a step h (s), viscosity included (J/m2): the
+    /// integral of w h' da, and b ((a_0 - a_1)/h)^p times the fall.
     pub fn surface(&self, [before, after]: [f64; 2], h: f64) -> f64 {
         let fall = before - after;
         if fall == 0.0 {
@@ -81,7 +81,7 @@ impl Cohesion {
     }
 
     /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
-    /// Saulot and Berthier 2006 with its signs put right; Raous, Cangemi and Cocou 1999).
+    /// Saulot and Berthier 2006 with its signs corrected; Raous, Cangemi and Cocou 1999).
     ///
     /// p = 1 has closed forms, a = (h w + b a_0)/(b + h D) for h' = 1 and a = a_0 b / (b + h (D - w)) for h' = a.
     pub fn adhesion_after(&self, adhesion: f64, drive: f64, h: f64) -> f64 {
@@ -116,7 +116,7 @@ impl Cohesion {
             }
             let next = a + f / (b * p * rate.powf(p - 1.0) / h + slope);
             let inside = next > low && next < high;
-            // Close to the root Newton only ever moves one end of the bracket: the size of its step ends it.
+            // Close to the root Newton moves only one end of the bracket: the size of its step ends the loop.
             if inside && (next - a).abs() <= 2.0 * f64::EPSILON * start {
                 return next;
             }

@@ -1,9 +1,9 @@
 //! Healing: adhesion of bonds that grows while their pairs are pressed together.
 //!
-//! The adhesion a of Raous, Cangemi and Cocou (1999) falls only; here it also grows, a' = 1/T, while the pressure r_n/(l h) is at least p, l
-//! being the area of the bond. A pair that was never bonded keeps the time for which it has been pressed without a break, and is
-//! bonded with the adhesion that this makes. A bond grows at rest: what its shear bears it goes on bearing, and the slip of a stiffer
-//! spring is shorter. It gains the surface energy l w da, which no motion gives: what breaks it later has to.
+//! The adhesion a of Raous, Cangemi and Cocou (1999) only falls; here it also grows, a' = 1/T, while the pressure r_n/(l h) is at least p, l being
+//! the area of the bond. A pair that was never bonded counts the time for which it has been pressed without a break, and is bonded with the adhesion
+//! for this time. A bond grows at rest: its shear force stays, and the slip of the stiffer spring becomes shorter. It gains the surface energy l w da
+//! without any work; breaking it later takes this work.
 
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Healing {
     pub pressure: f64,
 }
 
-/// Adhesion with which a pair that was not bonded is: bonds with less count as broken.
+/// Adhesion of a new bond at its start: bonds with less count as broken.
 const MADE: f64 = 0.01;
 
 impl Healing {

@@ -1,7 +1,7 @@
 //! Numbers side by side, one of each contact of a group.
 //!
-//! The compiler turns loops over many arrays into vector code only when it can prove that they do not overlap, and gives
-//! up. Numbers that are loaded by value, and stored at the end, leave nothing to prove.
+//! The compiler turns loops over many arrays into vector code only when it can prove that they do not overlap, and else gives up. Numbers that are
+//! loaded by value, and stored at the end, leave nothing to prove.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -35,9 +35,9 @@ impl<const N: usize> ShortLanes<N> {
     }
 }
 
-/// Does `work` where the compiler may use the widest registers that this machine and the build have. All that it calls must be marked
-/// `#[inline(always)]`: what is not is compiled for the narrow ones after all. Every operation rounds as it does elsewhere, so the bits
-/// are the same. `work` is the body of a closure: a `return` leaves only it.
+/// Does `work` where the compiler may use the widest registers that this machine and the build have. Every function that it calls must be marked
+/// `#[inline(always)]`, or it is compiled for the narrow registers. Every operation rounds as elsewhere, so the bits are the same. `work` is the body
+/// of a closure: a `return` leaves only it.
 macro_rules! widest {
     ($work:expr) => {
         $crate::law::lanes::dispatch(
@@ -48,7 +48,7 @@ macro_rules! widest {
 }
 pub(crate) use widest;
 
-/// Calls `work`. The bound lets the compiler know the closure for one that is called once, which it inlines.
+/// Calls `work`. The bound shows the compiler that the closure is called once, which it then inlines.
 #[inline(always)]
 pub(crate) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
@@ -72,14 +72,14 @@ impl<const N: usize> Lanes<N> {
         self.0.iter().fold(0, |bits, x| bits | x.to_bits()) != 0
     }
 
-    /// Within bounds, lane by lane; written so that a NaN stays one.
+    /// Within bounds, lane by lane; written so that a NaN stays NaN.
     #[inline(always)]
     pub fn clamp(self, low: Self, high: Self) -> Self {
         self.zip(low, |x, low| if x < low { low } else { x })
             .least(high)
     }
 
-    /// The smaller one, lane by lane; a NaN of `self` stays one.
+    /// The smaller number, lane by lane; a NaN of `self` stays NaN.
     #[inline(always)]
     pub fn least(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { b } else { a })

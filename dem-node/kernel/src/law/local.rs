@@ -1,8 +1,7 @@
 //! The reference contact law: the impulse of one contact in closed form, unbonded and bonded.
 //!
-//! Sweeps, residuals and conjugate gradients solve or project many contacts side by side with [`super::vector`], which is
-//! the same law for W_nt = 0 and is tested against this one, as is the sweep over bonds. Contacts of glued disks, of the wheel and of
-//! clusters are solved by this one.
+//! Sweeps, residuals and conjugate gradients solve or project many contacts side by side with [`super::vector`], which is the same law for W_nt = 0.
+//! It is tested against this law, like the sweep over bonds. Contacts of glued disks, of the wheel and of clusters use this law.
 
 use crate::error::KernelError;
 
@@ -39,7 +38,7 @@ pub struct LocalLaw {
 }
 
 /// A rigid contact of two bodies with prescribed sideways motion (glued disk on a fixed boundary under the wheel) has
-/// W_tt = 0: friction then follows the sliding direction. This small value gives just that.
+/// W_tt = 0: friction then follows the sliding direction. This small value has this effect.
 const PRESCRIBED: f64 = 1e-9;
 
 impl LocalLaw {
@@ -64,7 +63,7 @@ impl LocalLaw {
                 denominator: denominator.min(determinant),
             });
         }
-        // Two disks that nothing else holds, with few divisions.
+        // Two single disks, with few divisions.
         if block.nt == 0.0 {
             let [nn, tt] = [block.nn, tangential].map(|w| 1.0 / w);
             return Ok(LocalLaw {
@@ -107,8 +106,8 @@ impl LocalLaw {
     }
 }
 
-/// Projection on the Coulomb sector: max(0, x_n), and x_t within mu times that. Under it the natural map of the law,
-/// P(r - U/D), stays where it is at the solution only; with W_nt = 0 and x = -b/D it is the local solution.
+/// Projection on the Coulomb sector: max(0, x_n), and x_t within mu times this. Its natural map P(r - U/D) has its fixed point at the solution only;
+/// with W_nt = 0 and x = -b/D it is the local solution.
 #[inline(always)]
 pub fn coulomb_projection(x: [f64; 2], friction: f64) -> [f64; 2] {
     let r_n = x[0].max(0.0);
@@ -116,8 +115,8 @@ pub fn coulomb_projection(x: [f64; 2], friction: f64) -> [f64; 2] {
     [r_n, x[1].clamp(-limit, limit)]
 }
 
-/// Branch of the normal law of a bond, at the impulse r_n under U_n: true in tension, where its compliance is 1/kappa. Without
-/// short cuts, so that no iteration jumps.
+/// Branch of the normal law of a bond, at the impulse r_n under U_n: true in tension, where its compliance is 1/kappa. Written without `||` and `&&`,
+/// so that no iteration branches.
 #[inline(always)]
 pub fn in_tension(r_n: f64, u_n: f64) -> bool {
     (r_n < 0.0) | ((r_n == 0.0) & (u_n > 0.0))
@@ -158,7 +157,7 @@ impl BondLaw {
         self.kappa.map(|kappa| 1.0 / kappa)
     }
 
-    /// Prepares the law for a block without springs; `compliance` is that of the compressed contact (1/kg), whose law is returned.
+    /// Prepares the law for a block without springs; `compliance` is the compressed contact's (1/kg). Returns the law in compression.
     pub fn prepare(
         &mut self,
         block: DelassusBlock,

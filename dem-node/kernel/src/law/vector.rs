@@ -1,12 +1,12 @@
 //! The vector form of the contact law: [`super::local`] for several contacts side by side, all with W_nt = 0.
 //!
-//! With a diagonal block D, springs included, the local solution of an unbonded contact is the projection of -b/D on the
-//! Coulomb sector, and the natural map that of r - U/D, with b = U - D r. A bond is on one branch of its normal law at a
-//! time ([`super::local::in_tension`]), where it has bounds on r_n and a compliance of its own.
+//! With a diagonal block D, springs included, the local solution of an unbonded contact is the projection of -b/D on the Coulomb sector, and the
+//! natural map is the projection of r - U/D, with b = U - D r. A bond is on one branch of its normal law at a time ([`super::local::in_tension`]),
+//! where it has bounds on r_n and a compliance of its own.
 
 use crate::law::lanes::Lanes;
 
-/// r_n = max(0, -b_n / D_n), lane by lane; `inverse` is 1/D_n. Written so that a NaN stays one.
+/// r_n = max(0, -b_n / D_n), lane by lane; `inverse` is 1/D_n. Written so that a NaN stays NaN.
 #[inline(always)]
 pub fn normal_impulse<const N: usize>(b: Lanes<N>, inverse: Lanes<N>) -> Lanes<N> {
     b.zip(-b * inverse, |b, r| if b >= 0.0 { 0.0 } else { r })
@@ -24,9 +24,9 @@ pub fn normal_defect<const N: usize>(u: Lanes<N>, scaled: Lanes<N>) -> Lanes<N> 
     u.least(scaled)
 }
 
-/// The part of a direction of r that the bounds leave: none where r is at a bound and the direction points outwards.
+/// The feasible part of a direction of r within bounds: 0 where r is at a bound and the direction points outwards.
 ///
-/// Without short cuts: no processor predicts which contacts slide, and a wrong guess costs as much as the arithmetic.
+/// Without branches: no processor predicts which contacts slide, and a wrong guess costs as much as the arithmetic.
 #[inline(always)]
 pub fn feasible<const N: usize>(
     direction: Lanes<N>,
@@ -131,7 +131,7 @@ mod tests {
 
     /// The natural map at any impulse: the defects in lanes are D (r - P(r - U/D)) of the scalar projection.
     #[test]
-    fn the_defects_are_those_of_the_natural_map() {
+    fn the_defects_agree_with_the_natural_map() {
         let mut random = RandomNumbers::new(12);
         for _ in 0..STATES {
             let states: [GrainState; N] =
@@ -158,7 +158,7 @@ mod tests {
         }
     }
 
-    /// A bond on the branch where r_n = 0 sees U_n, with that branch's compliance and bounds; its shear without threshold.
+    /// A bond with r_n = 0 has U_n on the branch, with this branch's compliance and bounds; its shear has no threshold.
     #[test]
     fn the_branches_of_a_bond_are_the_reference_law() {
         let mut random = RandomNumbers::new(13);
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_points_outwards_is_taken_from_a_direction() {
+    fn only_the_outward_part_is_taken_from_a_direction() {
         let bounds = [Lanes::<N>::splat(0.0), Lanes::splat(2.0)];
         let r = Lanes([0.0, 0.0, 1.0, 2.0]);
         let direction = Lanes([-1.0, 1.0, -1.0, 1.0]);

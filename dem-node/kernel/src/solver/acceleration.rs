@@ -1,34 +1,34 @@
-//! Sweeps for problems in which plain ones do not end: extrapolated and averaged ones in turn.
+//! Sweeps for problems in which plain sweeps do not converge: extrapolated and averaged sweeps in turn.
 //!
-//! A solution exists, but sweeps creep along a mode of 0.9998 where rigid grains bear each other in more than one way, and with friction
-//! they may circle round it or flee from it. Extrapolation (`super::extrapolation`) takes such modes out as long as the contacts keep
-//! their states; where they do not, averages
+//! A solution exists, but sweeps creep along a mode with the eigenvalue 0.9998 where the forces of rigid grains are not unique, and with friction
+//! they may circle round the solution or diverge from it. Extrapolation (`super::extrapolation`) removes such modes while the contacts keep their
+//! states; where they do not, averages
 //!
 //! ```text
 //! r' = (1 - s) r + s T(r)
 //! ```
 //!
-//! (Krasnoselskii 1955) let what oscillates die out: an eigenvalue l of T becomes 1 - s + s l, and the fixed points stay the same.
-//! Without friction the problem is convex, sweeps always descend, and stay plain.
+//! (Krasnoselskii 1955) damp oscillations: an eigenvalue l of T becomes 1 - s + s l, and the fixed points stay the same. Without friction the problem
+//! is convex, sweeps always descend, and stay plain.
 
 use super::extrapolation::Extrapolation;
 use super::groups::Sweeper;
 use super::problem::Problem;
 
-/// Plain sweeps before anything else is tried: no window of a shipped scene takes as many.
+/// Number of plain sweeps at first: no window of a shipped scene takes as many.
 const PLAIN: usize = 200;
 
-/// Extrapolated sweeps, and averaged ones, that follow each other.
+/// Consecutive extrapolated sweeps, and averaged sweeps.
 const EXTRAPOLATED: usize = 600;
 const AVERAGED: usize = 600;
 
-/// Sweeps after which each kind of sweep has been tried, and the solution is looked for by pivoting.
+/// Sweeps after which each kind has been tried, and pivoting looks for the solution.
 pub const FIRST_TURNS: usize = PLAIN + EXTRAPOLATED + AVERAGED;
 
 /// s of the averaged sweeps, turn by turn.
 const WEIGHTS: [f64; 4] = [0.5, 0.8, 0.25, 0.1];
 
-/// The way in which a sweep is done.
+/// Kinds of sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SweepKind {
     Plain,
@@ -45,8 +45,8 @@ pub(super) struct Accelerator {
 }
 
 impl Accelerator {
-    /// A sweep. The squares are those of the whole sweep, so that the criterion keeps its meaning. One that is not plain sorts its
-    /// contacts anew and costs as much as ten.
+    /// A sweep. The squares belong to the whole sweep, so that the criterion keeps its meaning. A sweep that is not plain loads its contacts again
+    /// and costs as much as ten.
     pub(super) fn sweep(
         &mut self,
         problem: &mut Problem,
@@ -80,7 +80,7 @@ impl Accelerator {
         squares
     }
 
-    /// True where the increment of a sweep tells little of the distance from the solution.
+    /// True where the increment of a sweep says little about the distance from the solution.
     pub(super) fn is_at_work(&self) -> bool {
         self.sweeps > PLAIN
     }

@@ -26,7 +26,7 @@ impl BodyRecord {
     }
 }
 
-/// The bond of a contact that has none.
+/// The index of a contact without bond.
 pub const NO_BOND: u32 = u32::MAX;
 
 /// The levers of a contact of two disks, or of a disk with a wall or the wheel.
@@ -43,12 +43,12 @@ pub struct Contact {
     pub glued: bool,
     /// Unit normal; the tangent is (-n_y, n_x).
     pub normal: [f64; 2],
-    /// Gap at detection (m), that of a bond over its reference.
+    /// Gap at detection (m); for a bond, over its reference.
     pub gap: f64,
     /// Gap over the sum of the radii of two disks. Both turn about the point that divides the line between the centres
-    /// like their radii: one point for both, or a gap or an overlap would make angular momentum.
+    /// like their radii: one point for both, or a gap or an overlap would create angular momentum.
     pub relative_gap: f64,
-    /// The law's own term of U beside u, for instance g/h and d_t/h (m/s).
+    /// The law's own term of U in addition to u, for instance g/h and d_t/h (m/s).
     pub bias: [f64; 2],
     /// Index of the law of its pair plus one, as in [`crate::solver::problem::Problem::frictions`]; 0 for the law of most contacts. A contact
     /// is three cache lines.
@@ -61,9 +61,9 @@ pub struct Contact {
     pub bond: u32,
     /// Index of its levers in [`crate::solver::problem::Problem::levers`], or [`NO_LEVERS`].
     pub levers: u32,
-    /// Block of W, without springs; filled in by the solver, as is the law.
+    /// Block of W, without springs; the solver sets it, and the law.
     pub(crate) block: DelassusBlock,
-    /// The law prepared for the block with its springs; that of a compressed bond.
+    /// The law prepared for the block with its springs; for a bond, its law in compression.
     pub(crate) law: LocalLaw,
 }
 
@@ -110,7 +110,7 @@ impl Contact {
         ]
     }
 
-    /// b = u + bias - W r at this relative velocity u: what U would be without its own impulse (m/s).
+    /// b = u + bias - W r at this relative velocity u: U without the contact's own impulse (m/s).
     #[inline(always)]
     pub(crate) fn without_impulse(&self, [u_n, u_t]: [f64; 2]) -> [f64; 2] {
         let (block, [r_n, r_t]) = (self.block, self.impulse);

@@ -17,11 +17,11 @@ pub enum Algorithm {
 pub struct Criteria {
     /// The algorithm.
     pub algorithm: Algorithm,
-    /// Bound on the true natural-map residual, relative.
+    /// Bound on the relative true natural-map residual.
     pub tolerance: f64,
     /// Iterations after which a step counts as not converged.
     pub max_iterations: usize,
-    /// Iterations that are always done.
+    /// Least number of iterations.
     pub min_iterations: usize,
     /// True if the rayon pool of the caller may be used. The answer has the same bits either way.
     pub parallel: bool,

@@ -1,27 +1,27 @@
 //! Anderson's extrapolation of the sweeps r' = T(r).
 //!
-//! While no contact changes between open, stick and slip, T is linear, and of the last m sweeps a combination can be found whose
-//! increments T(r) - r cancel as far as they can. With the differences dr_k, dg_k of neighbouring guesses and increments g_k
+//! While no contact changes between open, stick and slip, T is linear, and there is a combination of the last m sweeps whose increments T(r) - r
+//! cancel as well as possible. With the differences dr_k, dg_k of neighbouring guesses and increments g_k
 //!
 //! ```text
 //! gamma = arg min |D (g - sum gamma_k dg_k)|,     r' = r + g - sum gamma_k (dr_k + dg_k)
 //! ```
 //!
 //! (Anderson, "Iterative procedures for nonlinear integral equations", J. ACM 12 (1965) 547-560; Walker and Ni, SIAM J. Numer.
-//! Anal. 49 (2011) 1715-1735). m modes are taken out whatever their eigenvalues: those of 0.9998 that make plain sweeps creep, and
-//! those beyond 1 of strong friction, from which plain sweeps flee.
+//! Anal. 49 (2011) 1715-1735). This removes m modes of any eigenvalues: modes of 0.9998, along which plain sweeps creep, and modes beyond 1 of strong
+//! friction, along which plain sweeps diverge.
 
 use std::collections::VecDeque;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// Sweeps that are remembered, m. With 5 and with 20 about as many windows end.
+/// Number m of stored sweeps. With 5 and with 20 about as many windows converge.
 const DEPTH: usize = 10;
 
-/// Growth of the increment by which the memory is known to be of other contact states.
+/// Growth of the increment which shows that the stored sweeps have other contact states.
 const GROWTH: f64 = 2.0;
 
-/// Part of its square that is added to each difference: below, gamma is rounding.
+/// Part of its square that is added to each difference: with less, gamma is a rounding error.
 const REGULARISATION: f64 = 1e-12;
 
 /// The last sweeps.
@@ -29,9 +29,9 @@ const REGULARISATION: f64 = 1e-12;
 pub(super) struct Extrapolation {
     /// Guess, increment and |D increment| of the last sweep.
     last: Option<[Vec<f64>; 2]>,
-    /// dr_k, and D dg_k over its own length beside dg_k, the oldest first.
+    /// The differences of the stored sweeps, the oldest first.
     differences: VecDeque<Difference>,
-    /// The least |D g| since the memory began.
+    /// The least |D g| of the stored sweeps.
     least: f64,
 }
 
@@ -50,8 +50,8 @@ impl Extrapolation {
         self.differences.clear();
     }
 
-    /// The next guess, given that a sweep has led from `before` to `after`. Of these numbers the first are the impulses, whose
-    /// increments count with `diagonal`; all are linear in them.
+    /// The next guess, given that a sweep has led from `before` to `after`. The first numbers are the impulses, whose increments are weighted with
+    /// `diagonal`; all others are linear in them.
     pub(super) fn next(&mut self, diagonal: &[f64], before: Vec<f64>, after: &[f64]) -> Vec<f64> {
         let minus =
             |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
@@ -60,7 +60,7 @@ impl Extrapolation {
         let increment = minus(after, &before);
         let weighted = weigh(&increment);
         let length = dot(&weighted, &weighted).sqrt();
-        // Not so if it is no number.
+        // False for NaN.
         let same_states = length <= GROWTH * self.least;
         if !same_states {
             self.forget();
@@ -94,7 +94,7 @@ impl Extrapolation {
         next
     }
 
-    /// gamma; none where the differences say nothing.
+    /// gamma; `None` where the differences determine nothing.
     fn combination(&self, weighted: &[f64]) -> Option<Vec<f64>> {
         let columns: Vec<&[f64]> = self.differences.iter().map(|d| &d.weighted[..]).collect();
         let lengths: Vec<f64> = columns.iter().map(|dg| dot(dg, dg).sqrt()).collect();
@@ -122,7 +122,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// r' = A r + b with the eigenvalues 0.9999, 1.01 and 0.2 +- 1.1 i: plain sweeps creep, flee and circle.
+    /// r' = A r + b with the eigenvalues 0.9999, 1.01 and 0.2 +- 1.1 i: plain sweeps creep, diverge and circle.
     fn swept(r: &[f64]) -> Vec<f64> {
         vec![
             0.9999 * r[0] + 1e-4,
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_that_creep_flee_and_circle_are_taken_out() {
+    fn modes_that_creep_diverge_and_circle_are_removed() {
         let mut extrapolation = Extrapolation::default();
         let mut r = vec![5.0, -3.0, 2.0, 7.0];
         for _ in 0..8 {

@@ -1,9 +1,9 @@
 //! Gauss-Seidel sweeps over contacts in groups of eight that share no body.
 //!
-//! Contacts of a group do not see each other, so solving them side by side is the same as one after the other, and the
-//! compiler can use whole vector registers. Contacts of glued disks and of the wheel are solved one by one.
+//! Contacts of a group do not affect each other. Solving them side by side is the same as one after the other, and the compiler can use whole vector
+//! registers. Contacts of glued disks and of the wheel are solved one by one.
 //!
-//! Contacts inside a block of [`super::partition`] come first, block beside block, then those crossing.
+//! Contacts inside a block of [`super::partition`] come first, block beside block, then contacts across blocks.
 
 mod grouping;
 #[cfg(test)]
@@ -18,8 +18,8 @@ use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
 
-/// Parts of the glued row under bonds that take turns, disk by disk: along the row each waits for what its neighbour moves, and sweeps
-/// are a tenth more. Loose grains come to lie elsewhere after another order, so theirs stays as it is.
+/// Number of parts of the glued row under bonds that take turns, disk by disk: along the row each disk waits for its neighbour, and there are a tenth
+/// more sweeps. With loose grains another order leads to another state, so the order along the row stays.
 const GLUED_PARTS: usize = 4;
 
 /// A number of each contact of a group.
@@ -41,8 +41,8 @@ struct Group {
     impulse: [Doubles; 2],
 }
 
-/// The bonds of a group, see [`crate::law::local::BondLaw`]: their slip, coefficient of friction, and what they bear in shear and in
-/// tension; none in a lane without contact.
+/// The bonds of a group, see [`crate::law::local::BondLaw`]: slip, coefficient of friction, and stiffness in shear and in tension; 0 in a lane
+/// without contact.
 #[derive(Clone, Copy, Debug, Default)]
 struct GroupBonds {
     slip: Doubles,
@@ -78,7 +78,7 @@ impl Group {
         (group, diagonal)
     }
 
-    /// The bonds of these contacts; the diagonal that they leave a compressed contact takes the place of its own.
+    /// The bonds of these contacts; the diagonal of the contact in compression replaces its own.
     fn take_bonds(&mut self, problem: &Problem, members: &[u32; LANES]) -> GroupBonds {
         let mut bonds = GroupBonds::default();
         for (k, member) in members.iter().enumerate() {
@@ -96,7 +96,7 @@ impl Group {
 
     /// W in either direction, without springs, and the impulse that each contact wants by its own law. With W_nt = 0 the closed solution of
     /// [`crate::law::LocalLaw`] is r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
-    /// b = u + bias - W r; that of a bond is [`crate::law::local::BondLaw::impulse`].
+    /// b = u + bias - W r; a bond has the solution of [`crate::law::local::BondLaw::impulse`].
     #[inline(always)]
     fn wanted<const FRICTION: bool>(
         &self,
@@ -143,7 +143,7 @@ impl Group {
         [[w, w_t], [r_n, r_t]]
     }
 
-    /// Adds what the contacts miss, [`Sums::join`] has the order; D is their diagonal with springs.
+    /// Adds the defects of the contacts, in the order of [`Sums::join`]; D is their diagonal with springs.
     #[inline(always)]
     fn look<const FRICTION: bool>(
         &self,
@@ -224,16 +224,16 @@ fn add_squares(squares: &mut Squares, w: Doubles, [step, r]: [Doubles; 2]) {
 struct SweepList {
     /// Body from which on the groups count.
     first: usize,
-    /// Contacts, then the groups that they make.
+    /// Contacts, then their groups.
     chosen: Vec<u32>,
     members: Vec<[u32; LANES]>,
     groups: Vec<Group>,
     /// D of each group, its diagonal with springs; 0 in a lane without contact.
     diagonals: Vec<[Doubles; 2]>,
-    /// The bonds of each group of a list of bonded contacts; none of another list.
+    /// The bonds of each group of a list of bonded contacts; empty for other lists.
     bonds: Vec<GroupBonds>,
     squares: Squares,
-    /// Sums of the last look, [`Sums::join`] has their order.
+    /// Sums of the last measurement, in the order of [`Sums::join`].
     seen: [Doubles; 8],
 }
 
@@ -250,7 +250,7 @@ impl SweepList {
         grouping.sort(contacts, &self.chosen, records, &mut self.members);
     }
 
-    /// Takes over the numbers of its contacts.
+    /// Loads the numbers of its contacts.
     fn pack(&mut self, problem: &Problem, bonded: bool) {
         let contacts = &problem.contacts[..];
         self.groups.clear();
@@ -267,7 +267,7 @@ impl SweepList {
         }
     }
 
-    /// Takes over the bonds of its contacts anew.
+    /// Loads the bonds of its contacts again.
     fn take_bonds(&mut self, problem: &Problem) {
         let groups = self.groups.iter_mut().zip(&self.members);
         for ((group, members), bonds) in groups.zip(&mut self.bonds) {
@@ -275,7 +275,7 @@ impl SweepList {
         }
     }
 
-    /// `records` are those of the bodies from the first on.
+    /// `records` are the bodies' from the first on.
     fn sweep(&mut self, records: &mut [BodyRecord], friction: Option<f64>) {
         self.squares = match friction {
             Some(friction) => widest!(self.sweep_groups::<true>(records, friction)),
@@ -307,7 +307,7 @@ impl SweepList {
         });
     }
 
-    /// Looks at what the contacts miss; `records` are those of the bodies from the first on.
+    /// Measures the defects of the contacts; `records` are the bodies' from the first on.
     fn look(&mut self, records: &[BodyRecord], friction: Option<f64>) {
         // Bonds have coefficients of their own.
         let rubs = friction.is_some() || !self.bonds.is_empty();
@@ -340,7 +340,7 @@ impl SweepList {
     }
 }
 
-/// The part of a contact that its list and its group follow from.
+/// The part of a contact that determines its list and its group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
     bodies: [u32; 2],
@@ -376,7 +376,7 @@ pub struct Sweeper {
     subdomains: Vec<Subdomain<SweepList>>,
     /// Contacts between bodies of two subdomains.
     crossing: SweepList,
-    /// Contacts of free grains with glued disks: turn of the disk, then contact, so that those of a disk follow each other.
+    /// Contacts of free grains with glued disks: turn of the disk, then contact, so that the contacts of a disk are consecutive.
     glued: Vec<(u32, u32)>,
     /// Contacts with a bond.
     bonded: SweepList,
@@ -388,7 +388,7 @@ pub struct Sweeper {
 }
 
 impl Sweeper {
-    /// Takes over the contacts of a prepared problem. The same contacts as before are in their groups already.
+    /// Loads the contacts of a prepared problem. The same contacts as before keep their groups.
     pub fn load(&mut self, problem: &Problem) {
         let pairs = problem
             .contacts
@@ -462,7 +462,7 @@ impl Sweeper {
         }
     }
 
-    /// Takes over bonds that have become softer, of the contacts that are loaded.
+    /// Loads the softer bonds of the loaded contacts.
     pub fn take_bonds(&mut self, problem: &Problem) {
         self.bonded.take_bonds(problem);
     }
@@ -493,7 +493,7 @@ impl Sweeper {
             }
         }
         widest!({
-            // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
+            // Taken out for the pass: copying a contact instead of borrowing it costs as much as its arithmetic.
             let mut contacts = std::mem::take(&mut problem.contacts);
             for index in self.wheel.iter().chain(&self.clustered) {
                 solve_contact(problem, &mut contacts[*index as usize], &mut squares);
@@ -508,7 +508,7 @@ impl Sweeper {
         squares
     }
 
-    /// Defect and criterion of the impulses and velocities of the moment: [`super::residual::measured`] by groups.
+    /// Defect and criterion of the present impulses and velocities: [`super::residual::measured`] by groups.
     pub(super) fn measured(&mut self, problem: &mut Problem, parallel: bool) -> (Defect, Quad) {
         if !problem.couples.is_empty() {
             self.store(problem);
@@ -549,13 +549,13 @@ impl Sweeper {
 /// Buffers of a sort.
 #[derive(Clone, Debug, Default)]
 struct CountingSort {
-    /// Where the next pair of each first number goes.
+    /// Position of the next pair of each first number.
     next: Vec<u32>,
     before: Vec<(u32, u32)>,
 }
 
 impl CountingSort {
-    /// Sorts by the first numbers, which lie near each other, and keeps the order of pairs with the same one.
+    /// Sorts by the first numbers, which have a small range, and keeps the order of pairs with the same first number.
     fn sort(&mut self, pairs: &mut [(u32, u32)]) {
         let Some(least) = pairs.iter().map(|pair| pair.0).min() else {
             return;
@@ -588,8 +588,8 @@ fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f6
     problem.apply(contact, step);
 }
 
-/// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the product
-/// with two columns of W_g is made once for all.
+/// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the product with two columns of W_g is
+/// computed once for all.
 #[inline(always)]
 fn solve_glued_disk(problem: &mut Problem, run: &[(u32, u32)], squares: &mut [f64; 2]) {
     let body = problem.contacts[run[0].1 as usize].b as usize;

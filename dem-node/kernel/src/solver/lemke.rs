@@ -1,4 +1,4 @@
-//! The solution of a contact problem with friction by pivoting: the fallback where sweeps circle or stand.
+//! The solution of a contact problem with friction by pivoting: the fallback where sweeps circle or stagnate.
 //!
 //! In the plane Signorini and Coulomb are linear piece by piece, so the problem is a linear complementarity problem. Gaps that all
 //! open fast enough, U = W r + b + t d with d_n > mu |d_t| and t large, let no contact close: r = 0 is the solution. Along the path of
@@ -8,17 +8,16 @@
 //! (r, U)(t) obeys Signorini-Coulomb,     U = (W + eps D) r + b + t d
 //! ```
 //!
-//! one contact at a time closes, opens, sticks or slips; between these events r is linear in t, and t may turn back for a while. Where
-//! the path comes through t = 0 is the answer. This is Lemke's method ("Bimatrix equilibrium points and mathematical programming",
-//! Management Science 11 (1965) 681-689) in the statuses of contacts. It ends at a solution for any friction: r.U <= 0 bounds r on
-//! every stretch of t as W + eps D is positive definite, and leaves only r = 0 at large t, so the path can only go on to t = 0
-//! (Anitescu and Potra, Nonlinear Dynamics 14 (1997) 231-247, for the 3D problem with polyhedral cones).
-//! How long it is nobody can say beforehand: events are one to four per closed contact as a rule, but a step of 300 rigid disks that flow
-//! at friction 1 has been given up after 15 000.
+//! one contact at a time closes, opens, sticks or slips; between these events r is linear in t, and t may turn back for a while. The answer is the
+//! point of the path at t = 0. This is Lemke's method ("Bimatrix equilibrium points and mathematical programming", Management Science 11 (1965)
+//! 681-689) applied to the statuses of contacts. It ends at a solution for any friction: r.U <= 0 bounds r on every stretch of t as W + eps D is
+//! positive definite, and leaves only r = 0 at large t, so the path can only go on to t = 0 (Anitescu and Potra, Nonlinear Dynamics 14 (1997)
+//! 231-247, for the 3D problem with polyhedral cones). Its length is unknown beforehand: there are usually one to four events per closed contact, but
+//! the path for a step of 300 rigid disks that flow at friction 1 was given up after 15 000.
 //!
-//! eps D, springs that nobody sees, makes r unique where rigid grains bear each other in more than one way. They leave a residual of
-//! eps, which proximal steps (Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898) take away where a tighter one is asked for: b less
-//! eps D r of the last answer, in the same statuses.
+//! eps D, springs of negligible compliance, makes r unique where the forces of rigid grains are not. They leave a residual of eps, which proximal
+//! steps (Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898) remove for a tighter tolerance: b less eps D r of the last answer, in the same
+//! statuses.
 
 mod delassus;
 mod system;
@@ -34,13 +33,13 @@ use system::{Linear, System};
 const SOFTENING: f64 = 0.1;
 const SOFTENING_BOUNDS: [f64; 2] = [1e-9, 1e-5];
 
-/// Entries of inverses that may be updated, some ten seconds' work.
+/// Largest number of updated entries of inverses, some ten seconds of work.
 const MOST_WORK: usize = 4_000_000_000;
 
-/// Contacts that press, in the sweeps' last answer, beyond which that is not enough for two events each: 2 n of n^2 entries.
+/// Number of contacts that press in the sweeps' last answer above which this is not enough for two events each: 2 n of n^2 entries.
 const MOST_PRESSING: usize = 1_250;
 
-/// Error of the equations over the size of their terms above which the solution is corrected, and above which it is given up.
+/// Error of the equations over the size of their terms above which the solution is corrected, and above which the path is given up.
 const CORRECTED: f64 = 1e-11;
 const LOST: f64 = 1e-6;
 
@@ -50,11 +49,11 @@ const BEFORE: f64 = 1.0 + 1e-9;
 /// Proximal steps.
 const PROXIMAL: usize = 5;
 
-/// Part of d that differs from contact to contact: no two events may fall together.
+/// Part of d that differs from contact to contact: no two events may coincide.
 const SPREAD: f64 = 0.5;
 
-/// The problem under the impulses that solve it, which the true residual must judge; none where there are bonds or the path cannot be
-/// followed: it would be too long where more than [`MOST_PRESSING`] contacts press.
+/// The problem with the impulses that solve it, which the true residual must judge. `None` with bonds, or where the path cannot be followed: it would
+/// be too long where more than [`MOST_PRESSING`] contacts press.
 pub(super) fn solve(problem: &Problem, tolerance: f64) -> Option<Problem> {
     let pressing = problem.contacts.iter().filter(|c| c.impulse[0] > 0.0);
     let bonded = problem.contacts.iter().any(|c| c.bond != NO_BOND);
@@ -100,7 +99,7 @@ fn softened(problem: &Problem, softening: f64) -> Vec<[f64; 2]> {
     problem.contacts.iter().map(of).collect()
 }
 
-/// State of a contact. A side is the sign s of r_t = s mu r_n when it slips; one that sticks keeps that of a side that it may slip to.
+/// State of a contact. A side is the sign s of r_t = s mu r_n when it slips; a sticking contact keeps the sign of a side to which it may slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Status {
     Open,
@@ -108,7 +107,7 @@ enum Status {
     Sticking(f64),
 }
 
-/// What ends a stretch of the path.
+/// Events that end a stretch of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
     Closes,
@@ -119,8 +118,8 @@ enum Event {
     SlipsBack,
 }
 
-/// The path and where it is. The unknowns are r_n of closed contacts and the reserve mu r_n - s r_t of sticking ones, the equations
-/// U_n = 0 and U_t = 0.
+/// The path and its present point. The unknowns are r_n of closed contacts and the reserve mu r_n - s r_t of sticking ones, the equations U_n = 0 and
+/// U_t = 0.
 struct Path<'a> {
     w: &'a Delassus,
     /// Coefficient of friction of each contact.
@@ -177,7 +176,7 @@ impl<'a> Path<'a> {
     /// Follows the path to t = 0.
     fn follow(&mut self) -> Option<()> {
         let mut work = 0;
-        // What the last event let go, which moves away from its bound.
+        // The margin that the last event released, which moves away from its bound.
         let mut released = None;
         loop {
             self.evaluate()?;
@@ -219,7 +218,7 @@ impl<'a> Path<'a> {
         first
     }
 
-    /// What must stay positive at a contact, with what happens where it does not.
+    /// The margins that must stay positive at a contact, each with the event at its zero.
     fn margins(&self, contact: usize) -> [(Event, Linear); 2] {
         let [u_n, u_t] = self.velocity[contact];
         let unknown = |axis: usize| self.system.solution[self.unknowns[contact][axis]];
@@ -243,7 +242,7 @@ impl<'a> Path<'a> {
         (*slope != 0.0 && slope.is_finite()).then_some(*slope)
     }
 
-    /// Lets an event happen. Returns the event of the margin that it releases from zero; none if the equations become singular.
+    /// Applies an event. Returns the event of the margin that it releases from zero; `None` if the equations become singular.
     fn change(&mut self, contact: usize, event: Event) -> Option<Event> {
         let unknowns = self.unknowns[contact];
         match (event, self.status[contact]) {
@@ -309,7 +308,7 @@ impl<'a> Path<'a> {
         (0..self.status.len()).map(values).collect()
     }
 
-    /// Adds an unknown of a contact, `direction` being the r that a unit of it makes, and the equation U = 0 along that axis.
+    /// Adds an unknown of a contact, `direction` being its r per unit, and the equation U = 0 along that axis.
     fn add(&mut self, contact: usize, axis: usize, direction: [f64; 2]) -> Option<()> {
         let times = |block: delassus::Block, row: usize, r: [f64; 2]| {
             block[row][0] * r[0] + block[row][1] * r[1]
@@ -343,7 +342,7 @@ impl<'a> Path<'a> {
         self.system.remove(unknown).then_some(())
     }
 
-    /// The r that a unit of each unknown of a contact makes.
+    /// The r per unit of each unknown of a contact.
     fn directions(&self, contact: usize) -> [Option<[f64; 2]>; 2] {
         match self.status[contact] {
             Status::Open => [None; 2],
@@ -355,7 +354,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// U under the unknowns, which are corrected where rounding has left something of the equations.
+    /// Computes U for the unknowns, which are corrected where the equations have a rounding error.
     fn evaluate(&mut self) -> Option<()> {
         let size = self.compute_velocity();
         if self.error(size) > CORRECTED {
@@ -400,7 +399,7 @@ impl<'a> Path<'a> {
             for k in 0..2 {
                 if left[k] != 0.0 {
                     let relative = left[k].abs() / size[k];
-                    // Written so that a NaN stays one.
+                    // Written so that a NaN stays NaN.
                     error = if relative <= error { error } else { relative };
                 }
             }
@@ -408,7 +407,7 @@ impl<'a> Path<'a> {
         error
     }
 
-    /// Moves b by -`change` in the equations, of a path that has come to its end.
+    /// Moves b by -`change` in the equations of a path at its end.
     fn take_back(&mut self, change: &[[f64; 2]]) {
         self.compute_velocity();
         let mut left = self.left();

@@ -1,7 +1,7 @@
 //! Non-linear block Gauss-Seidel on velocities (Jean 1999; Jourdan, Alart, Jean 1998).
 //!
-//! Each contact in turn takes the impulse that its own law wants under the velocities of the moment, and changes the
-//! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
+//! Each contact in turn takes the impulse that its own law wants under the present velocities, and changes the velocities of its two bodies at once.
+//! The matrix W is never formed: stored rows cost four times as much.
 
 use super::acceleration::{Accelerator, FIRST_TURNS};
 use super::groups::Sweeper;
@@ -10,32 +10,31 @@ use super::residual::{Convergence, Defect, Quad, convergence, measured};
 use crate::solver::criteria::Criteria;
 use crate::solver::lemke;
 
-/// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
+/// Sweeps between two computations of the true residual while sweeps are accelerated, for any increments.
 const CHECK_EVERY: usize = 20;
 
-/// Residual above which sweeps have found next to nothing: 1 is that of no impulses. It is so where a run has blown up, and the path to
-/// a solution is long.
+/// Residual above which sweeps have found next to nothing: without impulses it is 1. This happens where a run has blown up, and the path to a
+/// solution is long.
 const NOTHING_FOUND: f64 = 0.9;
 
 /// Sweeps until the true residual is within the tolerance.
 ///
-/// The gate is the increment of a sweep, with dr what it changed and D the bodies' part of the diagonal of W,
+/// The gate is the increment of a sweep, with dr its change of r and D the bodies' part of the diagonal of W,
 /// ```text
 /// increment = sqrt(sum |D dr|^2) / sqrt(sum |D r|^2)  <=  bound,    bound = tolerance at first
 /// ```
-/// LMGC90's QuadDV but for two things: r is that after the sweep, where LMGC90 takes the mean of the squares before and
-/// after, and dr is what the sweep did contact after contact, where LMGC90 offers all contacts their impulse at once.
-/// It is watched because it costs a sweep nothing, but alone it misleads: in a layer under its wheel two of five sweeps that it
-/// accepts are above the tolerance. Only when it passes is the true residual computed ([`super::residual`]), which
-/// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
-/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`crate::solver::residual::Quad`]) of the answer is
-/// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
+/// It is LMGC90's QuadDV with two differences: r is taken after the sweep, where LMGC90 takes the mean of the squares before and after, and dr is the
+/// change contact after contact, where LMGC90 offers all contacts their impulse at once. The increment costs a sweep nothing, but alone it misleads:
+/// in a layer under its wheel two of five sweeps that it accepts are above the tolerance. Only when it passes is the true residual computed
+/// ([`super::residual`]), which decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
+/// in Siconos, and sweeping continues. The whole criterion of LMGC90 (see [`crate::solver::residual::Quad`]) is reported for the answer and decides
+/// nothing: with it as a second condition every sixth accepted answer took more sweeps.
 pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Convergence {
     sweeper.load(problem);
     sweep(problem, sweeper, criteria)
 }
 
-/// Sweeps on from the impulses and velocities of the moment, those of the contacts that the sweeper holds.
+/// Sweeps from the present impulses and velocities; the impulses are the sweeper's.
 pub(super) fn sweep(
     problem: &mut Problem,
     sweeper: &mut Sweeper,
@@ -84,7 +83,7 @@ pub(super) fn sweep(
     )
 }
 
-/// Takes over the solution that pivoting finds, if it is one; else nothing changes.
+/// Takes the solution that pivoting finds, if it is one; else nothing changes.
 fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<(Defect, Quad)> {
     let solved = lemke::solve(problem, criteria.tolerance)?;
     let left = measured(&solved, criteria.parallel);

@@ -1,13 +1,13 @@
 //! Partition of large problems into subdomains of consecutive bodies, which a sample numbers column by column.
 //!
-//! Contacts inside a subdomain are treated subdomain beside subdomain in as many threads as there are, those across one after the
-//! other. The cut depends on the problem only: the same bits come out of any number of threads.
+//! Contacts inside subdomains are treated side by side by all threads, contacts across subdomains one after the other. The cut depends on the problem
+//! only: any number of threads gives the same bits.
 
 use std::ops::Range;
 
-/// Contacts per subdomain below which threads cost more than they bring.
+/// Contacts per subdomain below which threads cost more than they save.
 const LEAST: usize = 4096;
-/// Most subdomains; each cut makes some 0.1 % of the contacts of a square pack serial.
+/// Most subdomains; each cut leaves some 0.1 % of the contacts of a square pack to one thread.
 const MOST: usize = 8;
 
 /// Cuts between the bodies.
@@ -18,7 +18,7 @@ pub struct Partition {
     bodies: usize,
 }
 
-/// A subdomain and the numbers that a solver keeps of it.
+/// A subdomain and the data that a solver keeps for it.
 #[derive(Clone, Debug, Default)]
 pub struct Subdomain<T> {
     /// Its bodies.
@@ -28,7 +28,7 @@ pub struct Subdomain<T> {
 }
 
 impl Partition {
-    /// A power of two of subdomains: five on two threads take as long as six.
+    /// The number of subdomains is a power of two: five on two threads take as long as six.
     pub fn new(contacts: usize, bodies: usize) -> Partition {
         let wanted = (contacts / LEAST).clamp(1, MOST);
         let count = 1 << wanted.ilog2();
@@ -39,7 +39,7 @@ impl Partition {
         }
     }
 
-    /// True if there is anything to treat side by side.
+    /// True if there are several subdomains.
     pub fn several(&self) -> bool {
         self.count > 1
     }
@@ -63,9 +63,9 @@ impl Partition {
     }
 }
 
-/// Items of consecutive bodies or contacts, which can be cut where these are.
+/// Items of consecutive bodies or contacts, which can be cut like these.
 pub trait Cut: Send + Sized {
-    /// The part of the first `count` of them, and the rest.
+    /// The part of the first `count` bodies or contacts, and the rest.
     fn cut(self, count: usize) -> (Self, Self);
 }
 
@@ -94,8 +94,8 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
     }
 }
 
-/// Results of work on pieces of so many consecutive items, in their order: as many pieces as so many contacts make subdomains,
-/// however many threads there are. Side by side where `parallel`.
+/// Results of work on pieces of `count` consecutive items, in their order. There are as many pieces as subdomains of this many contacts, for any
+/// number of threads. Side by side where `parallel`.
 pub fn in_pieces<I: Cut, R: Send>(
     count: usize,
     items: I,
@@ -114,8 +114,8 @@ pub fn in_pieces<I: Cut, R: Send>(
     pieces.into_iter().filter_map(|piece| piece.work).collect()
 }
 
-/// Work on each subdomain with the items of its bodies; `items` are those of all of them. Halves of halves, side by side
-/// where `parallel`.
+/// Does the work on each subdomain with the items of its bodies; `items` are the items of all bodies. By recursive halves, side by side where
+/// `parallel`.
 pub fn for_each_subdomain<T: Send, I: Cut>(
     subdomains: &mut [Subdomain<T>],
     items: I,

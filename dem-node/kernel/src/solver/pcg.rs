@@ -2,34 +2,33 @@
 //! scaled by the diagonal.
 //!
 //! Without friction the impulses minimise r.(W + C) r / 2 + r.b over r_n >= 0, C the springs and b the free relative
-//! velocities with their bias. With friction |r_t| <= s is held at s = mu r_n, the box problem is solved, s is taken
-//! anew, and so on: a fixed point of Coulomb's law (Panagiotopoulos 1975). With u = (W + C) r + b, D the diagonal of
-//! W + C and P the projection on the box, an iteration is
+//! velocities with their bias. With friction |r_t| <= s is held at s = mu r_n, the box problem is solved, s is updated, and so on: a fixed point of
+//! Coulomb's law (Panagiotopoulos 1975). With u = (W + C) r + b, D the diagonal of W + C and P the projection on the box, an iteration is
 //! ```text
 //! alpha = -u.p / p.q,  q = (W + C) p          r' = P(r + alpha p)
 //! w = -u'/D where r' may move that way         z = p where r' may move that way
 //! beta = -w.q / p.q                            p' = w + beta z
 //! ```
-//! A bond pulls: below r_n = 0 it has the compliance 1/kappa instead of that of its spring. Both branches have the same u
-//! at r_n = 0, so the energy stays convex and smooth; a contact is on the branch of its impulse, and at 0 on the one to which u
-//! pushes it, and its direction ends at 0 as at any bound. The bond's shear has 1/kappa_t and no threshold.
+//! A bond pulls: below r_n = 0 it has the compliance 1/kappa instead of its spring's. Both branches have the same u at r_n = 0, so the energy stays
+//! convex and smooth. A contact is on the branch of its impulse, and at 0 on the branch to which u pushes it; its direction ends at 0 as at any
+//! bound. The bond's shear has 1/kappa_t and no threshold.
 //!
-//! `tests/textbook.rs` has these equations as they stand, u, q and all velocities formed anew; the tests compare every iteration
-//! with it. Here is what the fast form does differently:
+//! `tests/textbook.rs` has these equations literally, with u, q and all velocities computed again; the tests compare every iteration with it. The
+//! fast form has these differences:
 //!
-//! W = H^T M^-1 H is never formed, and neither u nor q is kept: what the equations ask of them are sums over the bodies.
-//! While w is found it is scattered to H w, and then
+//! W = H^T M^-1 H is never formed, and neither u nor q is stored: the equations need only sums over the bodies. w is scattered to H w as it is
+//! computed, and then
 //! ```text
 //! w.q   = (H w).M^-1 (H p) + w.C p             H z  = H p - H (p - z), where contacts have just come to a bound
 //! p'.q' = ww + 2 beta wz + beta^2 zz           ww = (H w).M^-1 (H w) + w.C w, and wz and zz likewise
 //! -u.p' = -u.w - beta u.z                      H p' = H w + beta H z
 //! ```
-//! q belongs to the branches of bonds where p was made: with those where r' has come to, a bonded layer under its wheel did
-//! not converge. The velocities of r' are v + alpha M^-1 H p' plus what the projection took away, which few contacts feel.
-//! So an iteration gathers velocities once and scatters impulses once.
+//! q belongs to the branches of bonds where p was computed: with the branches of r', a bonded layer under its wheel did not converge. The velocities
+//! of r' are v + alpha M^-1 H p' plus the effect of the projection, which concerns few contacts. So an iteration gathers velocities once and scatters
+//! impulses once.
 //!
-//! D only weighs, and any positive numbers would lead to the same solution: it is kept to seven digits, since the time of an
-//! iteration on a large sample is that of its bytes.
+//! D is only a weight, and any positive numbers would lead to the same solution: it is stored with seven digits, since the time of an iteration on a
+//! large sample is the time to load its bytes.
 //!
 //! Large bonded problems without friction are iterated in single precision, see [`correction`].
 
@@ -54,10 +53,10 @@ use correction::Correction;
 use group::{Features, PassSums, With};
 use workspace::Workspace;
 
-/// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
-/// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
+/// Part of the true residual below which the box problem is solved well enough to update its thresholds. At 10 000 disks 0.1 costs a fifth more
+/// iterations, and 1, an update in every iteration, five times as many.
 const INNER: f64 = 0.5;
-/// Least and largest part of a bound that was reached in vain to ask for next.
+/// Least and largest factor on a bound whose tolerance was not reached.
 const TIGHTER: [f64; 2] = [0.1, 0.9];
 
 /// Buffers of the solver.
@@ -65,11 +64,11 @@ const TIGHTER: [f64; 2] = [0.1, 0.9];
 pub struct Buffers {
     workspace: Workspace,
     correction: Correction,
-    /// The form that has taken over the problem which was solved last.
+    /// The form that holds the last problem.
     holds: Holder,
 }
 
-/// A form that goes on where bonds soften.
+/// The form that continues where bonds soften.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Holder {
     #[default]
@@ -78,13 +77,13 @@ enum Holder {
     Single,
 }
 
-/// A form of the iterations, with the problem that it has taken over.
+/// A form of the iterations, with its loaded problem.
 trait Form {
-    /// True if thresholds of friction are taken anew.
+    /// True if thresholds of friction are updated.
     const THRESHOLDS: bool;
-    /// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
+    /// Part of w.(W + C) w below which p.(W + C) p is a rounding error.
     const CANCELLED: f64;
-    /// Part of the residual at their start with which iterations begin anew: below it is rounding.
+    /// Part of the first residual at which iterations restart: smaller residuals are rounding errors.
     const REDUCED: f64;
     /// Iterations without a smaller residual after which another form is tried.
     const PATIENCE: usize;
@@ -95,7 +94,7 @@ trait Form {
     /// Writes impulses and velocities back.
     fn store(&mut self, problem: &mut Problem);
 
-    /// Begins anew at the impulses and velocities of the problem, which it has written.
+    /// Restarts at the impulses and velocities of the problem, which it has written.
     fn restart(&mut self, problem: &mut Problem);
 }
 
@@ -146,32 +145,32 @@ impl Form for Single<'_> {
     }
 
     fn restart(&mut self, problem: &mut Problem) {
-        // It has taken over this problem before, and no bond is another one since.
+        // It has loaded this problem before, and no bond has changed since.
         self.correction.load(problem, self.parallel);
     }
 }
 
-/// Why iterations ended.
+/// Reason for the end of iterations.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
-    /// The residual, as the passes see it, is within the bound.
+    /// The residual of the passes is within the bound.
     Reached,
-    /// It is so much smaller than at the start that rounding would be next.
+    /// The residual is so much smaller than at the start that it will soon be a rounding error.
     Reduced,
-    /// Nothing descends, the residual stays, or there were too many.
+    /// No direction descends, the residual stays, or there were too many iterations.
     Stuck,
 }
 
 /// Iterates until the true residual is within the tolerance.
 ///
-/// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
-/// If they are satisfied and it is not, iterations begin anew where they are, with a tighter bound.
+/// The passes compute it with seven digits of D, and with bonds on the branch of their impulse, where [`super::residual`] takes both branches. If the
+/// passes are satisfied and the true residual is not, iterations restart with a tighter bound.
 pub fn solve(problem: &mut Problem, buffers: &mut Buffers, criteria: &Criteria) -> Convergence {
     buffers.solve(problem, criteria, None)
 }
 
 impl Buffers {
-    /// Solves in single precision where that suits the problem, and in double precision what is left.
+    /// Solves in single precision where this suits the problem, and the rest in double precision.
     pub(super) fn solve(
         &mut self,
         problem: &mut Problem,
@@ -213,7 +212,7 @@ impl Buffers {
 
 type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
 
-/// The solver compiled for what this problem contains.
+/// The solver compiled for the features of this problem.
 fn compiled(problem: &Problem) -> Solve {
     let soft = || problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
     match (!problem.bonds.is_empty(), problem.friction > 0.0) {
@@ -224,7 +223,7 @@ fn compiled(problem: &Problem) -> Solve {
     }
 }
 
-/// Solves a problem anew, or goes on where bonds have softened.
+/// Solves a problem, or continues where bonds have softened.
 fn solve_as<F: Features>(
     problem: &mut Problem,
     workspace: &mut Workspace,
@@ -246,7 +245,7 @@ fn solve_as<F: Features>(
     solve_with(problem, form, criteria)
 }
 
-/// Solves with a form that has taken over the problem.
+/// Solves with a form that has loaded the problem.
 fn solve_with<F: Form>(problem: &mut Problem, mut form: F, criteria: &Criteria) -> Convergence {
     let mut asked = *criteria;
     let mut iterations = 0;
@@ -256,7 +255,7 @@ fn solve_with<F: Form>(problem: &mut Problem, mut form: F, criteria: &Criteria) 
         iterations += done;
         let left = measured(problem, criteria.parallel);
         let convergence = convergence(problem, left, iterations, criteria);
-        // A form that sees no residual at all asks in vain for ever.
+        // A form without any residual would never end.
         if convergence.converged || end == End::Stuck || asked.tolerance == 0.0 {
             return convergence;
         }
@@ -270,13 +269,13 @@ fn solve_with<F: Form>(problem: &mut Problem, mut form: F, criteria: &Criteria) 
     }
 }
 
-/// Iterations from where the form is: their number, and why they ended.
+/// Iterates from the present point of the form. Returns the number of iterations, and the reason for their end.
 fn iterate<F: Form>(form: &mut F, problem: &Problem, criteria: &Criteria) -> (usize, End) {
     let mut sums = form.run(problem, Pass::Measure);
     let relative = |sums: &PassSums<f64>| problem.relative(sums.defect.sqrt(), sums.size.sqrt());
     let first = relative(&sums);
     let (mut least, mut since) = (f64::INFINITY, 0);
-    // p.(W + C) p of the last direction: the first has none before it.
+    // p.(W + C) p of the last direction; infinite before the first.
     let mut curvature = f64::INFINITY;
     for iteration in 0..criteria.max_iterations {
         let residual = relative(&sums);
@@ -320,7 +319,7 @@ struct Direction {
 }
 
 impl Direction {
-    /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
+    /// The conjugate direction, or the steepest descent where the former does not descend; `None` where neither does.
     fn choose(sums: &PassSums<f64>, beta: f64, cancelled: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
         if conjugate.descent > 0.0 && conjugate.curvature > cancelled * sums.products.ww {

@@ -1,4 +1,4 @@
-//! Contacts with their bonds, and bodies with the contacts of which they are candidates, as sweeps cut them into pieces.
+//! Contacts with their bonds, and bodies with the contacts of which they are candidates, which sweeps cut into pieces.
 
 use super::contact::{Contact, NO_BOND};
 use super::partition::Cut;

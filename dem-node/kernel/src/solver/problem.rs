@@ -1,4 +1,4 @@
-//! The contact problem of one step: its contacts and bodies, the Delassus blocks, and what impulses do to velocities.
+//! The contact problem of one step: its contacts and bodies, the Delassus blocks, and the effect of impulses on velocities.
 
 use super::contact::{BodyRecord, Contact};
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
@@ -15,9 +15,9 @@ use crate::law::local::{DelassusBlock, LocalLaw};
 pub struct Attraction {
     /// The contact.
     pub contact: u32,
-    /// In the last step, and in this one (N).
+    /// Attraction in the last step, and in this step (N).
     pub force: [f64; 2],
-    /// Of this step (N s).
+    /// Impulse of this step (N s).
     pub impulse: f64,
     /// Gap at the end of the last step (m).
     pub last_gap: f64,
@@ -30,11 +30,11 @@ pub struct Problem {
     pub contacts: Vec<Contact>,
     /// The bonds among them.
     pub bonds: Vec<BondContact>,
-    /// The couples of those that resist rolling.
+    /// The couples of contacts that resist rolling.
     pub couples: Vec<Couple>,
-    /// The attractions of those within the range of their adhesion.
+    /// The attractions of contacts within the range of their adhesion.
     pub attractions: Vec<Attraction>,
-    /// The levers of those that have a body in a cluster.
+    /// The levers of contacts with a body in a cluster.
     pub levers: Vec<Levers>,
     /// Bodies; the entries of glued disks are not used.
     pub records: Vec<BodyRecord>,
@@ -48,21 +48,21 @@ pub struct Problem {
     pub wheel: Option<usize>,
     /// The boundary that the glued disks belong to.
     pub boundary: CompliantBoundary,
-    /// Coefficient of friction of contacts that have none of their own.
+    /// Coefficient of friction of contacts without one of their own.
     pub friction: f64,
-    /// Coefficients of those that have.
+    /// Coefficients of friction of the laws by pair.
     pub frictions: Vec<f64>,
     /// Rounding error of a gap over the step (m/s): no residual can be smaller.
     pub rounding: f64,
-    /// Least size that residuals are measured against (m/s).
+    /// Least reference of residuals (m/s).
     pub(super) least_size: f64,
 }
 
 impl Problem {
     /// Local blocks, local laws, and the effect of the first guess on the velocities.
     ///
-    /// Residuals are relative to ||D r||, but to no less than what makes a defect of pure rounding pass: a group of
-    /// grains that just moves on has impulses near zero, and would never converge relative to them.
+    /// Residuals are relative to ||D r||, but to no less than the value with which a defect of pure rounding passes: a group of grains in free motion
+    /// has impulses near zero, and would never converge relative to them.
     pub(super) fn prepare(&mut self, tolerance: f64, parallel: bool) -> Result<(), KernelError> {
         let count = self.contacts.len();
         self.least_size = self.rounding * (count.max(1) as f64).sqrt() / tolerance;
@@ -117,7 +117,7 @@ impl Problem {
         Ok(())
     }
 
-    /// The local laws of the bonds of these contacts anew.
+    /// Prepares the local laws of the bonds of these contacts again.
     pub(super) fn prepare_bonds(&mut self, softened: &[u32]) -> Result<(), KernelError> {
         for index in softened {
             let contact = &mut self.contacts[*index as usize];
@@ -131,7 +131,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Applies the first guesses, those within subdomains side by side, and then the others.
+    /// Applies the first guesses, side by side within subdomains, and then the others.
     fn apply_first_guesses(&mut self, contacts: &[Contact], parallel: bool) {
         let partition = Partition::new(contacts.len(), self.records.len());
         if !self.levers.is_empty() {
@@ -158,7 +158,7 @@ impl Problem {
         }
     }
 
-    /// A contact under its attraction in place of its impulse.
+    /// A contact with its attraction in place of its impulse.
     pub(crate) fn attracting(&self, attraction: usize) -> Contact {
         let attraction = &self.attractions[attraction];
         Contact {
@@ -167,7 +167,7 @@ impl Problem {
         }
     }
 
-    /// Applies the first guess of a contact. Glued disks only gather it: the boundary follows all of them at once.
+    /// Applies the first guess of a contact. Glued disks only gather it: the boundary yields to all at once.
     #[inline(always)]
     fn apply_first_guess(&mut self, contact: &Contact) {
         if contact.impulse == [0.0; 2] {
@@ -184,8 +184,8 @@ impl Problem {
     }
 
     /// The block of the Delassus operator W = H^T M^-1 H (equation 8 of Renouf, Saulot and Berthier 2006) at a contact:
-    /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, that of a
-    /// cluster adds to all, and a glued disk has the block of W_g.
+    /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, the spin of a cluster adds to all
+    /// components, and a glued disk has the block of W_g.
     #[inline(always)]
     pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
@@ -222,7 +222,7 @@ impl Problem {
         block
     }
 
-    /// Change of (v_x, v_y, spin times radius) by a unit impulse, of a body that is neither glued nor in a cluster (1/kg).
+    /// Change of (v_x, v_y, spin times radius) by a unit impulse, for a body that is neither glued nor in a cluster (1/kg).
     #[inline(always)]
     pub(crate) fn inverse_mass(&self, body: usize) -> [f64; 3] {
         let inverse = self.records[body].inverse_mass;
@@ -259,7 +259,7 @@ impl Problem {
         (foot < self.boundary.feet.len()).then(|| self.boundary.disks() + foot)
     }
 
-    /// True for the wheel, glued disks and feet: W of theirs is none of a mass.
+    /// True for the wheel, glued disks and feet, whose W is not a mass's.
     #[inline(always)]
     pub(super) fn is_constrained(&self, body: usize) -> bool {
         self.glued_index(body).is_some() || self.wheel == Some(body)
@@ -334,8 +334,7 @@ impl Problem {
     }
 
     /// Solution (r_n, r_t) of the local problem of a contact (N s), all other contacts held: U = b + W r under its law, with
-    /// b = u + bias - W r at the velocities u and the impulse r of the moment (Jean 1999; one row of equation 8 of Renouf,
-    /// Saulot and Berthier 2006).
+    /// b = u + bias - W r at the present velocities u and impulse r (Jean 1999; one row of equation 8 of Renouf, Saulot and Berthier 2006).
     #[inline(always)]
     pub fn local_solution(&self, contact: &Contact, velocity: [f64; 2]) -> [f64; 2] {
         let b = contact.without_impulse(velocity);
@@ -345,7 +344,7 @@ impl Problem {
         }
     }
 
-    /// A defect over the size of the problem; nothing is no defect, even of a problem without contacts.
+    /// A defect over the size of the problem; 0 for no defect, also in a problem without contacts.
     pub(crate) fn relative(&self, defect: f64, size: f64) -> f64 {
         if defect == 0.0 {
             return 0.0;

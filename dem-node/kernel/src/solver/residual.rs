@@ -1,4 +1,4 @@
-//! Distance of a guess from the solution: the true residual, and LMGC90's incremental criterion beside it.
+//! Distance of a guess from the solution: the true residual, and LMGC90's incremental criterion.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,12 +9,12 @@ use super::rolling;
 use crate::law::local::coulomb_projection;
 use crate::solver::criteria::Criteria;
 
-/// How far a solver has converged at its end.
+/// Convergence of a solver at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
     /// Iterations done.
     pub iterations: usize,
-    /// True natural-map residual, relative.
+    /// Relative true natural-map residual.
     pub residual: f64,
     /// LMGC90's incremental criterion, the largest of its three norms.
     pub quad: f64,
@@ -32,7 +32,7 @@ pub struct Convergence {
 /// QuadDVR = sqrt(sum (dv.dv)(s.s) / N) / (sum WRR / N)               WRR   = (r.W r + r'.W r')/2
 /// MeanDVoR = sum s.dv / sum WRR
 /// ```
-/// and the criterion is met when all three are below the tolerance in size.
+/// and the criterion is met when the absolute values of all three are below the tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quad {
     /// QuadDV, QuadDVR and |MeanDVoR|.
@@ -42,7 +42,7 @@ pub struct Quad {
 impl Quad {
     /// The largest of the norms.
     pub fn largest(&self) -> f64 {
-        // Written so that a NaN stays one.
+        // Written so that a NaN stays NaN.
         self.norms.iter().fold(
             0.0,
             |largest, norm| if *norm <= largest { largest } else { *norm },
@@ -97,7 +97,7 @@ impl QuadSums {
     }
 }
 
-/// How far the solve has converged after these iterations, with the residual that they left. The true residual alone decides.
+/// Convergence of the solve after these iterations, with this defect. The true residual alone decides.
 pub(super) fn convergence(
     problem: &Problem,
     (left, quad): (Defect, Quad),
@@ -132,7 +132,7 @@ impl Sums {
         self.quad.add(contact, wanted);
     }
 
-    /// Adds the sums of others: squares, then those of [`Quad`].
+    /// Adds the sums of other contacts: squares, then the sums of [`Quad`].
     pub fn join(&mut self, [defect, size, active, dv_dv, wr_wr, dv_dv_rr, wrr, dv_r]: [f64; 8]) {
         self.squares = [self.squares[0] + defect, self.squares[1] + size];
         self.quad.join(&QuadSums {
@@ -145,15 +145,14 @@ impl Sums {
         });
     }
 
-    /// Defect and LMGC90's incremental criterion. Like the residual, the criterion is relative to no less than what rounding makes of it.
+    /// Defect and LMGC90's incremental criterion. Like the residual, the criterion is relative to no less than the size set by rounding.
     pub fn measured(mut self, problem: &Problem) -> (Defect, Quad) {
         add_couples(&mut self.squares, problem);
         (Defect::of(self.squares), self.quad.quad(problem))
     }
 }
 
-/// Defect and criterion of the impulses and velocities of the moment, contact by contact: the reference of
-/// [`super::groups::Sweeper::measured`].
+/// Defect and criterion of the present impulses and velocities, contact by contact: the reference of [`super::groups::Sweeper::measured`].
 pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
     let contacts = &problem.contacts[..];
     let pieces = in_pieces(contacts.len(), contacts, parallel, |_, contacts| {
@@ -173,7 +172,7 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
 
 /// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P the projection
 /// on the Coulomb sector ([`coulomb_projection`]; Alart and Curnier 1991), which bonds replace by the exact local solution.
-/// It is zero at the solution only, however slowly a solver creeps.
+/// It is zero at the solution only, even if a solver creeps.
 pub fn residual(problem: &Problem) -> f64 {
     measured(problem, false).0.residual(problem)
 }
@@ -249,7 +248,7 @@ mod tests {
     use crate::law::local::{DelassusBlock, LocalLaw};
     use crate::solver::contact::BodyRecord;
 
-    /// A grain of mass 1/2 on a wall, falling at 1.4 m/s under an impulse of 0.2 that has made -1 m/s of it.
+    /// A grain of mass 1/2 on a wall, falling at 1.4 m/s, and at 1 m/s under an impulse of 0.2.
     fn resting(contacts: usize) -> Problem {
         let block = DelassusBlock {
             nn: 2.0,
@@ -282,10 +281,10 @@ mod tests {
 
     /// By hand: r = 0.2, r' = 0.2 + 1/2 = 0.7, dv = 1, WR.WR = (0.16 + 1.96)/2, WRR = (0.08 + 0.98)/2, s = 0.45.
     #[test]
-    fn the_three_norms_are_those_of_lmgc90() {
+    fn the_three_norms_agree_with_lmgc90() {
         for contacts in [1, 3] {
             let mut problem = resting(contacts);
-            // A contact that carries nothing does not count among the N.
+            // A contact without force does not count among the N.
             problem.contacts.push(Contact {
                 impulse: [0.0; 2],
                 bias: [5.0, 0.0],
@@ -298,9 +297,10 @@ mod tests {
         }
     }
 
-    /// The grain, of radius 1 with 2/(m r^2) = 4, turns at 0.2 rad/s, which a couple of 0.05 within mu_r r r_n = 0.1 would stop: 4 x 0.05 is missing.
+    /// The grain, of radius 1 with 2/(m r^2) = 4, turns at 0.2 rad/s, which a couple of 0.05 within mu_r r r_n = 0.1 would stop: the defect is 4 x
+    /// 0.05.
     #[test]
-    fn a_couple_that_is_missing_is_a_defect() {
+    fn a_missing_couple_is_a_defect() {
         let mut problem = resting(1);
         problem.records[0].velocity[2] = 0.2;
         let without = measured(&problem, false).0;
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_do_meets_the_criterion() {
+    fn an_empty_problem_meets_the_criterion() {
         assert_eq!(measured(&Problem::default(), false).1.largest(), 0.0);
     }
 }

@@ -5,9 +5,9 @@
 //!                              without a spring (Jiang, Yu and Harris 2005, rigid-plastic; Estrada, Taboada and Radjai 2008)
 //! ```
 //!
-//! r = r_1 r_2 / (r_1 + r_2), on walls, surfaces and wheels the radius of the grain. A sweep over the contacts is followed by one over the
-//! couples, each of which takes what its law wants under the spins of the moment: slip and roll of unequal disks act on each other
-//! through these spins, and a solution of both is where neither changes.
+//! r = r_1 r_2 / (r_1 + r_2), or the radius of the grain on walls, surfaces and wheels. A sweep over the couples follows each sweep over the
+//! contacts; each couple takes the value that its law wants under the present spins. Slip and roll of unequal disks act on each other through these
+//! spins, and a fixed point of both sweeps is a solution.
 
 use super::contact::{BodyRecord, Contact};
 
@@ -16,7 +16,7 @@ use super::contact::{BodyRecord, Contact};
 pub struct Couple {
     /// The contact.
     pub contact: u32,
-    /// Spins of its bodies by their velocity (1/m): 1/radius, 0 of one that does not turn.
+    /// Spins of its bodies over their velocity (1/m): 1/radius, or 0 for a body that does not turn.
     pub curvature: [f64; 2],
     /// Changes of these velocities by a unit impulse (1/(kg m)).
     pub inverse: [f64; 2],
@@ -34,8 +34,8 @@ impl Couple {
         self.curvature[0] * a - self.curvature[1] * b
     }
 
-    /// The impulse that the law wants under the spins of the moment, and what makes speeds of the surfaces of such impulses
-    /// (1/(kg m)); `None` where nothing turns.
+    /// The impulse that the law wants under the present spins, and the factor from such impulses to speeds of the surfaces (1/(kg m)); `None` where
+    /// nothing turns.
     fn wanted(&self, contact: &Contact, bodies: &[BodyRecord]) -> Option<[f64; 2]> {
         let [a, b] = [0, 1].map(|side| self.curvature[side] * self.inverse[side]);
         let mobility = a + b;
@@ -63,7 +63,7 @@ pub(super) fn apply(couples: &[Couple], contacts: &[Contact], bodies: &mut [Body
     }
 }
 
-/// One pass over couples; adds the squares of what it changes, and of what there is, as speeds of the surfaces.
+/// One pass over couples; adds the squares of the changes and of the values, as speeds of the surfaces.
 pub(super) fn sweep(
     couples: &mut [Couple],
     contacts: &[Contact],
@@ -82,7 +82,7 @@ pub(super) fn sweep(
     }
 }
 
-/// Adds the squares of the defects of couples, and of their sizes, to those of the contacts.
+/// Adds the squares of the defects of couples, and of their sizes, to the squares of the contacts.
 pub(super) fn add_defects(
     couples: &[Couple],
     contacts: &[Contact],

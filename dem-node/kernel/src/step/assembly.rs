@@ -22,15 +22,15 @@ struct Detection<'a> {
     state: &'a GrainState,
     input: &'a StepInput<'a>,
     positions: &'a Positions<'a>,
-    /// Of the law of most contacts (1/kg).
+    /// Compliance of the law of most contacts (1/kg).
     compliance: [f64; 2],
     /// Gap beyond which two disks cannot touch in this step, at the largest velocity of any body (m).
     reach: f64,
 }
 
 impl Detection<'_> {
-    /// True for two disks that remember nothing of each other and stay apart in this step: most of those that are listed. Seen without a
-    /// root, and with room for rounding.
+    /// True for two disks without memory that stay apart in this step, like most listed pairs. Computed without a square root, with a margin for
+    /// rounding.
     #[inline(always)]
     fn stay_apart(&self, slot: &Slot) -> bool {
         let bodies = self.input.bodies;
@@ -44,7 +44,7 @@ impl Detection<'_> {
         dx * dx + dy * dy > (1.0 + 1e-9) * reach * reach
     }
 
-    /// A bond in the contact problem, with its index, and what its dampers make of the contact.
+    /// A bond in the contact problem, with its index; its dampers change the contact.
     fn bonded(
         &self,
         contact: &mut Contact,
@@ -62,7 +62,7 @@ impl Detection<'_> {
         bond
     }
 
-    /// 1/m_a + 1/m_b along the normal of a contact between these disks (1/kg), for which its dampers are made.
+    /// 1/m_a + 1/m_b along the normal of a contact between these disks (1/kg), which sets its dampers.
     fn mobility(&self, pair: [u32; 2], contact: &Contact, records: &[BodyRecord]) -> f64 {
         let (state, bodies) = (self.state, self.input.bodies);
         let own = |disk: u32, pushed: u32| {
@@ -73,17 +73,17 @@ impl Detection<'_> {
     }
 }
 
-/// Consecutive slots of which the contacts without a bond are made.
+/// Consecutive slots with their contacts without a bond.
 struct Loose<'a> {
     first: usize,
     slots: &'a mut [Slot],
-    /// Number of the others.
+    /// Number of bonded slots.
     bonded: usize,
-    /// Those contacts, by slot.
+    /// The contacts without a bond, by slot.
     loose: Vec<(u32, Contact)>,
 }
 
-/// A contact that leaves the problem, as one that a rebound has opened, must not keep its force.
+/// Clears a contact that leaves the problem, for instance after a rebound: it must not keep its force.
 fn let_go(slot: &mut Slot) {
     (slot.force, slot.last_gap, slot.couple) = ([0.0; 2], 0.0, 0.0);
     (slot.attraction, slot.pressed) = (0.0, 0.0);
@@ -142,7 +142,7 @@ impl Stepper {
         state.list = list;
     }
 
-    /// Contacts without a bond whose law resists rolling get their couples.
+    /// Adds the couples of contacts without a bond whose law resists rolling.
     fn place_couples(&mut self, at: &Detection, slots: &mut [Slot]) {
         let bodies = at.input.bodies;
         self.problem.couples.clear();
@@ -182,7 +182,7 @@ impl Stepper {
         }
     }
 
-    /// Pairs within the range of their adhesion attract each other; of the contacts of a disk on one face the nearest does.
+    /// Adds the attractions of pairs within the range of their adhesion; among the contacts of a disk on one face only the nearest attracts.
     fn place_attractions(&mut self, at: &Detection, slots: &mut [Slot]) {
         self.problem.attractions.clear();
         if !at.input.bodies.attracts() {
@@ -196,8 +196,7 @@ impl Stepper {
         }
     }
 
-    /// The contacts from a first one on that a disk has with segments of one face, whose corners it is within the range of; any other contact
-    /// is alone.
+    /// The contacts of a disk, from a first one on, with segments of one face whose corners are within its range; any other contact is alone.
     fn on_one_face(&self, at: &Detection, slots: &[Slot], first: usize) -> Range<usize> {
         let (bodies, a) = (at.input.bodies, slots[self.slots[first] as usize].a);
         let law = bodies.law_at(self.problem.contacts[first].pair_law);
@@ -251,7 +250,7 @@ impl Stepper {
         }
     }
 
-    /// The contacts with segments of the surface get their feet.
+    /// Adds the feet of contacts with segments of the surface.
     fn place_feet(&mut self, at: &Detection, slots: &[Slot]) {
         let (bodies, surface) = (at.input.bodies, &at.input.bodies.surface);
         if surface.segments() == 0 {
@@ -280,7 +279,7 @@ impl Stepper {
         }
     }
 
-    /// Takes over the contacts of the slots, one after the other.
+    /// Makes the contacts of the slots, one after the other.
     fn take_in_turn(&mut self, at: &Detection, slots: &mut [Slot]) {
         self.problem.contacts.clear();
         self.problem.bonds.clear();
@@ -311,7 +310,7 @@ impl Stepper {
         }
     }
 
-    /// The same by pieces, side by side: first the contacts without a bond, which may be none, and then all of them, each at its place.
+    /// The same by pieces, side by side: first the contacts without a bond, which may turn out open, and then all contacts, each at its position.
     fn take_side_by_side(&mut self, at: &Detection, slots: &mut [Slot]) {
         let mut contacts = std::mem::take(&mut self.problem.contacts);
         let mut bonds = std::mem::take(&mut self.problem.bonds);
@@ -405,8 +404,8 @@ impl Stepper {
         }
     }
 
-    /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the
-    /// load of the wheel, with the velocities that are prescribed.
+    /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the load of the wheel, and
+    /// prescribed velocities.
     pub fn free_records(&mut self, state: &GrainState, input: &StepInput) {
         let bodies = input.bodies;
         let records = &mut self.problem.records;
@@ -446,7 +445,7 @@ impl Stepper {
             });
         }
         records.extend(bodies.walls.iter().map(|wall| fixed(wall.velocity)));
-        // Until its contacts have feet a segment moves as its middle does.
+        // Until its contacts have feet, a segment moves like its middle.
         let surface = &bodies.surface;
         let middle = |index| surface.on_boundary(surface.middle(index), bodies.glued());
         let segments = (0..surface.segments()).map(middle);
@@ -468,7 +467,7 @@ impl Stepper {
         turning.fold(speed, f64::max)
     }
 
-    /// The contact that a slot has or would have, with friction and compliance of its law.
+    /// The contact of a slot, open or not, with friction and compliance of its law.
     #[inline(always)]
     fn candidate(&self, at: &Detection, slot: &Slot, bond: Option<&Bond>) -> (Contact, Proximity) {
         let (state, bodies, h) = (at.state, at.input.bodies, at.input.step);
@@ -486,7 +485,7 @@ impl Stepper {
             gap: near.gap,
             relative_gap: match bodies.radii.get(slot.b as usize) {
                 Some(radius) => near.gap / (radius + bodies.radii[slot.a as usize]),
-                // The foot of a grain is where its force acts.
+                // The force of a grain acts at its foot.
                 None if bodies.segment_index(pair[1]).is_some() => near.gap / bodies.radii[pair[0]],
                 None => 0.0,
             },
@@ -516,8 +515,8 @@ impl Stepper {
         (contact, near)
     }
 
-    /// Takes over levers and inertia of a contact, if one of its bodies is in a cluster: its point is `contact.lever()` radii from the
-    /// centre of either disk.
+    /// Adds levers and inertia of a contact, if one of its bodies is in a cluster: its point is `contact.lever()` radii from the centre of either
+    /// disk.
     fn take_levers(
         &mut self,
         at: &Detection,
@@ -558,7 +557,7 @@ impl Stepper {
         }
         contact.gap = slot.gap(contact.gap);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
-        // Infinite is the way to a segment that another has taken over from.
+        // The way to a segment that has passed the disk to another is infinite.
         let held = contact.impulse[0] > 0.0 && contact.gap.is_finite();
         let touches = held || slot.attraction > 0.0 || contact.gap + h * approach < bodies.alert;
         let law = bodies.law_at(contact.pair_law);
@@ -582,8 +581,8 @@ impl Stepper {
     }
 }
 
-/// Positions at which contacts are detected. Grains and height of the wheel have drifted already, its prescribed
-/// way is uniform within the step.
+/// Positions at which contacts are detected. Grains and height of the wheel have drifted already; the wheel's prescribed motion is uniform within the
+/// step.
 fn positions_at_detection<'a>(state: &'a GrainState, input: &StepInput<'a>) -> Positions<'a> {
     let bodies = input.bodies;
     let mut positions = state.positions(bodies);

@@ -9,8 +9,8 @@ use crate::bodies::cluster::Cluster;
 use crate::step::state::GrainState;
 
 impl Stepper {
-    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum. Where theta = 1 a fall is off by
-    /// half the way of its last step: it is a travel, too.
+    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum. With theta = 1 a fall is off by half the
+    /// way of its last step, so it counts as travel too.
     pub(super) fn balance_momentum(
         &self,
         state: &GrainState,
@@ -36,7 +36,7 @@ impl Stepper {
             defect = [defect[0] + held[0], defect[1] + held[1]];
         }
         if bodies.prescribed_velocity.is_some() {
-            // The drive takes up whatever force there is.
+            // The drive takes up any force.
             defect = [0.0; 2];
         }
         summary.momentum_defect = larger(defect[0].abs(), defect[1].abs()) / h;
@@ -46,7 +46,7 @@ impl Stepper {
         summary.travel = larger(summary.travel, (2.0 * input.theta - 1.0) * h * fall);
     }
 
-    /// Impulse on clusters beside contacts and weight (N s): what holds their locked motions against both, and their drives.
+    /// Impulse on clusters in addition to contacts and weight (N s): the reactions of their locked motions, and their drives.
     fn held_impulse(&self, state: &GrainState, input: &StepInput) -> [f64; 2] {
         let (bodies, h) = (input.bodies, input.step);
         let mut held = [0.0; 2];
@@ -76,7 +76,7 @@ impl Stepper {
         held
     }
 
-    /// Takes over the velocities and adds up the work of loads, drive, weight and boundary, and the loss of the scheme.
+    /// Stores the new velocities and adds up the work of loads, drive, weight and boundary, and the loss of the scheme.
     pub(super) fn update_bodies(
         &self,
         state: &mut GrainState,

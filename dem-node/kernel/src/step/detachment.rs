@@ -4,21 +4,21 @@
 //!     sum |F_t du_t| >= e A     on a segment of the area A: a layer of the depth d goes, and its mass d A rho is due as grains
 //! ```
 //!
-//! The work is that of friction in the contacts with the segment since its last layer (Fleischer 1973: an energy density of wear, here
-//! e/d). The points at its ends take half of the layer each, over the half-lengths that are theirs, so that the volume between the line
-//! and its reference is that of the layers. What goes is due to the feed of [`crate::step::injection`]: a grain begins in the widest gap
-//! above the segment that gave last, at rest, and grows.
+//! The sum is the work of friction in the contacts with the segment since its last layer (Fleischer 1973: an energy density of wear, here e/d). The
+//! points at its ends take half of the layer each, over their tributary lengths, so that the volume between the line and its reference is the volume
+//! of the layers. The detached mass is due in the feed of [`crate::step::injection`]: a grain begins in the widest gap above the segment that lost
+//! the last layer, at rest, and grows.
 //!
-//! The body below keeps its mesh, stiffness and inertia, which holds while the depth is small: a segment gives nothing beyond a third
-//! of the shortest one. Contacts that lose the steel under them open by the depth of a layer, and what their springs let go is part of the
-//! work of the feed; a bond stays as it is.
+//! The body below keeps its mesh, stiffness and inertia, which is valid while the depth is small: a segment loses at most a third of the length of
+//! the shortest one. Contacts above lost steel open by the depth of a layer, and the energy that their springs release is part of the work of the
+//! feed; a bond does not change.
 
 use crate::bodies::Bodies;
 use crate::bodies::feed::Detachment;
 use crate::contact::bond::find_bond;
 use crate::step::state::GrainState;
 
-/// Slots of contacts without a bond, and by how much they have opened (m).
+/// Slots of contacts without a bond, and their openings (m).
 type Opened = Vec<(usize, f64)>;
 
 /// Takes the layers off that are due. Returns the point around which the next grain begins (m), and the contacts that have opened.
@@ -51,7 +51,7 @@ pub fn detach(state: &mut GrainState, bodies: &Bodies, law: &Detachment) -> ([f6
     (point, opened)
 }
 
-/// Opens the contacts over points that lie so much deeper (m).
+/// Opens the contacts over points that now lie `deeper` (m).
 fn open_contacts(
     state: &mut GrainState,
     bodies: &Bodies,
@@ -76,7 +76,7 @@ fn open_contacts(
     }
 }
 
-/// Takes so many layers off a segment, or as many as may go. Returns their number, and by how much its points lie deeper (m).
+/// Takes the due number of layers off a segment, or as many as may come off. Returns their number, and the added depth of its points (m).
 fn take_layers(
     state: &mut GrainState,
     bodies: &Bodies,

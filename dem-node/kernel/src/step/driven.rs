@@ -4,10 +4,10 @@ use super::{StepInput, Stepper};
 use crate::step::state::GrainState;
 
 impl Stepper {
-    /// Keeps the forces on driven clusters and named walls and adds up the work of drives, before velocities are taken over.
+    /// Records the forces on driven clusters and named walls and adds up the work of drives, before the new velocities are stored.
     ///
-    /// In a prescribed direction the drive bears contacts and weight and does -(p + m h g) v; in a free one it does F h v_theta, and
-    /// its damping takes c h v_theta^2 (J).
+    /// In a prescribed direction the drive bears contacts and weight and does -(p + m h g) v; in a free direction it does F h v_theta, and its
+    /// damping dissipates c h v_theta^2 (J).
     pub(super) fn drive_clusters(&mut self, state: &mut GrainState, input: &StepInput) {
         let bodies = input.bodies;
         self.on_named.clear();

@@ -1,14 +1,12 @@
 //! Injection: grains that are fed into the scene from outside, Qe of the tribological circuit.
 //!
-//! Fed grains are free grains from the start, behind those of the sample, with radii drawn from these. Until its turn comes a
-//! grain is in *store*: it stands at the point of the injection, and nothing meets it. When the mass that is due covers it, it is
-//! put, at rest, into the widest gap around that point, as wide as fits there, and then grows to its radius at a uniform
-//! speed. A layer under load has no gap of a grain's size, so that what is fed has to push others aside, as what is pumped
-//! into it would.
+//! Fed grains are free grains from the start, behind the grains of the sample, with radii drawn from theirs. Until its turn comes a grain is in
+//! *store*: it stands at the point of the injection, and no body meets it. When the mass due covers it, it is put, at rest, into the widest gap
+//! around that point, as wide as fits there, and then grows to its radius at a uniform speed. A layer under load has no gap of a grain's size, so
+//! that fed grains push others aside, as if pumped into the layer.
 //!
-//! A growing grain is a disk of its full radius and mass, and what it has not grown yet is added to the gaps of its
-//! contacts. Each step takes a part of that away, which compresses the springs of the contacts that press on it: the work of the
-//! injection.
+//! A growing grain is a disk of its full radius and mass, and its missing length is added to the gaps of its contacts. Each step reduces this length,
+//! which compresses the springs of the contacts that press on it: the work of the injection.
 
 use std::ops::Range;
 
@@ -20,15 +18,15 @@ use crate::contact::detect::Slot;
 use crate::step::detachment::detach;
 use crate::step::state::GrainState;
 
-/// Distance from the point within which a gap is looked for, and between the positions tried, over the mean radius.
+/// Distance from the point within which gaps are searched, and spacing of the positions tried, over the mean radius.
 const REACH: f64 = 2.0;
 const SPACING: f64 = 0.125;
-/// Least radius to begin with, over the own one: three equal disks that touch leave 0.155.
+/// Least radius at the beginning over the final radius: between three equal disks that touch there is 0.155.
 const LEAST: f64 = 0.05;
 /// Part of a gap that a grain fills at first: it touches nothing yet.
 const FILLED: f64 = 0.999;
 
-/// Feeds what is due until a time (s), and lets grow what was fed; a scene without injection is left as it is.
+/// Feeds the grains due until a time (s), and lets fed grains grow; does nothing in a scene without injection.
 pub fn feed(state: &mut GrainState, bodies: &Bodies, time: f64) {
     let Some(injection) = &bodies.injection else {
         return;
@@ -79,8 +77,8 @@ fn press_all(state: &mut GrainState, bodies: &Bodies, grown: &[(u32, f64)]) {
     }
 }
 
-/// Presses a closed contact together by a length (m), negative where it opens. Returns the work on its spring, less what its attraction
-/// gives (J).
+/// Presses a closed contact together by a length (m), negative where it opens. Returns the work on its spring, less the energy that its attraction
+/// releases (J).
 fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
     let law = bodies.law_of(slot.a as usize, slot.b as usize);
     let springs = law.shared(slot.joined).springs;
@@ -129,7 +127,7 @@ struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// Disks that leave less than `reach` (m) of room at some position not further than that from a point, and all faces.
+    /// Disks with less than `reach` (m) of room to some position within `reach` of a point, and all faces.
     fn new<'a>(
         state: &'a GrainState,
         bodies: &'a Bodies,
@@ -159,7 +157,7 @@ impl Surroundings<'_> {
     }
 
     /// True for a position above the base and below a lid or a wheel of disks, by the disk of each that is nearest along x, and in front of
-    /// the nearest segment of a surface: there is room behind them too.
+    /// the nearest segment of a surface: there is also room behind these.
     fn is_between(&self, position: [f64; 2]) -> bool {
         let y = position[1];
         let height = |row: &[[f64; 2]]| {

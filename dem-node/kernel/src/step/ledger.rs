@@ -1,11 +1,11 @@
-//! The energy ledger: every term has its own formula, none is the remainder.
+//! The energy ledger: every term has its own formula, and no term is a remainder.
 //!
-//! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
-//! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
-//! interface; the second is the numerical loss of the scheme: an impact, where all contacts are rigid. Contacts turn
-//! their share into spring energy, friction and impact (see [`crate::contact::loss::contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::contact::bond::end_step`]).
-//! Between two steps nothing moves, and yet springs may change: by what detection finds otherwise than the step left it, and
-//! by a repair of overlaps. Both are terms of their own, so that neither work nor impact hides an error of the geometry.
+//! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion gives dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The
+//! first product is work at the contacts, of the loads and at the interface; the second is the numerical loss of the scheme: an impact, where all
+//! contacts are rigid. Contacts turn their share into spring energy, friction and impact (see [`crate::contact::loss::contact_loss`]), bonds into
+//! bond energy and decohesion as well (see [`crate::contact::bond::end_step`]). Between two steps nothing moves, and yet springs may change:
+//! detection may find other gaps than at the end of the step, and a repair of overlaps moves bodies. Both have their own terms, so that neither work
+//! nor impact hides an error of the geometry.
 
 use kit::add_fields;
 use protocol::Role;
@@ -22,16 +22,15 @@ kit::results! {
     /// - `injection_j`: Work of fed grains that grow, since the start.
     /// - `springs_normal_j`: Change of the energy in the normal springs of contacts since the
     ///   start.
-    /// - `springs_tangential_j`: Change of the energy in their tangential springs since the start.
+    /// - `springs_tangential_j`: Change of the energy in the tangential springs of contacts since the start.
     /// - `bonds_elastic_j`: Change of the elastic energy of the bonds since the start.
     /// - `adhesion_j`: Change of the energy of attraction between grains since the start.
     /// - `damping_j`: Energy dissipated in the dampers of contacts and of driven clusters since the
     ///   start.
     /// - `cohesion_j`: Energy dissipated by bonds that fail since the start.
-    /// - `relaxation_j`: Energy of shear that healing bonds let go since the start.
-    /// - `numerical_j`: Energy that the time scheme of the grains took since the start.
-    /// - `detection_j`: Energy of springs and bonds that detection did not find again since the
-    ///   start.
+    /// - `relaxation_j`: Shear energy that healing bonds released since the start.
+    /// - `numerical_j`: Energy dissipated by the time scheme of the grains since the start.
+    /// - `detection_j`: Energy of springs and bonds lost by detection between two steps, since the start.
     /// - `repair_j`: Work of load and weight in repairs of overlaps since the start.
 }
 
@@ -54,25 +53,25 @@ pub struct GrainLedger {
     pub weight: f64,
     /// Lost in impacts of rigid contacts.
     pub impact: f64,
-    /// Lost by the scheme: less of it in shorter steps.
+    /// Lost by the scheme: less in shorter steps.
     pub numerical: f64,
     /// Lost in slip.
     pub friction: f64,
     /// Lost by falling adhesion.
     pub cohesion: f64,
-    /// Lost by shear that healing bonds let go.
+    /// Lost by shear that healing bonds released.
     pub relaxation: f64,
-    /// Energy of the surface that healing bonds gained, which no motion gave.
+    /// Surface energy that healing bonds gained, without any work.
     pub healing: f64,
-    /// Bonds that pairs without one have made.
+    /// Bonds that healing has made between pairs without one.
     pub bonds_made: u64,
-    /// Energy of the surface that bonds have given up, which `cohesion` comes close to in short steps.
+    /// Surface energy that bonds have lost; `cohesion` is close to it in short steps.
     pub surface: f64,
-    /// Energy of springs and bonds that detection did not find again, less what it found too much.
+    /// Energy of springs and bonds lost by detection between two steps, gains subtracted.
     pub detection: f64,
-    /// Size of the part of `detection` that the velocities do not foretell, contact by contact and step by step: no sign hides another.
+    /// Sum of the absolute part of `detection` that the velocities do not predict, contact by contact and step by step: signs do not cancel.
     pub unforeseen: f64,
-    /// Energy that rigid contacts have made, contact by contact and step by step: what others lose hides none of it.
+    /// Energy created by rigid contacts, contact by contact and step by step: losses of other contacts do not hide it.
     pub made: f64,
     /// Energy of grains that were taken out of the plane.
     pub lateral: f64,
@@ -113,7 +112,7 @@ impl GrainLedger {
         self.unforeseen += losses.unforeseen;
     }
 
-    /// Everything that was dissipated (J), but what detection and repairs make of it.
+    /// All dissipated energy (J), without detection and repairs.
     pub fn dissipated(&self) -> f64 {
         self.impact
             + self.damping
@@ -123,29 +122,29 @@ impl GrainLedger {
             + self.relaxation
     }
 
-    /// Part of it that the scheme took and not the physics; `None` without dissipation.
+    /// Part of the dissipation that is the scheme's and not physical; `None` without dissipation.
     pub fn numerical_share(&self) -> Option<f64> {
         let all = self.dissipated();
         (all > 0.0).then(|| self.numerical / all)
     }
 
-    /// Energy that decohesion took over that of the surface which bonds gave up; `None` where none gave any.
+    /// Energy dissipated by decohesion over the surface energy that bonds lost; `None` without such a loss.
     pub fn decohesion_share(&self) -> Option<f64> {
         (self.surface > 0.0).then(|| self.cohesion / self.surface)
     }
 
-    /// Works of what moves grains and does not only load them (J).
+    /// Sum of the works that move grains and do not only load them (J).
     pub fn moved(&self) -> f64 {
         self.drive.abs() + self.walls.abs() + self.weight.max(0.0)
     }
 
-    /// Sizes of all works done on the grains (J).
+    /// Sum of the absolute works done on the grains (J).
     pub fn worked(&self) -> f64 {
         let works = kit::named!(self; interface, load, drive, walls, injection, weight);
         works.iter().map(|(_, work)| work.abs()).sum()
     }
 
-    /// All terms but that of walls, which rarely move, in order.
+    /// All terms but the work of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 12] {
         let named = kit::named!(self; interface, load, drive, weight, impact, numerical, friction, cohesion, surface, detection, unforeseen, repair);
         named.map(|(_, x)| x)
@@ -156,9 +155,9 @@ impl GrainLedger {
 mod tests {
     use super::*;
 
-    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance reveals a mix-up.
     #[test]
-    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+    fn recoverable_energies_are_stored_and_others_are_dissipated() {
         let of = |wanted: Role| {
             let terms = GrainLedger::default().terms([0.0; 4]).into_iter();
             let names = terms.filter(|(_, role, _)| *role == wanted);

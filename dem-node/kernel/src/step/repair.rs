@@ -1,11 +1,10 @@
 //! Repair of overlaps between rigid grains, by position and not by velocity.
 //!
-//! Of all displacements w that leave no overlap, the bodies make the one with the least w.M w / 2: w = M^-1 H s, and at each
-//! contact g + n.w >= 0 is complementary to s >= 0. That is the contact problem without friction, with displacements instead
-//! of velocities. Momentum and kinetic energy stay as they are, and so does the centre of mass of a free group. Load and weight
-//! do work on the displacement all the same: it is added to theirs, and balanced as `repair`, since nothing stores it.
-//! A repair that did not converge counts as a step that did not: what it left is no displacement of least w.M w / 2, and no
-//! other number of the run would show it.
+//! The displacement w of the bodies has the least w.M w / 2 of all displacements that leave no overlap: w = M^-1 H s, and at each contact g + n.w >=
+//! 0 is complementary to s >= 0. This is the contact problem without friction, with displacements instead of velocities. Momentum, kinetic energy and
+//! the centre of mass of a free group do not change. Load and weight do work on the displacement: this work is added to theirs, and balanced as
+//! `repair`, since nothing stores it. A repair that does not converge counts like a step that does not: its displacement does not have the least w.M
+//! w / 2, and no other number of the run would show it.
 
 use protocol::larger;
 
@@ -21,11 +20,11 @@ use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
 use crate::step::state::GrainState;
 
-/// Overlap that stays, over the smallest radius: a contact at rest must not open, or a rebound would follow.
+/// Remaining overlap over the smallest radius: a contact at rest must not open, or a rebound would follow.
 const LEFT: f64 = 1e-6;
-/// Projections of a step. Each takes the normals anew; what turning normals leave is of second order in the overlap.
+/// Projections of a step. Each computes the normals again; the error of turning normals is of second order in the overlap.
 const PASSES: usize = 4;
-/// Bound on the residual of a repair: the next step repairs what is left.
+/// Bound on the residual of a repair: the next step repairs the rest.
 pub const TOLERANCE: f64 = 1e-3;
 
 /// Makes repairs; owns their contact problem.
@@ -36,8 +35,8 @@ pub struct Repair {
 }
 
 impl Repair {
-    /// Moves the bodies of a state at the end of its step apart, which was `solved` by these criteria: `drift` is the time (s) that they have
-    /// moved since their gaps were detected, `load` that on the wheel, downwards (N). Returns the verdict of the last solve, if it took any.
+    /// Moves apart the bodies of a state at the end of its step, which was `solved` by these criteria: `drift` is the time (s) that they have moved
+    /// since their gaps were detected, `load` the downward load on the wheel (N). Returns the convergence of the last solve, if there was one.
     pub fn make(
         &mut self,
         (state, bodies): (&mut GrainState, &Bodies),
@@ -68,7 +67,7 @@ impl Repair {
         }
     }
 
-    /// The contacts of the state as it is; returns the largest overlap (m).
+    /// Finds the contacts of the present state. Returns the largest overlap (m).
     fn detect(&mut self, bodies: &Bodies, state: &GrainState) -> f64 {
         let mut largest = 0.0f64;
         self.problem.contacts.clear();
@@ -108,7 +107,7 @@ impl Repair {
         problem.first_glued = solved.first_glued;
         problem.wheel = solved.wheel;
         problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres);
-        // The repair leaves the surface where it is.
+        // The repair does not move the surface.
         problem.boundary = CompliantBoundary::fixed(bodies.glued());
         problem.records.clear();
         let at_rest = |record: &BodyRecord| BodyRecord {
@@ -148,7 +147,7 @@ fn move_bodies((state, bodies): (&mut GrainState, &Bodies), load: f64, displaced
     state.ledger.repair += weight + of_load;
 }
 
-/// A contact whose bodies shall be moved until the gap (m) is no overlap.
+/// A contact whose bodies are to be moved until the gap (m) is no overlap.
 fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
     Contact {
         bias: [gap + left(bodies), 0.0],
@@ -159,12 +158,12 @@ fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
     }
 }
 
-/// Overlap that stays (m).
+/// Remaining overlap (m).
 fn left(bodies: &Bodies) -> f64 {
     LEFT * range(bodies.radii.iter().copied())[0]
 }
 
-/// Mean and largest overlap of the contacts that carry force, where the bodies are (m).
+/// Mean and largest overlap of the contacts that carry force, at the present positions (m).
 pub fn overlaps(bodies: &Bodies, state: &GrainState) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
     let positions = state.positions(bodies);

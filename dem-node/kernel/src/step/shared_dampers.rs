@@ -1,12 +1,12 @@
-//! Dampers that share a landing: what restitution the contacts of a cluster leave that meet another body at once.
+//! Dampers that share a landing: the restitution of a cluster that meets another body with several contacts at once.
 //!
 //! ```text
 //!     zeta' = zeta sum sqrt(m_i) / sqrt(n M)    1/m_i = 1/M + a_i^2/I
 //! ```
 //!
-//! A damper is made for the mass m_i that its own contact has, as if it were alone. Where n contacts with springs k stop a body that does
-//! not turn, the sum of the dampers c_i = 2 zeta sqrt(k m_i) meets the spring n k and the mass M of the pair: zeta' is the damping ratio of
-//! that oscillator, and e(zeta') what the body leaves with ([`Springs::restitution`]).
+//! A damper is set for the mass m_i of its own contact alone. Where n contacts with springs k stop a body that does not turn, the sum of the dampers
+//! c_i = 2 zeta sqrt(k m_i) acts with the spring n k and the mass M of the pair: zeta' is the damping ratio of this oscillator, and e(zeta') its
+//! restitution ([`Springs::restitution`]).
 
 use super::{StepInput, Stepper};
 use crate::law::{Springs, relaxation};
@@ -19,7 +19,7 @@ const PARALLEL: f64 = 0.99;
 /// A damped contact of a cluster in a step.
 struct Damped<'a> {
     contact: &'a Contact,
-    /// Bodies that move for its disks; all that no grain moves are one.
+    /// Bodies that move in place of its disks; all bodies that are not grains count as one.
     pair: [usize; 2],
     /// zeta.
     damping: f64,
@@ -42,8 +42,8 @@ impl Damped<'_> {
 }
 
 impl Stepper {
-    /// Loss in the dampers of contacts that shared a landing in this step (J), and its products with e(zeta), which the law asks for, with
-    /// e(zeta'), and with the restitution to ask for in order to have e(zeta).
+    /// Loss in the dampers of contacts that shared a landing in this step (J), and its products with e(zeta) of the law, with e(zeta') of the
+    /// landing, and with the value of `law.damping` that would give e(zeta).
     pub(super) fn shared_damping(&self, state: &GrainState, input: &StepInput) -> [f64; 4] {
         let bodies = input.bodies;
         if bodies.clusters.list.is_empty() || !bodies.any_law(|law| law.is_damped()) {

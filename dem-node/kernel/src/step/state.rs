@@ -21,11 +21,11 @@ pub struct GrainState {
     pub centres: Vec<[f64; 2]>,
     /// Points of the surface (m).
     pub surface: Vec<[f64; 2]>,
-    /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
+    /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); the first disk of a cluster has the cluster's.
     pub velocities: Vec<[f64; 3]>,
     /// Poses of the clusters.
     pub clusters: Vec<Pose>,
-    /// Time for which moving walls have moved (s); 0 where there are none.
+    /// Time for which moving walls have moved (s); 0 without moving walls.
     pub wall_motion_time: f64,
     /// Velocities of the glued disks and of the points of the surface, two components each (m/s).
     pub glued_velocity: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct GrainState {
     pub bonds: Vec<Bond>,
     /// Grains that are fed in.
     pub feed: Feed,
-    /// Grains that were taken out of the plane, in order: nothing meets them any more.
+    /// Grains that were taken out of the plane, in order: no body meets them any more.
     pub taken: Vec<u32>,
     /// The wear of the bare surfaces.
     pub worn: Worn,
@@ -50,7 +50,7 @@ pub struct GrainState {
 pub struct WheelState {
     /// Sideways displacement and height of the lowest point of the face (m).
     pub position: [f64; 2],
-    /// Its velocity; the sideways one is prescribed (m/s).
+    /// Its velocity; the sideways component is prescribed (m/s).
     pub velocity: [f64; 2],
 }
 
@@ -81,7 +81,7 @@ impl Clone for GrainState {
 
 impl GrainState {
     /// 1/m of a disk of a cluster in a contact along this normal, and 1/M as if the contact were in line with the centre of mass (1/kg);
-    /// `None` of a disk alone and of other bodies.
+    /// `None` for a single disk and for other bodies.
     #[inline(always)]
     pub(crate) fn mobility(
         &self,
@@ -94,8 +94,8 @@ impl GrainState {
         Some([self.centres[disk], pose.centre].map(|at| cluster.mobility(pose, normal, at)))
     }
 
-    /// The start: grains where the sample puts them, the wheel on the first disk that it meets from above, and compliant contacts under
-    /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
+    /// The start: grains at their positions in the sample, the wheel on the first disk that it meets from above, and compliant contacts under the
+    /// force of their overlap. Bonds are made here, at rest: gaps and overlaps do not stretch them.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> GrainState {
         let feed = Feed::new(bodies.injection.as_ref());
         let all = || free.iter().chain(glued);
@@ -132,7 +132,7 @@ impl GrainState {
         list.refresh(&positions, 0.0, std::iter::empty());
         state.bonds = initial_bonds(&positions, &list);
         let positions = state.positions(bodies);
-        // With the pairs that are bonded further apart than the list reaches.
+        // Again, with the bonded pairs beyond the reach of the list.
         list.invalidate();
         list.refresh(&positions, 0.0, state.bonds.iter().map(Bond::pair));
         share_springs(&mut list.slots, &state.bonds, &positions, |_| 0.0);
@@ -189,7 +189,7 @@ impl GrainState {
         positions.store().contains(&disk) || positions.is_taken(disk)
     }
 
-    /// Takes a grain out of the plane, with what it moves, its contacts and its bonds: the ledger has the energy that goes with it.
+    /// Takes a grain out of the plane, with its motion, its contacts and its bonds: the ledger records the energy that is lost with it.
     pub fn take(&mut self, bodies: &Bodies, grain: usize) {
         let energy = |state: &GrainState| state.energies(bodies).iter().sum::<f64>();
         let before = energy(self);
@@ -206,7 +206,7 @@ impl GrainState {
         self.ledger.lateral += before - energy(self);
     }
 
-    /// Radius that a disk shows (m): none in store, less than its own while it grows.
+    /// Present radius of a disk (m): 0 in store, less than its final radius while it grows.
     pub fn radius(&self, bodies: &Bodies, disk: usize) -> f64 {
         if self.waits(bodies, disk) {
             return 0.0;
@@ -214,7 +214,7 @@ impl GrainState {
         bodies.radii[disk] - self.feed.missing(disk as u32)
     }
 
-    /// Puts the disks of the wheel's face where the wheel is, at the sideways displacement `x` (m).
+    /// Puts the disks of the face at the position of the wheel, with the sideways displacement `x` (m).
     pub fn place_face(&mut self, bodies: &Bodies, x: f64) {
         self.centres.truncate(bodies.first_face());
         let y = self.wheel.position[1];
@@ -222,7 +222,7 @@ impl GrainState {
             .extend(bodies.face.iter().map(|[dx, dy]| [dx + x, dy + y]));
     }
 
-    /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; glued disks are moved by their boundary.
+    /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; their boundary moves glued disks.
     pub fn drift(&mut self, bodies: &Bodies, time: f64) {
         for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
             centre[0] += time * velocity[0];
@@ -238,7 +238,7 @@ impl GrainState {
         }
     }
 
-    /// Puts the points of the surface that glued disks carry where these are.
+    /// Moves the points of the surface that glued disks carry with these disks.
     pub fn carry_surface(&mut self, bodies: &Bodies) {
         let glued = &self.centres[bodies.free..bodies.first_face()];
         bodies.surface.carry(glued, &mut self.surface);
@@ -284,7 +284,7 @@ impl GrainState {
         grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
     }
 
-    /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, whatever its face.
+    /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, with any face.
     pub fn on_wheel(&self, bodies: &Bodies) -> impl Iterator<Item = [f64; 2]> {
         let pressing = self.list.pressing();
         let on_wheel = pressing.filter(|slot| bodies.is_wheel(slot.b as usize));
@@ -300,7 +300,7 @@ impl GrainState {
         let mut stored = [0.0; 4];
         for slot in &self.list.slots {
             let bonded = bonds.find((slot.a, slot.b));
-            // Under an attraction that nothing but the contact bears no force is left, and the pair touches all the same.
+            // Where only the contact bears an attraction, the total force is 0 although the pair touches.
             let idle = slot.force == [0.0; 2] && slot.attraction == 0.0 && slot.last_gap >= 0.0;
             let force = match bonded {
                 None if idle => continue,
@@ -311,7 +311,7 @@ impl GrainState {
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             let [normal, tangential] = law.stored(force);
             let parts = 1.0 + slot.joined;
-            // A damper is no spring.
+            // The force of a damper stores nothing.
             stored[0] += match law.springs {
                 Some(s) if law.is_damped() => {
                     0.5 * s.normal / parts * slot.last_gap.min(0.0).powi(2)

@@ -1,4 +1,4 @@
-//! Bounds on the step that the stiffness of contacts and bonds sets.
+//! Bounds on the step from the stiffness of contacts and bonds.
 
 use protocol::AccuracyLimit;
 
@@ -8,20 +8,20 @@ use crate::bodies::geometry::range;
 use crate::contact::bond::Bond;
 use crate::step::state::GrainState;
 
-/// Largest h omega of a contact spring whose rebound the step leaves nine tenths of: e = exp(-pi h omega / 2).
+/// Largest h omega of a contact spring whose rebound keeps nine tenths of its speed: e = exp(-pi h omega / 2).
 const ELASTIC: f64 = 0.067;
 
-/// Bounds that the stiffness of the contacts sets, above which results depend on the step.
+/// Bounds from the stiffness of the contacts, above which results depend on the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StiffnessBounds {
-    /// Longest step with a unique end whatever bond fails in it, see [`step_limit`] (s).
+    /// Longest step with a unique end for any failure of bonds, see [`step_limit`] (s).
     pub bonds_s: Option<f64>,
     /// omega = sqrt(kn/m) of the two lightest grains on a contact spring, m their reduced mass (1/s).
     omega: Option<f64>,
 }
 
 impl StiffnessBounds {
-    /// The bounds of the bodies of a start, with its bonds and those that may come to be.
+    /// The bounds for the bodies of a start, with its bonds and the bonds that healing may make.
     pub fn new(bodies: &Bodies, state: &GrainState) -> StiffnessBounds {
         let heals = bodies.heals();
         let near = state.list.slots.iter().filter(|_| heals);
@@ -56,8 +56,8 @@ impl StiffnessBounds {
         bonds.into_iter().chain(springs).collect()
     }
 
-    /// Restitution that a step (s) leaves of an elastic rebound of the two lightest grains, the least and the most over the phases of first
-    /// touch, without dampers.
+    /// Restitution of an elastic rebound of the two lightest grains in steps of this length (s), least and most over the phases of first touch,
+    /// without dampers.
     pub fn restitution(&self, step: f64) -> Option<[f64; 2]> {
         self.omega.map(|omega| numerical_restitution(step * omega))
     }
@@ -78,8 +78,8 @@ pub fn numerical_restitution(h: f64) -> [f64; 2] {
     range(phases)
 }
 
-/// The longest step in which the end of a step is unique whatever fails in it, h < 1/(sqrt(3) omega) with
-/// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds of this state. 1/m_eff of a cluster is 1/M + a^2/I.
+/// The longest step whose end is unique for any failure of bonds, h < 1/(sqrt(3) omega) with omega = sqrt(l Cn / m_eff) (s); the smallest over all
+/// bonds of this state. 1/m_eff of a cluster is 1/M + a^2/I.
 pub fn step_limit(bodies: &Bodies, state: &GrainState, bonds: &[Bond]) -> Option<f64> {
     let law = bodies.law.cohesion?;
     let positions = state.positions(bodies);
@@ -100,10 +100,10 @@ pub fn step_limit(bodies: &Bodies, state: &GrainState, bonds: &[Bond]) -> Option
 mod tests {
     use super::*;
 
-    /// Published for small steps; and by hand at h omega = 1 from the middle of a step: the first step leaves
-    /// v = (-1 - 0.5)/2 = -0.75 at g = -0.25, then v = (-0.75 + 0.25)/2 = -0.25 at -0.5, 0.125 at -0.375, 0.25 at -0.125.
+    /// Published for small steps; and by hand at h omega = 1 from the middle of a step: after the first step v = (-1 - 0.5)/2 = -0.75 at g = -0.25,
+    /// then v = (-0.75 + 0.25)/2 = -0.25 at -0.5, 0.125 at -0.375, 0.25 at -0.125.
     #[test]
-    fn the_step_takes_the_rebound_of_a_spring() {
+    fn the_step_damps_the_rebound_of_a_spring() {
         for h in [1e-3, 1e-2, 0.05] {
             let [low, high] = numerical_restitution(h);
             let exact = (-std::f64::consts::FRAC_PI_2 * h).exp();

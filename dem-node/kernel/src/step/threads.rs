@@ -4,7 +4,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::KernelError;
 
-/// A pool of so many threads, `None` where the calling one suffices.
+/// A pool of this many threads, `None` where the calling thread suffices.
 pub fn pool(threads: usize) -> Result<Option<ThreadPool>, KernelError> {
     if threads <= 1 {
         return Ok(None);

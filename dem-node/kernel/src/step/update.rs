@@ -13,7 +13,7 @@ use crate::solver::pieces::first_bond;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
 
-/// Contacts with all that a step changes of them: their slots, and the bonds of the state.
+/// Contacts with the data that a step changes: their slots, and the bonds of the state.
 struct UpdatePiece<'a> {
     contacts: &'a [Contact],
     /// Slot of each contact.
@@ -61,9 +61,9 @@ impl Cut for UpdatePiece<'_> {
 pub(super) struct OuterImpulses {
     /// On the grains.
     pub on_grains: [f64; 2],
-    /// Half the sum of their sizes.
+    /// Half the sum of their absolute values.
     pub transmitted: f64,
-    /// Of the grains on the wheel, sideways.
+    /// From the grains on the wheel, sideways.
     pub on_wheel: f64,
     /// Work of friction on segments of the surface, contact by contact (J).
     pub rubbed: Vec<(usize, f64)>,
@@ -94,7 +94,7 @@ impl OuterImpulses {
 }
 
 impl Stepper {
-    /// Stores forces and springs, adds up the losses, sums forces and overlaps; in pieces, where there are many contacts.
+    /// Stores forces and springs, and sums losses, forces and overlaps; in pieces with many contacts.
     pub(super) fn update_contacts(
         &mut self,
         state: &mut GrainState,
@@ -151,7 +151,7 @@ impl Stepper {
         (summary, outer)
     }
 
-    /// Stores the couples, and books what they took: as slip, the impulse times the relative spin.
+    /// Stores the couples, and records their loss as slip, the impulse times the relative spin.
     fn update_couples(&self, state: &mut GrainState, input: &StepInput, slots: &mut [Slot]) {
         for couple in &self.problem.couples {
             let contact = &self.problem.contacts[couple.contact as usize];
@@ -164,7 +164,7 @@ impl Stepper {
                 velocity: [0.0, spin],
                 change: [0.0, spin - couple.spin(before)],
                 theta: input.theta,
-                // At the velocity of the law, so that it never gives energy; the scheme keeps its own loss.
+                // Taken at the velocity of the law, so that it never creates energy; the scheme keeps its own loss.
                 elastic: false,
                 ..ContactStep::default()
             };
@@ -172,7 +172,7 @@ impl Stepper {
         }
     }
 
-    /// Bonds of pairs that have been pressed together for long enough.
+    /// Makes the bonds of pairs that have been pressed together for long enough.
     fn make_bonds(
         &self,
         state: &mut GrainState,
@@ -209,7 +209,7 @@ impl Stepper {
         }
     }
 
-    /// Adds the attractions to the impulses of their contacts, and books what they lost.
+    /// Adds the attractions to the impulses of their contacts, and records their losses.
     fn update_attractions(
         &mut self,
         state: &mut GrainState,
@@ -302,7 +302,7 @@ impl Stepper {
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let springs = input.bodies.law_at(contact.pair_law).springs;
-        // Of a spring it only counts with the weight 1 - theta.
+        // For a spring it counts only with the weight 1 - theta.
         let before = if input.theta == 1.0 && springs.is_some() {
             velocity
         } else {
@@ -312,7 +312,7 @@ impl Stepper {
         let stretched = own.map_or(0.0, |s| {
             -contact.impulse[1] * (1.0 + slot.joined) / (input.step * s.tangential)
         });
-        // A compliant boundary puts its disks where its own body says: this ledger has no account of that. Feet are sought anew.
+        // The body of a compliant boundary places its disks: this ledger has no account for that. Feet are found again in each step.
         let on_disk = contact.glued && (slot.b as usize) < input.bodies.first_segment();
         let [last_gap, turned] = if on_disk && self.problem.boundary.is_compliant() {
             [contact.gap, 0.0]
@@ -356,7 +356,7 @@ impl Stepper {
     }
 }
 
-/// Adds the impulse of a contact to the forces on the wheel, and between the free grains and everything else.
+/// Adds the impulse of a contact to the forces on the wheel, and to the forces between the free grains and all other bodies.
 fn add_push(
     bodies: &Bodies,
     contact: &Contact,
@@ -371,7 +371,7 @@ fn add_push(
     }
 }
 
-/// Way (m) by which two disks have come apart along the line of their centres, passing each other by s in the last step: s^2/(2 d), d being
+/// Way (m) by which two disks have come apart along the line of their centres while they passed each other by s in the last step: s^2/(2 d), d being
 /// the distance of the centres.
 #[inline(always)]
 fn turn(input: &StepInput, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> f64 {
@@ -396,7 +396,7 @@ fn passing(bodies: &Bodies, state: &GrainState, slot: &Slot) -> [f64; 2] {
             state.velocity_of(bodies, body)
         }
     };
-    // Over an array of both this is a call and two copies.
+    // With an array of both this would be a call and two copies.
     let (a, b) = (velocity(slot.a as usize), velocity(slot.b as usize));
     [a[0] - b[0], a[1] - b[1]]
 }

@@ -1,4 +1,4 @@
-//! The wear of bare surfaces: work of friction on each segment, and how deep each point lies, see [`super::detachment`].
+//! The wear of bare surfaces: work of friction on each segment, and depth of each point, see [`super::detachment`].
 
 use serde::{Deserialize, Serialize};
 
@@ -6,11 +6,9 @@ use crate::bodies::Bodies;
 
 kit::results! {
     /// # Flows of third body
-    /// - `detached_kg`: Steel that has come off bare surfaces, whether or not it has come as
-    ///   grains.
-    /// - `detached_waiting_kg`: The part of it that waits for a whole grain, or for a gap to begin
-    ///   in.
-    /// - `detached_depth_max_m`: Largest depth of what has come off.
+    /// - `detached_kg`: Steel that has come off bare surfaces, as grains or not yet.
+    /// - `detached_waiting_kg`: Part of `detached_kg` that is not yet a whole grain, or has no gap to begin in.
+    /// - `detached_depth_max_m`: Largest depth that has come off.
     /// - `surface_friction_j`: Work of friction on bare surfaces.
 }
 
@@ -19,13 +17,13 @@ kit::results! {
 pub struct Worn {
     /// Work of friction on each segment since its last layer (J).
     pub(super) work: Vec<f64>,
-    /// Displacement of each point by what has come off it (m).
+    /// Displacement of each point by the steel that has come off (m).
     pub(super) offsets: Vec<[f64; 2]>,
-    /// Scaled mass that has gone (kg).
+    /// Scaled mass that has come off (kg).
     pub mass: f64,
     /// Work of all friction on segments, and the part of it that would have taken layers beyond the limit (J).
     pub done: [f64; 2],
-    /// The segment that gave last.
+    /// The segment that lost the last layer.
     pub(super) last: u32,
 }
 
@@ -47,25 +45,25 @@ impl Worn {
         }
     }
 
-    /// True for a surface of which something may come off.
+    /// True for a surface that may lose steel.
     pub fn detaches(&self) -> bool {
         !self.work.is_empty()
     }
 
-    /// Moves points from where their body has them (m).
+    /// Moves points from their positions on the body by the worn depth (m).
     pub fn lower(&self, points: &mut [[f64; 2]]) {
         for (point, [x, y]) in points.iter_mut().zip(&self.offsets) {
             *point = [point[0] + x, point[1] + y];
         }
     }
 
-    /// Depth at a point (m), 0 at those that glued disks carry.
+    /// Depth at a point (m), 0 at points that glued disks carry.
     pub fn depth(&self, point: usize) -> f64 {
         self.offsets.get(point).map_or(0.0, |[x, y]| x.hypot(*y))
     }
 
-    /// Results, `real` being the part of the scaled masses that is: masses (kg) that have gone, and of those what waits for a whole grain or a gap, the largest depth (m), and the work of
-    /// friction on bare surfaces (J).
+    /// Results, `real` being the unscaled mass over the scaled mass: the mass that has come off and its part that is no grain yet (kg), the largest
+    /// depth (m), and the work of friction on bare surfaces (J).
     pub fn results(&self, delivered: f64, real: f64) -> Vec<(&'static str, f64)> {
         let depths = (0..self.offsets.len()).map(|point| self.depth(point));
         vec![

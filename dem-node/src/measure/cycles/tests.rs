@@ -1,4 +1,4 @@
-//! Histories by hand: what is straight over time is exact wherever the steps lie.
+//! Histories by hand: quantities that are linear in time are exact for any steps.
 
 use dem_kernel::step::state::WheelState;
 
@@ -25,7 +25,7 @@ fn program(cycles: f64) -> WheelProgram {
     }
 }
 
-/// The cycles of so many steps, each by its number from 1 on and the time at its end.
+/// The cycles of a number of steps, each from its number, from 1 on, and the time at its end.
 fn cycles(cycles: f64, length: f64, steps: u32, step: impl Fn(u32, f64) -> Step) -> WheelCycles {
     let mut all = WheelCycles::new(step(0, 0.0).height, 1e-3);
     for number in 1..=steps {
@@ -66,8 +66,8 @@ fn close(value: f64, expected: f64) {
     );
 }
 
-/// Steps of 0.3 ms end neither where a cycle does nor where the wheel passes D = 0. T falls from 5 N at t_s by 0.4 N/ms: 3 N and 1 N in
-/// the middle and at the end of the first cycle, -1 N and -3 N in the second. N is 4 |T|, but 0 in each third step.
+/// Steps of 0.3 ms end neither at the end of a cycle nor where the wheel passes D = 0. T falls from 5 N at t_s by 0.4 N/ms: 3 N and 1 N in the middle
+/// and at the end of the first cycle, -1 N and -3 N in the second. N is 4 |T|, but 0 in each third step.
 #[test]
 fn a_straight_history_is_exact_between_the_ends_of_steps() {
     let history = |number: u32, t: f64| {
@@ -98,7 +98,7 @@ fn a_straight_history_is_exact_between_the_ends_of_steps() {
 
 /// Steps of 0.25 ms: 40 a cycle, and 8 before the first. The wheel sinks by 1 um a step, rises by 2, and sinks by 50.
 #[test]
-fn each_cycle_has_its_own_numbers_and_one_that_is_cut_has_none() {
+fn each_cycle_has_its_own_numbers_and_a_cut_cycle_has_none() {
     let done = |number: u32| [8, 48, 88].map(|start| number.clamp(start, start + 40) - start);
     let history = |number: u32, _: f64| {
         let [first, second, third] = done(number).map(f64::from);
@@ -143,7 +143,7 @@ fn each_cycle_has_its_own_numbers_and_one_that_is_cut_has_none() {
         [2.0, 12e-3, 22e-3, -80e-6, 200.0, 4.0, 0.5],
     ];
     assert_eq!(rows.len(), 2);
-    // Of the last columns there is a test where their quantities are.
+    // Other tests check the last columns.
     let rows = [0, 1].map(|row| rows[row][..7].to_vec());
     for (value, expected) in rows.concat().into_iter().zip(expected.concat()) {
         close(value, expected);
@@ -168,7 +168,7 @@ fn without_a_full_cycle_there_are_neither_results_nor_a_table() {
     }
 }
 
-/// A wheel that presses nothing has no ratio of forces, and no result of that name.
+/// A wheel without a force has no ratio of forces, and no such result.
 #[test]
 fn a_wheel_in_the_air_has_no_friction() {
     let falling = |_: u32, t: f64| Step {

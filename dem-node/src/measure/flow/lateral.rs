@@ -14,12 +14,13 @@ kit::results! {
     /// - `lateral_j`: Energy of the grains that left the plane since the start.
 }
 
-/// Sets these random numbers apart from others.
+/// Separates these random numbers from others.
 const STREAM: u64 = 0x4c61_7465;
 
 impl Flow {
-    /// Takes third body out of the zone sideways, at its mass over `flow.lateral.time_s`, after a step of the length `step` (s): grains drawn by
-    /// chance, one when half a mean grain is due, so that what has left is right within a half. Returns their numbers.
+    /// Takes third body out of the zone sideways, at the rate of its mass over `flow.lateral.time_s`, after a step of the length `step` (s). Grains
+    /// are drawn at random, one when half a mean grain is due, so that the mass that has left is right within half a grain. Returns the numbers of
+    /// the grains.
     pub fn leave_sideways(
         &mut self,
         scene: &FlowScene,

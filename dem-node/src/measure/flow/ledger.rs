@@ -14,13 +14,13 @@ kit::results! {
     /// - `q_recirculated_kg`: Qr: mass that came back into the zone.
     /// - `q_entered_kg`: Mass that came into the zone for the first time by its own motion.
     /// - `q_entered_by_zone_kg`: Mass that the moving zone took in.
-    /// - `q_wear_kg`: Qw: mass that stayed outside for the time that the scenario calls wear.
-    /// - `q_wear_returned_kg`: Mass that came back after that.
-    /// - `q_internal_net_kg`: Qi: mass through the section x = 0 towards +x, less that towards -x.
+    /// - `q_wear_kg`: Qw: mass that stayed outside for `flow.wear_s`.
+    /// - `q_wear_returned_kg`: Worn mass that came back.
+    /// - `q_internal_net_kg`: Qi: mass through the section x = 0 towards +x, less the mass towards -x.
     /// - `q_internal_abs_kg`: Mass through the section x = 0 in both directions together.
 }
 
-/// Real masses since the start (kg), each of which only grows but `internal_net`.
+/// Unscaled masses since the start (kg); all but `internal_net` only grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MassLedger {
     /// Qs: turned from first to third body in the zone.
@@ -45,18 +45,18 @@ pub struct MassLedger {
     pub injected: f64,
     /// Qw: stayed outside for T_w.
     pub wear: f64,
-    /// Came back after that, whichever way.
+    /// Came back after that, by any motion.
     pub wear_returned: f64,
     /// Ql: left the zone sideways, out of the plane.
     pub lateral: f64,
-    /// Qi: through the section x = 0 towards +x, less that towards -x.
+    /// Qi: through the section x = 0 towards +x, less the mass towards -x.
     pub internal_net: f64,
     /// Through that section in both directions.
     pub internal_abs: f64,
 }
 
 impl MassLedger {
-    /// Masses that brought third body into the zone, and those that took it away (kg).
+    /// Masses that came into the zone as third body, and masses that went (kg).
     fn sides(&self) -> [f64; 2] {
         [
             self.source + self.external + self.recirculated + self.entered + self.covered,
@@ -70,7 +70,7 @@ impl MassLedger {
         came - went
     }
 
-    /// All that came and went (kg).
+    /// Sum of the masses that came and went (kg).
     pub fn turnover(&self) -> f64 {
         let [came, went] = self.sides();
         came + went

@@ -126,7 +126,7 @@ fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
     let bodies: Vec<FlowBody> = trial.flow.bodies().collect();
     use FlowBody::{First, Stock, Third};
     assert_eq!(bodies, [First, First, First, Stock, First]);
-    // 1 s: the zone comes to be, over the initial stock, which is no source.
+    // 1 s: the zone appears over the initial stock, which is no source.
     let stock = MassLedger {
         covered: 8.0,
         ..MassLedger::default()
@@ -210,8 +210,8 @@ fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
 }
 
 #[test]
-fn what_crosses_and_changes_in_one_step_is_counted_once() {
-    // Detached where it is at the end of the step: outside, and it did not leave as third body.
+fn a_grain_that_crosses_and_changes_in_one_step_counts_once() {
+    // It is detached at its position at the end of the step: outside, and it did not leave as third body.
     let mut trial = Trial::new();
     trial.step(&[]);
     trial.detach();
@@ -224,7 +224,7 @@ fn what_crosses_and_changes_in_one_step_is_counted_once() {
         [held.entered, held.recirculated, held.reattached],
         [4.0, 0.0, 4.0]
     );
-    // A new life: what it was before makes neither recirculation nor wear.
+    // A new life: its past makes neither recirculation nor wear.
     trial.detach();
     assert_eq!(trial.step(&[]).source, 4.0);
     trial.step(&[(2, 4.0)]);
@@ -245,7 +245,7 @@ fn a_grain_that_is_back_when_it_would_be_worn_is_not() {
         [back.ejected, back.wear, back.recirculated],
         [8.0, 0.0, 8.0]
     );
-    // Its time starts anew when it leaves again, 5 s, and is over at 7 s.
+    // Its time starts again when it leaves again, 5 s, and is over at 7 s.
     let waits = [-3.5, -3.6, -3.7].map(|x| trial.step(&[(3, x)]).wear);
     assert_eq!(waits, [0.0, 0.0, 8.0]);
 }
@@ -267,14 +267,14 @@ fn the_zone_moves_when_an_end_is_off_by_more_than_the_hysteresis() {
         [taken.covered, taken.recirculated, taken.wear_returned],
         [16.0, 0.0, 8.0]
     );
-    // A wheel that bears nothing leaves the zone where it was.
+    // A wheel without a load leaves the zone unchanged.
     trial.state.list.slots.clear();
     trial.step(&[]);
     assert_eq!(trial.ends(), [-3.0, 3.0]);
 }
 
 #[test]
-fn the_zone_leaves_out_what_carries_less_than_its_share() {
+fn the_zone_leaves_out_grains_that_carry_less_than_its_share() {
     let mut trial = Trial::new();
     let wheel = |a: u32, force: f64| Slot {
         a,
@@ -291,7 +291,7 @@ fn the_zone_leaves_out_what_carries_less_than_its_share() {
     assert_eq!(trial.ends(), [-3.0, 11.0]);
 }
 
-/// The disks of its face are the wheel.
+/// The disks of the face belong to the wheel.
 #[test]
 fn a_wheel_of_disks_has_a_zone_as_a_flat_one() {
     let mut trial = Trial::new();
@@ -302,8 +302,8 @@ fn a_wheel_of_disks_has_a_zone_as_a_flat_one() {
     assert_eq!(trial.ends(), [-3.0, 3.0]);
 }
 
-/// Over ten seconds a step of one second has the share 1 - exp(-1/10) of the mean: a grain that has carried half of the wheel for
-/// so long counts until what is left of it is less than half a per cent of all, exp(-t/10)/2 < 0.005.
+/// Over ten seconds a step of one second has the share 1 - exp(-1/10) of the mean: a grain that has long carried half of the wheel counts until its
+/// remaining share is below half a per cent, exp(-t/10)/2 < 0.005.
 #[test]
 fn the_zone_follows_the_mean_force_over_its_time() {
     let mut trial = Trial::new();
@@ -364,9 +364,9 @@ fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
     assert_eq!([back.recirculated, trial.flow.held], [8.0, 24.0]);
 }
 
-/// The zone is [-3, 3] when the motion begins: its middle half is [-1.5, 1.5], 3 m long, wherever the zone goes then.
+/// The zone is [-3, 3] when the motion begins: its middle half is [-1.5, 1.5], 3 m long, and stays there when the zone moves.
 #[test]
-fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
+fn third_body_per_length_is_taken_in_a_middle_that_stays() {
     let name = "third_body_per_length_kg_per_m";
     let mut trial = Trial::new();
     trial.scene.middle_from = 2.0;
@@ -385,7 +385,7 @@ fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
         (trial.flow.per_length(), trial.flow.held),
         (4.0 / 3.0, 12.0)
     );
-    // The zone leaves grain 3 behind, then holds it again: the middle does not care.
+    // The zone leaves grain 3 behind, then holds it again: the middle does not change.
     trial.step(&[(3, -1.0), (0, 0.5)]);
     assert_eq!(trial.ends(), [-0.5, 3.0]);
     assert_eq!((trial.flow.per_length(), trial.flow.held), (4.0, 4.0));
@@ -396,7 +396,7 @@ fn third_body_per_length_is_that_of_a_middle_that_stays_where_it_was() {
 
 /// A strip of 12 m, from -4 to 8: grain 4 at 10 lies in it at -2. All of it is zone from the first step on, and nothing leaves it.
 #[test]
-fn what_leaves_a_strip_on_one_side_has_entered_it_on_the_other() {
+fn a_grain_that_leaves_a_strip_on_one_side_enters_it_on_the_other() {
     let mut trial = Trial::new();
     trial.bodies.period = Some(Period::between([-4.0, 8.0]));
     trial.flow = Flow::new(&trial.scene.config, &trial.bodies, &trial.state);
@@ -409,9 +409,9 @@ fn what_leaves_a_strip_on_one_side_has_entered_it_on_the_other() {
     };
     assert_eq!(trial.step(&[]), start);
     assert_eq!(trial.ends(), [-4.0, 8.0]);
-    // Over the seam at 8, which is no place.
+    // Over the seam at 8, which does not count.
     assert_eq!(trial.step(&[(2, 9.0), (3, -4.5)]), start);
-    // The image of x = 0 at 12 to the right, that of -12 to the left.
+    // The image of x = 0 at 12 to the right, the image at -12 to the left.
     let passed = MassLedger {
         internal_net: -4.0,
         internal_abs: 12.0,
@@ -449,7 +449,7 @@ fn the_zone_below_a_lid_goes_from_its_first_disk_to_its_last() {
     assert_eq!((stock.covered, trial.ends()), (8.0, [-4.0, 4.0]));
     // Grains 0 to 3 are below it: 0.5 x 100 x 15 kg x 25 m2/s2 over 100 N x 1.5 m.
     assert_eq!(trial.flow.kinetic_share(), 125.0);
-    // The lid goes on, and leaves grain 3 behind.
+    // The lid moves, and leaves grain 3 behind.
     let gone = trial.step(&[(3, -2.5), (6, -1.5), (7, 5.5)]);
     assert_eq!((gone.uncovered, gone.ejected), (8.0, 0.0));
     assert_eq!(trial.ends(), [-2.0, 6.0]);
@@ -465,8 +465,8 @@ const STAYS: f64 = 40.0;
 const STEP: f64 = 0.1;
 const STEPS: u32 = 3000;
 
-/// Grains of 1 kg in a strip that repeats, which come at a rate by the third body there (kg/s) and leave sideways: as one comes the state is
-/// changed. Third body must be within two grains of `expected` at each time, as coming and leaving are each off by one at most.
+/// Grains of 1 kg in a strip that repeats, which come at a rate that depends on the third body there (kg/s), by `come`, and leave sideways. Third
+/// body must be within two grains of `expected` at each time, as coming and leaving are each off by one at most.
 fn drained(
     mut state: GrainState,
     rate: impl Fn(f64) -> f64,

@@ -1,4 +1,4 @@
-//! The contact zone: the part of the x axis that carries the wheel, or that lies below a lid, or the whole of a strip that repeats.
+//! The contact zone: the part of the x axis that carries the wheel, the part below a lid, or the whole of a strip that repeats.
 
 use std::collections::BTreeMap;
 
@@ -16,11 +16,10 @@ pub struct Zone {
 }
 
 impl Zone {
-    /// The interval that carries the wheel, widened by the margin; `diameter` is the mean one (m). `None` where the wheel bore
-    /// nothing so far.
+    /// The interval that carries the wheel, widened by the margin; `diameter` is the mean diameter (m). `None` while the wheel has borne no load.
     ///
-    /// By ascending x of the loads, the end is the first with which the sum of the normal forces exceeds half of what `zone_share`
-    /// leaves; the other end likewise from the other side.
+    /// By ascending x of the loads, the end is the first load with which the sum of the normal forces exceeds half of the part beyond `zone_share`;
+    /// the other end follows likewise from the other side.
     pub fn find(config: &FlowConfig, loads: &ZoneLoads, diameter: f64) -> Option<Zone> {
         let total = loads.force();
         let dropped = 0.5 * (1.0 - config.zone_share) * total;
@@ -31,7 +30,7 @@ impl Zone {
         Some(Zone { ends })
     }
 
-    /// The zone with each end where it was, unless the new one is further off than `slack` (m).
+    /// The zone with each end kept, unless the new end is further off than `slack` (m).
     pub fn moved_to(self, new: Zone, slack: f64) -> Zone {
         let follow = |k: usize| {
             if (new.ends[k] - self.ends[k]).abs() > slack {
@@ -58,8 +57,7 @@ impl Zone {
     }
 }
 
-/// The normal force on the wheel over x, averaged over some time: a loose layer carries it by few grains at a time, and by others
-/// after the next step.
+/// The normal force on the wheel over x, averaged over some time: in a loose layer a few grains carry it, and others after the next step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ZoneLoads {
     /// Force (N) and its mean x (m) in cells of a mean diameter each, by ascending x.
@@ -67,8 +65,7 @@ pub struct ZoneLoads {
 }
 
 impl ZoneLoads {
-    /// Takes the forces of a state into the exponential mean, whose older part loses this `share`; `diameter` is the mean
-    /// one (m).
+    /// Adds the forces of a state to the exponential mean, whose older part loses this `share`; `diameter` is the mean diameter (m).
     pub fn update(&mut self, bodies: &Bodies, state: &GrainState, diameter: f64, share: f64) {
         self.cells.retain(|_, [force, _]| {
             *force *= 1.0 - share;

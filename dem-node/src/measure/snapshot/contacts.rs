@@ -7,8 +7,8 @@ use kit::vtk::{DatasetKind, VtkFile};
 use super::parts::{FieldScene, cells, points, poly_data};
 use crate::measure::loads::shown;
 
-/// Distance from the friction limit, over it, below which a contact counts as sliding: rounding, as every local solution lies on
-/// its limit or inside.
+/// Relative distance from the friction limit below which a contact counts as sliding. It allows for rounding, as every local solution lies on its
+/// limit or inside.
 const ON_THE_LIMIT: f64 = 1e-6;
 
 /// A contact between two disks, or of a disk with a wall or a smooth wheel.
@@ -17,14 +17,14 @@ struct Line {
     gap: f64,
     /// 0 without bond.
     adhesion: f64,
-    /// The point on the wall or the wheel that is touched (m); none between two disks.
+    /// The point of contact on a wall or the wheel (m); `None` between two disks.
     face: Option<[f64; 2]>,
 }
 
 /// Contacts as lines between the centres of two disks, or from a centre to the point of a wall or a smooth wheel that it touches.
-/// In a strip that repeats those across its seam are left out. Data: force_n (normal, compression positive, and tangential), gap_m
-/// (negative where they overlap), status (1 stick, 2 slip, 3 bonded), partner of the disk (0 disk, 1 wheel, 2 wall, 3 surface), of a
-/// cohesive law also adhesion.
+/// In a strip that repeats, contacts across its seam are left out. Data: force_n (normal, compression positive, and tangential), gap_m (negative
+/// where they overlap), status (1 stick, 2 slip, 3 bonded), partner of the disk (0 disk, 1 wheel, 2 wall, 3 surface), with a cohesive law also
+/// adhesion.
 pub(super) fn file(scene: &FieldScene) -> VtkFile {
     let lines = lines(scene);
     let disks = scene.bodies.disks();
@@ -78,7 +78,7 @@ fn lines(scene: &FieldScene) -> Vec<Line> {
     seen.map(line).collect()
 }
 
-/// A line from one end of the strip to the other would be no contact.
+/// True for a contact that would be a line from one end of the strip to the other.
 fn across_the_seam(scene: &FieldScene, slot: &Slot) -> bool {
     let Some(period) = scene.bodies.period else {
         return false;
@@ -91,7 +91,7 @@ fn across_the_seam(scene: &FieldScene, slot: &Slot) -> bool {
     (a - b).abs() > 0.5 * period.length
 }
 
-/// Numbers of the points of all lines; those on faces follow the centres of so many disks.
+/// Numbers of the points of all lines; points on faces follow the centres of the disks.
 fn ends(lines: &[Line], disks: usize) -> Vec<f64> {
     let mut faces = (disks..).map(|point| point as f64);
     let ends = lines.iter().flat_map(|line| {

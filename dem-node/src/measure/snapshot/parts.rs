@@ -1,4 +1,4 @@
-//! Parts that the files of grains and of contacts share.
+//! Parts shared by the files of grains and of contacts.
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::state::GrainState;
@@ -14,7 +14,7 @@ pub struct FieldScene<'a> {
     pub bodies: &'a Bodies,
     /// Their state.
     pub state: &'a GrainState,
-    /// The flows of third body, where they are followed.
+    /// The flows of third body, where they are measured.
     pub flow: Option<&'a Flow>,
     /// Centres of all disks at the start (m).
     pub start: &'a [[f64; 2]],
@@ -22,7 +22,7 @@ pub struct FieldScene<'a> {
     pub thickness: f64,
 }
 
-/// PolyData of so many points, vertices and lines.
+/// PolyData of these numbers of points, vertices and lines.
 pub(super) fn poly_data([points, vertices, lines]: [usize; 3]) -> VtkFile {
     let sizes = [
         ("NumberOfPoints", points),
@@ -34,7 +34,7 @@ pub(super) fn poly_data([points, vertices, lines]: [usize; 3]) -> VtkFile {
     VtkFile::new("PolyData", &sizes)
 }
 
-/// Centres of all disks, a strip that repeats being drawn once, and more points.
+/// Centres of all disks, folded into a strip that repeats, and more points.
 pub(super) fn points(file: &mut VtkFile, scene: &FieldScene, more: impl Iterator<Item = [f64; 2]>) {
     let centres = scene.state.centres.iter().copied();
     let points = centres.chain(more).map(|point| {
@@ -44,7 +44,7 @@ pub(super) fn points(file: &mut VtkFile, scene: &FieldScene, more: impl Iterator
     file.array(DatasetKind::Float64, "points", points);
 }
 
-/// Cells of so many points each.
+/// Cells of `points` points each.
 pub(super) fn cells(
     file: &mut VtkFile,
     points: usize,

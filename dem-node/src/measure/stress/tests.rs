@@ -127,7 +127,7 @@ fn a_square_lattice_has_the_force_over_a_diameter_as_stress_in_all_and_in_each_c
 }
 
 /// Rows of 8 touching disks in a strip that repeats, each row shifted by a radius. sigma = sum f_k n_k n_k / (sqrt(3) r t) over the
-/// contacts at 0, 60 and 120 degrees: a disk has 2 sqrt(3) r^2 for itself.
+/// contacts at 0, 60 and 120 degrees: a disk has an area of 2 sqrt(3) r^2.
 #[test]
 fn a_triangular_lattice_has_the_stress_of_its_three_forces() {
     let forces = [5.0, 2.0, 3.0];
@@ -155,7 +155,7 @@ fn a_triangular_lattice_has_the_stress_of_its_three_forces() {
         state.list.slots.push(slot(i, right, [forces[1], 0.0]));
         state.list.slots.push(slot(i, left, [forces[2], 0.0]));
     }
-    // Five of the nine rows: the outer ones have no neighbours on one side, and their tiles reach into the next ones.
+    // Five of the nine rows: the outer rows have no neighbours on one side, and their tiles reach into the next rows.
     let config = StressConfig {
         y_m: Some([1.5 * height, 6.5 * height]),
         at_s: None,
@@ -219,11 +219,11 @@ fn strained(hexagonal: bool, angle: f64, [xx, yy, xy]: [f64; 3]) -> (Bodies, Gra
     (bodies, state)
 }
 
-/// sigma = -(1/A t) sum (strain . L) L over the three branches L that a disk has to itself, of an area A = 2 sqrt(3) R^2 (two of 4 R^2
-/// in the square): alike in both directions, the springs take the strain of L whole, and sum L L is 6 R^2 (4 R^2) times the unit
-/// tensor, so that sigma is -sqrt(3)/t (-1/t) times the strain.
+/// sigma = -(1/A t) sum (strain . L) L over the three branches L per disk, with the area A = 2 sqrt(3) R^2 (in the square two branches, 4 R^2): the
+/// springs are alike in both directions and take the whole strain of L, and sum L L is 6 R^2 (4 R^2) times the unit tensor, so that sigma is
+/// -sqrt(3)/t (-1/t) times the strain.
 #[test]
-fn a_lattice_has_its_stress_in_any_region_and_cell_whatever_their_edges_cut() {
+fn a_lattice_has_its_stress_in_any_region_and_cell_with_cut_edges() {
     let strain = [1e-3, -0.4e-3, 0.3e-3];
     for (hexagonal, modulus) in [(true, 3f64.sqrt()), (false, 1.0)] {
         let expected = strain.map(|strain| -modulus / THICKNESS * strain);
@@ -243,8 +243,8 @@ fn a_lattice_has_its_stress_in_any_region_and_cell_whatever_their_edges_cut() {
                 };
                 let map = StressMap::measure(&config, &bodies, &state, THICKNESS);
                 let map = map.expect("it is loaded");
-                let told = map.results();
-                let found = [told[0].1, told[1].1, told[2].1];
+                let results = map.results();
+                let found = [results[0].1, results[1].1, results[2].1];
                 let cells = map.cells.iter().map(|cell| cell.stress(map.cell_volume()));
                 for found in cells.chain([found]) {
                     for (found, expected) in found.into_iter().zip(expected) {
@@ -302,7 +302,7 @@ fn the_parts_of_the_grains_add_up_to_the_region() {
     }
 }
 
-/// Friction makes the tensor of one disk asymmetric: only its symmetric part is told.
+/// Friction makes the tensor of one disk asymmetric: only its symmetric part is reported.
 #[test]
 fn the_shear_of_a_disk_that_is_turned_is_the_symmetric_part() {
     let centres = vec![[0.0, 0.0], [2.0 * R, 0.0]];

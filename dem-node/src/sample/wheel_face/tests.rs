@@ -96,7 +96,7 @@ fn in_a_valley(cohesion: Option<Cohesion>, bonded: bool) -> Bodies {
     bodies
 }
 
-/// Gauss-Seidel to this tolerance in at most so many sweeps.
+/// Gauss-Seidel to this tolerance within a number of sweeps.
 fn sweeps(tolerance: f64, max_iterations: usize) -> Criteria {
     Criteria {
         algorithm: Algorithm::Nsgs,
@@ -115,8 +115,8 @@ fn grain() -> [Disk; 1] {
     }]
 }
 
-/// Both contacts make the angle t with the vertical, sin t = R/(R + r): each bears F / (2 cos t), the floor F. Without weight
-/// this is so from the first step on.
+/// Both contacts make the angle t with the vertical, sin t = R/(R + r): each bears F / (2 cos t), the floor F. Without weight this holds from the
+/// first step on.
 #[test]
 fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
     let bodies = in_a_valley(None, false);
@@ -151,7 +151,7 @@ fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
     }
 }
 
-/// Its disks go where the wheel goes, in a step of any theta.
+/// The disks of the face move with the wheel, in a step of any theta.
 #[test]
 fn the_disks_of_the_face_move_with_the_wheel() {
     let bodies = in_a_valley(None, false);

@@ -48,7 +48,7 @@ pub struct Body {
     pub connectivity: Option<Arc<Connectivity>>,
 }
 
-/// History and dissipation of a row of elements, both empty under a law without.
+/// History and dissipation of a row of elements, both empty under a law without history.
 #[derive(Default)]
 pub(crate) struct ElementRow<'a> {
     pub(crate) history: &'a mut [f64],
@@ -62,7 +62,7 @@ enum Element {
     FourPoint(Q4FourPoint),
 }
 
-/// The work of either kind of elements.
+/// Runs `$work` on either kind of elements.
 macro_rules! of_kind {
     ($element:expr, $elements:ident: $work:expr) => {
         match $element {
@@ -151,7 +151,7 @@ impl Body {
         }
     }
 
-    /// Takes components out of the equations of motion.
+    /// Removes components from the equations of motion.
     pub fn fix(&mut self, components: impl Iterator<Item = usize>) {
         for index in components {
             self.mass[index] = 0.0;
@@ -193,7 +193,7 @@ impl Body {
         }
     }
 
-    /// Forces of some elements of a row, whole packs of them, under the displacements of their corners.
+    /// Forces of some elements of a row, in whole packs, under the displacements of their corners.
     pub(crate) fn element_row(
         &self,
         row: usize,
@@ -301,7 +301,7 @@ impl Body {
         }
     }
 
-    /// Points in which an element has a stress of its own.
+    /// Number of points at which an element has its own stress.
     fn points(&self) -> usize {
         match &self.element {
             Element::OnePoint(_) => 1,
@@ -309,7 +309,7 @@ impl Body {
         }
     }
 
-    /// Blocks of [`HISTORY`] variables of an element: one for each point, and those of the hourglass modes.
+    /// Blocks of [`HISTORY`] variables of an element: one for each point, and the blocks of the hourglass modes.
     fn history_blocks(&self) -> usize {
         match &self.element {
             Element::OnePoint(_) => q4_1point::HISTORY_BLOCKS,
@@ -317,8 +317,8 @@ impl Body {
         }
     }
 
-    /// Plastic strain (pxx, pyy, 2 pxy) and its equivalent value at natural coordinates of an element: those of the
-    /// nearest point, at the centroid the mean over the points.
+    /// Plastic strain (pxx, pyy, 2 pxy) and its equivalent value at natural coordinates of an element: values of the nearest point, at the centroid
+    /// the mean over the points.
     pub fn plastic_strain(
         &self,
         history: &[f64],
@@ -357,7 +357,7 @@ impl Body {
     }
 }
 
-/// Tangent stiffness of one element: the derivative of the forces that the body gives it.
+/// Tangent stiffness of one element: the derivative of its forces in the body.
 pub fn stiffness(
     kind: ElementKind,
     corners: &[[f64; 2]; 4],

@@ -4,8 +4,8 @@ use super::layout::Layout;
 use crate::mesh::Mesh;
 use crate::pack::lanes::{LANES, Pack};
 
-/// N constants of each pack of elements, row after row; zero in the padding. A pack has all of its own side by side: one
-/// address gives them, and the loop over a row checks one bound for all.
+/// N constants of each pack of elements, row after row; zero in the padding. The constants of a pack lie side by side: they have one address, and a
+/// loop over a row checks one bound for all.
 #[derive(Clone, Debug)]
 pub(super) struct Constants<const N: usize> {
     packs: Vec<[Pack; N]>,
@@ -25,7 +25,7 @@ impl<const N: usize> Constants<N> {
         constants
     }
 
-    /// Those of the piece whose first column of elements is `first`.
+    /// Constants of the piece whose first column of elements is `first`.
     pub(super) fn piece(&self, layout: Layout, first: usize) -> Constants<N> {
         let mut piece = Constants::zero(layout);
         for (i, j) in (0..layout.rows).flat_map(|j| (0..layout.columns).map(move |i| (i, j))) {

@@ -103,9 +103,10 @@ pub(crate) struct StrainPath<'a> {
     pub(crate) u: CornerRows<'a>,
     /// Increments of the last step; empty under a law without history.
     pub(crate) du: CornerRows<'a>,
-    /// History of this row: for each point [`HISTORY`] arrays of [`crate::element::layout::Layout::padded_columns`]; empty under a law without.
+    /// History of this row: for each point [`HISTORY`] arrays of [`crate::element::layout::Layout::padded_columns`]; empty under a law without
+    /// history.
     pub(crate) history: &'a mut [f64],
-    /// Dissipation of each element (J), to which that of the step is added; empty where it is not counted.
+    /// Dissipation of each element (J), to which the step adds its own; empty where it is not counted.
     pub(crate) dissipated: &'a mut [f64],
 }
 
@@ -118,8 +119,8 @@ impl StrainPath<'_> {
         }
     }
 
-    /// Adds up the equivalent plastic strains of the first `points` points of some packs of elements: above 0 in those that
-    /// have flowed, and only there is any history variable other than 0.
+    /// Adds up the equivalent plastic strains of the first `points` points of some packs of elements: above 0 in elements that have flowed. Only
+    /// these have history variables other than 0.
     #[inline(always)]
     pub(super) fn write_flow(
         &self,
@@ -140,7 +141,7 @@ impl StrainPath<'_> {
         }
     }
 
-    /// History of one of the points; empty under a law without.
+    /// History of one of the points; empty under a law without history.
     #[inline(always)]
     pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {
         let size = HISTORY * padded;
@@ -170,7 +171,7 @@ impl StrainState<'_> {
         !(0..points).any(flows)
     }
 
-    /// History variables of one of the points; zero under a law without.
+    /// History variables of one of the points; zero under a law without history.
     #[inline(always)]
     pub(super) fn history(&self, point: usize, padded: usize, i: usize) -> History {
         if self.history.is_empty() {

@@ -1,12 +1,12 @@
 //! Elements of an unstructured mesh: they gather the displacements of their corners from one row of nodes, and every node
-//! sums the forces of the elements around it in an order of its own, whichever thread asks.
+//! sums the forces of the elements around it in its own order, on any thread.
 
 use super::corners::CornerRows;
 use super::layout::Layout;
 use super::row_forces::RowForces;
 use crate::mesh::connectivity::Connectivity;
 
-/// Numbers that an element leaves: x and y of the force on each corner.
+/// Numbers per element: x and y of the force on each corner.
 pub(crate) const CORNER_FORCES: usize = 8;
 
 /// Buffers for one row of elements.
@@ -38,8 +38,8 @@ pub(crate) struct NodalFields<'a> {
     pub(crate) du: &'a [f64],
 }
 
-/// Copies a field to the corners of a row of elements. Beyond the last element of a row older numbers stay: their forces
-/// are not used, and their share of the energies has the volume zero.
+/// Copies a field to the corners of a row of elements. Beyond the last element of a row older numbers remain: their forces are not used, and their
+/// volume in the energies is zero.
 pub(super) fn gather(
     elements: &[[u32; 4]],
     layout: Layout,
@@ -62,7 +62,7 @@ pub(super) fn corner_rows(corners: &[Vec<f64>; 4]) -> CornerRows<'_> {
     CornerRows([0, 1, 2, 3].map(|corner| corners[corner].as_slice()))
 }
 
-/// Sums the forces on the nodes from `first` on, components (x, y) apart, over the elements around each.
+/// Sums the forces on the nodes from `first` on over the elements around each, x and y separately.
 pub(crate) fn sum_corners(
     connectivity: &Connectivity,
     corners: &[f64],

@@ -4,11 +4,11 @@ use super::modes::{Modes, plus_minus};
 use super::shape::{GAUSS, jacobian};
 use crate::pack::lanes::Lanes;
 
-/// Constants of an element that its geometry gives: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in
-/// xi eta at a Gauss point; t / 16 J at the four points.
+/// Number of geometric constants of an element: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in xi eta at a Gauss point; t / 16 J at
+/// the four points.
 pub(super) const GEOMETRY: usize = 10;
 
-/// Constants of each element: those of [`geometry`], and t k / area for the mean pressure.
+/// Number of constants of each element: the [`geometry`], and t k / area for the mean pressure.
 pub(super) const CONSTANTS: usize = GEOMETRY + 1;
 
 /// Forces f = sum over the four points of t J B^T s of a pack of elements with these constants. `stress` gives t s / 4 (xx, yy, xy) of a

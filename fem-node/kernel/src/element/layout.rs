@@ -43,7 +43,7 @@ impl Layout {
         layout
     }
 
-    /// That of the piece with these columns of nodes, each component of which begins with a line of the cache.
+    /// The layout of the piece with these columns of nodes; each of its components begins on a cache line.
     pub(super) fn piece(self, columns: &Range<usize>) -> Layout {
         let mut piece = Layout {
             columns: columns.len() - 1,
@@ -55,7 +55,7 @@ impl Layout {
         piece
     }
 
-    /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
+    /// Forces on a row of nodes: the last node of a periodic row adds its force to the first, so that each counts once.
     pub(crate) fn fold_period(self, force: &mut [f64]) {
         if !self.periodic {
             return;
@@ -106,7 +106,7 @@ impl Layout {
         self.node_rows * self.row_len()
     }
 
-    /// True for an empty field; none is.
+    /// True for an empty field, which does not occur.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
@@ -126,7 +126,7 @@ impl Layout {
         index / self.row_len()
     }
 
-    /// Column at which the registers that reach a column begin: of a piece, with a line of the cache.
+    /// Column at which the register with this column begins; in a piece, its cache line.
     pub(crate) fn unit_of(self, column: usize) -> usize {
         column / self.unit * self.unit
     }

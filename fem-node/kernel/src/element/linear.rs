@@ -15,9 +15,9 @@ pub(super) trait LinearElements {
     /// The packs of a row of elements.
     fn constants(&self, row: usize) -> &[Self::Constants];
 
-    /// Forces (x, y) of the packs from a number on, which have these constants, under the displacements (x, y) of their corners; and by
-    /// how much a bound of the deviatoric strain is above the [`limit`](LinearElements::limit). An element that has never flowed, and
-    /// whose excess is not above 0, does not flow. Where nobody looks at the excess the compiler leaves it out.
+    /// Forces (x, y) of the packs from a number on, with these constants, under the displacements (x, y) of their corners; and the excess of a bound
+    /// of the deviatoric strain over the [`limit`](LinearElements::limit). An element that has never flowed does not flow if its excess is not
+    /// above 0. The compiler drops an unused excess.
     fn forces_and_excess<R: Registers>(
         &self,
         registers: R,
@@ -30,18 +30,18 @@ pub(super) trait LinearElements {
     fn limit(&self, plastic: &J2) -> f64;
 }
 
-/// Share of the exact limit that the bounds are compared with. What is taken off is far above the rounding of the bounds and costs
-/// nothing: an element between them is looked at once more. The rounding of the strain energy grows with the square of the rotation;
-/// it reaches this margin with a rotation of 1e6 times the yield strain, where small strain has lost its meaning long before.
+/// Share of the exact limit with which the bounds are compared. The margin is far above the rounding of the bounds and costs nothing: an element
+/// within the margin is only checked again. The rounding of the strain energy grows with the square of the rotation; it reaches this margin with a
+/// rotation of 1e6 times the yield strain, where small strain has lost its meaning long before.
 pub(super) const LIMIT_SHARE: f64 = 0.999;
 
-/// A computation over a row of elements, compiled for each kind of them and of registers.
+/// A computation over a row of elements, compiled for each kind of elements and registers.
 pub(super) trait OverElements {
-    /// Runs it for the row of elements that has `row` of them above it; must be inlined.
+    /// Runs the computation for the row of elements with `row` rows above; must be inlined.
     fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize);
 }
 
-/// Forces of some elements of a row, whole packs of them, left to the nodes above and below.
+/// Forces of some elements of a row, in whole packs, for the nodes above and below.
 pub(super) struct LinearRow<'a> {
     pub(super) u: CornerRows<'a>,
     /// Distance of the components of the displacements and of the forces.
@@ -51,7 +51,7 @@ pub(super) struct LinearRow<'a> {
 }
 
 impl<'a> LinearRow<'a> {
-    /// The numbers of its packs, and what their forces are computed from and left to.
+    /// The numbers of its packs, with input and output of their forces.
     #[inline(always)]
     fn packs<E: LinearElements>(
         self,
@@ -62,7 +62,7 @@ impl<'a> LinearRow<'a> {
         let pass = ElementPass {
             elements,
             constants: &elements.constants(row)[packs.clone()],
-            // One after the other: the `map` of an array is a call, after which the loop no longer knows that all have one length.
+            // One after the other: `map` on an array is a call, after which the compiler no longer knows that all slices have one length.
             x: self.u.packs(0, &packs),
             y: self.u.packs(self.stride, &packs),
             forces: self.out.packs(self.stride, &packs),
@@ -79,11 +79,11 @@ impl OverElements for LinearRow<'_> {
     }
 }
 
-/// The same, and the excess of each element.
+/// The same with the excess of each element.
 pub(super) struct BoundedRow<'a> {
     pub(super) row: LinearRow<'a>,
     pub(super) plastic: &'a J2,
-    /// Of the packs of the row.
+    /// Excess in the packs of the row.
     pub(super) excess: &'a mut [[f64; LANES]],
 }
 
@@ -110,7 +110,7 @@ struct ElementPass<'a, E: LinearElements> {
 }
 
 impl<E: LinearElements> ElementPass<'_, E> {
-    /// Leaves the forces of the packs from `p` on, and returns their excess.
+    /// Stores the forces of the packs from `p` on, and returns their excess.
     #[inline(always)]
     fn leave_forces<R: Registers>(&mut self, registers: R, p: usize, limit: f64) -> R::Vector {
         let u = [self.x.at(registers, p), self.y.at(registers, p)];

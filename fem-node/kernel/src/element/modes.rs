@@ -14,7 +14,7 @@ pub(crate) struct Modes<V = Pack> {
 }
 
 impl<V: Lanes> Modes<V> {
-    /// Those of a field that is zero.
+    /// Modes of a zero field.
     #[inline(always)]
     pub(super) fn zero(zero: V) -> Modes<V> {
         Modes {
@@ -24,7 +24,7 @@ impl<V: Lanes> Modes<V> {
         }
     }
 
-    /// Four times the slopes, that of xi eta taken at a Gauss point.
+    /// Four times the slopes, the slope of xi eta taken at a Gauss point.
     #[inline(always)]
     pub(super) fn of(corners: &Corners<V>) -> Modes<V> {
         let (xi, eta) = corners.natural();
@@ -70,7 +70,7 @@ impl<V: Lanes> Modes<V> {
     }
 }
 
-/// `mean` with `slope` added or taken off.
+/// `mean` with `slope` added or subtracted.
 #[inline(always)]
 pub(super) fn plus_minus<V: Lanes>(positive: bool, mean: V, slope: V) -> V {
     if positive { mean + slope } else { mean - slope }

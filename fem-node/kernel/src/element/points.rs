@@ -10,10 +10,10 @@ use crate::material::j2::J2;
 use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_stress};
 use crate::pack::lanes::{LANES, Pack};
 
-/// Packs of elements of a row that may have to take the radial return.
+/// Packs of elements of a row that may need the radial return.
 #[derive(Clone, Copy)]
 pub(super) struct YieldCandidates<'a> {
-    /// By packs: above 0 where an element may flow, [`FLOWED`] where any of the pack has.
+    /// By packs: above 0 where an element may flow, [`FLOWED`] where any element of the pack has flowed.
     pub(super) excess: &'a [[f64; LANES]],
     /// Number of the first pack in its row.
     pub(super) first: usize,
@@ -40,7 +40,7 @@ impl YieldCandidates<'_> {
 
 /// The four points of all elements of a row.
 pub(super) struct RowPoints<'a> {
-    /// By packs, those of [`geometry`](super::gauss::geometry) first.
+    /// By packs, [`geometry`](super::gauss::geometry) first.
     pub(super) constants: &'a [[Pack; CONSTANTS]],
     pub(super) layout: Layout,
     pub(super) moduli: [f64; 3],
@@ -106,7 +106,7 @@ impl RowPoints<'_> {
         }
     }
 
-    /// True where any point of a pack that has never flowed does.
+    /// True where any point of a pack that has never flowed begins to flow.
     #[inline(always)]
     fn begins_to_flow(&self, plastic: &J2, u: &[Modes; 2], i: usize) -> bool {
         let scale = Pack::splat(4.0 / self.thickness);
@@ -177,7 +177,7 @@ impl RowPoints<'_> {
 }
 
 impl GaussPoint {
-    /// J; the weight t / 16 J would give it by a division, and none in the padding.
+    /// J: the weight t / 16 J would give it only by a division, and not in the padding.
     #[inline(always)]
     fn jacobian(&self) -> Pack {
         self.x_xi * self.y_eta - self.x_eta * self.y_xi
@@ -246,7 +246,7 @@ mod tests {
     use crate::material::nonlinear::plain::respond;
     use crate::mesh::Mesh;
 
-    /// Forces point by point, every factor where the formula has it.
+    /// Forces point by point, with every factor as in the formula.
     fn plain_forces(
         points: &RowPoints,
         plastic: &J2,
@@ -276,7 +276,7 @@ mod tests {
         }
     }
 
-    /// A row of five skewed elements of which some yield, some do not, under both paths.
+    /// A row of five skewed elements, some of which yield, under both paths.
     #[test]
     fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
         let mesh = Mesh::structured(5, 1, |i, j| {

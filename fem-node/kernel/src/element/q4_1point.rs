@@ -16,13 +16,12 @@
 //! Q_i = 0.1 min(c11, 6 mu) A (sum B_ia^2) t  G.u_i                    c11 = lambda + 2 mu in plane strain
 //! ```
 //!
-//! Bending keeps the volume where it can: with c11 alone, which grows beyond all bounds towards Poisson's ratio 0.5, the hourglass modes
-//! lock (a thick cylinder of 16 x 16 elements gave way by 0.868 of Lame's answer at 0.499). 6 mu is c11 at 0.4, so that nothing below
-//! changes; at 0.5 the modes of a square have 0.9 of the exact bending stiffness.
+//! Bending keeps the volume where it can. With c11 alone, which grows without bound towards Poisson's ratio 0.5, the hourglass modes lock: at 0.499
+//! the displacement of a thick cylinder of 16 x 16 elements was 0.868 of Lame's. 6 mu is c11 at 0.4, so nothing changes below; at 0.5 the modes of a
+//! square have 0.9 of the exact bending stiffness.
 //!
-//! Under plasticity the hourglass modes yield with the element, or their elastic force would grow without bound in plastic flow and the
-//! body would have no limit load: while the point flows and Q g rises, the hourglass stiffness is scaled with the tangent
-//! modulus,
+//! Under plasticity the hourglass modes yield with the element. Otherwise their elastic force would grow without bound in plastic flow, and the body
+//! would have no limit load. While the point flows and Q g rises, the hourglass stiffness is scaled with the tangent modulus,
 //!
 //! ```text
 //! Q = K (g - g_p),   dg_p = (1 - s) dg   where the point flows and Q dg > 0, else 0,   g = G.u
@@ -32,7 +31,7 @@
 //! It stores Q (g - g_p)/2 and dissipates (Q + Q') dg_p / 2.
 //!
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
-//! the exact bending stiffness; full integration gives 1.57 of it.
+//! the exact bending stiffness; with full integration it is 1.57.
 
 use std::ops::Range;
 
@@ -59,11 +58,11 @@ const VOLUMETRIC_MAX: f64 = 6.000_000_1;
 /// Constants of each element: B_x1, B_x2, B_y1, B_y2, h.x, h.y, t A, and the hourglass stiffness over 4.
 const CONSTANTS: usize = 8;
 
-/// Blocks of history variables of a plastic element: those of its point, and the plastic parts of the hourglass modes.
+/// Blocks of history variables of a plastic element: of its point, and of the plastic parts of the hourglass modes.
 pub(super) const HISTORY_BLOCKS: usize = 2;
 
-/// Least share of the elastic hourglass stiffness in plastic flow. With 1e-2 a Prandtl punch comes within 1e-3 of the load that it has
-/// without any (3 % more with 0.1), and 1e-3 of the largest stiffness still keeps the modes in hand.
+/// Least share of the elastic hourglass stiffness in plastic flow. With 1e-2 the load of a Prandtl punch is within 1e-3 of its value with a share of
+/// 0 (3 % more with 0.1), and 1e-3 of the largest stiffness still controls the modes.
 const SOFTENING_MIN: f64 = 0.01;
 
 /// All elements of a mesh.
@@ -97,8 +96,8 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces of those elements of a row that flow or have flowed, whole packs of them, under plasticity. They are the elastic ones
-    /// with the mean stress reduced by 2 mu p and the hourglass modes by their plastic parts, to the bit without either.
+    /// Forces of the elements of a row that flow or have flowed, in whole packs, under plasticity. They are the elastic forces with the mean stress
+    /// reduced by 2 mu p and the hourglass modes by their plastic parts, and the elastic bits without either.
     #[inline(always)]
     pub(super) fn plastic_row(
         &self,
@@ -292,7 +291,7 @@ struct HourglassFlow<'a> {
     plastic: &'a J2,
     /// Over 4.
     stiffness: Pack,
-    /// 2 g_p in x and in y, and two numbers that nothing uses.
+    /// 2 g_p in x and in y, and two unused numbers.
     history: History,
     /// Dissipation of the elements (J).
     dissipated: Pack,
@@ -329,7 +328,7 @@ fn hourglass_modes<V: Lanes>(
     [of(0), of(1)]
 }
 
-/// s, the share of the hourglass stiffness that is left in plastic flow.
+/// s, the share of the hourglass stiffness that remains in plastic flow.
 fn softening(law: &J2) -> f64 {
     let hardening = law.isotropic + law.kinematic;
     (hardening / (3.0 * law.mu + hardening)).max(SOFTENING_MIN)

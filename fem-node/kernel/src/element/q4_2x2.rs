@@ -20,16 +20,16 @@
 //! Only six numbers of geometry and J at the four points are needed, in place of four gradients of eight numbers.
 //!
 //! # Yield
-//! In plane strain s : e = k (tr e)^2 + 2 mu dev e : dev e, k the bulk modulus. The work t J s : e of no point is negative, and their sum is
-//! the work u f of the nodal forces, so that everywhere in an element without plastic strain
+//! In plane strain s : e = k (tr e)^2 + 2 mu dev e : dev e, k the bulk modulus. The work t J s : e is at least 0 at each point, and the sum over the
+//! points is the work u f of the nodal forces, so that everywhere in an element without plastic strain
 //!
 //! ```text
 //! 2 dev e : dev e <= u f / (mu t min J)
 //! ```
 //!
-//! That bound of the trial stress costs a dozen operations. In a uniform deformation it is too large by the four points, and by the work of
-//! the pressure. The forces below are those of plasticity as well, the
-//! stress of each point being reduced by 2 mu p: an element without plastic strain has the same bits under both laws.
+//! This bound of the trial stress costs a dozen operations. In a uniform deformation it is too large by a factor of four, the number of points, and
+//! by the work of the pressure. The forces below serve plasticity as well, with the stress of each point reduced by 2 mu p: an element without
+//! plastic strain has the same bits under both laws.
 //!
 //! The element with one mean dilatation, [`super::q4_bbar`], has the same points under the moduli D - k, and adds the forces
 //! of its mean pressure.
@@ -97,8 +97,8 @@ impl Q4FourPoint {
         }
     }
 
-    /// Forces of those elements of a row that flow or have flowed, whole packs of them, under plasticity: where the excess is above 0,
-    /// and infinite if any of the pack has flowed.
+    /// Forces of the elements of a row that flow or have flowed, in whole packs, under plasticity: their excess is above 0, and infinite if any
+    /// element of the pack has flowed.
     #[inline(always)]
     pub(super) fn plastic_row(
         &self,
@@ -136,7 +136,7 @@ impl Q4FourPoint {
         );
     }
 
-    /// Leaves the forces of the pack of elements from `i` on, those of the mean pressure with them.
+    /// Stores the forces of the pack of elements from `i` on, with the forces of the mean pressure.
     #[inline(always)]
     fn store(
         &self,
@@ -172,8 +172,7 @@ impl Q4FourPoint {
     }
 }
 
-/// The elements under a linear law. The branch for the mean dilatation stands outside the loops: inside it costs the q4_bbar a
-/// fifth of its time.
+/// The elements under a linear law. The branch for the mean dilatation is outside the loops: inside it costs the q4_bbar a fifth of its time.
 pub(super) struct Linear<'a, const MEAN: bool>(pub(super) &'a Q4FourPoint);
 
 impl<const MEAN: bool> LinearElements for Linear<'_, MEAN> {

@@ -1,9 +1,9 @@
 //! Bilinear quadrilateral with 2 x 2 Gauss points for the change of shape and one mean value for the change of volume.
 //!
 //! T. J. R. Hughes, "Generalization of selective integration procedures to anisotropic and nonlinear media", Int. J.
-//! Numer. Meth. Engng 15 (1980) 1413-1418. Four points ask a nearly incompressible element to keep its volume four
-//! times with eight displacements, and it locks; the mean asks once. With the dilatation e = u,x + v,y, its mean E over
-//! the element and the bulk modulus k, the stress is
+//! Numer. Meth. Engng 15 (1980) 1413-1418. Four points require a nearly incompressible element to keep its volume four times with eight
+//! displacements, and it locks; the mean requires it once. With the dilatation e = u,x + v,y, its mean E over the element and the bulk modulus k, the
+//! stress is
 //!
 //! ```text
 //! s = D strain + k (E - e) 1,      k = c12 + 2/3 c33
@@ -13,8 +13,8 @@
 //! the bulk modulus lambda + 2 mu / 3 and s is k E 1 plus twice mu the deviator. In plane stress, where nothing locks,
 //! the same formula holds with the lambda of plane stress.
 //!
-//! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so the kernel of [`super::q4_2x2`] remains, and
-//! the forces of the uniform pressure -k E, which need only the mean gradients.
+//! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so the kernel of [`super::q4_2x2`] serves here too, with the forces of the uniform pressure
+//! -k E, which need only the mean gradients.
 
 use super::gauss::CONSTANTS;
 use super::modes::Modes;
@@ -81,7 +81,7 @@ mod tests {
     /// Hughes' form: the strains themselves, ezz included, get a third of (mean - own) dilatation, and the full
     /// three-dimensional law is applied to them.
     #[test]
-    fn the_stiffness_is_that_of_the_three_dimensional_law_on_the_modified_strains() {
+    fn the_stiffness_matches_the_three_dimensional_law_on_the_modified_strains() {
         let (law, t) = (elastic(0.3), 0.5);
         let ours = stiffness(&CORNERS, &law, t);
         let mean = mean_dilatation(&CORNERS);
@@ -113,8 +113,8 @@ mod tests {
     }
 
     #[test]
-    fn bending_costs_no_volume_however_incompressible() {
-        // u = x y, v = 0 on a square: e = y has the mean 0, so the energy stays that of the shape.
+    fn bending_keeps_the_volume_of_a_nearly_incompressible_element() {
+        // u = x y, v = 0 on a square: e = y has the mean 0, so only the change of shape costs energy.
         let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let energy = |poisson: f64| {
             let k = stiffness(&square, &elastic(poisson), 1.0);

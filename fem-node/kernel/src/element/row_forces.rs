@@ -1,4 +1,4 @@
-//! Forces that a row of elements hands to the nodes above and below it.
+//! Forces of a row of elements on the nodes above and below it.
 
 use std::ops::Range;
 
@@ -29,8 +29,8 @@ impl<V: Lanes> CornerForces<V> {
 
 /// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
 ///
-/// A node takes from two elements of each row: `left` holds what each node gets from the element on its right,
-/// whose left corner it is, `right` what it gets from the element on its left.
+/// Two elements of each row act on a node: `left` holds the force from the element on its right, whose left corner it is, `right` the force from the
+/// element on its left.
 #[derive(Clone, Debug)]
 pub(crate) struct RowForces {
     /// Forces on the upper nodes, left then right.
@@ -38,7 +38,7 @@ pub(crate) struct RowForces {
     lower: [Lines; 2],
     /// Forces of the row of elements above on the same nodes.
     carried: [Lines; 2],
-    /// Room for a number of each element of the row at hand, by packs.
+    /// Room for a number of each element of the current row, by packs.
     pub(super) excess: Vec<[f64; LANES]>,
 }
 
@@ -116,8 +116,7 @@ impl RowForces {
         ]
     }
 
-    /// Forces on these packs of a component of a row of nodes: of the elements above on the right and on the left, then of those
-    /// below.
+    /// Forces on these packs of a component of a row of nodes: of the elements above on the right and on the left, then of the elements below.
     #[inline(always)]
     pub(crate) fn on_nodes(&self, component: usize, packs: &Range<usize>) -> [&[[f64; LANES]]; 4] {
         let ([left, right], [below_left, below_right]) = (&self.carried, &self.upper);
@@ -129,7 +128,7 @@ impl RowForces {
         ]
     }
 
-    /// Forces (x1, y1, x2, ..) on the corners of element `i`, `stride` being that of the elements.
+    /// Forces (x1, y1, x2, ..) on the corners of element `i`, with the `stride` of the elements.
     pub(super) fn of_element(&self, stride: usize, i: usize) -> [f64; 8] {
         let corners = [
             (&self.lower[0], i),
@@ -140,20 +139,20 @@ impl RowForces {
         std::array::from_fn(|k| corners[k / 2].0[corners[k / 2].1 + (k % 2) * stride])
     }
 
-    /// Clears what acts on the upper nodes: no elements lie below the last row of nodes.
+    /// Clears the forces on the upper nodes: no elements lie below the last row of nodes.
     pub(crate) fn clear_upper(&mut self) {
         self.upper.iter_mut().for_each(|forces| forces.fill(0.0));
     }
 
-    /// Clears what is carried: no elements lie above the first row of nodes.
+    /// Clears the carried forces: no elements lie above the first row of nodes.
     pub(crate) fn clear_carried(&mut self) {
         self.carried.iter_mut().for_each(|forces| forces.fill(0.0));
     }
 
-    /// Force on these components of a row of nodes: from the elements above it, then from those below it.
+    /// Force on these components of a row of nodes: from the elements above the row, then from the elements below.
     pub(crate) fn assemble(&self, force: &mut [f64], spans: &[Range<usize>]) {
         for span in spans {
-            // Whole packs: beyond the span there is room, and nobody reads it.
+            // Whole packs: there is room beyond the span, which is never read.
             let span = span.start..span.start + span.len().next_multiple_of(LANES);
             let [left, right] = self.carried.each_ref().map(|forces| chunks(forces, &span));
             let [below_left, below_right] =
@@ -174,7 +173,7 @@ impl RowForces {
         }
     }
 
-    /// Goes down by one row: the forces on the lower nodes become those that are carried.
+    /// Goes down by one row: the forces on the lower nodes become the carried forces.
     pub(crate) fn advance(&mut self) {
         std::mem::swap(&mut self.carried, &mut self.lower);
     }

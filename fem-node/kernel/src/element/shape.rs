@@ -33,7 +33,7 @@ fn tangents(p: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
     tangents
 }
 
-/// Area of the element over that of the natural square, at natural coordinates (m2).
+/// Area of the element relative to the natural square, at natural coordinates (m2).
 pub fn jacobian(p: &[[f64; 2]; 4], natural: [f64; 2]) -> f64 {
     let [[a, b], [c, d]] = tangents(p, natural);
     a * d - b * c
@@ -79,7 +79,7 @@ pub fn shape_functions([xi, eta]: [f64; 2]) -> [f64; 4] {
     CORNERS.map(|[s, t]| 0.25 * (1.0 + s * xi) * (1.0 + t * eta))
 }
 
-/// Natural coordinates of a position in the element, the zero of sum N_a x_a - x by Newton's method; none outside.
+/// Natural coordinates of a position in the element, the zero of sum N_a x_a - x by Newton's method; `None` outside.
 pub fn natural_coordinates(p: &[[f64; 2]; 4], position: [f64; 2]) -> Option<[f64; 2]> {
     let mut natural = [0.0, 0.0];
     for _ in 0..ITERATIONS {

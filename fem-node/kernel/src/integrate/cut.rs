@@ -1,8 +1,8 @@
 //! A piece of the columns of a body, and the part of a region that lies in it.
 //!
-//! A piece has copies of some columns beside its own. What it computes there is spoilt from its end on, one column with each
-//! step: its columns are good as far as the steps that are left can carry a disturbance to its own. A repeat of a window steps
-//! the good columns of each front, and so needs neither the other pieces nor a place where all of them meet.
+//! A piece has copies of some neighbouring columns. Each step spoils one more column of the copies, from the end of the piece on. With k steps left,
+//! the columns within k of the piece's own columns are still good. A repeat of a window steps the good columns of each front, so it needs neither the
+//! other pieces nor a barrier.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use crate::pack::lanes::LANES;
 pub struct Cut {
     /// Columns of the body that only this piece has.
     pub own: Range<usize>,
-    /// The same with those that it has copies of; they begin with a whole pack of the body.
+    /// The own and the copied columns; they begin with a whole pack of the body.
     pub columns: Range<usize>,
     /// Layout of the body.
     pub body: Layout,
@@ -28,35 +28,35 @@ pub struct Cut {
 /// The part of a region that a piece steps.
 #[derive(Clone, Debug, Default)]
 pub struct CutRegion {
-    /// Components that are stepped first, which begin from the start of the window.
+    /// Components that the first step steps, from the start of the window.
     pub begin: Vec<Range<usize>>,
     /// Steps of the window.
     pub steps: Vec<CutStep>,
     /// Blocks of [`crate::integrate::tally::Tally`] with own components that are stepped.
     pub blocks: Vec<usize>,
-    /// Those with own components on which the changed force acts.
+    /// Blocks with own components on which the changed force acts.
     pub sources: Vec<usize>,
 }
 
 /// The part of a front that a piece steps, columns in each row.
 #[derive(Clone, Debug)]
 pub struct CutStep {
-    /// Columns that are stepped.
+    /// Stepped columns.
     pub(super) stepped: Vec<[usize; 2]>,
-    /// The same and those beside them that the step before has left right.
+    /// The stepped columns and the columns beside them that the step before left good.
     pub(super) predicted: Vec<[usize; 2]>,
-    /// The ring beyond them.
+    /// The ring beyond the stepped columns.
     pub ring: Ring,
 }
 
 impl Cut {
-    /// Columns of the body that must still be right when so many steps are left.
+    /// Columns of the body that must still be good when `left` steps are left.
     pub fn good(&self, left: usize) -> Range<usize> {
         let start = self.own.start.saturating_sub(left);
         start.max(self.columns.start)..(self.own.end + left).min(self.columns.end)
     }
 
-    /// Its own columns as the piece counts them.
+    /// Its own columns in the numbering of the piece.
     pub(crate) fn own_in_piece(&self) -> Range<usize> {
         self.own.start - self.columns.start..self.own.end - self.columns.start
     }
@@ -74,7 +74,7 @@ impl Cut {
         (line, first..first + range.len())
     }
 
-    /// Columns that are good as the piece counts them.
+    /// Good columns in the numbering of the piece.
     pub fn good_in_piece(&self, left: usize) -> [usize; 2] {
         let good = self.good(left);
         [good.start, good.end].map(|column| column - self.columns.start)
@@ -90,13 +90,13 @@ impl Cut {
         line + start - first..line + end - first
     }
 
-    /// The ranges that have any.
+    /// The ranges that are not empty.
     fn all_within(&self, ranges: &[Range<usize>], columns: &Range<usize>) -> Vec<Range<usize>> {
         let within = ranges.iter().map(|range| self.within(range, columns));
         within.filter(|range| !range.is_empty()).collect()
     }
 
-    /// Takes its own columns out of a field of the body.
+    /// Copies its own columns from a field of the body.
     pub fn take(&self, body: &[f64], piece: &mut [f64]) {
         let lines = piece.chunks_mut(self.piece.stride);
         for (line, body) in lines.zip(body.chunks(self.body.stride)) {
@@ -104,7 +104,7 @@ impl Cut {
         }
     }
 
-    /// Puts its own columns into a field of the body.
+    /// Copies its own columns into a field of the body.
     pub fn put(&self, piece: &[f64], body: &mut [f64]) {
         let lines = body.chunks_mut(self.body.stride);
         for (body, line) in lines.zip(piece.chunks(self.piece.stride)) {
@@ -112,8 +112,8 @@ impl Cut {
         }
     }
 
-    /// Columns of a row of a front that are good, as the piece counts them, and the rest of their packs where the front has it:
-    /// nobody reads what is spoilt, and whole packs need no care at their ends.
+    /// Good columns of a row of a front in the numbering of the piece, and the rest of their packs where the front has it: spoilt columns are never
+    /// read, and whole packs need no care at their ends.
     fn stepped(&self, row: [usize; 2], good: &Range<usize>) -> [usize; 2] {
         let first = self.columns.start;
         let end = (good.end - first).next_multiple_of(LANES) + first;
@@ -124,12 +124,12 @@ impl Cut {
             .unwrap_or_default()
     }
 
-    /// Columns of a row of a front that are good, as the piece counts them.
+    /// Good columns of a row of a front in the numbering of the piece.
     fn predicted(&self, row: [usize; 2], good: &Range<usize>) -> [usize; 2] {
         self.in_piece(clipped(row, good)).unwrap_or_default()
     }
 
-    /// Columns as the piece counts them, where there are any.
+    /// Columns in the numbering of the piece, if there are any.
     fn in_piece(&self, columns: Range<usize>) -> Option<[usize; 2]> {
         let count = |column: usize| column - self.columns.start;
         (!columns.is_empty()).then(|| [columns.start, columns.end].map(count))
@@ -142,7 +142,7 @@ impl CutRegion {
         let substeps = region.rings.len();
         let step = |(k, (front, ring)): (usize, (&Front, &Ring))| {
             let Front::Columns(rows) = front else {
-                unreachable!("a piece is of a structured mesh")
+                unreachable!("a piece has a structured mesh")
             };
             let [before, after] = [substeps - k, substeps - k - 1].map(|left| cut.good(left));
             let stepped = rows.iter().map(|row| cut.stepped(*row, &after));
@@ -150,7 +150,7 @@ impl CutRegion {
             CutStep {
                 stepped: stepped.collect(),
                 predicted: predicted.collect(),
-                // No piece is of a law with history.
+                // No piece has a law with history.
                 ring: Ring {
                     enters: cut.all_within(&ring.enters, &before),
                     ..Ring::default()
@@ -176,7 +176,7 @@ impl CutRegion {
     }
 }
 
-/// Columns of a row that lie in others.
+/// Columns of a row that lie within others.
 fn clipped([first, end]: [usize; 2], columns: &Range<usize>) -> Range<usize> {
     first.max(columns.start)..end.min(columns.end)
 }

@@ -1,14 +1,14 @@
 //! Energies that a body dissipates in a window, by components and elements.
 //!
-//! Every component adds up its own over the steps, so that the sums do not depend on strips, regions or threads; and a
-//! component that a repeat of the window does not reach keeps what it has.
+//! Every component sums its own energies over the steps, so the sums do not depend on strips, regions or threads. A component that a repeat of the
+//! window does not reach keeps its sums.
 
 use std::ops::Range;
 
 use crate::element::layout::Layout;
 
-/// Dissipation since the start of the window (J), all in the order of [`crate::element::layout::Layout`] but the last, which has one
-/// number for each element, row after row with padding. Empty where the scene does not dissipate so.
+/// Dissipation since the start of the window (J), in the order of [`crate::element::layout::Layout`], except the last, which has one number for each
+/// element, row after row with padding. Empty for mechanisms that the scene does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dissipated<T> {
     /// Numerical dissipation over (b-1/2), without its part that telescopes: sum of du dF - b h^2/2 da M da.
@@ -60,7 +60,7 @@ impl Dissipated<Vec<f64>> {
         [&self.numerical, &self.mass_damping, &self.stiffness_damping]
     }
 
-    /// The same, to be written.
+    /// The same, mutable.
     pub fn nodal_mut(&mut self) -> [&mut Vec<f64>; 3] {
         [
             &mut self.numerical,
@@ -102,7 +102,7 @@ impl<'a> Dissipated<&'a mut [f64]> {
     }
 }
 
-/// Takes the first numbers of a slice, all where it has fewer.
+/// Takes the first numbers of a slice, or all if it has fewer.
 pub(super) fn cut<'a>(slice: &mut &'a mut [f64], len: usize) -> &'a mut [f64] {
     let all = std::mem::take(slice);
     let (first, rest) = all.split_at_mut(len.min(all.len()));

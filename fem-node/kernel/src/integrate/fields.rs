@@ -9,7 +9,7 @@ use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::vectorised;
 
-/// State of a body, the forces applied to it, and the energies that it has dissipated in the window at hand.
+/// State of a body, the forces applied to it, and the energies that it has dissipated in the current window.
 #[derive(Clone, Debug, Default)]
 pub struct StepFields {
     /// Displacements, velocities, accelerations, internal forces and histories.
@@ -21,7 +21,7 @@ pub struct StepFields {
 }
 
 impl StepFields {
-    /// A body at rest, undeformed and without load, of which these mechanisms are counted.
+    /// A body at rest, undeformed and without load, which counts these mechanisms.
     pub fn at_rest(body: &Body, law: Option<&NonlinearLaw>, counted: Mechanisms) -> StepFields {
         StepFields {
             state: NodalState::at_rest_under(body, law),
@@ -38,7 +38,7 @@ impl StepFields {
         body.layout.repeat_period(&mut self.state.a);
     }
 
-    /// The same of some components of one row.
+    /// The same for some components of one row.
     pub fn accelerate_part(&mut self, body: &Body, damping: f64, part: Range<usize>) {
         let StepFields { state, load, .. } = self;
         let row = body.layout.row_of(part.start);

@@ -1,11 +1,11 @@
-//! The nodes of a body that one step of a repeat goes over.
+//! The nodes of a body in one step of a repeat.
 
 use std::ops::Range;
 
 /// Nodes A_k that are stepped together.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Front {
-    /// Columns of nodes in each row of a structured mesh; none where both ends are equal.
+    /// Columns of nodes in each row of a structured mesh; empty where both ends are equal.
     Columns(Vec<[usize; 2]>),
     /// Nodes of an unstructured mesh.
     Nodes(PartOfNodes),
@@ -33,7 +33,7 @@ impl PartOfNodes {
     }
 }
 
-/// Columns from the first to the last of two rows, of which either may have none.
+/// Columns from the first to the last of two rows, either of which may be empty.
 pub(super) fn joined(one: [usize; 2], other: [usize; 2]) -> [usize; 2] {
     match (one[0] == one[1], other[0] == other[1]) {
         (true, _) => other,

@@ -19,10 +19,10 @@ use crate::wheel::run::WheelRun;
 /// two threads are 1.7 times faster than one, with 705 each not at all.
 const ELEMENTS_PER_THREAD: usize = 2_500;
 
-/// Steps a body, on one thread or several, with the same bits for any number of them.
+/// Steps a body, on one thread or several, with the same bits for any number of threads.
 #[derive(Clone, Debug)]
 pub struct Integrator {
-    /// NewmarkScheme and mass damping of the step to come.
+    /// Scheme and mass damping of the next step.
     pub rule: Rule,
     law: Option<NonlinearLaw>,
     scratch: Vec<Scratch>,
@@ -65,13 +65,13 @@ impl Integrator {
         }
     }
 
-    /// Strips of rows that are stepped at the same time.
+    /// Number of strips of rows that are stepped at the same time.
     pub fn strips(&self) -> usize {
         self.scratch.len()
     }
 
-    /// One step of the rows `first .. end` under the applied forces at its end and the forces of the wheel. All other rows are at rest
-    /// and stay there; of an unstructured mesh it is always the whole.
+    /// One step of the rows `first .. end` under the applied forces at its end and the forces of the wheel. All other rows are and stay at rest; an
+    /// unstructured mesh is always stepped whole.
     pub fn step(
         &mut self,
         body: &Body,
@@ -94,7 +94,7 @@ impl Integrator {
         }
     }
 
-    /// One step of a part of the body; `increments` are those of the nodes beside it, empty under a law without history.
+    /// One step of a part of the body; `increments` belong to the nodes beside it, empty under a law without history.
     pub fn step_part(
         &mut self,
         body: &Body,
@@ -127,8 +127,8 @@ impl Integrator {
         self.sweep(body, fields, part);
     }
 
-    /// One step of the same columns in all rows, of which those beside them are where the step before has left them. The rest of
-    /// the line of the cache at the beginning and of the pack at the end is stepped too.
+    /// One step of the same columns in all rows; the columns beside them are as the step before left them. The rest of the first cache line and of
+    /// the last pack is stepped too.
     pub fn step_columns(&mut self, body: &Body, fields: &mut StepFields, [first, end]: [usize; 2]) {
         self.begin_damping(body, fields);
         let packs = [body.layout.unit_of(first), end.next_multiple_of(LANES)];
@@ -152,7 +152,7 @@ impl Integrator {
         }
     }
 
-    /// Makes room for the force of the stiffness damping before the first step that has any.
+    /// Makes room for the force of the stiffness damping before the first step with stiffness damping.
     fn begin_damping(&self, body: &Body, fields: &mut StepFields) {
         if self.rule.scheme.stiffness_damping > 0.0 {
             fields.state.damping_force.resize(body.layout.len());
@@ -185,7 +185,7 @@ mod tests {
         stepped_under(ElementKind::Q4OnePoint, None, strips, rows, steps)
     }
 
-    /// The same of a kind of elements, with a yield stress (Pa) or without.
+    /// The same for a kind of elements, with a yield stress (Pa) or without.
     fn stepped_under(
         kind: ElementKind,
         yield_pa: Option<f64>,

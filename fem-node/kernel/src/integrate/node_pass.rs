@@ -1,8 +1,8 @@
 //! The end of a step for a row of nodes, all in one pass over whole packs.
 //!
-//! The operations, and so the bits, are those of [`crate::element::row_forces::RowForces::assemble`] and [`super::node_row`]; what lies between
-//! them stays in registers. To do the elements in the same pass was tried: a pack then is one chain of 26 operations that each
-//! wait for the one before, too long for a processor to begin the next pack meanwhile.
+//! The pass does the operations of [`crate::element::row_forces::RowForces::assemble`] and [`super::node_row`], with the same bits; values between
+//! them stay in registers. A pass that also computes the elements was tried: each pack then is one chain of 26 dependent operations, too long for a
+//! processor to begin the next pack meanwhile.
 
 use std::ops::Range;
 
@@ -33,7 +33,7 @@ pub(super) struct NodePass<'a> {
 type Changed = [[Pack; 2]; 5];
 
 impl NodePass<'_> {
-    /// True where the energies are counted that the pass always counts.
+    /// True where all energies of the pass are counted.
     pub(super) fn counts(dissipated: &Dissipated<&mut [f64]>, damping: Damping) -> bool {
         let damping_is_counted = !damping.acts() || !dissipated.mass_damping.is_empty();
         !dissipated.numerical.is_empty() && damping_is_counted
@@ -150,7 +150,7 @@ impl NodePass<'_> {
         }
     }
 
-    /// Packs of which only some columns end their step.
+    /// Packs with only some columns in the step.
     #[inline(always)]
     fn edges(&self) -> [Option<usize>; 2] {
         let cut = |column: usize| (!column.is_multiple_of(LANES)).then_some(column / LANES);
@@ -167,7 +167,7 @@ impl NodePass<'_> {
         [self.v, self.a, self.force, numerical, mass_damping]
     }
 
-    /// What a pack holds.
+    /// The values of a pack.
     fn changing_of(&mut self, pack: usize) -> Changed {
         let at = [0, self.stride].map(|component| component + LANES * pack);
         let mut changed = Changed::default();
@@ -179,7 +179,7 @@ impl NodePass<'_> {
         changed
     }
 
-    /// Gives the nodes of a pack that are not in the columns what they had.
+    /// Restores the values of the nodes of a pack outside the columns.
     fn put_back(&mut self, pack: usize, kept: &Changed) {
         let [first, end] = self.columns;
         let outside = |lane: &usize| !(first..end).contains(&(LANES * pack + lane));

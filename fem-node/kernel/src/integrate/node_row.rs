@@ -19,7 +19,7 @@ pub(crate) struct NodeRow<'a> {
     pub(super) load: &'a [f64],
     pub(super) mass: &'a [f64],
     pub(super) inverse_mass: &'a [f64],
-    /// Force of the stiffness damping, that of the step before; empty without.
+    /// Force of the stiffness damping in the step before; empty without damping.
     pub(super) damping_force: &'a mut [f64],
     /// Buffer for the load less the stiffness damping.
     pub(super) net: &'a mut [f64],
@@ -27,7 +27,7 @@ pub(crate) struct NodeRow<'a> {
 }
 
 impl NodeRow<'_> {
-    /// Stiffness damping d' = (beta/h) (F' - F), which is taken off the load; adds [(1-b) d + b d'] du to the energies.
+    /// Stiffness damping d' = (beta/h) (F' - F), which is subtracted from the load; adds [(1-b) d + b d'] du to the energies.
     pub(crate) fn damp_stiffness(&mut self, scheme: &NewmarkScheme, spans: &[Range<usize>]) {
         if self.damping_force.is_empty() {
             return;
@@ -65,7 +65,7 @@ impl NodeRow<'_> {
         layout.repeat_period(self.v);
     }
 
-    /// Fewer components than a pack has.
+    /// The same for fewer components than a pack has.
     fn finish_rest(&mut self, rule: &Rule, span: &Range<usize>) {
         if span.is_empty() {
             return;
@@ -215,7 +215,7 @@ fn filled(numbers: &[f64]) -> [f64; LANES] {
     pack
 }
 
-/// Beginning of each pack of a span, and the numbers of it that belong to the span.
+/// Beginning of each pack of a span, and the count of its numbers within the span.
 #[inline(always)]
 fn packs(span: &Range<usize>) -> impl Iterator<Item = (usize, usize)> + use<> {
     let end = span.end;

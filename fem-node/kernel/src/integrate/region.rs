@@ -2,9 +2,8 @@
 //!
 //! The internal force on a node depends on the nodes of its elements only, so a step carries a disturbance one ring of elements
 //! further: k steps after other forces act on the exchanged nodes, nothing beyond k rings around them differs. A repeat of a
-//! window therefore steps the nodes A_k within k rings at its step k. It needs the nodes of the ring beyond them as the first
-//! run had them: a [`RingRecord`] keeps the state of each ring at the moment before the change reaches it. The bits are those of a
-//! repeat of the whole.
+//! window therefore steps the nodes A_k within k rings at its step k. It needs the ring beyond these nodes as in the first run: a [`RingRecord`]
+//! keeps the state of each ring just before the change reaches it. The result has the bits of a repeat of the whole.
 
 use std::ops::Range;
 
@@ -16,7 +15,7 @@ use super::tally::blocks_of;
 use crate::element::body::Body;
 use crate::scheme::NewmarkScheme;
 
-/// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the record.
+/// Largest share of all element steps that a region may take: beyond it the record does not pay.
 const SHARE_MAX: f64 = 0.8;
 
 /// The ring beyond the front of a step.
@@ -26,31 +25,31 @@ pub struct Ring {
     pub(super) enters: Vec<Range<usize>>,
     /// Histories of the rows of elements that the step computes for the first time.
     pub(super) histories: Vec<Range<usize>>,
-    /// Energies of the same.
+    /// Energies of these rows.
     pub(super) plastic: Vec<Range<usize>>,
 }
 
-/// Reach of a change of the force on some components in a window of so many steps.
+/// Reach of a change of the force on some components in a window of `substeps` steps.
 #[derive(Clone, Debug)]
 pub struct Region {
     pub(super) components: Vec<usize>,
     substeps: u32,
     /// Components of A_1, which begin from the start of the window.
     pub(super) begin: Vec<Range<usize>>,
-    /// Nodes that are stepped, step by step.
+    /// Stepped nodes, step by step.
     pub fronts: Vec<Front>,
-    /// Rings beyond them.
+    /// Rings beyond the stepped nodes.
     pub rings: Vec<Ring>,
-    /// Steps of elements that a repeat takes.
+    /// Element steps of a repeat.
     pub element_steps: u64,
     /// Blocks of [`crate::integrate::tally::Tally`] with components of A_m.
     pub blocks: Vec<usize>,
-    /// Those with components on which the changed force acts.
+    /// Blocks with components on which the changed force acts.
     pub sources: Vec<usize>,
 }
 
 impl Region {
-    /// The region of a body whose rows of elements have so many history variables; none if a repeat of the whole costs little more.
+    /// The region of a body with `row_history` history variables per row of elements; `None` if a repeat of the whole costs little more.
     pub fn new(
         body: &Body,
         row_history: usize,
@@ -81,7 +80,7 @@ impl Region {
             }
             let rows = history.then(|| rings.rows(&front));
             let rows = rows.unwrap_or_default();
-            // The last step needs displacements of the ring beyond, which are those of the end, but their increments too.
+            // The last step needs the displacements of the ring beyond, which are still as at the end, but also their increments.
             let enters = || rings.components(&beyond, Some(&front));
             let enters = (step < substeps || history).then(enters);
             let new = rows.iter().filter(|row| !computed.contains(*row));
@@ -101,12 +100,12 @@ impl Region {
         Some(region)
     }
 
-    /// True if it is the region of these components and so many steps.
+    /// True if it is the region of these components and this many steps.
     pub fn is_of(&self, components: impl Iterator<Item = usize>, substeps: u32) -> bool {
         self.substeps == substeps && self.components.iter().copied().eq(components)
     }
 
-    /// First step from which on a component is stepped; none if it never is.
+    /// First step that steps a component; `None` if no step does.
     pub fn reached_at(&self, component: usize) -> Option<u32> {
         let holds = |ranges: &[Range<usize>]| ranges.iter().any(|range| range.contains(&component));
         if holds(&self.begin) {
@@ -116,7 +115,7 @@ impl Region {
         entered.map(|ring| ring as u32 + 2)
     }
 
-    /// Takes the nodes that are stepped first back to the start of the window, and accelerates them under the present load.
+    /// Resets the nodes that are stepped first to the start of the window, and accelerates them under the current load.
     pub fn begin(
         &self,
         fields: &mut StepFields,
@@ -143,7 +142,7 @@ impl Region {
     }
 }
 
-/// States of the rings of a region, each at the moment before a change reaches it.
+/// States of the rings of a region, each just before a change reaches it.
 #[derive(Clone, Debug, Default)]
 pub struct RingRecord {
     numbers: Vec<f64>,
@@ -162,7 +161,7 @@ impl RingRecord {
         self.at = 0;
     }
 
-    /// Records, before a step, all that its elements need of a law with history.
+    /// Records, before a step, the data that its elements need under a law with history.
     pub fn record_start(&mut self, ring: &Ring, scheme: &NewmarkScheme, fields: &StepFields) {
         let state = &fields.state;
         if state.history.is_empty() {
@@ -193,7 +192,7 @@ impl RingRecord {
         }
     }
 
-    /// Reads what was recorded for the next step; `increments` take those of the ring, under a law with history.
+    /// Reads the record for the next step; under a law with history `increments` gets the increments of the ring.
     pub fn read(&mut self, ring: &Ring, fields: &mut StepFields, increments: &mut Vec<f64>) {
         let (state, dissipated) = (&mut fields.state, &mut fields.dissipated);
         if !state.history.is_empty() {
@@ -214,7 +213,7 @@ impl RingRecord {
         }
     }
 
-    /// The next numbers, into part of a field that the scene may not have.
+    /// Reads the next numbers into part of a field that the scene may not have.
     fn take(&mut self, field: &mut [f64], own: &Range<usize>) {
         let field = part(field, own);
         let end = self.at + field.len();

@@ -7,19 +7,19 @@ use crate::element::body::Body;
 use crate::element::layout::Layout;
 use crate::mesh::connectivity::Connectivity;
 
-/// The way in which nodes are added ring by ring.
+/// How nodes are added ring by ring.
 pub(super) struct Rings<'a> {
     layout: Layout,
-    /// That of an unstructured mesh.
+    /// Connectivity of an unstructured mesh.
     connectivity: Option<&'a Connectivity>,
-    /// True where a row is reached as a whole: of a structured mesh with all of its nodes, else with the columns from the first to the last
-    /// that are reached; of an unstructured one with the nodes of all of its elements.
+    /// True where a row is reached as a whole: all nodes of a row of a structured mesh, the nodes of all elements of a row of an unstructured one.
+    /// False where a structured row is reached from its first to its last reached column.
     whole: bool,
 }
 
 impl Rings<'_> {
-    /// For a body whose law has a history or not. A row of elements with a history is stepped as a whole, and so is a periodic
-    /// one, whose ends are the same nodes.
+    /// For a body whose law has a history or not. A row of elements with a history is stepped as a whole, and so is a periodic row, whose ends are
+    /// the same nodes.
     pub(super) fn new(body: &Body, history: bool) -> Rings<'_> {
         Rings {
             layout: body.layout,
@@ -83,7 +83,7 @@ impl Rings<'_> {
         }
     }
 
-    /// Indices of the components of a front, those of another one left out.
+    /// Indices of the components of a front, without the components of another front.
     pub(super) fn components(&self, front: &Front, without: Option<&Front>) -> Vec<Range<usize>> {
         let layout = self.layout;
         let mut ranges = Vec::new();

@@ -12,20 +12,19 @@ pub(super) struct Scratch {
     pub(super) elements: RowForces,
     pub(super) force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// StaticLoads less the stiffness damping.
+    /// Loads less the stiffness damping.
     pub(super) net: Vec<f64>,
     pub(super) above: Vec<f64>,
     pub(super) below: Vec<f64>,
     pub(super) increments: Increments,
-    /// Copy of the history of the elements above the strip, whose owner changes it at the same time; empty under a law
-    /// without.
+    /// Copy of the history of the elements above the strip, whose owner changes it at the same time; empty under a law without history.
     pub(super) history: Vec<f64>,
 }
 
 /// Increments of displacements, a row each; empty under a law without history.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Increments {
-    /// Increments of the row at hand.
+    /// Increments of the current row.
     pub(super) here: Vec<f64>,
     /// Increments of the row below it.
     pub(super) next: Vec<f64>,

@@ -20,7 +20,7 @@ pub struct NodalState {
     pub force: Lines,
     /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
     pub a: Lines,
-    /// Force of the stiffness damping (N), empty where nothing has been damped so.
+    /// Force of the stiffness damping (N), empty until there is any.
     pub damping_force: Lines,
     /// History variables of a plastic body, empty for any other; see [`Body::plastic_strain`].
     pub history: Vec<f64>,
@@ -57,12 +57,12 @@ impl NodalState {
         ]
     }
 
-    /// The same, to be read.
+    /// The same, read-only.
     pub fn nodal(&self) -> [&[f64]; 5] {
         [&self.u, &self.v, &self.a, &self.force, &self.damping_force]
     }
 
-    /// Takes over the start of a window; the accelerations follow from it.
+    /// Copies the start of a window; the accelerations follow from it.
     pub fn restore(&mut self, start: &NodalState) {
         self.u.copy_from_slice(&start.u);
         self.v.copy_from_slice(&start.v);
@@ -71,13 +71,13 @@ impl NodalState {
         self.damping_force.clone_from(&start.damping_force);
     }
 
-    /// Takes over the start of a window, the accelerations included: contact forces do not jump there.
+    /// Copies the start of a window, the accelerations included: contact forces do not jump there.
     pub fn resume(&mut self, start: &NodalState) {
         self.restore(start);
         self.a.copy_from_slice(&start.a);
     }
 
-    /// Takes over these components of the start of a window, which stand in others there; the accelerations follow from it.
+    /// Copies the components `theirs` of the start of a window to `part`; the accelerations follow from them.
     pub fn restore_part(&mut self, part: Range<usize>, start: &NodalState, theirs: Range<usize>) {
         let fields = [
             (&mut self.u, &start.u),

@@ -19,7 +19,7 @@ use crate::wheel::rigid::Wheel;
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
 
-/// Neighbouring rows of nodes and everything that stepping them writes.
+/// Neighbouring rows of nodes and all data that their step writes.
 pub(super) struct Strip<'a> {
     body: &'a Body,
     rule: &'a Rule,
@@ -32,21 +32,21 @@ pub(super) struct Strip<'a> {
     force: &'a mut [f64],
     /// Empty without stiffness damping.
     damping_force: &'a mut [f64],
-    /// History of the elements below each row; empty under a law without.
+    /// History of the elements below each row; empty under a law without history.
     history: &'a mut [f64],
     dissipated: Dissipated<&'a mut [f64]>,
     scratch: &'a mut Scratch,
-    /// The part of its rows that is stepped; all where there is none.
+    /// The stepped part of its rows; `None` for all of them.
     pub(super) part: Option<Part<'a>>,
     /// The wheel, for the strip with the upper row.
     pub(super) wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
 }
 
-/// Part of a body that a step goes over; everything else is as it would be after the step where the part needs it.
+/// Part of a body that a step covers; all other nodes that the part needs are already as after the step.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
     pub(super) columns: Columns<'a>,
-    /// The same and those beside them that are where the step before has left them, and must be predicted.
+    /// The stepped columns and the columns beside them that are still as the step before left them, and must be predicted.
     pub(super) predicted: Columns<'a>,
     /// Increments of the displacements in the rows beside the part; empty under a law without history.
     pub(super) increments: &'a [f64],
@@ -57,12 +57,12 @@ pub(super) struct Part<'a> {
 pub(super) enum Columns<'a> {
     /// The same in each row.
     Alike([usize; 2]),
-    /// Those of each row, of which some may have none.
+    /// Columns of each row; a row may have no columns.
     OfRows(&'a [[usize; 2]]),
 }
 
 impl Columns<'_> {
-    /// Columns of a row; the row below the last one, which belongs to another strip, has none.
+    /// Columns of a row; the row below the last one, which belongs to another strip, has no columns.
     fn of(self, row: usize) -> [usize; 2] {
         match self {
             Columns::Alike(columns) => columns,
@@ -153,7 +153,7 @@ impl Strip<'_> {
         }
     }
 
-    /// Elements above the strip, which the strip above computes for itself as well.
+    /// Elements above the strip, which the strip above also computes for itself.
     fn elements_above(&mut self) {
         let body = self.body;
         let scratch = &mut *self.scratch;

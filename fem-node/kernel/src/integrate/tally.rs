@@ -1,7 +1,7 @@
 //! Sums over a body at the end of a window, block by block.
 //!
-//! A block is a few neighbours of one row and component. A repeat of the window adds up only the blocks that it has changed; the
-//! sums of the blocks are added in their order, so that the bits are those of a sum over everything.
+//! A block is a few neighbours of one row and component. A repeat of the window adds up only the blocks that it has changed. The sums of the blocks
+//! are added in order, so the bits equal a sum over all blocks.
 
 use std::ops::Range;
 
@@ -29,11 +29,11 @@ pub struct Sums {
     pub inertia: f64,
     /// Sums of [`Dissipated`](super::dissipation::Dissipated).
     pub numerical: f64,
-    /// The same of mass damping (J).
+    /// The same for mass damping (J).
     pub mass_damping: f64,
-    /// The same of stiffness damping (J).
+    /// The same for stiffness damping (J).
     pub stiffness_damping: f64,
-    /// The displacement farthest from zero (m); NaN where any is.
+    /// The displacement farthest from zero (m); NaN if any is NaN.
     pub farthest: f64,
 }
 
@@ -85,7 +85,7 @@ impl Tally {
         (0..self.starts.len()).for_each(|block| self.begin_block(body, a, block));
     }
 
-    /// Begins it with the accelerations in these blocks.
+    /// Begins a window with the accelerations in these blocks.
     pub fn begin_blocks(&mut self, body: &Body, blocks: &[usize], a: &[f64]) {
         blocks
             .iter()
@@ -97,7 +97,7 @@ impl Tally {
         self.starts[block] = vectorised!(inertia(&body.mass[own.clone()], &a[own]));
     }
 
-    /// Begins it again in these blocks, from this state under another load and with this mass damping (1/s).
+    /// Begins a window again in these blocks, from this state under another load and with this mass damping (1/s).
     pub fn begin_again(
         &mut self,
         body: &Body,
@@ -114,8 +114,7 @@ impl Tally {
         }
     }
 
-    /// Takes over the blocks of columns that a piece of the body, which begins at column `first`, has for its own. Cuts are at
-    /// multiples of [`BLOCK`].
+    /// Copies the blocks of the own columns of a piece of the body that begins at column `first`. Cuts are at multiples of [`BLOCK`].
     pub fn take(
         &mut self,
         layout: Layout,
@@ -132,7 +131,7 @@ impl Tally {
         for line in 0..2 * layout.node_rows {
             for block in own.start / BLOCK..end {
                 let (to, from) = (line * of_row + block, line * of_its + block - first / BLOCK);
-                // Where the piece ends there is padding.
+                // There is padding beyond the end of the piece.
                 self.blocks[to] = piece.blocks.get(from).copied().unwrap_or_default();
                 self.starts[to] = piece.starts.get(from).copied().unwrap_or_default();
             }
@@ -199,7 +198,7 @@ fn sum(x: &[f64]) -> f64 {
     sum_of(x.len(), |k| Pack::load(x, k))
 }
 
-/// The sum of the packs of a block, whose length is a multiple of theirs.
+/// The sum of the packs of a block, whose length is a multiple of a pack's.
 #[inline(always)]
 fn sum_of(len: usize, pack: impl Fn(usize) -> Pack) -> f64 {
     let packs = (0..len).step_by(LANES).map(pack);

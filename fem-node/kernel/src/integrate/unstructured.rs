@@ -22,7 +22,7 @@ use crate::wheel::rigid::Wheel;
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
 
-/// Nodes in a piece: large against the cost of handing it out, small enough for some pieces a thread.
+/// Nodes in a piece: large compared with the cost of handing it out, small enough for several pieces per thread.
 const NODES: usize = 1024;
 
 /// Rows of elements in a piece.
@@ -39,7 +39,7 @@ pub(super) struct Unstructured {
     new_force: Vec<f64>,
     /// Accelerations at its end.
     new_a: Vec<f64>,
-    /// StaticLoads less the stiffness damping; empty until there is any.
+    /// Loads less the stiffness damping; empty until there is any.
     net: Vec<f64>,
     /// Increments of the displacements; empty under a law without history.
     increment: Vec<f64>,
@@ -231,7 +231,7 @@ impl Unstructured {
     }
 }
 
-/// Pieces of the nodes; those of the stiffness damping only where `net` is not empty.
+/// Pieces of the nodes, with the stiffness damping only where `net` is not empty.
 fn node_rows<'a>(
     body: &'a Body,
     state: &'a mut NodalState,

@@ -15,8 +15,8 @@ use crate::scheme::NewmarkScheme;
 /// phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped oscillator to a constant
 /// force: never negative, so that C is positive definite.
 ///
-/// The columns are those of linear elasticity in small strain: a plastic body that yields within the window is softer, and
-/// a coupler that needs more than one repeat then takes more of them.
+/// The columns hold for linear elasticity in small strain: a plastic body that yields within the window is softer, and a coupler then needs more
+/// repeats.
 ///
 /// The columns are independent, so the threads share them; each is computed by one thread.
 pub fn compliance(
@@ -35,16 +35,16 @@ pub fn compliance(
 }
 
 /// D (kg/s), n x n, column-major: column j holds the reactions on all n `components` at the end of `substeps` steps from
-/// rest in which the velocity of component j grows in a straight line to one and the others stay at rest. With the
-/// acceleration 1/H and the modes of the body with fixed components, of frequency omega and participation L,
+/// rest in which the velocity of component j grows linearly to one and the others stay at rest. With the acceleration 1/H and the modes of the body
+/// with fixed components, of frequency omega and participation L,
 ///
 /// ```text
 /// H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H))
 /// ```
 ///
 /// M_i being the lumped masses of the components and K_i their static stiffness: it is never less than M_i, so that D has
-/// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], of linear
-/// elasticity, and shared among the threads.
+/// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], the columns hold for linear elasticity,
+/// and the threads share them.
 pub fn impedance(
     body: &Body,
     scheme: NewmarkScheme,
@@ -96,7 +96,7 @@ impl ColumnRun {
     fn new(body: &Body, scheme: NewmarkScheme) -> ColumnRun {
         ColumnRun {
             rest: NodalState::at_rest(body),
-            // Nobody asks for the energies of a column.
+            // The energies of a column are not needed.
             fields: StepFields::at_rest(body, None, Mechanisms::default()),
             integrator: Integrator::new(body, scheme, None, 1),
         }

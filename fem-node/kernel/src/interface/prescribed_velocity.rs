@@ -1,7 +1,7 @@
-//! Components whose velocity is prescribed, linear in time over a window, and the reaction that this takes.
+//! Components whose velocity is prescribed, linear in time over a window, and their reactions.
 //!
-//! The acceleration of such a component is the constant a_s = (v_end - v_start) / H. A step is done as if no reaction acted
-//! on it, which gives it the acceleration a_0; the reaction f makes it a_s,
+//! The acceleration of such a component is the constant a_s = (v_end - v_start) / H. A step without the reaction gives the acceleration a_0; the
+//! reaction f changes it to a_s,
 //!
 //! ```text
 //! f  = M (a_s - a_0)                       at the start of the window
@@ -39,7 +39,7 @@ struct DrivenComponent {
 }
 
 impl PrescribedVelocity {
-    /// Starts from the velocities of a state whose accelerations are those without reactions: f = M (a_s - a_0).
+    /// Starts from the velocities of a state whose accelerations do not include the reactions: f = M (a_s - a_0).
     pub fn start(
         body: &Body,
         state: &mut NodalState,

@@ -12,7 +12,7 @@
 //! g  = (|x_trial| - sqrt(2/3) (Y + H a)) / (2 mu + 2/3 (H + K)),  at least 0
 //! ```
 //!
-//! Yielding leaves the pressure alone. The back stress is a function of p, so p and a are the whole history.
+//! Yielding does not change the pressure. The back stress is a function of p, so p and a are the whole history.
 //!
 //! # Energy
 //! The internal work of a step is (s + s') de / 2 in each point. With de = d(e - p) + dp it is the change of the elastic
@@ -87,8 +87,8 @@ impl J2 {
     /// p' = p + g n,  a' = a + sqrt(2/3) g,  n = x_trial/|x_trial|
     /// ```
     ///
-    /// Returns 2 mu p', by which the stress is below that of Hooke's law (Pa), and the dissipation (J/m3); `increment`
-    /// gives the strain since the last step.
+    /// Returns 2 mu p', the reduction of the stress of Hooke's law (Pa), and the dissipation (J/m3); `increment` gives the strain since the last
+    /// step.
     #[inline(always)]
     pub(crate) fn return_map(
         &self,
@@ -106,7 +106,7 @@ impl J2 {
         if !square.any_above(radius * radius) {
             return ([two_mu * pxx, two_mu * pyy, mu * pxy], Pack::splat(0.0));
         }
-        // The lanes that stay elastic get g = 0; their |x| may be 0, that of the others is above the radius.
+        // The lanes that stay elastic get g = 0; their |x| may be 0. In the other lanes |x| is above the radius.
         let norm = square.sqrt().max(radius);
         let plastic_modulus = 2.0 * self.mu + 2.0 / 3.0 * (self.isotropic + self.kinematic);
         let g = (norm - radius) * Pack::splat(1.0 / plastic_modulus);
@@ -125,8 +125,7 @@ impl J2 {
         ([two_mu * new[0], two_mu * new[1], mu * new[2]], dissipated)
     }
 
-    /// True where the first flow begins in any lane: |x_trial| > sqrt(2/3) Y, with a history of zero. It rounds as
-    /// [`return_map`](J2::return_map) does.
+    /// True where the first flow begins in any lane: |x_trial| > sqrt(2/3) Y, with a history of zero. It rounds like [`return_map`](J2::return_map).
     #[inline(always)]
     pub(crate) fn begins_to_flow(&self, strain: Plane3) -> bool {
         let zero = Pack::splat(0.0);
@@ -134,8 +133,8 @@ impl J2 {
         norm_squared(self.trial(strain, [zero; 3])).any_above(radius * radius)
     }
 
-    /// Y^2 / (3 mu^2), the largest 2 dev e : dev e (1) of a point that has not flowed and does not: with x_trial = 2 mu dev e
-    /// the surface is 4 mu^2 dev e : dev e = 2/3 Y^2.
+    /// Y^2 / (3 mu^2), the largest 2 dev e : dev e (1) of a point that has never flowed and does not flow: with x_trial = 2 mu dev e the surface is 4
+    /// mu^2 dev e : dev e = 2/3 Y^2.
     pub(crate) fn shear_limit(&self) -> f64 {
         let ratio = self.yield_stress / self.mu;
         ratio * ratio / 3.0
@@ -148,7 +147,7 @@ impl J2 {
             * (Pack::splat(self.yield_stress) + Pack::splat(self.isotropic) * a)
     }
 
-    /// Elastic energy and that of the back stress less s e / 2 (J/m3): K p p / 3 - s p / 2.
+    /// Elastic energy plus the energy of the back stress less s e / 2 (J/m3): K p p / 3 - s p / 2.
     #[inline(always)]
     pub(crate) fn energy_correction(&self, strain: Plane3, [pxx, pyy, pxy, _]: History) -> Pack {
         let half = Pack::splat(0.5);
@@ -230,7 +229,7 @@ mod tests {
         assert!((stress[1] - exact).abs() < 1e-12, "{} {exact}", stress[1]);
     }
 
-    /// Isotropic hardening doubles the span of the reversal with the growth, kinematic hardening keeps it 2 Y/sqrt(3).
+    /// With isotropic hardening the span of the reversal is twice the grown yield stress, with kinematic hardening it stays 2 Y/sqrt(3).
     #[test]
     fn the_back_stress_moves_the_surface_and_does_not_widen_it() {
         for (isotropic, kinematic) in [(15.0, 0.0), (0.0, 15.0)] {
@@ -259,7 +258,7 @@ mod tests {
 
     /// (s + s') de / 2 over a path against elastic energy, energy of the back stress and dissipation.
     #[test]
-    fn no_work_is_lost_however_long_the_steps() {
+    fn no_work_is_lost_in_steps_of_any_length() {
         let strains = [0.02, 0.1, 0.04, -0.2, 0.01];
         let (stress, dissipated) = sheared(&LAW, &strains);
         let mut work = 0.0;

@@ -5,8 +5,8 @@
 //! the isotropic law S = D E the first Piola-Kirchhoff stress R S is the exact derivative of the energy E D E / 2:
 //! S : R^T dF = S : (R^T dR U + dU), and S R^T dR U has no trace because U and S commute (Biot 1965; Ogden, Non-Linear
 //! Elastic Deformations, 1984, section 6.1.4). Forces therefore do no work around a closed path and have no resultant.
-//! Forces are no longer linear in u, so that the work which the ledger takes by the trapezium rule departs from the
-//! energy with the square of the step: 1e-6 of the work for a column that is bent over at 0.9 of the stability limit.
+//! Forces are no longer linear in u, so the ledger's work by the trapezium rule differs from the energy by an error of second order in the step: 1e-6
+//! of the work for a column that is bent over at 0.9 of the stability limit.
 
 use crate::material::j2::{History, J2, Plane3};
 use crate::pack::lanes::Pack;
@@ -39,9 +39,8 @@ impl NonlinearLaw {
         }
     }
 
-    /// Stored energy less half the product of stress and gradient (J/m3), the part that the sum u F(u) / 2 over the nodes
-    /// misses or has too much. With R S : grad u = S : E + tr S - tr R S it is (tr R S - tr S) / 2 for the rotation, and
-    /// for plasticity [`J2::energy_correction`].
+    /// Stored energy less half the product of stress and gradient (J/m3), the correction of the sum u F(u) / 2 over the nodes. With R S : grad u = S
+    /// : E + tr S - tr R S it is (tr R S - tr S) / 2 for the rotation, and for plasticity [`J2::energy_correction`].
     #[inline(always)]
     pub(crate) fn energy_correction(
         &self,
@@ -121,7 +120,7 @@ impl Rotation {
     }
 }
 
-/// Plasticity with every factor where the formula has it, with which the tests of the elements compare their own.
+/// Plasticity with every factor as in the formula, a reference for the tests of the elements.
 #[cfg(test)]
 pub(crate) mod plain {
     use super::{Gradient, hooke, symmetric};
@@ -129,8 +128,8 @@ pub(crate) mod plain {
     use crate::pack::lanes::Pack;
 
     /// Stress D e - 2 mu p' under `gradient` after the radial return [`J2::return_map`], which updates the history, and the dissipation
-    /// (J/m3). `moduli` (c11, c12, c33) are those of the element, which may take the change of volume out; `increment` gives
-    /// the gradient of the last step.
+    /// (J/m3). `moduli` (c11, c12, c33) belong to the element, which may exclude the change of volume; `increment` gives the gradient of the last
+    /// step.
     pub(crate) fn respond(
         plastic: &J2,
         moduli: [f64; 3],

@@ -21,7 +21,7 @@ pub struct Connectivity {
 /// A named set of nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeSet {
-    /// Lines that hang together, each in the order of a walk; a closed one ends where it begins.
+    /// Connected lines, each in order along the line; a closed one ends where it begins.
     Lines(Vec<Vec<u32>>),
     /// The nodes of a region.
     Region(Vec<u32>),
@@ -56,8 +56,8 @@ impl Connectivity {
         }
     }
 
-    /// The closed lines that the outline consists of, the body on the left: that around a part of it runs anticlockwise, that around a
-    /// hole clockwise. A node in which two of them meet is a line of its own, and they are mixed up.
+    /// The closed lines of the outline, the body on the left: anticlockwise around a part of the body, clockwise around a hole. A node in which two
+    /// lines meet is a line of its own, and these two lines are mixed up.
     pub fn loops(&self) -> Vec<Vec<usize>> {
         let sides = |c: &[u32; 4]| [0, 1, 2, 3].map(|k| [c[k], c[(k + 1) % 4]].map(|n| n as usize));
         let sides = self.corners.iter().flat_map(sides);
@@ -96,12 +96,12 @@ impl Connectivity {
         self.first.len() - 1
     }
 
-    /// Corners that the node is, 4 element + corner.
+    /// Corners of elements at the node, 4 element + corner.
     pub(crate) fn corners_at(&self, node: usize) -> &[u32] {
         &self.around[self.first[node] as usize..self.first[node + 1] as usize]
     }
 
-    /// The two ends of a side of one element, the body on the left; none where two elements share it or none has it.
+    /// The two ends of a side of one element, the body on the left; `None` where two elements share the side or no element has it.
     pub(crate) fn outline(&self, a: usize, b: usize) -> Option<[usize; 2]> {
         let mut sides = self.corners_at(a).iter().filter_map(|at| {
             let (element, corner) = (*at as usize / 4, *at as usize % 4);

@@ -29,8 +29,8 @@ pub(super) fn run_wide(machine: V4, computation: impl InRegisters) {
 #[derive(Clone, Copy)]
 struct Avx(V3);
 
-/// Proof that it has those of 512 bits. They do not compute faster where a processor halves them, but it has twice as many elements
-/// under way: a pack of them is one chain of operations that wait for each other, of which it can hold so many only.
+/// Proof that the machine has registers of 512 bits. A processor that halves them does not compute faster, but has twice as many elements in flight:
+/// a pack of elements is one chain of dependent operations, and a processor can hold only a limited number of operations.
 #[derive(Clone, Copy)]
 struct Avx512(V4);
 

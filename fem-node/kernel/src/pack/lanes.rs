@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
-/// Vectors of one pack or several side by side, computed lane by lane, each operation rounded as that of a double.
+/// Vectors of one pack or several side by side, computed lane by lane, each operation rounded as for a double.
 pub(crate) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
@@ -30,7 +30,7 @@ pub(crate) trait Registers: Copy {
     /// Packs in a vector.
     const PACKS: usize;
 
-    /// Those for one pack.
+    /// The registers for one pack.
     fn single(self) -> Self::Single;
 
     /// The same number in every lane.
@@ -48,8 +48,7 @@ pub(crate) trait Registers: Copy {
         )
     }
 
-    /// All numbers of the packs from the `p`th on. A loop, which is unrolled: the `map` of an array is a call, and all of them would
-    /// pass through memory.
+    /// All numbers of the packs from the `p`th on. A loop, which is unrolled: `map` on an array is a call, and all vectors would pass through memory.
     #[inline(always)]
     fn load_all<const N: usize>(self, packs: &[[Pack; N]], p: usize) -> [Self::Vector; N] {
         let mut vectors = [self.splat(0.0); N];
@@ -69,12 +68,12 @@ pub(crate) trait InRegisters {
     fn run<R: Registers>(self, registers: R);
 }
 
-/// A computation pack by pack, for as many side by side as there are in a vector.
+/// A computation by packs, as many at a time as a vector has.
 pub(crate) trait ByPacks {
     /// Computes the packs from the `p`th on; must be inlined.
     fn at<R: Registers>(&mut self, registers: R, p: usize);
 
-    /// Computes so many packs.
+    /// Computes this many packs.
     #[inline(always)]
     fn over<R: Registers>(&mut self, registers: R, packs: usize) {
         let whole = packs - packs % R::PACKS;
@@ -152,7 +151,7 @@ impl Pack {
         self.zip(other, |a, b| if a > 0.0 { b } else { 0.0 })
     }
 
-    /// True where any lane is above that of `other`.
+    /// True where any lane is above the lane of `other`.
     #[inline(always)]
     pub(crate) fn any_above(self, other: Pack) -> bool {
         let above = self.zip(other, |a, b| if a > b { 1.0 } else { 0.0 });

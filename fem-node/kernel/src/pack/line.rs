@@ -1,4 +1,4 @@
-//! Numbers that begin with a line of the cache.
+//! Numbers that begin on a cache line.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,26 +7,26 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 
-/// A line of the cache. The register of this size is the only type with its alignment that may be read as numbers.
+/// A cache line. The register of this size is the only type with its alignment that may be read as numbers.
 #[cfg(target_arch = "x86_64")]
 type Line = std::arch::x86_64::__m512d;
 #[cfg(not(target_arch = "x86_64"))]
 type Line = [f64; LINE];
 
-/// Numbers in a line of the cache.
+/// Numbers in a cache line.
 pub(crate) const LINE: usize = 8;
 
-/// Numbers that begin with a line of the cache: a vector of a line that lies across two takes two turns to read or to write.
+/// Numbers that begin on a cache line: a vector across two lines takes two accesses to read or write.
 #[derive(Clone, Debug, Default)]
 pub struct Lines(Vec<Line>);
 
 impl Lines {
-    /// At least so many zeros.
+    /// At least this many zeros.
     pub(crate) fn zeros(count: usize) -> Lines {
         Lines(vec![Line::zeroed(); count.div_ceil(LINE)])
     }
 
-    /// Makes it as long as [`zeros`](Lines::zeros) would, with zeros for what is new.
+    /// Makes it as long as [`zeros`](Lines::zeros) would; new numbers are zero.
     pub fn resize(&mut self, count: usize) {
         self.0.resize(count.div_ceil(LINE), Line::zeroed());
     }
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_begin_with_one_of_the_cache() {
+    fn lines_begin_on_a_cache_line() {
         for count in [0, 1, 8, 9, 1000] {
             let mut lines = Lines::zeros(count);
             assert_eq!(lines.len(), count.next_multiple_of(LINE));

@@ -10,12 +10,11 @@
 //! the wheel             sum (r_n n_y - r_t t_y) = load
 //! ```
 //!
-//! Then every status is judged by the sign that its own condition leaves open, and the wrong ones are changed: a
-//! pulling force opens a node, a negative gap closes one, a tangential force beyond the cone begins to slip in its own
-//! direction, a slip against its force sticks. This is Newton's method on the projections of the laws (Hueeber,
-//! Stadler, Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572-596) and ends after two to five rounds where the load
-//! increments are small. Coulomb's law is not the gradient of anything, so rounds can repeat; then only the worst status
-//! is changed, and when that does not end either the increment is halved.
+//! Then the sign that each condition leaves open shows whether the status is right, and wrong statuses change: a pulling force opens a node, a
+//! negative gap closes one, a tangential force beyond the cone begins to slip in its own direction, a slip against its force sticks. This is Newton's
+//! method on the projections of the laws (Hueeber, Stadler, Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572-596) and ends after two to five rounds where
+//! the load increments are small. Coulomb's law has no potential, so rounds can repeat; then only the worst status changes, and if that does not end
+//! either the increment is halved.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -37,8 +36,8 @@ const HALVINGS_MAX: u32 = 6;
 /// Share of the largest force or displacement that counts as zero: the rounding of a dense solve.
 const ROUNDING: f64 = 1e-10;
 
-/// Reach of new columns: where a closed node has none yet, those of this many neighbours on each side are computed with it: contact
-/// grows from its edge, and many columns at a time are cheaper.
+/// Reach of new columns: with the columns of a closed node the columns of this many neighbours on each side are computed. Contact grows from its
+/// edge, and many columns at a time are cheaper.
 const REACH: usize = 8;
 
 /// Load and position of the wheel at the end of an increment.
@@ -68,7 +67,7 @@ struct StatusChange {
     violation: f64,
 }
 
-/// An increment that did not end.
+/// An increment that did not converge.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NotConverged {
     /// The worst violation of a law in the last round, as a force (N).
@@ -103,7 +102,7 @@ impl ActiveSet {
         }
     }
 
-    /// True where it is of an edge with as many nodes.
+    /// True if both are of edges with the same number of nodes.
     pub(super) fn is_like(&self, other: &ActiveSet) -> bool {
         let lengths = |set: &ActiveSet| {
             let forces = [&set.normal, &set.tangential].map(Vec::len);
@@ -123,7 +122,7 @@ impl ActiveSet {
         }
     }
 
-    /// Goes to the target, in one increment where that converges; `extend` computes the columns of nodes.
+    /// Goes to the target, in one increment if that converges; `extend` computes the columns of nodes.
     pub(super) fn advance(
         &mut self,
         face: &Face,
@@ -160,7 +159,7 @@ impl ActiveSet {
         Ok(())
     }
 
-    /// The wheel rests on something from the first round on; friction that begins now finds everything at rest.
+    /// Closes the lowest node if all are open, so that the wheel rests on a node. Where friction begins now, closed nodes stick.
     fn start(&mut self, face: &Face, target: Target) {
         if self.status.iter().all(|s| *s == ContactStatus::Open) {
             let gap = |node: usize| face.gap(node, self.wheel, self.u[node]);
@@ -175,7 +174,7 @@ impl ActiveSet {
         }
     }
 
-    /// Forces and wheel under the present statuses; false where they leave the wheel or a node undetermined.
+    /// Forces and wheel under the current statuses; false where these leave the wheel or a node undetermined.
     fn solve(&mut self, increment: &ContactIncrement, edge: &EdgeCompliance) -> bool {
         let system = System::new(self, increment, edge);
         let Some(solution) = system.matrix.lu().solve(&system.right) else {
@@ -250,7 +249,7 @@ impl ActiveSet {
         changes
     }
 
-    /// Motion of the wheel along the tangent beyond that of the node in this increment (m).
+    /// Motion of the wheel relative to the node along the tangent in this increment (m).
     fn slip(&self, before: &ActiveSet, face: &Face, node: usize) -> f64 {
         let tangent = face.tangent(node);
         let relative = |s: &ActiveSet, k: usize| s.wheel[k] - s.u[node][k];
@@ -335,14 +334,14 @@ enum Direction {
 struct Unknown {
     node: usize,
     along: Direction,
-    /// Tangential force that comes with each newton of a normal one.
+    /// Tangential force for each newton of normal force.
     drag: f64,
     /// The force on the node for a value of 1.
     direction: [f64; 2],
 }
 
-/// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of
-/// the wheel is multiplied with it, so that all entries are of one size.
+/// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of the wheel is multiplied by it, so
+/// that all entries have a similar size.
 pub(crate) struct System {
     unknowns: Vec<Unknown>,
     matrix: DMatrix<f64>,
@@ -351,8 +350,8 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of those that stick, and
-    /// sum (r_n n_y - r_t t_y) = load of the wheel.
+    /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of sticking nodes, and sum (r_n n_y - r_t t_y) = load of the
+    /// wheel.
     pub(crate) fn new(
         now: &ActiveSet,
         increment: &ContactIncrement,
@@ -400,7 +399,7 @@ impl System {
     }
 }
 
-/// A normal force for each closed node, then a tangential one for each that sticks.
+/// A normal force for each closed node, then a tangential force for each sticking node.
 fn unknowns(now: &ActiveSet, increment: &ContactIncrement, edge: &EdgeCompliance) -> Vec<Unknown> {
     let ContactIncrement { face, target, .. } = increment;
     let normal = now.closed().map(|node| {

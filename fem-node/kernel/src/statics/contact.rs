@@ -36,7 +36,7 @@ impl WheelContact {
         [0, 1].map(|k| contact.friction[k] + contact.normal[k])
     }
 
-    /// Contact of a node as that of a wheel in motion.
+    /// Contact of a node in the form used for a wheel in motion.
     fn node_contact(&self, node: usize) -> NodeContact {
         let [nx, ny] = self.normals[node];
         let (normal, tangential) = (self.normal[node], self.tangential[node]);
@@ -47,7 +47,7 @@ impl WheelContact {
         }
     }
 
-    /// Contacts as those of a wheel in motion.
+    /// Contacts in the form used for a wheel in motion.
     pub fn node_contacts(&self) -> Vec<NodeContact> {
         let nodes = 0..self.normals.len();
         nodes.map(|node| self.node_contact(node)).collect()

@@ -10,25 +10,25 @@ use crate::mesh::Edge;
 pub(crate) struct EdgeCompliance {
     /// Displacements (x0, y0, x1, ...) under the full tractions (m).
     full: Vec<f64>,
-    /// True for each node whose components can both move. One that cannot move sideways sticks to nothing.
+    /// True for each node whose components can both move. A node that cannot move sideways does not stick.
     pub(super) free: Vec<bool>,
     pub(super) known: KnownColumns,
 }
 
-/// What increments change of an [`EdgeCompliance`]. Columns are kept as they are: solved together with others they would come out
-/// with other last bits.
+/// The part of an [`EdgeCompliance`] that increments change. Columns are kept as they are: solved together with other columns their last bits would
+/// differ.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct KnownColumns {
     /// Share of the tractions that acts.
     pub(super) share: f64,
-    /// For each node, once it has been needed, the displacements of all under a unit force in x and in y (m/N).
+    /// For each node that has been needed, the displacements of all nodes under a unit force in x and in y (m/N).
     columns: Vec<Option<[Vec<f64>; 2]>>,
-    /// Compliance of the node that was needed first (m/N), the scale of all.
+    /// Compliance of the node that was needed first (m/N), the scale for all nodes.
     pub(super) scale: f64,
 }
 
 impl EdgeCompliance {
-    /// Takes up what was computed; false where it is not of this edge.
+    /// Restores computed columns; false if they belong to another edge.
     pub(super) fn take_up(&mut self, known: KnownColumns) -> bool {
         let length = self.full.len();
         let mut columns = known.columns.iter().flatten().flatten();
@@ -57,7 +57,7 @@ impl EdgeCompliance {
         }
     }
 
-    /// The tractions that act, as a field of nodal forces (N).
+    /// The current tractions as a field of nodal forces (N).
     pub(super) fn applied(&self, problem: &StaticProblem) -> Vec<f64> {
         let mut load = problem.tractions.clone();
         load.iter_mut().for_each(|f| *f *= self.known.share);

@@ -39,8 +39,8 @@ impl Face {
         }
     }
 
-    /// The centre stands above x = 0, as low as no node is inside the circle. Nodes beside the wheel keep the gap
-    /// to it, but can never close it by moving up.
+    /// The centre is above x = 0, as low as possible without a node inside the circle. Nodes beside the wheel have a gap to it, but can never close
+    /// it by moving up.
     fn round(radius: f64, points: &[[f64; 2]]) -> Face {
         let above = |p: &[f64; 2]| (radius * radius - p[0] * p[0]).sqrt();
         let below = points.iter().filter(|p| p[0].abs() < radius);

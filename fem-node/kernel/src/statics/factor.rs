@@ -1,8 +1,8 @@
 //! Stiffness of the body and its Cholesky factor.
 //!
-//! The factor is made column by column (simplicial) and not by blocks of columns (supernodal): the dense kernels of blocks add up in
-//! another order where the registers of a processor have another width, and the last bits of all that follows differ between machines.
-//! At 54 000 equations it takes 0.21 s for 0.08 s, and solves take as long.
+//! The factor is made column by column (simplicial) and not by blocks of columns (supernodal): the dense kernels of blocks sum in an order that
+//! depends on the width of a processor's registers, and the last bits of all results would differ between machines. At 54 000 equations it takes 0.21
+//! s instead of 0.08 s; solves take the same time.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::SupernodalThreshold;
@@ -26,7 +26,7 @@ pub(crate) struct Factor {
     layout: Layout,
     /// Component of each equation.
     components: Vec<usize>,
-    /// Equation of each component, [`FIXED`] where there is none.
+    /// Equation of each component, or [`FIXED`].
     equations: Vec<u32>,
     symbolic: SymbolicCholesky<u32>,
     /// Entries of L.

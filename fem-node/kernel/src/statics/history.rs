@@ -12,10 +12,10 @@ use crate::error::KernelError;
 use crate::integrate::state::NodalState;
 use crate::wheel::node_contact::ContactStatus;
 
-/// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
+/// Largest contact half-width over the radius of a round wheel for the use of undeformed normals.
 const LEAN_MAX: f64 = 0.5;
 
-/// Increments of the load of a wheel without friction.
+/// Largest number of increments of the load of a wheel without friction.
 const SMOOTH_INCREMENTS: usize = 20;
 
 /// A wheel that is pressed on the upper edge, its load growing from zero.
@@ -33,7 +33,7 @@ pub struct StaticLoads {
     pub increments: usize,
 }
 
-/// What increments change; the rest of a history of loads follows from the configuration.
+/// The data that increments change; the rest of a history of loads follows from the configuration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct IncrementState {
     edge: KnownColumns,
@@ -50,7 +50,7 @@ pub struct StaticState {
     pub contact: Option<WheelContact>,
 }
 
-/// The equilibrium of a body under its full tractions and, where there is one, its wheel.
+/// The equilibrium of a body under its full tractions and its wheel, if it has one.
 pub fn equilibrium(
     problem: &StaticProblem,
     loads: Option<&StaticLoads>,
@@ -93,8 +93,8 @@ impl Statics {
         })
     }
 
-    /// Increments that bring the full load. Without friction there is no history, but small increments try fewer nodes in vain
-    /// and can be reported one by one.
+    /// Number of increments up to the full load. Without friction there is no history, but small increments try fewer wrong nodes and can be reported
+    /// one by one.
     pub fn loading_increments(&self) -> usize {
         match self.loads {
             Some(loads) if loads.friction_while_loading && loads.friction > 0.0 => loads.increments,
@@ -103,7 +103,7 @@ impl Statics {
         }
     }
 
-    /// What the increments so far have changed.
+    /// The data that the increments so far have changed.
     pub fn progress(&self) -> IncrementState {
         IncrementState {
             edge: self.edge.known.clone(),
@@ -112,7 +112,7 @@ impl Statics {
         }
     }
 
-    /// Goes on from there; false where it is not that of this body.
+    /// Continues from this progress; false if it belongs to another body.
     pub fn take_up(&mut self, progress: IncrementState) -> bool {
         let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
         if fits {
@@ -135,7 +135,8 @@ impl Statics {
         Ok(())
     }
 
-    /// Refuses a displacement beyond the size of the body: a linear body answers any load, and one that moves it by more than its size has a wrong unit.
+    /// Refuses a displacement beyond the size of the body: a linear body has an equilibrium under any load, and a load that moves it by more than its
+    /// size has a wrong unit.
     fn check_size(&self, problem: &StaticProblem) -> Result<(), KernelError> {
         let (state, size_m) = (self.state(problem).state, problem.mesh.size());
         let moved = state.u.iter().map(|u| u.abs());
@@ -207,7 +208,7 @@ impl Statics {
         self.check_face()
     }
 
-    /// Refuses a wheel that has sunk in to half of its width: the normals are those of the undeformed edge.
+    /// Refuses a wheel that has sunk in to half of its width: the normals belong to the undeformed edge.
     fn check_face(&self) -> Result<(), KernelError> {
         let Some(loads) = self.loads.filter(|loads| loads.radius > 0.0) else {
             return Ok(());
@@ -231,7 +232,7 @@ impl Statics {
         self.loads.map(|_| self.contact.describe(&self.face))
     }
 
-    /// The whole body in equilibrium with the present loads.
+    /// The whole body in equilibrium with the current loads.
     pub fn state(&self, problem: &StaticProblem) -> StaticState {
         let layout = problem.body.layout;
         let mut load = self.edge.applied(problem);

@@ -1,4 +1,4 @@
-//! The body whose equilibrium is sought, and what acts on it besides a wheel.
+//! The body of an equilibrium problem, and its loads without a wheel.
 
 use crate::element::body::{Body, ElementKind};
 use crate::material::Elastic;

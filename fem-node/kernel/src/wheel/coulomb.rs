@@ -13,7 +13,7 @@
 /// |r_t| <= mu r_n,  r_t = mu r_n sign(slip) where the node slips        Coulomb
 /// ```
 ///
-/// just when r is the projection of (r_n - gap/W_nn, r_t + slip/W_tt).
+/// exactly if r is the projection of (r_n - gap/W_nn, r_t + slip/W_tt).
 pub(crate) fn admissible([normal, tangential]: [f64; 2], friction: f64) -> [f64; 2] {
     let normal = normal.max(0.0);
     let limit = friction * normal;
@@ -29,7 +29,7 @@ mod tests {
 
     const FRICTION: f64 = 0.4;
 
-    /// A node that reaches above the wheel, or not, and slips, under a wheel of its own weight.
+    /// A node with this reach above the face of the wheel and this slip, and the wheel.
     fn node(reach: f64, slip: f64) -> (NodeMotion, WheelStep) {
         let node = NodeMotion {
             free: [-slip, reach],

@@ -11,8 +11,8 @@ use super::problem::{NodeMotion, WheelStep};
 /// r_t = slip_free / W_i, clipped to +-mu r_i
 /// ```
 ///
-/// slip_free is the increment of D minus that of the node's free x; the clipping is [`admissible`]. Carpenter, Taylor and
-/// Katona (1991); Renouf, Saulot and Berthier (2006), eqs 11-15, corrected.
+/// slip_free is the increment of D minus the increment of the node's free x; the clipping is [`admissible`]. Carpenter, Taylor and Katona (1991);
+/// Renouf, Saulot and Berthier (2006), eqs 11-15, corrected.
 pub(super) fn solve(nodes: &[NodeMotion], wheel: &WheelStep, contacts: &mut [NodeContact]) {
     let lifted = wheel.weight * total(nodes, wheel);
     for (node, contact) in nodes.iter().zip(contacts) {
@@ -27,8 +27,7 @@ fn gap(node: &NodeMotion, wheel: &WheelStep) -> f64 {
 }
 
 /// S by Newton's method from 0. S - sum max(0, -(g_i + W_w S)/W_i) is piecewise linear, increasing and concave, so
-/// each iterate lies below the root and above its predecessor: nodes only leave the active set, and once none has
-/// left the iterate is the root.
+/// each iterate lies below the root and above its predecessor: nodes only leave the active set, and when no node leaves the iterate is the root.
 pub(crate) fn total(nodes: &[NodeMotion], wheel: &WheelStep) -> f64 {
     let mut s = 0.0;
     let mut active = usize::MAX;

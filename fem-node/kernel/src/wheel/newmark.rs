@@ -1,6 +1,6 @@
 //! The time scheme for one component.
 
-/// The scheme of [`crate::integrate`] for one component: from the end of a step to that of the next.
+/// The scheme of [`crate::integrate`] for one component: from the end of a step to the end of the next.
 #[derive(Clone, Copy)]
 pub(crate) struct Newmark {
     h: f64,

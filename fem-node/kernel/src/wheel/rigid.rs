@@ -20,7 +20,7 @@ pub struct WheelNumbers {
     pub start_damping: f64,
 }
 
-/// Wheel, its load and its friction: everything about it that stays during a run.
+/// Wheel, its load and its friction: the data that do not change during a run.
 #[derive(Clone, Debug)]
 pub struct Wheel {
     /// Load and motion over time.
@@ -52,7 +52,7 @@ impl Wheel {
             first_height: first_height(numbers.radius, &points),
             points,
             stride: body.layout.stride,
-            // The margin keeps a start that is a multiple of the step up to rounding from moving by one step.
+            // With the margin, rounding does not move a start at a multiple of the step by one step.
             motion_step: (program.motion_start() / step + 1e-6) as u64,
             program,
             step,

@@ -11,7 +11,7 @@ use crate::pack::largest;
 /// keep the energy balance below 1e-6 over any number of steps.
 const TOLERANCE: f64 = 1e-10;
 
-/// A wheel as heavy as the nodes that it contacts needs some 10 sweeps, one of a hundredth of that some 500.
+/// Largest number of sweeps: a wheel as heavy as its nodes in contact needs some 10, a wheel of a hundredth of their mass some 500.
 pub(super) const SWEEPS_MAX: usize = 2_000;
 
 /// Local problems of the nodes below a round face.
@@ -20,7 +20,7 @@ pub(super) struct RoundFace {
     nodes: Vec<LocalProblem>,
 }
 
-/// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus what the wheel's motion does to both.
+/// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus the effect of the wheel's motion on both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalProblem {
     /// Unit vector from the centre of the wheel to the node.
@@ -36,8 +36,8 @@ pub(crate) struct LocalProblem {
 }
 
 impl RoundFace {
-    /// Block Gauss-Seidel: each node in turn obeys Signorini and Coulomb exactly under the present force of all others
-    /// on the wheel (Jourdan, Alart, Jean 1998). Fails with the residual after [`SWEEPS_MAX`].
+    /// Block Gauss-Seidel: each node in turn obeys Signorini and Coulomb exactly under the current force of all others on the wheel (Jourdan, Alart,
+    /// Jean 1998). Fails with the residual after [`SWEEPS_MAX`].
     pub(super) fn solve(
         &mut self,
         nodes: &[NodeMotion],
@@ -74,7 +74,7 @@ impl RoundFace {
     }
 
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible
-    /// forces, with the diagonal of each block for W. NaN if any force is.
+    /// forces, with the diagonal of each block for W. NaN if any force is NaN.
     fn residual(&self, wheel: &WheelStep) -> f64 {
         let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
         let force = largest(self.nodes.iter().map(|b| b.r_n));
@@ -119,7 +119,7 @@ impl LocalProblem {
         -(self.n[1] * self.r_n + self.t[1] * self.r_t)
     }
 
-    /// Gap and slip without the own force, `lift` being that of the others.
+    /// Gap and slip without the node's own force, `lift` being the force of the others.
     fn without(&self, wheel: &WheelStep, lift: f64) -> (f64, f64) {
         let rise = wheel.weight * lift;
         (self.gap - self.n[1] * rise, self.slip + self.t[1] * rise)
@@ -168,7 +168,7 @@ impl LocalProblem {
     }
 
     fn contact(&self, friction: f64) -> NodeContact {
-        // Sliding forces sit on the limit by construction, sticking ones below it.
+        // Sliding forces are on the limit by construction, sticking forces below.
         let sticks = self.r_t.abs() < friction * self.r_n;
         let status = if self.r_n > 0.0 && sticks {
             ContactStatus::Stick

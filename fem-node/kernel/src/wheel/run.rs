@@ -1,4 +1,4 @@
-//! Steps of the wheel along with the body.
+//! Steps of the wheel with the body.
 
 use super::flat;
 use super::newmark::Newmark;
@@ -11,16 +11,16 @@ use crate::error::KernelError;
 use crate::scheme::{NewmarkScheme, Rule};
 use crate::wheel::upper_row::UpperRow;
 
-/// Steps the wheel along with the body.
+/// Steps the wheel with the body.
 #[derive(Clone, Debug, Default)]
 pub struct WheelRun {
     /// Wheel and contact at the end of the last step.
     pub state: WheelState,
-    /// Failure of a step; the steps after it mean nothing.
+    /// Failure of a step; later steps are meaningless.
     pub failed: Option<KernelError>,
     nodes: Vec<NodeMotion>,
     sweeps: RoundFace,
-    /// Forces on the upper row, applied and of contact, x then y components (N).
+    /// Applied and contact forces on the upper row, x then y components (N).
     pub load: Vec<f64>,
     old: Vec<NodeContact>,
 }
@@ -199,7 +199,7 @@ impl WheelRun {
         }
     }
 
-    /// Adds the contact forces to those applied on the upper row.
+    /// Adds the contact forces to the forces applied on the upper row.
     fn apply(&mut self, wheel: &Wheel, applied: &[f64]) {
         self.load.copy_from_slice(applied);
         for (k, contact) in self.state.contacts.iter().enumerate() {

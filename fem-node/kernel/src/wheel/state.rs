@@ -12,8 +12,7 @@ kit::results! {
     /// - `contact_nodes`: Nodes in contact with the wheel.
 }
 
-/// Cumulative energies of the wheel and its contact since the start (J); the formulas stand where they are
-/// added.
+/// Cumulative energies of the wheel and its contact since the start (J); `WheelRun::add_energies` has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Work of the load.

@@ -15,10 +15,8 @@ kit::results! {
     /// # Friction and sliding
     /// - `sn_max_velocity_pct`: Share of sliding contact nodes while the wheel is fastest, the mean
     ///   over ±10 µs at each passage through the middle after the first reversal.
-    /// - `sn_reversal_pct`: Share of sliding nodes from 30 to 300 µs after a reversal, the worst of
-    ///   the reversals.
-    /// - `sn_reversal_max_pct`: The largest single share of sliding nodes from 30 to 300 µs after a
-    ///   reversal: a figure of noise.
+    /// - `sn_reversal_pct`: Mean share of sliding nodes from 30 to 300 µs after a reversal, the largest over the reversals.
+    /// - `sn_reversal_max_pct`: The largest single share of sliding nodes from 10 to 30 µs after a reversal, a noisy figure.
     /// - `sn_sliding_mean_pct`: Mean share of sliding nodes while the whole contact slides.
     /// - `sn_sliding_min_pct`: The smallest share of sliding nodes while the whole contact slides.
     /// - `sn_sliding_max_pct`: The largest share of sliding nodes while the whole contact slides.
@@ -29,17 +27,17 @@ kit::results! {
 /// Half of the time over which Sn is averaged around D = 0 (s).
 const AROUND_ZERO: f64 = 10e-6;
 
-/// Span after a reversal over which the largest Sn of a single step is looked for (s): before, the old slip is still
-/// dying out. The last slip events end within it, which makes that maximum a figure of noise.
+/// Span after a reversal in which the largest Sn of a single step is recorded (s): before it the old slip is still dying out. The last slip events
+/// end within the span, which makes the maximum noisy.
 const JUST_REVERSED: [f64; 2] = [10e-6, 30e-6];
 
 /// Span after a reversal over which Sn is averaged (s): the old slip has died out, the new one has hardly begun.
 const AFTER_REVERSAL: [f64; 2] = [30e-6, 300e-6];
 
-/// Share of the full friction from which on the whole wheel slides.
+/// Share of the full friction above which the whole wheel slides.
 const SLIDING: f64 = 0.999;
 
-/// The smallest and the largest of some values and another one.
+/// The smallest and the largest of the values so far and another one.
 fn widened(range: Option<[f64; 2]>, value: f64) -> Option<[f64; 2]> {
     let [low, high] = range.unwrap_or([value; 2]);
     Some([-larger(-low, -value), larger(high, value)])
@@ -50,7 +48,7 @@ fn widened(range: Option<[f64; 2]>, value: f64) -> Option<[f64; 2]> {
 pub struct CycleStatistics {
     held_force: Mean,
     held_range: Option<[f64; 2]>,
-    /// Force on the wheel at the end of the last step before it starts to move, 0 where there is none (N).
+    /// Force on the wheel at the end of the last step before it starts to move, 0 without such a step (N).
     before_motion: Option<f64>,
     ratio: TractionRatio,
     sliding: GrossSliding,
@@ -64,7 +62,7 @@ pub struct CycleStatistics {
     pub drift: CycleDrift,
 }
 
-/// Means over spans that follow each other, of which the largest is kept.
+/// Means over successive spans; the largest mean is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct WorstMean {
     span: Mean,
@@ -76,7 +74,7 @@ impl WorstMean {
         self.span.add(value);
     }
 
-    /// Ends the span at hand, if there is one.
+    /// Ends the current span, if there is one.
     fn close(&mut self) {
         if let Some(mean) = std::mem::take(&mut self.span).value() {
             self.worst = Some(self.worst.map_or(mean, |worst| larger(worst, mean)));
@@ -90,7 +88,7 @@ struct StickSlip {
     /// Reversals so far.
     reversals: u64,
     stroke: Mean,
-    /// Of the strokes that have ended.
+    /// Mean over the strokes that have ended.
     all: Mean,
 }
 
@@ -108,21 +106,20 @@ impl StickSlip {
     }
 }
 
-/// True around D = 0, which comes back every half period. The start of the motion is no such zero: nothing has slid
-/// before.
+/// True around D = 0, which returns every half period. The start of the motion does not count: nothing has slid before.
 fn near_zero(program: &WheelProgram, periods: f64) -> bool {
     let half = 2.0 * periods;
     let from_zero = (half - half.round()) * 0.5 * program.period();
     half.round() >= 1.0 && from_zero.abs() <= AROUND_ZERO
 }
 
-/// Number of reversals so far, which lie a quarter of a period behind the zeros, and the time since the last (s).
+/// Number of reversals so far, which lie a quarter of a period after the zeros, and the time since the last (s).
 fn reversals(program: &WheelProgram, periods: f64) -> (u64, f64) {
     let half = 2.0 * periods + 0.5;
     (half as u64, half.fract() * 0.5 * program.period())
 }
 
-/// True where a reversal lies this span back (s).
+/// True where the time since a reversal is within this span (s).
 fn reversed_within((count, since): (u64, f64), [from, until]: [f64; 2]) -> bool {
     count > 0 && (from..=until).contains(&since)
 }
@@ -183,8 +180,7 @@ impl CycleStatistics {
         self.sn_stick_slip.add(reversals.0, sn);
     }
 
-    /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there
-    /// is no hold (N).
+    /// Least and largest force on the wheel in the second half of the hold, or without a hold the last force before the motion (N).
     pub fn held_range(&self) -> Option<[f64; 2]> {
         self.held_range
             .or(self.before_motion.map(|force| [force; 2]))
@@ -195,7 +191,7 @@ impl CycleStatistics {
         self.before_motion = Some(force);
     }
 
-    /// Results by name, after so many steps.
+    /// Results by name, after this many steps.
     pub fn results(&self, wheel: &Wheel, step: u64) -> BTreeMap<String, f64> {
         let sliding = self.sn_sliding_range;
         let over = |[_, end]: &[f64; 2]| (step as f64 + 0.5) * wheel.step >= *end;
@@ -241,7 +237,7 @@ mod tests {
         }
     }
 
-    /// A wheel that is loaded and held for these times (s), seen every quarter of a second.
+    /// A wheel that is loaded and held for these times (s), with steps of a quarter of a second.
     fn wheel([ramp_s, hold_s]: [f64; 2]) -> Wheel {
         let mesh = Mesh::structured(10, 2, |i, j| [i as f64 - 5.0, -(j as f64)]);
         let elastic = Elastic::plane_strain(1.0, 0.3, 1.0);
@@ -279,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn the_range_is_that_of_the_second_half_of_the_hold() {
+    fn the_range_covers_the_second_half_of_the_hold() {
         // A ramp of 1 s and a hold until 3 s: steps 8 to 11 count.
         let mut forces = [1000.0; 12];
         (forces[6], forces[7], forces[9], forces[11]) = (0.0, 900.0, 1100.0, 0.0);
@@ -304,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn the_start_of_the_motion_is_not_looked_at() {
+    fn the_start_of_the_motion_does_not_count() {
         assert!(!near_zero(&program(), 0.0));
         assert_eq!(reversals(&program(), 0.0).0, 0);
     }
@@ -340,7 +336,7 @@ mod tests {
         }
     }
 
-    /// Statistics of shares of sliding nodes (%) seen every 10 us, the first one 5 us after the first reversal.
+    /// Statistics of shares of sliding nodes (%) sampled every 10 us, the first one 5 us after the first reversal.
     fn statistics_of(shares: &[f64]) -> CycleStatistics {
         let mut statistics = CycleStatistics::default();
         for (index, sn) in shares.iter().enumerate() {

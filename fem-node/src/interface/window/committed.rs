@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, PressureMaxima};
 
-/// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
+/// Everything that accepted windows change; the rest of a body follows from configuration and handshake.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Committed {
     pub(crate) state: NodalState,
@@ -17,9 +17,9 @@ pub(crate) struct Committed {
     pub(crate) steps: u64,
     /// Steps of all windows, repeated ones included.
     pub(crate) steps_done: u64,
-    /// Steps of elements of all windows, repeated ones as far as they were repeated.
+    /// Computed element steps of all windows, repeats included.
     pub(crate) element_steps: u64,
-    /// Steps of all columns of condensed matrices.
+    /// Steps for all columns of condensed matrices.
     pub(crate) column_steps: u64,
     /// Largest pressures at the snapshot of the hold.
     pub(crate) hold_maxima: Option<PressureMaxima>,

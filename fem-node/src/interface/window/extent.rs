@@ -1,4 +1,4 @@
-//! The forces of a window, and the extent to which it is run.
+//! The input of a window, and the extent of its run.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ pub(crate) struct WindowInput {
     pub(crate) substeps: u32,
     /// Interface force by component (N), held constant.
     pub(crate) interface: Vec<(usize, f64)>,
-    /// Velocity by component (m/s) that is reached at the end of the window, in a straight line.
+    /// Velocity by component (m/s) at the end of the window, reached linearly.
     pub(crate) velocity: Vec<(usize, f64)>,
 }
 
-/// A window of a body, from its committed state on.
+/// A window of a body from its committed state.
 #[derive(Clone, Copy)]
 pub(crate) struct BodyWindow<'a> {
     pub(crate) model: &'a Model,
@@ -33,7 +33,7 @@ pub(crate) enum Extent {
     Whole,
     /// The whole body; the states of the rings of a region are recorded.
     Recorded(Arc<Region>),
-    /// The part that the changed force can have reached since the run that was recorded.
+    /// The part that the changed force can have reached since the recorded run.
     Part(Arc<Region>),
 }
 

@@ -1,11 +1,10 @@
 //! Pieces of columns that threads step side by side for a whole window.
 //!
-//! Each piece has copies of as many columns beside its own as the window has steps. What it computes there is spoilt from the
-//! cut on, one column with each step, and its own columns never are: no thread waits for another before the end of the window.
-//! The numbers are those of the whole body, to the bit.
+//! Each piece has copies of as many neighbouring columns as the window has steps. In these copies each step spoils one more column from the cut
+//! inwards, but never a column of the piece itself: no thread waits for another before the end of the window. The numbers have the bits of the whole
+//! body.
 //!
-//! The committed state stays in the pieces from one window to the next, where the threads have it at hand, and goes into that of
-//! the body only when somebody asks for it.
+//! The committed state stays in the pieces from one window to the next, close to the threads. It is copied into the body's state only on request.
 
 use std::sync::Arc;
 
@@ -21,35 +20,35 @@ use super::team::Team;
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
 
-/// Steps of elements in a window for each thread, below which waking it costs more than it saves.
+/// Element steps per thread in a window, below which waking the thread costs more than it saves.
 const WORTH_WAKING: u64 = 25_000;
 
-/// Largest share of its own columns that a piece may have besides, on average over the window.
+/// Largest overlap of a piece as a share of its own columns, on average over the window.
 const OVERLAP_MAX: f64 = 0.4;
 
-/// The pieces of a body, which are cut when the first window is run in them, and what they hold of it.
+/// The pieces of a body, cut at the first window that runs in them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Partition {
-    /// None where the body is stepped as a whole.
+    /// Empty where the body is stepped as a whole.
     pieces: Vec<Piece>,
-    /// States from which they begin a window.
+    /// States from which the pieces begin a window.
     starts: Vec<PieceStart>,
-    /// Own columns of each but the last one.
+    /// Own columns of each piece except the last.
     size: usize,
-    /// Steps and threads that they were cut for.
+    /// Steps and threads for which the pieces were cut.
     cut_for: Option<(u32, usize)>,
-    /// The last whole run was one of pieces.
+    /// The last whole run was in pieces.
     pub(super) is_run: bool,
     /// The starts are the committed state.
     is_current: bool,
-    /// The state of the body is older than they are.
+    /// The state of the body is older than the pieces.
     pub(crate) is_ahead: bool,
     /// Region whose rings the pieces record.
     region: Option<Arc<Region>>,
 }
 
 impl Partition {
-    /// True if a window is run in pieces, which are made here. A repeat is run as the window was.
+    /// True if a window runs in pieces, which are cut here. A repeat runs like the window before it.
     pub(super) fn takes(
         &mut self,
         model: &Model,
@@ -73,14 +72,14 @@ impl Partition {
         !self.pieces.is_empty()
     }
 
-    /// So many pieces for windows of up to so many steps; none if they would overlap too much.
+    /// `count` pieces for windows of up to `substeps` steps; no pieces if they would overlap too much.
     fn in_parts(model: &Model, substeps: u32, count: usize) -> Partition {
         let nodes = model.body.layout.nodes_in_row;
         let size = nodes.div_ceil(count.max(1)).next_multiple_of(BLOCK);
         if count < 2 || f64::from(substeps) > OVERLAP_MAX * size as f64 {
             return Partition::default();
         }
-        // A column beside those that are spoilt is read at the first step.
+        // The first step reads one column beyond the spoilt ones.
         let overlap = (substeps as usize + 1).next_multiple_of(BLOCK);
         let cut = |(index, first): (usize, usize)| {
             Piece::new(model, index, first..(first + size).min(nodes), overlap)
@@ -94,7 +93,7 @@ impl Partition {
         }
     }
 
-    /// Runs a window that they take or repeats it, recording the rings of a region, and enters their sums into those of the body.
+    /// Runs or repeats a window in the pieces, records the rings of a region, and enters the sums of the pieces into the body's.
     pub(super) fn run(
         &mut self,
         team: &Team,
@@ -161,8 +160,8 @@ impl Partition {
         whole
     }
 
-    /// Makes the end of the last window the committed state where they hold it; `state` gets the motion of some rows of nodes. False
-    /// where they do not.
+    /// Makes the end of the last window the committed state if the pieces hold it, and gives `state` the motion of some rows of nodes. False if they
+    /// do not hold it.
     pub(super) fn accept(&mut self, state: &mut NodalState, rows: &[usize]) -> bool {
         if !self.is_run {
             self.forget();
@@ -176,26 +175,26 @@ impl Partition {
         true
     }
 
-    /// Brings the committed state of the body up to that of the pieces.
+    /// Updates the committed state of the body from the pieces.
     pub(crate) fn catch_up(&mut self, state: &mut NodalState) {
         if std::mem::take(&mut self.is_ahead) {
             self.starts.iter().for_each(|start| start.put(state));
         }
     }
 
-    /// The committed state, whose older one of the body is given.
+    /// The committed state; `state` is the body's older one.
     pub(crate) fn gathered(&self, state: &NodalState) -> NodalState {
         let mut whole = state.clone();
         self.starts.iter().for_each(|start| start.put(&mut whole));
         whole
     }
 
-    /// Forgets the committed state: it has become another one elsewhere.
+    /// Forgets the committed state, which has changed elsewhere.
     pub(super) fn forget(&mut self) {
         (self.is_current, self.is_ahead) = (false, false);
     }
 
-    /// Cuts the body into so many pieces, however small.
+    /// Cuts the body into this many pieces, however small.
     #[cfg(test)]
     pub(super) fn cut(&mut self, model: &Model, substeps: u32, count: usize) {
         *self = Partition::in_parts(model, substeps, count);
@@ -204,7 +203,7 @@ impl Partition {
     }
 }
 
-/// Pieces that pay: one for each thread that has work enough, none for a body that needs more than neighbours in a step.
+/// Number of pieces that pays: one per thread with enough work, 0 for a body in which a step needs more than neighbouring nodes.
 fn worthwhile(model: &Model, substeps: u32, threads: usize) -> usize {
     let layout = model.body.layout;
     let structured = model.body.connectivity.is_none() && !layout.periodic;

@@ -1,4 +1,4 @@
-//! A piece of the columns of a body, which one thread steps for a whole window.
+//! Columns of a body that one thread steps for a whole window.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::extent::{BodyWindow, WindowInput};
 use super::start::PieceStart;
 use crate::model::Model;
 
-/// A piece with copies of the columns beside its own.
+/// A piece with copies of neighbouring columns.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     /// Its number among the pieces of the body.
@@ -23,18 +23,18 @@ pub(super) struct Piece {
     pub(super) cut: Cut,
     body: Body,
     integrator: Integrator,
-    /// Those at the end of the window, its own columns.
+    /// The fields at the end of the window, valid in its own columns.
     pub(super) fields: StepFields,
     /// Sums over the blocks of its own columns.
     pub(super) tally: Tally,
     own_blocks: Vec<usize>,
-    /// The part of the body's region that it steps in a repeat.
+    /// The part of the body's region that the piece steps in a repeat.
     region: CutRegion,
     record: RingRecord,
 }
 
 impl Piece {
-    /// The piece of this number with these own columns, for windows of up to so many steps.
+    /// The piece of this number with these own columns and copies of `overlap` columns on each side.
     pub(super) fn new(model: &Model, index: usize, own: Range<usize>, overlap: usize) -> Piece {
         let layout = model.body.layout;
         let columns =
@@ -91,14 +91,14 @@ impl Piece {
         self.tally.again(&self.body, &self.fields, &self.own_blocks);
     }
 
-    /// Repeats the window that was run last under another force, within its part of the region.
+    /// Repeats the last window under another force, within the piece's part of the region.
     pub(super) fn repeat(&mut self, window: BodyWindow, starts: &[PieceStart]) {
         self.begin_again(window, starts);
         for k in 1..=window.input.substeps {
             self.damp(window, k);
             let step = &self.region.steps[k as usize - 1];
             let fields = &mut self.fields;
-            // No piece is of a law with history.
+            // No piece has a law with history.
             self.record.read(&step.ring, fields, &mut Vec::new());
             self.integrator.step_cut(&self.body, fields, step);
         }
@@ -121,7 +121,7 @@ impl Piece {
         self.fields.dissipated.clear();
         self.record.clear();
         let damping = window.model.damping_at(window.committed.steps);
-        // A column beside those that are spoilt is read at the first step.
+        // The first step reads one column beyond the spoilt ones.
         let columns = self.cut.good(window.input.substeps as usize + 1);
         for line in 0..2 * self.body.layout.node_rows {
             for start in starts {
@@ -134,7 +134,7 @@ impl Piece {
         self.tally.begin_blocks(&self.body, &self.own_blocks, a);
     }
 
-    /// The start of the window where it differs from that of the last run.
+    /// The start of the window where it differs from the last run.
     fn begin_again(&mut self, window: BodyWindow, starts: &[PieceStart]) {
         self.set_load(window.input);
         self.record.rewind();

@@ -1,4 +1,4 @@
-//! Regions of the windows of a run, and the choice of the extent to which a window is run.
+//! Regions of the windows of a run, and the choice of the extent of a window's run.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,13 +15,13 @@ pub(super) struct Regions {
     known: BTreeMap<u32, Option<Arc<Region>>>,
     /// Components on which the force of the known regions acts.
     components: Vec<usize>,
-    /// Steps before the last window that was run whole, and its region where that was recorded.
+    /// Steps before the last window that ran whole, its number of steps, and its region if recorded.
     last: Option<(u64, u32, Option<Arc<Region>>)>,
-    /// Windows since one was repeated: nothing is recorded for a scheme that never repeats.
+    /// Windows since the last repeat: nothing is recorded for a scheme that never repeats.
     unrepeated: u32,
 }
 
-/// Windows without a repeat after which nothing is recorded until one is repeated again.
+/// Windows without a repeat after which nothing is recorded until the next repeat.
 const UNREPEATED_MAX: u32 = 4;
 
 impl Regions {

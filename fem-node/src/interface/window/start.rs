@@ -5,7 +5,7 @@ use std::ops::Range;
 use fem_kernel::integrate::cut::Cut;
 use fem_kernel::integrate::state::NodalState;
 
-/// The committed state in the own columns of a piece; in the others it is some older one.
+/// The committed state in the own columns of a piece; the other columns are older.
 #[derive(Clone, Debug)]
 pub(super) struct PieceStart {
     pub(super) cut: Cut,
@@ -48,8 +48,8 @@ impl PieceStart {
         }
     }
 
-    /// Gives the columns of the body in one line, a component of a row of nodes, to the state of a piece, as far as they are its own
-    /// and the piece has them.
+    /// Copies columns of one line (a component of a row of nodes) to the state of another piece: the columns that this piece owns and the other one
+    /// has.
     pub(super) fn give(
         &self,
         line: usize,

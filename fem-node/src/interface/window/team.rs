@@ -10,22 +10,21 @@ use rayon::ThreadPool;
 
 use crate::error::FemError;
 
-/// Time that a thread waits awake for the next window, and for the others at the end of one. To wake it takes some 100 us where
-/// cores are virtual; beside longer waits that is little.
+/// Time that a thread waits awake for the next window, and for the other threads at the end of a window. Waking a thread takes some 100 us on virtual
+/// cores, little compared with longer waits.
 const AWAKE: Duration = Duration::from_millis(1);
 
 /// Pauses of the processor, some 20 ns each, in which a thread reports that its work is done.
 const REPORT: u32 = 100;
 
-/// Threads, of which the one that calls is one.
+/// Threads, the calling one included.
 #[derive(Debug)]
 pub(crate) struct Team {
-    /// All threads, for work whose parts are handed out within it.
+    /// All threads, for work that hands out its own parts.
     pub(crate) pool: ThreadPool,
-    /// The threads beside the calling one, where there are any. All of them are busy or stand by whenever work is handed out, so
-    /// that none has to be woken.
+    /// The threads other than the calling one, if any. All of them are busy or stand by when work is handed out, so that none has to be woken.
     others: Option<ThreadPool>,
-    /// Rounds of work, which end the standing by.
+    /// Rounds of work; a new one ends the standby.
     round: Arc<AtomicU64>,
     /// The cores on which the others, and then the calling thread, wait.
     cores: Vec<Arc<Mutex<Core>>>,
@@ -63,7 +62,7 @@ impl Team {
             if let Some(core) = self.cores.last() {
                 wait(&mut lock(core), || left.load(Ordering::Acquire) == 0);
             }
-            // The others have still to report to the scope, which sleeps at once where they have not: a moment more.
+            // The others still report to the scope, which would sleep at once: a moment more.
             (0..REPORT).for_each(|_| hint::spin_loop());
         });
         let here = Core::number();
@@ -76,7 +75,7 @@ impl Team {
                 core.keep_off(here);
                 wait(&mut core, is_over);
                 if !is_over() {
-                    // It sleeps from now on, and wakes up wherever the system likes.
+                    // The thread sleeps from now on, and the system may wake it on any core.
                     core.keep_off(None);
                 }
             });
@@ -84,9 +83,8 @@ impl Team {
     }
 }
 
-/// Spins until it is over, for a while at most, yielding to threads that compute and not at all where a stranger needs the core.
-/// After that the thread sleeps. Where another participant of the run has had the core it stays awake: the work that it waits for
-/// comes soon.
+/// Spins until the wait is over, for [`AWAKE`] at most, and yields to threads that compute. It stops at once if another program needs the core; then
+/// the thread sleeps. If another participant of the run has had the core the thread stays awake: its work comes soon.
 fn wait(core: &mut Core, is_over: impl Fn() -> bool) {
     let start = Instant::now();
     while !is_over() && !core.is_wanted(Instant::now()) && start.elapsed() < AWAKE {

@@ -14,12 +14,12 @@ const SUBSTEPS: u32 = 6;
 /// Windows of a run.
 const WINDOWS: u64 = 8;
 
-/// A body 10 mm wide and 4 mm high with these keys besides, coupled at these sets.
+/// A body 10 mm wide and 4 mm high with these additional keys, coupled at these sets.
 fn body(keys: &Value, sets: &[&str]) -> FemNode {
     body_on(1, keys, sets)
 }
 
-/// The same on several threads.
+/// The same body on several threads.
 fn body_on(threads: usize, keys: &Value, sets: &[&str]) -> FemNode {
     let mut config = json!({
         "mesh": {"width_m": 1e-2, "height_m": 4e-3, "size_m": 0.2e-3}, "base": "clamped",
@@ -56,7 +56,7 @@ fn body_on(threads: usize, keys: &Value, sets: &[&str]) -> FemNode {
     node
 }
 
-/// A force on every exchanged component that nothing repeats (N).
+/// A force on every exchanged component (N), different in each window and repeat.
 fn force(node: &FemNode, window: u64, repeat: u64) -> Vec<f64> {
     let wave = |k: usize| ((7 * window + 3 * repeat + 1) as f64 * (0.37 * k as f64 + 1.0)).sin();
     (0..node.interface.components.len())
@@ -64,13 +64,13 @@ fn force(node: &FemNode, window: u64, repeat: u64) -> Vec<f64> {
         .collect()
 }
 
-/// Everything that a run of coupled windows says, repeats and halved windows in it, and the extents to which it ran.
+/// All reports of a run of coupled windows with repeats and a halved window, the hash of its state, and the number of repeats of a part.
 fn life(
     mut node: FemNode,
     whole: bool,
     mut resume: Option<FemNode>,
 ) -> (Vec<Vec<f64>>, String, usize) {
-    let (mut said, mut parts, mut step) = (Vec::new(), 0, 0);
+    let (mut reports, mut parts, mut step) = (Vec::new(), 0, 0);
     for index in 0..WINDOWS {
         let substeps = if index == 3 { SUBSTEPS / 2 } else { SUBSTEPS };
         let window = |iteration: u32, substeps: u32| Window {
@@ -81,9 +81,9 @@ fn life(
             ..Window::default()
         };
         if index == 3 {
-            // The window that is halved was tried whole.
+            // The halved window was first tried whole.
             let force = force(&node, index, 9);
-            said.push(
+            reports.push(
                 node.advance(&window(0, SUBSTEPS), &force)
                     .expect("it moves"),
             );
@@ -95,28 +95,28 @@ fn life(
             let force = force(&node, index, repeat);
             let again = window(repeat as u32, substeps);
             parts += usize::from(!whole && node.run.repeats_a_part());
-            said.push(node.advance(&again, &force).expect("it moves"));
+            reports.push(node.advance(&again, &force).expect("it moves"));
         }
-        said.push(
+        reports.push(
             node.commit(&window(0, substeps), &[])
                 .expect("it is accepted"),
         );
         step += u64::from(substeps);
         if let Some(mut other) = resume.take_if(|_| index == WINDOWS / 2) {
             let state = node.checkpoint().expect("it is packed");
-            other.restore(&state).expect("it is of this body");
+            other.restore(&state).expect("it is this body's");
             node = other;
         }
     }
-    (said, node.state_hash(), parts)
+    (reports, node.state_hash(), parts)
 }
 
-fn bits(said: &[Vec<f64>]) -> Vec<Vec<u64>> {
+fn bits(reports: &[Vec<f64>]) -> Vec<Vec<u64>> {
     let bits = |numbers: &Vec<f64>| numbers.iter().map(|x| x.to_bits()).collect();
-    said.iter().map(bits).collect()
+    reports.iter().map(bits).collect()
 }
 
-/// Expects the bits of the whole, where at least so many repeats are of a part.
+/// Expects the bits of the whole, with at least this many repeats of a part.
 fn repeats_like_the_whole(keys: &Value, sets: &[&str], at_least: usize) {
     let (whole, hash, _) = life(body(keys, sets), true, None);
     let (part, part_hash, parts) = life(body(keys, sets), false, None);
@@ -170,7 +170,7 @@ fn a_repeat_of_a_part_has_the_bits_of_a_repeat_of_the_whole() {
     repeats_like_the_whole(&json!({"base": "free"}), &["left"], 7);
 }
 
-/// Of the laws and schemes that pieces can do.
+/// For the laws and schemes that pieces support.
 #[test]
 fn pieces_have_the_bits_of_the_whole() {
     let wide = json!({"width_m": 4e-2, "height_m": 6e-3, "size_m": 0.2e-3});
@@ -189,20 +189,20 @@ fn pieces_have_the_bits_of_the_whole() {
             let node = || body_on(threads, &keys, &["top"]);
             let mut pieces = node();
             pieces.run.partition.cut(&pieces.model, SUBSTEPS, threads);
-            let (said, its, parts) = life(pieces, false, Some(node()));
+            let (reports, its_hash, parts) = life(pieces, false, Some(node()));
             assert!(parts > 6, "{parts} repeats of a part: {keys}");
-            assert_eq!(bits(&said), bits(&whole), "{threads} threads: {keys}");
-            assert_eq!(its, hash, "{threads} threads: {keys}");
+            assert_eq!(bits(&reports), bits(&whole), "{threads} threads: {keys}");
+            assert_eq!(its_hash, hash, "{threads} threads: {keys}");
         }
     }
 }
 
-/// Windows along a velocity are run whole, and so is one of more steps than the pieces were cut for.
+/// Windows with a prescribed velocity run whole, and so does a window of more steps than the pieces were cut for.
 #[test]
-fn the_state_leaves_the_pieces_for_a_window_that_is_run_without_them() {
+fn the_state_leaves_the_pieces_for_a_window_without_pieces() {
     let keys = json!({"mesh": {"width_m": 4e-2, "height_m": 6e-3, "size_m": 0.2e-3}});
     let run = |mut node: FemNode| {
-        let (mut said, mut step) = (Vec::new(), 0);
+        let (mut reports, mut step) = (Vec::new(), 0);
         for (index, substeps) in (0..).zip([6, 6, 6, 30, 6, 5, 6]) {
             let window = Window {
                 index,
@@ -214,15 +214,15 @@ fn the_state_leaves_the_pieces_for_a_window_that_is_run_without_them() {
             if index == 1 || index == 4 {
                 let velocity: Vec<f64> = given.iter().map(|force| 1e-3 * force).collect();
                 let reaction = node.prescribe_velocity(&window, &velocity);
-                said.push(reaction.expect("it moves").force);
+                reports.push(reaction.expect("it moves").force);
             } else {
-                said.push(node.advance(&window, &given).expect("it moves"));
+                reports.push(node.advance(&window, &given).expect("it moves"));
             }
-            said.push(node.commit(&window, &[]).expect("it is accepted"));
-            said.push(node.state().v.to_vec());
+            reports.push(node.commit(&window, &[]).expect("it is accepted"));
+            reports.push(node.state().v.to_vec());
             step += u64::from(substeps);
         }
-        (bits(&said), node.state_hash())
+        (bits(&reports), node.state_hash())
     };
     let mut pieces = body_on(2, &keys, &["top"]);
     pieces.run.partition.cut(&pieces.model, SUBSTEPS, 2);
@@ -254,12 +254,12 @@ fn forces_over_time_inside_the_region_do_the_same_work() {
 }
 
 #[test]
-fn the_part_of_an_unstructured_mesh_is_one_too() {
+fn a_repeat_of_a_part_has_the_bits_of_the_whole_on_an_unstructured_mesh() {
     let mut keys = json!({"mesh": {"gmsh": GMSH, "length_unit_m": 1e-3}, "base": "free"});
     let node = body(&keys, &[]);
     let sets: Vec<String> = node.describe().sets;
     let set = [sets.first().expect("the mesh has a line").as_str()];
-    // Under a law with history a front takes whole rows of elements, and soon the whole of a mesh as small as this.
+    // Under a law with history a front takes whole rows of elements, and soon all of such a small mesh.
     let plastic = json!({"yield_pa": 1e5, "hardening_pa": 2e9});
     for (law, at_least) in [(json!({}), 7), (plastic, 3)] {
         let mut material =

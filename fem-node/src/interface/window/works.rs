@@ -1,7 +1,7 @@
 //! Works of tractions and of prescribed motions over a window.
 //!
-//! The displacements of loaded components and the reactions of driven ones are kept for each step: a repeat of the window
-//! replaces only those that it reaches.
+//! The displacements of loaded components and the reactions of driven components are kept for each step: a repeat of the window replaces only those
+//! within its reach.
 
 use fem_kernel::integrate::fields::StepFields;
 use fem_kernel::integrate::state::NodalState;
@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::model::boundary::Traction;
 use crate::model::motion::PrescribedMotion;
 
-/// Works since the start of the window, and what they are computed from.
+/// Works since the start of the window, and the values from which they are computed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Works {
     /// Components under tractions, traction after traction.
@@ -28,7 +28,7 @@ pub(crate) struct Works {
     pub(super) drive: f64,
 }
 
-/// A component, and the step from which on it is stepped; none where it never is.
+/// A component, and the first step that steps it; `None` if no step does.
 #[derive(Clone, Copy, Debug)]
 struct TrackedComponent {
     index: usize,
@@ -59,7 +59,7 @@ impl Works {
         }
     }
 
-    /// Begins a window, of which a repeat reaches only a part.
+    /// Begins a window; a repeat reaches only a part.
     pub(super) fn begin(&mut self, fields: &StepFields, extent: &Extent) {
         (self.applied, self.drive) = (0.0, 0.0);
         for tracked in self.loaded.iter_mut().chain(&mut self.driven) {
@@ -76,7 +76,7 @@ impl Works {
         self.follow(fields, 0, 1);
     }
 
-    /// Enters displacements and reactions after step `k` of the components that step `reached` steps.
+    /// Enters displacements and reactions after step `k`, for the components that step `reached` steps.
     fn follow(&mut self, fields: &StepFields, k: u32, reached: u32) {
         let u = |at: &TrackedComponent| fields.state.u[at.index];
         enter(&mut self.displacements, &self.loaded, k, reached, u);
@@ -84,8 +84,8 @@ impl Works {
         enter(&mut self.reactions, &self.driven, k, reached, reaction);
     }
 
-    /// Sets the rates that take the prescribed components to their displacements at the end of the step that begins at `step`,
-    /// the `k`th of the window.
+    /// Sets the velocities that bring the prescribed components to their displacements at the end of the step that begins at `step`, the `k`th of the
+    /// window.
     pub(super) fn move_to(&self, model: &Model, state: &mut NodalState, step: u64, k: u32) {
         let h = model.scheme.step;
         let ends = |motion: &PrescribedMotion| motion.history.displacement((step + 1) as f64 * h);
@@ -99,8 +99,8 @@ impl Works {
         self.set_rates(model, state, k, velocities, |_, velocity| velocity);
     }
 
-    /// Sets the velocities of the prescribed components that step `k` steps, given what is prescribed and the displacement of each, and
-    /// leaves them no acceleration.
+    /// Sets the velocities of the prescribed components that step `k` steps, from the prescribed value and the displacement of each, and sets their
+    /// accelerations to 0.
     fn set_rates(
         &self,
         model: &Model,
@@ -160,7 +160,7 @@ pub(crate) fn reaction(StepFields { state, load, .. }: &StepFields, index: usize
     state.force[index] + damping - load.values[index]
 }
 
-/// Enters a value of each component after step `k`; a repeat leaves those that step `reached` does not step.
+/// Enters a value of each component after step `k`; a repeat keeps the values of components that step `reached` does not step.
 fn enter(
     values: &mut Vec<f64>,
     tracked: &[TrackedComponent],

@@ -1,9 +1,9 @@
-//! Binary files, turned into the text that they stand for.
+//! Binary files, converted to text.
 //!
 //! Format: Geuzaine and Remacle, Gmsh reference manual. Names of sections and `$PhysicalNames` are text in either form;
-//! `$Nodes`, `$Elements` and (4.1) `$Entities` hold 4-byte whole numbers, in 4.1 8-byte counts and numbers of nodes and
-//! elements, and 8-byte floating-point numbers. A one behind the format tells the order of the bytes. Numbers are
-//! written so that they read back to the bit, so that there is one reader of the content.
+//! `$Nodes`, `$Elements` and (4.1) `$Entities` hold 4-byte whole numbers, in 4.1 8-byte counts and numbers of nodes and elements, and 8-byte
+//! floating-point numbers. A one after the format shows the byte order. Numbers are written so that they read back to the bit: one reader serves both
+//! forms.
 
 use std::fmt::{Display, Write};
 
@@ -47,11 +47,11 @@ pub(super) fn to_text(bytes: &[u8]) -> Result<String, ConfigError> {
     Ok(reader.text)
 }
 
-/// Bytes that have not been read, and the text of those that have.
+/// Bytes, the position of the reader, and the text of the bytes before it.
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// The section that is being read.
+    /// The current section.
     section: &'a str,
     big_endian: bool,
     text: String,
@@ -66,14 +66,14 @@ impl<'a> Reader<'a> {
         let size = words.nth(1).unwrap_or_default();
         if size != WIDE {
             return Err(other_form(format!(
-                "it is binary with counts or numbers of {size} bytes, only 8 are read"
+                "it is binary with counts or numbers of {size} bytes; only 8 are supported"
             )));
         }
         self.big_endian = match self.take()? {
             [1, 0, 0, 0] => false,
             [0, 0, 0, 1] => true,
             _ => {
-                let problem = "it says that it is binary, but no 1 of 4 bytes follows";
+                let problem = "its header declares binary data, but no 1 of 4 bytes follows";
                 return Err(damaged(problem.into()));
             }
         };
@@ -82,7 +82,7 @@ impl<'a> Reader<'a> {
         Ok(version == "4.1")
     }
 
-    /// Goes to the next section, if there is one; what stands between sections is ignored.
+    /// Goes to the next section, if there is one; text between sections is ignored.
     fn next_section(&mut self) -> Result<bool, ConfigError> {
         while self.at < self.bytes.len() {
             if let Some(name) = self.line()?.trim().strip_prefix('$') {
@@ -177,7 +177,7 @@ impl<'a> Reader<'a> {
         self.end()
     }
 
-    /// A section that is text in either form.
+    /// Copies a section that is text in either form.
     fn copy(&mut self) -> Result<(), ConfigError> {
         self.begin();
         let end = format!("$End{}", self.section);
@@ -190,7 +190,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A section that a body does not need.
+    /// Skips a section that a body does not need.
     fn leave_out(&mut self) -> Result<(), ConfigError> {
         let end = format!("\n$End{}", self.section);
         let rest = &self.bytes[self.at.saturating_sub(1)..];
@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
         self.put(format_args!("${section}\n"));
     }
 
-    /// The section's name and the number of its entries, which 2.2 writes as text.
+    /// Copies the section's name and the number of its entries, which 2.2 writes as text.
     fn begin_counted(&mut self) -> Result<u64, ConfigError> {
         self.begin();
         let line = self.line()?;
@@ -212,7 +212,7 @@ impl<'a> Reader<'a> {
         line.trim().parse().map_err(|_| self.misplaced())
     }
 
-    /// The section's name, the number of its blocks, and three more.
+    /// Copies the section's name, the number of its blocks, and three more numbers.
     fn begin_blocks(&mut self) -> Result<u64, ConfigError> {
         self.begin();
         let blocks = self.size()?;
@@ -220,7 +220,7 @@ impl<'a> Reader<'a> {
         Ok(blocks)
     }
 
-    /// The section must end here.
+    /// Copies the end of the section, which must be here.
     fn end(&mut self) -> Result<(), ConfigError> {
         let end = format!("$End{}", self.section);
         let blanks = self.bytes[self.at..].iter();
@@ -238,7 +238,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Ends the text at an element whose size is not known; whoever reads the text refuses it by its type.
+    /// Ends the text at an element of unknown size; the reader of the text refuses it by its type.
     fn give_up(&mut self) -> Result<(), ConfigError> {
         self.put("\n$EndElements\n");
         self.at = self.bytes.len();
@@ -310,12 +310,12 @@ impl<'a> Reader<'a> {
     fn misplaced(&self) -> ConfigError {
         let (byte, section) = (self.at, self.section);
         damaged(format!(
-            "byte {byte}: ${section} should end or go on in another way there"
+            "byte {byte}: ${section} should end or continue differently there"
         ))
     }
 }
 
-/// Nodes of the elements that are read.
+/// Number of nodes of the supported elements.
 fn corners(kind: i32) -> Option<u64> {
     match kind {
         1 => Some(2),

@@ -1,4 +1,4 @@
-//! From the content of a file to a body that can be computed with.
+//! From the content of a file to a mesh for a body.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -11,11 +11,10 @@ use super::file::{File, FileElement};
 use super::joints::check_joints;
 use super::lines::{join, sort_from_left};
 
-/// Share of the size of the body below which a height is none, and of the square of a corner's sides below which its
-/// area is none.
+/// Share of the size of the body below which a height counts as 0, and of the product of a corner's sides below which its area counts as 0.
 const NOTHING: f64 = 1e-9;
 
-/// Checks the elements of a file, turns them anticlockwise, and numbers the nodes: those of the group `top` first.
+/// Checks the elements of a file, turns them anticlockwise, and numbers the nodes, the group `top` first.
 pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, ConfigError> {
     let mut quads = without_repeats(&file.quads);
     if quads.is_empty() {
@@ -61,7 +60,7 @@ fn used_nodes(file: &File, quads: &[FileElement<4>]) -> Vec<u32> {
     nodes.map(|(node, _)| node as u32).collect()
 }
 
-/// Beyond these lengths areas and stiffnesses leave what can be computed with long before they leave the numbers.
+/// Beyond these lengths areas and stiffnesses lose their precision long before they overflow.
 fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), ConfigError> {
     let far = |node: &u32| file.point(*node).map(f64::abs);
     let size = length_unit * used.iter().flat_map(far).fold(0.0, f64::max);
@@ -126,7 +125,7 @@ fn turn(file: &File, quad: &mut FileElement<4>) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// The sides of all elements, each as its element runs along it; two elements on one side of the same two nodes overlap.
+/// The sides of all elements, each in the direction of its element; two elements on one side of the same two nodes overlap.
 fn sides(file: &File, quads: &[FileElement<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
     let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
     for quad in quads {
@@ -186,7 +185,7 @@ fn line_set(
             let element = line.number;
             return Err(refused(
                 format!(
-                    "line element {element} of the group `{name}` is no side of any quadrilateral"
+                    "line element {element} of the group `{name}` is not a side of any quadrilateral"
                 ),
                 "a group of lines must lie on the outline of a meshed surface, or inside it along sides of elements",
             ));

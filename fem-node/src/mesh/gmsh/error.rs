@@ -6,7 +6,7 @@ use protocol::Cause;
 /// The key that names the file.
 pub(super) const KEY: &str = "mesh.gmsh";
 
-/// A file that gives no body.
+/// A file without a usable body.
 pub(super) fn refused(problem: String, help: &str) -> ConfigError {
     ConfigError::new(KEY, problem)
         .because(Cause::FileUnsuitable)
@@ -18,7 +18,7 @@ pub(super) fn damaged(problem: String) -> ConfigError {
     refused(problem, "the file is damaged: save it again")
 }
 
-/// A file in a form that is not read.
+/// A file in an unsupported form.
 pub(super) fn other_form(problem: String) -> ConfigError {
     refused(
         problem,
@@ -39,7 +39,7 @@ pub(super) fn truncated(section: &str) -> ConfigError {
     damaged(format!("it ends inside ${section}: the file is truncated"))
 }
 
-/// The beginning of what stands in the wrong place.
+/// The beginning of a misplaced text.
 pub(super) fn beginning(text: &str) -> String {
     text.chars().take(40).collect()
 }

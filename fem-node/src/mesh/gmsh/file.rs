@@ -13,7 +13,7 @@ pub(super) type Entity = (u8, i64);
 /// Content of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct File {
-    /// Numbers that the file gives its nodes, and their coordinates.
+    /// The file's numbers of the nodes, and their coordinates.
     pub(super) nodes: Vec<(u64, [f64; 3])>,
     /// Positions in `nodes` by number.
     positions: HashMap<u64, u32>,
@@ -29,7 +29,7 @@ pub(super) struct FileElement<const N: usize> {
     pub(super) number: u64,
     /// Positions in [`File::nodes`].
     pub(super) corners: [u32; N],
-    /// Physical groups that it belongs to.
+    /// Physical groups of the element.
     pub(super) groups: Vec<i64>,
 }
 
@@ -40,7 +40,7 @@ impl FileElement<4> {
     }
 }
 
-/// The versions that are read.
+/// The supported versions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
     Two,
@@ -251,7 +251,7 @@ fn version(lines: &[&str]) -> Result<Version, ConfigError> {
         "4.1" => Version::Four,
         other => {
             return Err(other_form(format!(
-                "it is of version {}, only 2.2 and 4.1 are read",
+                "it is of version {}; only 2.2 and 4.1 are supported",
                 beginning(other)
             )));
         }
@@ -265,7 +265,7 @@ fn version(lines: &[&str]) -> Result<Version, ConfigError> {
     }
 }
 
-/// The section of this name, of which there may be one.
+/// The section of this name; a second one is refused.
 fn only<'a>(sections: &[Words<'a>], name: &str) -> Result<Option<Words<'a>>, ConfigError> {
     let mut found = sections.iter().filter(|words| words.section == name);
     let first = found.next().cloned();
@@ -278,7 +278,7 @@ fn only<'a>(sections: &[Words<'a>], name: &str) -> Result<Option<Words<'a>>, Con
     }
 }
 
-/// Parts of a section, which are blocks in 4.1, and entries that it announces; `names` are those of the two numbers.
+/// Number of parts of a section (blocks in 4.1) and of the entries that it announces; `names` describe the two numbers.
 fn parts(
     words: &mut Words,
     version: Version,
@@ -293,8 +293,7 @@ fn parts(
     Ok([parts, announced])
 }
 
-/// Physical groups of the parts of the geometry (4.1): points have three coordinates, all others a box of six, and
-/// those that have a boundary list it.
+/// Physical groups of the parts of the geometry (4.1): points have three coordinates, all other parts a box of six and a list of their boundary.
 fn groups_of_entities(mut words: Words) -> Result<HashMap<Entity, Vec<i64>>, ConfigError> {
     let mut counts = [0usize; 4];
     for count in &mut counts {
@@ -320,7 +319,7 @@ fn groups_of_entities(mut words: Words) -> Result<HashMap<Entity, Vec<i64>>, Con
     Ok(groups)
 }
 
-/// Elements that other settings give, by their type number.
+/// Elements from other settings of Gmsh, by type number.
 fn name_of(kind: u32) -> String {
     let name = match kind {
         2 => "a 3-node triangle",

@@ -1,4 +1,4 @@
-//! Parts of a mesh that lie on each other without being joined: they would move apart, or count twice, and nothing would tell.
+//! Parts of a mesh that touch or overlap without being joined: they would move apart or count twice without notice.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use kit::ConfigError;
 use super::error::refused;
 use super::file::{File, FileElement};
 
-/// Share of the size of elements within which two nodes, or a node and a side, lie in one place. Gmsh's own Geometry.Tolerance leaves
-/// 1e-8 of the body; no element that is meant is as flat.
+/// Distance as a share of the size of elements below which two nodes, or a node and a side, lie in one place. Gmsh's own Geometry.Tolerance leaves
+/// 1e-8 of the body; no intended element is as flat.
 const IN_ONE_PLACE: f64 = 1e-3;
 
-/// Refuses nodes of the outline that lie on or in an element of which they are no corner, and sides of the outline that cross one: where
-/// elements overlap or a seam is open, one of both happens. A grid of cells of 1.5 times the longest side holds the outline by the middles of its
-/// parts; what meets an element is no more than a cell away from its centre.
+/// Refuses nodes of the outline that lie on or in an element without being its corner, and sides of the outline that cross an element. Where elements
+/// overlap or a seam is open, one of both happens. A grid of cells of 1.5 times the longest side holds the parts of the outline by their middles; a
+/// part that meets an element is at most one cell away from its centre.
 pub(super) fn check_joints(
     file: &File,
     quads: &[FileElement<4>],
@@ -69,7 +69,7 @@ fn distance([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     (ax - bx).hypot(ay - by)
 }
 
-/// True where a segment comes into a convex quadrilateral that is larger by `slack` on each side.
+/// True where a segment enters a convex quadrilateral that is larger by `slack` on each side.
 fn meets(points: &[[f64; 2]; 4], ends: [[f64; 2]; 2], slack: f64) -> bool {
     let [mut from, mut to] = [0.0, 1.0_f64];
     for (p, q) in (0..4).map(|k| (points[k], points[(k + 1) % 4])) {
@@ -88,7 +88,7 @@ fn meets(points: &[[f64; 2]; 4], ends: [[f64; 2]; 2], slack: f64) -> bool {
     from <= to
 }
 
-/// Names what lies on this element.
+/// Names the node or side on this element.
 fn not_joined(file: &File, quad: &FileElement<4>, [a, b]: [u32; 2], near: f64) -> ConfigError {
     let ([x, y], element) = (file.point(a), quad.number);
     let [node, end] = [a, b].map(|node| file.number(node));
@@ -102,6 +102,6 @@ fn not_joined(file: &File, quad: &FileElement<4>, [a, b]: [u32; 2], near: f64) -
     };
     refused(
         format!("{what}, at ({x:?}, {y:?}) in the file's unit"),
-        "join the parts there (`Coherence;` before meshing, `Coherence Mesh;`, the same number of nodes on both sides of a seam), and mesh each part once: nodes in one place would leave a crack, and what overlaps counts twice. A crack that is meant needs faces farther apart than a thousandth of its elements",
+        "join the parts there (`Coherence;` before meshing, `Coherence Mesh;`, the same number of nodes on both sides of a seam), and mesh each part once: nodes in one place would leave a crack, and an overlap counts twice. An intended crack needs faces farther apart than a thousandth of its elements",
     )
 }

@@ -1,9 +1,8 @@
-//! Line elements of a group, joined to lines that can be walked along.
+//! Line elements of a group, joined to polylines.
 
 use std::collections::BTreeMap;
 
-/// The lines that these different segments form, a closed one ending where it begins; or a node where more than two
-/// segments meet.
+/// The polylines that these different segments form, a closed one ending where it begins; or a node where more than two segments meet.
 pub(super) fn join(segments: &[[u32; 2]]) -> Result<Vec<Vec<u32>>, u32> {
     let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for [a, b] in segments {
@@ -25,7 +24,7 @@ pub(super) fn join(segments: &[[u32; 2]]) -> Result<Vec<Vec<u32>>, u32> {
     Ok(lines)
 }
 
-/// Walks until nothing is left, taking the nodes out; none if the line has been walked from its other end.
+/// Follows a line to its end and removes its nodes; `None` if the line was followed from its other end.
 fn walk(beside: &mut BTreeMap<u32, Vec<u32>>, start: u32) -> Option<Vec<u32>> {
     let mut line = vec![start];
     let mut others = beside.remove(&start)?;
@@ -44,8 +43,8 @@ fn walk(beside: &mut BTreeMap<u32, Vec<u32>>, start: u32) -> Option<Vec<u32>> {
     Some(line)
 }
 
-/// Orders lines: an open one runs from its left end to its right one, or from the top down where both are as far left; a closed
-/// one begins at its left end. Lines are sorted by where they begin.
+/// Orders lines: an open one runs from its left to its right end, or downwards between ends at the same x; a closed one begins at its left end. Lines
+/// are sorted by their beginnings.
 pub(super) fn sort_from_left(lines: &mut [Vec<u32>], point: impl Fn(u32) -> [f64; 2]) {
     let left = |a: u32, b: u32| {
         let ([xa, ya], [xb, yb]) = (point(a), point(b));

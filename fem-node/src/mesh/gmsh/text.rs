@@ -6,17 +6,17 @@ use kit::ConfigError;
 
 use super::error::{beginning, damaged, truncated};
 
-/// The words of a section `$Name ... $EndName` that have not been read.
+/// The unread words of a section `$Name ... $EndName`.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     pub(super) section: &'a str,
-    /// Line of the next word, unless it stands further down.
+    /// Line of the next word, unless that is further down.
     pub(super) line: usize,
     rest: &'a str,
     later: &'a [&'a str],
 }
 
-/// Sections in their order. Text between them is ignored, as Gmsh does.
+/// Sections in order. Text between them is ignored, as in Gmsh.
 pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Words<'a>>, ConfigError> {
     let mut sections = Vec::new();
     let mut at = 0;
@@ -41,7 +41,7 @@ pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Words<'a>>, Confi
 }
 
 impl<'a> Words<'a> {
-    /// The next word; one in double quotes may hold blanks, and comes without them.
+    /// The next word; a word in double quotes may hold blanks, and is returned without the quotes.
     pub(super) fn word(&mut self, what: &'static str) -> Result<&'a str, ConfigError> {
         self.find().ok_or_else(|| {
             let (line, section) = (self.line, self.section);
@@ -78,7 +78,7 @@ impl<'a> Words<'a> {
         word.parse().map_err(|_| self.unlike(what, word))
     }
 
-    /// The next words as whole numbers. Nothing is reserved for what the file only promises.
+    /// The next words as whole numbers. No memory is reserved for a count that the file only announces.
     pub(super) fn integers<T: FromStr>(
         &mut self,
         count: usize,
@@ -97,12 +97,12 @@ impl<'a> Words<'a> {
             .ok_or_else(|| self.unlike(what, word))
     }
 
-    /// Leaves out some words.
+    /// Skips words.
     pub(super) fn skip(&mut self, count: usize, what: &'static str) -> Result<(), ConfigError> {
         (0..count).try_for_each(|_| self.word(what).map(|_| ()))
     }
 
-    /// Nothing may be left once `announced` entries have been read.
+    /// Refuses words after `announced` entries.
     pub(super) fn end(&mut self, announced: usize) -> Result<(), ConfigError> {
         let section = self.section;
         match self.find() {

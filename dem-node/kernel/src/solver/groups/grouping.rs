@@ -7,13 +7,13 @@ pub const LANES: usize = 8;
 /// A lane without contact.
 pub const EMPTY: u32 = u32::MAX;
 
-/// Groups that are being filled at a time: a window of 256 contacts, in which nearly all find seven others.
+/// Number of open groups: a window of 256 contacts, in which nearly every contact finds seven others.
 const OPEN: usize = 32;
 
 /// Sorts contacts into groups, first fit among the open ones.
 #[derive(Clone, Debug, Default)]
 pub struct Grouping {
-    /// Open groups that each body is in already, one bit a group.
+    /// Open groups that contain each body, one bit per group.
     pub taken: Vec<u32>,
     open: Vec<Vec<u32>>,
 }

@@ -166,7 +166,7 @@ fn a_sweep_in_groups_is_the_sweep_one_by_one() {
             for (square, expected) in squares.into_iter().zip(expected) {
                 assert!((square - expected).abs() <= 1e-12 * expected);
             }
-            // A look at the groups is the look one by one, at each stage of the way.
+            // The measurement by groups agrees with the measurement one by one after each sweep.
             let (defect, quad) = sweeper.measured(&mut fast, false);
             let (expected, expected_quad) = measured(&plain, false);
             let seen = [defect.residual(&fast), defect.size()].into_iter();

@@ -3,7 +3,7 @@
 use crate::solver::contact::Contact;
 use crate::solver::problem::Problem;
 
-/// Blocks above which a problem is too large to be followed.
+/// Number of blocks above which a problem is too large to be followed.
 const MOST_BLOCKS: usize = 2_000_000;
 
 /// Part of W_nn that counts as W_tt where all motion along the tangent is prescribed.
@@ -12,7 +12,7 @@ const PRESCRIBED: f64 = 1e-9;
 /// A block of W, [row][column], normal before tangential (1/kg).
 pub(super) type Block = [[f64; 2]; 2];
 
-/// W by rows of blocks. Contacts that share no body that moves have none.
+/// W by rows of blocks. Contacts that share no movable body have no block.
 #[derive(Clone, Debug)]
 pub(super) struct Delassus {
     /// (contact, block), in the order of the contacts.
@@ -20,8 +20,8 @@ pub(super) struct Delassus {
 }
 
 impl Delassus {
-    /// W of a prepared problem with its springs and with `softening` times its diagonal; none if it has too many blocks. Columns are
-    /// what unit impulses do to bodies at rest, whatever these are: disks, clusters, the wheel or a compliant boundary.
+    /// W of a prepared problem with its springs and with `softening` times its diagonal; `None` if it has too many blocks. Columns are the effects of
+    /// unit impulses on bodies at rest: disks, clusters, the wheel or a compliant boundary.
     pub(super) fn new(problem: &Problem, softening: f64) -> Option<Delassus> {
         let neighbours = neighbours(problem)?;
         let mut probe = problem.clone();
@@ -78,7 +78,7 @@ fn soften(block: &mut Block, contact: &Contact, softening: f64) {
     block[1][1] += contact.compliance[1] + softening * d[1];
 }
 
-/// For each contact those that share a body with it, itself included, in order; none if they are too many.
+/// For each contact the contacts that share a body with it, itself included, in order; `None` if they are too many.
 fn neighbours(problem: &Problem) -> Option<Vec<Vec<usize>>> {
     // All glued disks of a compliant boundary are one body, which comes last.
     let mut touching = vec![Vec::new(); problem.records.len() + 1];

@@ -1,4 +1,4 @@
-//! Linear equations that gain and lose an unknown at a time, with their solution.
+//! Linear equations that gain or lose one unknown at a time, with their solution.
 
 use crate::law::lanes::widest;
 
@@ -20,8 +20,8 @@ impl System {
         self.solution.len()
     }
 
-    /// Adds an unknown with its entries in the equations there are, and an equation with its entries at the unknowns there are, both
-    /// as (index, entry); `corner` is the entry where both meet, `right` the right side. False if A becomes singular.
+    /// Adds an unknown with its entries in the present equations, and an equation with its entries at the present unknowns, both as (index, entry);
+    /// `corner` is the entry where both meet, `right` the right side. False if A becomes singular.
     pub(super) fn border(
         &mut self,
         column: &[(usize, f64)],
@@ -59,7 +59,7 @@ impl System {
         true
     }
 
-    /// Removes an unknown and an equation of the same index, which the last ones take. False if A becomes singular.
+    /// Removes an unknown and an equation of the same index; the last ones get this index. False if A becomes singular.
     pub(super) fn remove(&mut self, index: usize) -> bool {
         let removed = self.columns.swap_remove(index);
         let pivot = removed[index];
@@ -88,7 +88,7 @@ impl System {
         self.solution[w] = [0, 1].map(|k| factor * of_v[k] - of_w[k]);
     }
 
-    /// Takes A^-1 e from the solution, e what the equations have left.
+    /// Subtracts A^-1 e from the solution, e being the error of the equations.
     pub(super) fn correct(&mut self, error: &[Linear]) {
         for k in 0..2 {
             let mut change = vec![0.0; self.len()];

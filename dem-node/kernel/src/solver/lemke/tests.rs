@@ -33,7 +33,7 @@ fn on_wall(inverse: f64, velocity: [f64; 3], friction: f64) -> Problem {
 
 /// A disk that lands: by hand r_n = -m v_y; it rolls with r_t = -m (v_x - w) / 3 if that is within mu r_n, else it slides.
 #[test]
-fn a_disk_that_lands_rolls_or_slides_as_by_hand() {
+fn a_disk_that_lands_rolls_or_slides() {
     for (velocity, friction, expected) in [
         ([3.0, -2.0, 0.0], 0.6, [1.0, -0.5]),
         ([3.0, -2.0, 0.0], 0.3, [1.0, -0.3]),
@@ -77,7 +77,7 @@ fn bonds_are_left_to_the_sweeps() {
 const ROWS: usize = 5;
 const COLUMNS: usize = 6;
 
-/// Rigid grains that fall in a heap on glued disks, whose boundary yields; every row is heavier than the one below.
+/// Rigid grains that fall in a heap on glued disks, whose boundary yields; every row is heavier than the row below.
 fn heap(seed: u64, friction: f64) -> Problem {
     let mut random = RandomNumbers::new(seed);
     let mut centres = Vec::new();
@@ -136,7 +136,7 @@ fn heap(seed: u64, friction: f64) -> Problem {
     problem
 }
 
-/// Rigid heaps bear each other in more ways than one. The judge is the true residual, which knows nothing of paths.
+/// The forces in rigid heaps are not unique. The true residual judges, independent of paths.
 #[test]
 fn heaps_with_friction_from_weak_to_strong_are_solved() {
     for seed in 0..20 {
@@ -166,9 +166,9 @@ fn contacts_with_a_friction_of_their_own_are_solved() {
     }
 }
 
-/// Some of these heaps are beyond plain, extrapolated and averaged sweeps.
+/// Plain, extrapolated and averaged sweeps fail in some of these heaps.
 #[test]
-fn heaps_on_which_sweeps_do_not_end_are_solved_by_the_solver() {
+fn heaps_on_which_sweeps_do_not_converge_are_solved_by_the_solver() {
     let mut beyond = 0;
     for seed in 0..20 {
         let ended = [1399, 1400].map(|max_iterations| {
@@ -208,7 +208,7 @@ fn w_has_the_local_blocks_of_all_kinds_of_contacts_and_is_symmetric() {
         near(block[1][1], expected.tt);
         for (j, block) in &w.rows[i] {
             let mirrored = w.block(*j, i);
-            // The inertia of a cluster must be that of all its contacts to be symmetric.
+            // W is symmetric only if all contacts of a cluster have the same inertia.
             if i.min(*j) > 0 {
                 near(block[0][1], mirrored[1][0]);
             }
@@ -241,7 +241,7 @@ fn equations_that_gain_and_lose_unknowns_keep_their_solution() {
     // w' = 2 v - w.
     system.mirror(0, 1, 2.0);
     near(&system, &[26.0 / 17.0, 39.0 / 17.0]);
-    // What is left of -w' + 2 v = w: the columns are (-5, -2) and (9, 7).
+    // The errors of -w' + 2 v = w: the columns are (-5, -2) and (9, 7).
     system.correct(&[[-5.0 * 0.5, 10.0 * 0.5], [-2.0 * 0.5, 4.0 * 0.5]]);
     let moved = system.solution[0];
     assert!((moved[0] - (26.0 / 17.0 - 0.5)).abs() < 1e-14, "{moved:?}");

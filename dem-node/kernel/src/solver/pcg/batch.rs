@@ -12,9 +12,9 @@ use crate::solver::problem::Problem;
 /// The work of one pass over the contacts.
 #[derive(Clone, Copy, Debug)]
 pub enum Pass {
-    /// Measure where the contacts are.
+    /// Measure at the present impulses.
     Measure,
-    /// Take the thresholds of friction anew, then measure.
+    /// Update the thresholds of friction, then measure.
     RenewThresholds,
     /// A step along p, then measure.
     Step {
@@ -25,10 +25,10 @@ pub enum Pass {
     },
 }
 
-/// Contacts with all that belongs to them, in groups.
+/// Contacts with their data, in groups.
 #[derive(Clone, Debug, Default)]
 pub struct ContactBatch {
-    /// State from which on they count.
+    /// First body, from which on they count.
     pub first: usize,
     /// Their indices in the problem.
     pub members: Vec<u32>,
@@ -36,12 +36,12 @@ pub struct ContactBatch {
     pub frames: Vec<ContactFrames>,
     tangentials: Vec<Tangential>,
     preconditioners: [Vec<Preconditioner>; 2],
-    /// b without the velocities of the bodies (m/s); none along the tangent where all of it is 0.
+    /// b without the velocities of the bodies (m/s); empty along the tangent where it is all 0.
     biases: [Vec<Doubles>; 2],
     iterates: [Vec<Iterate>; 2],
-    /// C (1/kg), that of compression for a bond; none along an axis where all of it is 0.
+    /// C (1/kg), for a bond in compression; empty along an axis where it is all 0.
     springs: [Vec<Doubles>; 2],
-    /// Branches of bonds, one a group or none at all.
+    /// Branches of bonds, one per group; empty without bonds.
     branches: Vec<Branches>,
     /// Losses of p when the contacts were measured.
     pub losses: Vec<DirectionLoss>,
@@ -50,14 +50,14 @@ pub struct ContactBatch {
 }
 
 impl ContactBatch {
-    /// Forgets its contacts; those to come count their bodies from here.
+    /// Forgets its contacts; the bodies of the next contacts count from `first`.
     pub fn clear(&mut self, first: usize) {
         self.first = first;
         self.members.clear();
         self.losses.clear();
     }
 
-    /// Takes over its members.
+    /// Loads its members.
     pub fn load<F: Features>(&mut self, problem: &Problem) {
         let groups = self.members.len().div_ceil(LANES);
         let some = |wanted: bool| if wanted { groups } else { 0 };
@@ -103,7 +103,7 @@ impl ContactBatch {
         }
     }
 
-    /// Takes over the bond of a contact that has become softer; false if the contact is in another batch.
+    /// Loads the softer bond of a contact; false if the contact is in another batch.
     pub fn soften(&mut self, problem: &Problem, index: u32) -> bool {
         let Ok(member) = self.members.binary_search(&index) else {
             return false;
@@ -136,7 +136,7 @@ impl ContactBatch {
         }
     }
 
-    /// Writes the impulses back to contacts, before which there are `passed` others.
+    /// Writes the impulses back to contacts, which follow `passed` others.
     pub fn store(&self, contacts: &mut [Contact], passed: usize) {
         for (i, member) in self.members.iter().enumerate() {
             let lanes = |axis: usize| self.iterates[axis].get(i / LANES);
@@ -145,7 +145,7 @@ impl ContactBatch {
         }
     }
 
-    /// The part of a pass before measuring; `give` gets the impulses that a projection adds, body by body.
+    /// The part of a pass before measuring; `give` receives the impulses that a projection adds, body by body.
     #[inline(always)]
     pub fn advance<F: Features>(
         &mut self,
@@ -183,7 +183,7 @@ impl ContactBatch {
         }
     }
 
-    /// Takes the thresholds anew, s = mu r_n, and brings r_t within them.
+    /// Updates the thresholds, s = mu r_n, and brings r_t within them.
     #[inline(always)]
     fn renew_thresholds<F: Features>(
         &mut self,
@@ -208,7 +208,7 @@ impl ContactBatch {
         }
     }
 
-    /// u, w and z at the impulses reached, H w and the sums. `friction` is the coefficient.
+    /// u, w and z at the present impulses, H w and the sums. `friction` is the coefficient.
     #[inline(always)]
     pub fn measure<F: Features>(&mut self, friction: f64, bodies: &mut [BodyState]) {
         let mut sums = PassSums::default();
@@ -233,7 +233,7 @@ impl ContactBatch {
         self.sums = sums;
     }
 
-    /// Normal part of the measurement; also returns the thresholds of friction that belong to P(r - u/D).
+    /// Normal part of the measurement; also returns the thresholds of friction at P(r - u/D).
     #[inline(always)]
     fn measure_normal<F: Features>(
         &mut self,
@@ -337,7 +337,7 @@ impl ContactBatch {
         }
     }
 
-    /// Leaves z of p, and notes what the bodies lose.
+    /// Reduces p to z, and records the losses of the bodies.
     #[inline(never)]
     fn lose(&mut self, g: usize, lost: [Doubles; 2]) {
         for (iterates, lost) in self.iterates.iter_mut().zip(lost) {

@@ -2,13 +2,13 @@
 
 use crate::solver::contact::BodyRecord;
 
-/// A body as the contacts meet it, in one line of the cache.
+/// A body in the form that contacts use, in one line of the cache.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub struct BodyState {
     /// v_x, v_y and spin times radius (m/s).
     pub velocity: [f64; 3],
-    /// 1/m (1/kg); 0 for the wheel and glued disks, which answer in [`super::constrained`].
+    /// 1/m (1/kg); 0 for the wheel and glued disks, whose response is in [`super::constrained`].
     pub inverse_mass: f64,
     /// H w (N s).
     pub h_w: [f64; 3],
@@ -17,7 +17,7 @@ pub struct BodyState {
 }
 
 impl BodyState {
-    /// A body on which nothing acts from outside.
+    /// A body without contacts from outside.
     pub fn new(record: &BodyRecord) -> BodyState {
         BodyState {
             velocity: record.velocity,
@@ -55,7 +55,7 @@ pub type Momentum = [f64; 3];
 /// Loss of p on one of the bodies, where its contact has come to a bound.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionLoss {
-    /// Counted from the first of the batch.
+    /// Number of the body, counted from the first of the batch.
     pub body: u32,
     /// Part of H (p - z) (N s).
     pub impulse: [f64; 3],
@@ -64,7 +64,7 @@ pub struct DirectionLoss {
 /// Products with W, or with its part by some bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Products<T> {
-    /// w.W p, p before anything of it is lost.
+    /// w.W p, p before its losses.
     pub wp: T,
     /// w.W w, w.W z and z.W z.
     pub ww: T,
@@ -75,7 +75,7 @@ pub struct Products<T> {
 }
 
 impl Products<f64> {
-    /// Adds the part of a body that has lost nothing yet.
+    /// Adds the part of a body before its losses.
     #[inline(always)]
     pub fn add(&mut self, inverse_mass: f64, h_w: &[f64; 3], momentum: &Momentum) {
         let wp = inverse_mass * dot(h_w, momentum);
@@ -85,7 +85,7 @@ impl Products<f64> {
         self.zz += inverse_mass * dot(momentum, momentum);
     }
 
-    /// Takes from H z what it has lost.
+    /// Subtracts a loss from H z.
     #[inline(always)]
     pub fn lose(
         &mut self,
@@ -101,7 +101,7 @@ impl Products<f64> {
         }
     }
 
-    /// Adds those of other bodies.
+    /// Adds the products of other bodies.
     pub fn join(&mut self, other: &Products<f64>) {
         kit::add_fields!(self, other; wp, ww, wz, zz);
     }

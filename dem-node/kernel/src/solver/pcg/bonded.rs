@@ -1,12 +1,13 @@
-//! Bonded contacts inside a subdomain in single precision: the change dr of their impulses since a solve began, and dv of their bodies.
+//! Bonded contacts inside a subdomain in single precision: the change dr of their impulses since the start of a solve, and the change dv of their
+//! bodies' velocities.
 //!
 //! ```text
 //! bodies     m  = H w + beta m      dv += alpha M^-1 m
 //! contacts   p  = w + beta p        dr += alpha p        u = b0 + H^T dv + C dr        w = -u/D
 //! ```
-//! is an iteration, with b0 = H^T v0 + bias + C r0 formed in double precision. Nothing is projected: the energy of a bond is smooth at
-//! r_n = 0, where C changes. C is that of tension or compression by the sign of r0 + dr; where it is another one than that of r0, u has the
-//! change of C times r0 + dr besides.
+//! is an iteration, with b0 = H^T v0 + bias + C r0 computed in double precision. Nothing is projected: the energy of a bond is smooth at r_n = 0,
+//! where C changes. C is the compliance of tension or compression by the sign of r0 + dr; where it differs from the compliance at r0, u also has the
+//! change of C times r0 + dr.
 //!
 //! Contacts are treated by chunks, in loops over rows of numbers: gathered from the bodies, advanced, scattered to the bodies.
 
@@ -18,10 +19,10 @@ use super::group::{PassSums, bias, compliance};
 use crate::contact::bond::BondContact;
 use crate::solver::contact::{BodyRecord, Contact};
 
-/// Contacts in a chunk: with all that belongs to them they fill a third of the smallest cache.
+/// Contacts in a chunk: with their data they fill a third of the smallest cache.
 const CHUNK: usize = 128;
-/// Contacts of a chunk that are scattered one after the other are so far apart that they have no body in common, or a sum would have
-/// to wait for the one before.
+/// Contacts of a chunk that are scattered one after the other are this far apart, so that they have no body in common and no sum waits for the one
+/// before.
 const STRIDE: usize = 16;
 /// Numbers of bodies whose products are summed side by side.
 const WIDTH: usize = 64;
@@ -32,10 +33,10 @@ const SOFT: f64 = 10.0;
 /// A number of each contact of a chunk.
 type Row = [f32; CHUNK];
 
-/// Numbers of a body: along x, along y, of its spin, and 0, for four fill a register.
+/// Numbers of a body: along x, along y, of its spin, and 0, since four fill a register.
 pub type BodyRow = [f32; 4];
 
-/// Signs of b's numbers against those of a: a force on b is opposed to the one on a, and both disks turn the same way.
+/// Signs of b's numbers relative to a's: the force on b is opposed to the force on a, and both disks turn the same way.
 const OPPOSITE: BodyRow = [1.0, 1.0, -1.0, -1.0];
 
 /// All bodies of a problem.
@@ -47,7 +48,7 @@ pub struct SingleBodies {
     h_w: Vec<BodyRow>,
     /// m = H p (N s).
     momenta: Vec<BodyRow>,
-    /// Diagonal of M^-1 (1/kg): 0 for a body on which contacts from outside act, and which they move.
+    /// Diagonal of M^-1 (1/kg): 0 for a body with contacts from outside, which move it.
     inverse: Vec<BodyRow>,
 }
 
@@ -65,17 +66,17 @@ struct Component {
     change: Row,
     direction: Row,
     gradient: Row,
-    /// The part of dr that the problem has been told.
-    told: Row,
+    /// The part of dr that has been reported to the problem.
+    reported: Row,
     /// b0 (m/s).
     bias: Row,
     /// Diagonal of W (1/kg).
     block: Row,
-    /// C (1/kg), along the normal that of compression.
+    /// C (1/kg), along the normal for compression.
     compliance: Row,
 }
 
-/// Bonded contacts side by side. What has no contact has no normal either: it adds zeros to the first body.
+/// Bonded contacts side by side. A place without contact has no normal: it adds zeros to the first body.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct BondedChunk {
@@ -101,11 +102,11 @@ pub struct BondedBatch {
     /// Indices of the contacts in the problem.
     members: Vec<u32>,
     chunks: Vec<BondedChunk>,
-    /// Square of D r0, by which residuals are scaled.
+    /// Square of D r0, which scales residuals.
     size: f64,
 }
 
-/// True for a bond that can be treated so: an iteration that is too long by its compression must not be much too long by its tension.
+/// True for a bond that this form can treat: the stiffnesses in compression and tension must not differ too much.
 pub fn suits_bond(contact: &Contact, bond: &BondContact) -> bool {
     let [tension, shear] = bond.law.compliance();
     tension < SOFT * contact.diagonal()[0] && shear < f64::from(f32::MAX)
@@ -131,7 +132,7 @@ impl BondedBatch {
         self.size += (d[0] * r[0]).powi(2) + (d[1] * r[1]).powi(2);
     }
 
-    /// All contacts are there: what the last chunk holds besides is of an earlier problem.
+    /// Ends the list of contacts: the rest of the last chunk is from an earlier problem.
     pub fn end(&mut self) {
         self.chunks.truncate(self.members.len().div_ceil(CHUNK));
         let places = self.members.len()..self.chunks.len() * CHUNK;
@@ -140,8 +141,8 @@ impl BondedBatch {
         }
     }
 
-    /// Takes over the bond of a contact that has become softer, at the relative velocity u of the bodies of the problem (m/s), which has
-    /// been told all changes; false if the contact is in another batch.
+    /// Loads the softer bond of a contact, at the relative velocity u of the bodies of the problem (m/s), which has received all changes; false if
+    /// the contact is in another batch.
     pub fn soften(
         &mut self,
         index: u32,
@@ -165,13 +166,13 @@ impl BondedBatch {
         true
     }
 
-    /// Changes of the impulses (N s) since they were asked for the last time, by contact of the problem.
+    /// Changes of the impulses (N s) since the last call, by contact of the problem.
     pub fn changes(&mut self) -> impl Iterator<Item = (u32, [f64; 2])> {
         let chunks = &mut self.chunks;
         let members = self.members.iter().enumerate();
         members.map(move |(i, member)| {
             let chunk = &mut chunks[i / CHUNK];
-            let change = chunk.axes.each_mut().map(|axis| axis.tell(i % CHUNK));
+            let change = chunk.axes.each_mut().map(|axis| axis.report(i % CHUNK));
             (*member, change)
         })
     }
@@ -201,7 +202,7 @@ impl BondedBatch {
         }
     }
 
-    /// The same of a subdomain, with the products of its bodies.
+    /// The same for a subdomain, with the products of its bodies.
     #[inline(always)]
     pub fn iterate_inside(&mut self, factors: [f32; 2], mut bodies: BodySlice) -> PassSums<f64> {
         let mut sums = self.iterate(factors, &mut bodies);
@@ -212,7 +213,7 @@ impl BondedBatch {
 }
 
 impl SingleBodies {
-    /// Takes over the bodies of a problem, where a solve begins.
+    /// Loads the bodies of a problem at the start of a solve.
     pub fn load(&mut self, records: &[BodyRecord]) {
         for rows in [&mut self.velocities, &mut self.h_w, &mut self.momenta] {
             rows.clear();
@@ -225,7 +226,7 @@ impl SingleBodies {
         }));
     }
 
-    /// All of them.
+    /// All bodies.
     pub fn all(&mut self) -> BodySlice<'_> {
         (
             (&mut self.velocities, &mut self.h_w),
@@ -233,12 +234,12 @@ impl SingleBodies {
         )
     }
 
-    /// Lets a body follow contacts from outside alone.
+    /// Marks a body that only contacts from outside move.
     pub fn leave(&mut self, body: u32) {
         self.inverse[body as usize] = BodyRow::default();
     }
 
-    /// Moves a body that contacts from outside move: dv (m/s).
+    /// Sets dv of a body that contacts from outside move (m/s).
     pub fn place(&mut self, body: u32, [x, y, turn]: [f64; 3]) {
         self.velocities[body as usize] = [x as f32, y as f32, turn as f32, 0.0];
     }
@@ -296,7 +297,7 @@ impl BondedChunk {
             change: none,
             direction: none,
             gradient: none,
-            told: none,
+            reported: none,
             bias: none,
             block: [1.0; CHUNK],
             compliance: none,
@@ -373,7 +374,7 @@ impl BondedChunk {
         }
     }
 
-    /// Moves the contacts, and measures where they are; the rows hold the velocities of the bodies, and then H w of a.
+    /// Moves the contacts, and measures them; the rows hold the velocities of the bodies, and then H w of a.
     #[inline(always)]
     fn advance(
         &mut self,
@@ -384,7 +385,7 @@ impl BondedChunk {
         let [normal, tangent] = &mut self.axes;
         let [uw, up, wp, ww, wz, pp, defect] = sums;
         for (i, row) in rows.iter_mut().enumerate() {
-            // All four numbers of a row are read, or the last contacts of the chunk would be treated one by one.
+            // All four numbers of a row are read, or the compiler would treat the last contacts of the chunk one by one.
             let [x, y, turn, nothing] = *row;
             let (nx, ny, lever) = (self.normal[0][i], self.normal[1][i], self.lever[i]);
             let (spring, tension) = (normal.compliance[i], self.tension[i]);
@@ -418,7 +419,7 @@ impl BondedChunk {
         }
     }
 
-    /// Adds H w of the contacts to that of the bodies.
+    /// Adds H w of the contacts to the bodies'.
     #[inline(always)]
     fn scatter(&self, rows: &[BodyRow; CHUNK], h_w: &mut [BodyRow]) {
         for place in 0..CHUNK {
@@ -432,16 +433,16 @@ impl BondedChunk {
 }
 
 impl Component {
-    /// Nothing has changed yet.
+    /// Starts without changes.
     fn begin(&mut self, i: usize) {
-        (self.change[i], self.told[i]) = (0.0, 0.0);
+        (self.change[i], self.reported[i]) = (0.0, 0.0);
         (self.direction[i], self.gradient[i]) = (0.0, 0.0);
     }
 
-    /// Tells what dr has changed by since the last time.
-    fn tell(&mut self, i: usize) -> f64 {
-        let change = f64::from(self.change[i]) - f64::from(self.told[i]);
-        self.told[i] = self.change[i];
+    /// The change of dr since the last report.
+    fn report(&mut self, i: usize) -> f64 {
+        let change = f64::from(self.change[i]) - f64::from(self.reported[i]);
+        self.reported[i] = self.change[i];
         change
     }
 

@@ -5,10 +5,10 @@ use crate::contact::bond::BondContact;
 use crate::law::local::in_tension;
 use crate::solver::contact::Contact;
 
-/// The branches on which four contacts are.
+/// The branches of four contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Branches {
-    /// Upper bound of r_n (N s): 0 in tension, none in compression.
+    /// Upper bound of r_n (N s): 0 in tension, infinite in compression.
     high: Doubles,
     /// Compliance of tension (1/kg), infinite for a contact that cannot pull, and 1/D with it.
     tension: Doubles,
@@ -29,7 +29,7 @@ impl Default for Branches {
 }
 
 impl Branches {
-    /// Fills a lane: compression, until the first impulse is looked at.
+    /// Fills a lane: compression, until the first measurement.
     pub fn set(&mut self, k: usize, contact: &Contact, bond: Option<&BondContact>) {
         let tension = bond.map_or(f64::INFINITY, |bond| bond.law.compliance()[0]);
         self.bonded[k] = bond.is_some();
@@ -37,7 +37,7 @@ impl Branches {
         self.inverse.0[k] = inverse(contact.block.nn + tension);
     }
 
-    /// Takes the branches of impulses r under u without its compliance.
+    /// Sets the branches for impulses r and u without its compliance.
     #[inline(always)]
     pub fn take(&mut self, impulse: Doubles, velocity: Doubles) {
         for k in 0..LANES {
@@ -54,13 +54,13 @@ impl Branches {
         [low, self.high]
     }
 
-    /// Compliances on the branches (1/kg), `spring` being that of compression.
+    /// Compliances on the branches (1/kg), with `spring` in compression.
     #[inline(always)]
     pub fn compliance(&self, spring: Doubles) -> Doubles {
         self.either(self.tension, spring)
     }
 
-    /// 1/D on the branches (kg), `spring` being that of compression.
+    /// 1/D on the branches (kg), with `spring` in compression.
     #[inline(always)]
     pub fn inverse(&self, spring: Singles) -> Doubles {
         self.either(self.inverse.wide(), spring.wide())
@@ -79,7 +79,7 @@ impl Branches {
         lanes
     }
 
-    /// Numbers of bonds where there are any, the others elsewhere.
+    /// `bonded` for contacts with a bond, `others` elsewhere.
     #[inline(always)]
     pub fn select(&self, bonded: Doubles, others: Doubles) -> Doubles {
         let mut lanes = others;

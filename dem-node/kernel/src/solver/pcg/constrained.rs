@@ -1,7 +1,7 @@
-//! The constrained bodies of the conjugate gradient, wheel, glued disks, feet on surfaces and clusters: W of theirs is no mass of a disk.
+//! The constrained bodies of the conjugate gradient, wheel, glued disks, feet on surfaces and clusters, whose W is not a disk's.
 //!
-//! Impulses move the wheel along y only, an impulse on one glued disk moves all of them by W_g, and one on a disk of a cluster turns the
-//! cluster about its own centre. Their record among the bodies gathers impulses and has the inverse mass 0; here is what answers instead.
+//! Impulses move the wheel along y only, an impulse on one glued disk moves all glued disks by W_g, and an impulse on a disk of a cluster turns the
+//! cluster about its own centre. Their record among the bodies gathers impulses and has the inverse mass 0; their response is computed here.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::solver::contact::Contact;
 use crate::solver::problem::Problem;
 
-/// Vectors hold two components a glued disk and point, then y of the wheel, and three of each body that turns by levers.
+/// Vectors hold two components per glued disk and point, then y of the wheel, and three components of each body that turns by levers.
 #[derive(Clone, Debug, Default)]
 pub struct ConstrainedBodies {
     glued: Range<usize>,
@@ -19,32 +19,32 @@ pub struct ConstrainedBodies {
     feet: Vec<Foot>,
     wheel: Option<usize>,
     turning: Turning,
-    /// Components before that of the wheel, and the inverse masses of those from there on (1/kg).
+    /// Number of components before the wheel's, and the inverse masses of the components from there on (1/kg).
     boundary: usize,
     inverse: Vec<f64>,
     /// M^-1 H p, then M^-1 H z, and M^-1 H w (m/s).
     along: Vec<f64>,
     answer: Vec<f64>,
-    /// Impulses gathered (N s), and true if there are any.
+    /// Gathered impulses (N s), and true if there are any.
     gathered: Vec<f64>,
     touched: bool,
-    /// Room for the velocities that they make, and for impulses.
+    /// Buffers for their velocities, and for impulses.
     spare: Vec<f64>,
     impulses: Vec<f64>,
 }
 
-/// Bodies of contacts with levers, and the points at which these touch them: bodies of their own, after all others.
+/// Bodies of contacts with levers, and their points of contact, which are bodies of their own, after all others.
 #[derive(Clone, Debug, Default)]
 struct Turning {
     bodies: Vec<usize>,
-    /// Place of each body of the problem among those, if it is there.
+    /// Index of each body of the problem in `bodies`, if it is there.
     places: Vec<Option<u32>>,
     first_point: usize,
-    /// Two a lever: the place of its body, and the velocity of the point by a unit of (spin times radius).
+    /// Two per lever: the index of its body, and the velocity of the point per unit of (spin times radius).
     points: Vec<Option<(u32, [f64; 2])>>,
 }
 
-/// The body that a contact moves on one of its sides, 0 for a and 1 for b: a point of its own where it has a lever.
+/// The body that a contact moves on one of its sides, 0 for a and 1 for b: a point of its own with a lever.
 #[inline(always)]
 pub fn moved_by(problem: &Problem, contact: &Contact, side: usize) -> u32 {
     let body = [contact.a, contact.b][side];
@@ -56,7 +56,7 @@ pub fn moved_by(problem: &Problem, contact: &Contact, side: usize) -> u32 {
 }
 
 impl Turning {
-    /// Takes over the bodies and levers of a problem, and adds the inverse masses of the former (1/kg).
+    /// Loads the bodies and levers of a problem, and adds the inverse masses of the bodies (1/kg).
     fn load(&mut self, problem: &Problem, inverse: &mut Vec<f64>) {
         self.bodies.clear();
         self.places.clear();
@@ -102,7 +102,7 @@ impl Turning {
 }
 
 impl ConstrainedBodies {
-    /// Takes over these bodies and their velocities; adds the points of levers to the bodies.
+    /// Loads these bodies and their velocities; adds the points of levers to the bodies.
     pub fn load(&mut self, problem: &Problem, bodies: &mut Vec<BodyState>) {
         self.boundary = problem.boundary.velocity.len();
         let disks = self.boundary / 2 - problem.surface_points;
@@ -160,7 +160,7 @@ impl ConstrainedBodies {
         self.feet.get(body.wrapping_sub(self.first_foot)).copied()
     }
 
-    /// All of them, points of levers included.
+    /// All constrained bodies, points of levers included.
     fn all(&self) -> impl Iterator<Item = usize> {
         let feet = (self.first_foot..).take(self.feet.len());
         let turning = &self.turning;
@@ -178,7 +178,7 @@ impl ConstrainedBodies {
         self.gathered = gathered;
     }
 
-    /// Adds an impulse on a body to the components; false if the body is none of these.
+    /// Adds an impulse on a body to the components; false if the body is not constrained.
     fn add(&self, into: &mut [f64], body: usize, impulse: [f64; 3]) -> bool {
         let [x, y, _] = impulse;
         if self.glued.contains(&body) {
@@ -236,14 +236,14 @@ impl ConstrainedBodies {
         self.move_bodies(bodies, alpha, &self.along);
     }
 
-    /// Moves by the velocities that the gathered impulses make.
+    /// Moves by the velocities of the gathered impulses.
     pub fn settle(&mut self, boundary: &CompliantBoundary, bodies: &mut [BodyState]) {
         if self.answer_gathered(boundary) {
             self.move_bodies(bodies, 1.0, &self.spare);
         }
     }
 
-    /// Finds M^-1 H w, takes what is gathered as lost from M^-1 H p, and adds the products of these bodies.
+    /// Computes M^-1 H w, subtracts the gathered losses from M^-1 H p, and adds the products of these bodies.
     pub fn measure(
         &mut self,
         boundary: &CompliantBoundary,
@@ -268,7 +268,7 @@ impl ConstrainedBodies {
         self.impulses = impulses;
     }
 
-    /// Writes the impulses on the glued disks and points back, `outside` being the contacts that may have one.
+    /// Writes the impulses on the glued disks and points back, `outside` being the contacts that may act on them.
     pub fn store(&self, problem: &mut Problem, outside: impl Iterator<Item = usize>) {
         problem.boundary.impulse.fill(0.0);
         let attracting = (0..problem.attractions.len()).map(|index| problem.attracting(index));
@@ -285,7 +285,7 @@ impl ConstrainedBodies {
         problem.boundary.evaluate();
     }
 
-    /// M^-1 of the gathered impulses into `spare`, and forgets them; false if there were none.
+    /// Computes M^-1 of the gathered impulses into `spare`, and clears them; false if there were no impulses.
     fn answer_gathered(&mut self, boundary: &CompliantBoundary) -> bool {
         if !std::mem::take(&mut self.touched) {
             return false;
@@ -313,7 +313,7 @@ impl ConstrainedBodies {
     }
 }
 
-/// M^-1 of impulses: W_g p of the glued disks, and the inverse masses of the components that follow theirs.
+/// M^-1 of impulses: W_g p of the glued disks, and the inverse masses of the components after theirs.
 fn respond(
     boundary: &CompliantBoundary,
     inverse: &[f64],

@@ -1,12 +1,12 @@
-//! Iterations on a large bonded problem without friction, in single precision: they find the change of impulses and velocities since the
-//! start of a solve, of which four digits are enough, and a sweep moves half the bytes.
+//! Iterations on a large bonded problem without friction, in single precision: they compute the change of impulses and velocities since the start of
+//! a solve. Four digits of it are enough, and a sweep loads half the bytes.
 //!
-//! Bonded contacts ([`super::bonded`]) are treated subdomain beside subdomain, after those across. What is left, the contacts without a
-//! bond, of the wheel and of glued disks, is a problem of its own in double precision, with the bodies on which these act: the *outer
-//! problem*. In an iteration it moves its bodies, gives their velocities to the others, and takes over the H w that these have found.
+//! Bonded contacts ([`super::bonded`]) are treated subdomain beside subdomain, after the contacts across subdomains. The other contacts, without a
+//! bond, of the wheel and of glued disks, and their bodies are a problem of their own in double precision: the *outer problem*. In an iteration it
+//! moves its bodies, passes their velocities to the other contacts, and receives their H w.
 //!
-//! At the end the impulses are r0 + dr and the velocities v0 + M^-1 H dr, in double precision; the true residual is that of any solve. Where it
-//! is above the tolerance, the solve begins anew from there.
+//! At the end the impulses are r0 + dr and the velocities v0 + M^-1 H dr, in double precision; the true residual is computed as in any solve. Where
+//! it is above the tolerance, the solve restarts from there.
 
 use super::batch::Pass;
 use super::bonded::{BondedBatch, SingleBodies, follow, suits_bond};
@@ -21,7 +21,7 @@ use crate::solver::problem::Problem;
 /// Largest share of the contacts in the outer problem, which is solved by one thread.
 const OUTER_SHARE: f64 = 0.1;
 
-/// All that the outer problem can contain.
+/// Features of the outer problem.
 type Outer = With<true, true, true>;
 
 /// Buffers of the correction.
@@ -34,9 +34,9 @@ pub struct Correction {
     /// The outer problem and its iterations.
     outer: Problem,
     workspace: Workspace,
-    /// Its contacts in the whole problem.
+    /// Contacts of the outer problem in the whole problem.
     members: Vec<u32>,
-    /// Its bodies that are neither glued nor the wheel, with their velocities where the solve began (m/s).
+    /// Bodies of the outer problem that are neither glued nor the wheel, with their velocities at the start of the solve (m/s).
     shared: Vec<(u32, [f64; 3])>,
     /// Number of each body in the outer problem, if it is there.
     numbers: Vec<u32>,
@@ -46,16 +46,16 @@ pub struct Correction {
 #[derive(Clone, Debug, Default)]
 struct Interior {
     batch: BondedBatch,
-    /// Contacts of which its bodies are the candidates: bonded ones with a body of another subdomain, and those of the outer problem.
+    /// Contacts of which its bodies are the candidates: bonded contacts with a body of another subdomain, and contacts of the outer problem.
     across: Vec<u32>,
     outside: Vec<u32>,
     sums: PassSums<f64>,
 }
 
-/// A body that is not in the outer problem.
+/// Number of a body that is not in the outer problem.
 const INSIDE: u32 = u32::MAX;
 
-/// True for a problem for which this form is made: bonds without friction, enough of them for several subdomains.
+/// True for a problem that suits this form: bonds without friction, and several subdomains.
 pub fn suits(problem: &Problem) -> bool {
     Partition::new(problem.contacts.len(), problem.records.len()).several()
         && !problem.bonds.is_empty()
@@ -65,8 +65,8 @@ pub fn suits(problem: &Problem) -> bool {
 }
 
 impl Correction {
-    /// Takes over a prepared problem with its first guess, and its boundary until [`Correction::store`]; false, and nothing is taken, where
-    /// the outer problem would be too large a part of it.
+    /// Loads a prepared problem with its first guess, and takes its boundary until [`Correction::store`]; false, without taking it, where the outer
+    /// problem would be too large a part.
     pub fn load(&mut self, problem: &mut Problem, parallel: bool) -> bool {
         let partition = Partition::new(problem.contacts.len(), problem.records.len());
         partition.assign(&mut self.subdomains);
@@ -157,8 +157,8 @@ impl Correction {
         outer.boundary = std::mem::take(&mut problem.boundary);
     }
 
-    /// Takes over the bonds of these contacts, which have become softer since [`Correction::store`], and the boundary again; false, and
-    /// nothing is taken, where one has become too soft for its place.
+    /// Loads the bonds of these contacts, which have become softer since [`Correction::store`], and takes the boundary again; false, without taking
+    /// it, where a bond has become too soft for this form.
     pub fn soften(&mut self, problem: &mut Problem, softened: &[u32], parallel: bool) -> bool {
         for index in softened {
             let contact = &problem.contacts[*index as usize];
@@ -245,7 +245,7 @@ impl Correction {
     }
 }
 
-/// Adds to the impulse of a contact, and to the velocities of its bodies but the glued ones, which follow their boundary.
+/// Adds to the impulse of a contact, and to the velocities of its bodies, except glued disks, which follow their boundary.
 fn add_impulse(problem: &mut Problem, index: usize, change: [f64; 2]) {
     let contact = problem.contacts[index];
     let [x, y] = contact.in_xy(change);

@@ -1,4 +1,4 @@
-//! Four contacts side by side, as the passes over them load them.
+//! Four contacts side by side, in the form that passes load.
 
 use super::body_state::{BodyState, Products};
 use crate::contact::bond::BondContact;
@@ -9,7 +9,7 @@ use crate::solver::contact::Contact;
 /// Contacts in a group.
 pub const LANES: usize = 4;
 
-/// What a problem contains: iterations are compiled without the rest.
+/// Features of a problem: iterations are compiled without the others.
 pub trait Features {
     /// Friction, which bonds need for their shear.
     const FRICTION: bool;
@@ -33,7 +33,7 @@ impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Features
 /// A number of each contact of a group.
 pub type Doubles = lanes::Lanes<LANES>;
 
-/// The same to seven digits.
+/// The same with seven digits.
 pub type Singles = lanes::ShortLanes<LANES>;
 
 /// Bodies and normals of the contacts. A lane without contact has no normal: it adds zeros to the first body.
@@ -53,14 +53,14 @@ pub struct ContactFrames {
 pub struct Tangential {
     /// Levers of spin over the radius.
     pub lever: Doubles,
-    /// Threshold s (N s): none on the shear of a bond.
+    /// Threshold s (N s), infinite for the shear of a bond.
     pub limit: Doubles,
 }
 
-/// Preconditioner D of one component. Any positive number would do in its place, and seven digits of it do.
+/// Preconditioner D of one component. Any positive number would do, and seven digits are enough.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Preconditioner {
-    /// Diagonal of W with springs (1/kg), by which residuals are scaled.
+    /// Diagonal of W with springs (1/kg), which scales residuals.
     pub diagonal: Singles,
     /// 1/D (kg), 0 where nothing moves along this axis.
     pub inverse: Singles,
@@ -86,7 +86,7 @@ pub struct PassSums<T> {
     pub uz: T,
     /// w.(W + C) p, w.(W + C) w, w.(W + C) z and z.(W + C) z; lane by lane the part of C.
     pub products: Products<T>,
-    /// Squares of the defect with thresholds held, of the true one, and of D r.
+    /// Squares of the defect with thresholds held, of the true defect, and of D r.
     pub held: T,
     /// See `held`.
     pub defect: T,
@@ -108,7 +108,7 @@ impl PassSums<f64> {
         self.size += lanes.size.sum();
     }
 
-    /// Adds those of other contacts.
+    /// Adds the sums of other contacts.
     pub fn join(&mut self, other: &PassSums<f64>) {
         self.products.join(&other.products);
         kit::add_fields!(self, other; uw, uz, held, defect, size);
@@ -143,7 +143,7 @@ pub fn threshold(contact: &Contact, bond: Option<&BondContact>, friction: f64) -
     }
 }
 
-/// 1/D to seven digits. Where nothing moves along an axis, no impulse is looked for.
+/// 1/D with seven digits. Where nothing moves along an axis, the impulse is not iterated.
 #[inline(always)]
 pub fn inverse(d: f64) -> f32 {
     if d > 0.0 { (1.0 / d) as f32 } else { 0.0 }
@@ -159,7 +159,7 @@ impl Preconditioner {
 }
 
 impl Iterate {
-    /// p = w + beta z and r' = P(r + alpha p) between the bounds; returns what the projection adds.
+    /// p = w + beta z and r' = P(r + alpha p) between the bounds; returns the change by the projection.
     #[inline(always)]
     pub fn advance(&mut self, [alpha, beta]: [Doubles; 2], [low, high]: [Doubles; 2]) -> Doubles {
         let p = self.gradient + beta * self.direction;
@@ -170,7 +170,7 @@ impl Iterate {
         allowed - wanted
     }
 
-    /// w from -u/D and what p loses, and the sums that they enter; the compliances are that along p and the one now.
+    /// w from -u/D and the loss of p, and their sums; the compliances are for p and for the present branch.
     #[inline(always)]
     pub fn measure<F: Features>(
         &mut self,

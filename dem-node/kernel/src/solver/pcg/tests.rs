@@ -1,4 +1,4 @@
-//! The solver against its four equations as they stand, and against itself in several threads.
+//! The solver against its four equations, and against itself with several threads.
 
 mod textbook;
 
@@ -19,15 +19,15 @@ use textbook::Textbook;
 
 const GLUED: usize = 6;
 
-/// Parts of a problem beside grains.
+/// Parts of a problem in addition to grains.
 #[derive(Clone, Copy, Debug)]
 struct Scene {
     grains: usize,
     friction: f64,
     springs: bool,
-    /// A wheel over some grains, a compliant boundary under others, and some that stand for clusters.
+    /// A wheel over some grains, a compliant boundary under others, and grains that represent clusters.
     constrained: bool,
-    /// One of so many contacts of two grains has a bond, none where it is 0; where there is friction, springs must be.
+    /// One in this many contacts of two grains has a bond, no contact where it is 0; friction needs springs.
     bonds: usize,
 }
 
@@ -78,7 +78,7 @@ fn problem(scene: Scene) -> Problem {
     problem
 }
 
-/// Lets every eleventh grain stand for a cluster, which all its contacts turn by levers of their own.
+/// Lets every eleventh grain represent a cluster, which all its contacts turn by levers of their own.
 fn turn_clusters(random: &mut RandomNumbers, problem: &mut Problem, grains: usize) {
     let leads = |body: usize| body < grains && body % 11 == 5;
     for i in 0..problem.contacts.len() {
@@ -203,10 +203,10 @@ fn exactly(iterations: usize, parallel: bool) -> Criteria {
     }
 }
 
-/// Iterations as they stand and as they are made differ by rounding only, for as long as rounding has not grown to a
-/// contact that slides here and sticks there.
+/// Iterations of the equations and of the fast form differ by rounding only, until rounding has grown to a contact that slides in one and sticks in
+/// the other.
 #[test]
-fn every_iteration_is_that_of_the_equations() {
+fn every_iteration_agrees_with_the_equations() {
     let plain = scenes(3200).into_iter().filter(|scene| scene.bonds != 1);
     for scene in scenes(400).into_iter().chain(plain) {
         let start = problem(scene);
@@ -257,10 +257,9 @@ fn bonded(springs: bool, constrained: bool) -> Scene {
     scene
 }
 
-/// Without projection inside the subdomains, in seven digits: the first iterations are those of the equations, until one has come so far
-/// that rounding is seen.
+/// Without projection inside the subdomains, with seven digits: the first iterations agree with the equations, until rounding shows.
 #[test]
-fn iterations_in_single_precision_are_those_of_the_equations() {
+fn iterations_in_single_precision_agree_with_the_equations() {
     for scene in [bonded(true, false), bonded(false, true)] {
         let start = problem(scene);
         let free = |body: u32| (body as usize) < scene.grains;
@@ -287,9 +286,9 @@ fn iterations_in_single_precision_are_those_of_the_equations() {
     }
 }
 
-/// Begun anew where rounding would be next, it comes to any tolerance, and to the velocities of double precision.
+/// With restarts before rounding shows, it reaches any tolerance, and the velocities of double precision.
 #[test]
-fn single_precision_finds_what_double_precision_finds() {
+fn single_precision_finds_the_solution_of_double_precision() {
     let criteria = Criteria {
         tolerance: 1e-10,
         max_iterations: 3000,
@@ -331,7 +330,7 @@ fn single_precision_finds_what_double_precision_finds() {
     }
 }
 
-/// A rigid pack comes to no such residual: after iterations in vain, those of double precision go on, as many as are left.
+/// A rigid pack does not reach this residual: after iterations in vain, double precision continues with the remaining iterations.
 #[test]
 fn where_single_precision_is_stuck_double_precision_goes_on() {
     let criteria = Criteria {
@@ -349,9 +348,9 @@ fn where_single_precision_is_stuck_double_precision_goes_on() {
     assert_eq!(buffers.holds, super::Holder::Double);
 }
 
-/// In subdomains, those across last, they make the velocities that they make one after the other.
+/// In subdomains, with contacts across them last, they give the same velocities as one after the other.
 #[test]
-fn first_guesses_move_the_bodies_wherever_they_are() {
+fn first_guesses_move_the_bodies_in_any_subdomain() {
     for scene in scenes(12_000) {
         let prepared = problem(scene);
         let mut plain = prepared.clone();
@@ -368,9 +367,9 @@ fn first_guesses_move_the_bodies_wherever_they_are() {
     }
 }
 
-/// Some bonds soften after a solve and some break: going on from there finds the velocities of a solve from the start.
+/// Some bonds soften after a solve and some break: continuing from there finds the velocities of a solve from the start.
 #[test]
-fn softer_bonds_are_solved_from_where_it_is() {
+fn softer_bonds_are_solved_from_the_last_solution() {
     let criteria = Criteria {
         tolerance: 1e-10,
         max_iterations: 1000,
@@ -400,7 +399,7 @@ fn softer_bonds_are_solved_from_where_it_is() {
             .map(|(index, _)| index as u32)
             .collect();
         for (place, index) in softened.iter().enumerate() {
-            // Where none breaks, single precision goes on from where it is as well.
+            // Without breaking bonds, single precision continues too.
             let breaks = place % 4 == 0 && !(scene.bonds == 1 && scene.constrained);
             let stiffness = if breaks { [0.0; 2] } else { [0.7, 0.3] };
             let bond = solved.contacts[*index as usize].bond as usize;
@@ -456,10 +455,10 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
-/// The passes see a residual with seven digits of D and on one branch of each bond: a tolerance just below one that an
-/// iteration has must not be taken for reached.
+/// The passes compute the residual with seven digits of D and on one branch of each bond: a tolerance just below the residual of an iteration must
+/// not count as reached.
 #[test]
-fn what_is_accepted_is_within_the_tolerance() {
+fn an_accepted_solution_is_within_the_tolerance() {
     for scene in scenes(400) {
         let start = problem(scene);
         for iterations in 1..=20 {
@@ -483,7 +482,7 @@ fn what_is_accepted_is_within_the_tolerance() {
     }
 }
 
-/// A form that sees no residual, whatever there is.
+/// A form that always reports a residual of 0.
 struct Blind;
 
 impl Form for Blind {
@@ -502,7 +501,7 @@ impl Form for Blind {
 }
 
 #[test]
-fn a_form_that_sees_no_residual_ends() {
+fn a_form_without_a_residual_ends() {
     let mut problem = problem(scenes(40)[0]);
     let criteria = Criteria {
         tolerance: 1e-8,

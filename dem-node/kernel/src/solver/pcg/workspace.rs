@@ -1,7 +1,7 @@
 //! All contacts and bodies of a solve, and a pass over them.
 //!
-//! Contacts inside a subdomain of [`crate::solver::partition`] are treated subdomain beside subdomain; those across, of the
-//! wheel, of glued disks and of clusters begin a pass before the subdomains and end it after them. Sums are made subdomain by subdomain.
+//! Contacts inside a subdomain of [`crate::solver::partition`] are treated subdomain beside subdomain; contacts across subdomains, of the wheel, of
+//! glued disks and of clusters begin a pass before the subdomains and end it after them. Sums go subdomain by subdomain.
 
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
@@ -18,7 +18,7 @@ pub struct Workspace {
     subdomains: Vec<Subdomain<Interior>>,
     /// Contacts of bodies of two subdomains, of the wheel, of glued disks and of clusters.
     outside: ContactBatch,
-    /// Bodies of subdomains that they touch.
+    /// Bodies of subdomains with contacts in `outside`.
     shared: Vec<u32>,
     pub(super) bodies: Vec<BodyState>,
     momenta: Vec<Momentum>,
@@ -29,7 +29,7 @@ pub struct Workspace {
 #[derive(Clone, Debug, Default)]
 struct Interior {
     batch: ContactBatch,
-    /// Products of its bodies, as far as nothing acts on them from outside.
+    /// Products of its bodies without contacts from outside.
     products: Products<f64>,
 }
 
@@ -62,7 +62,7 @@ impl Interior {
         self.lose(bodies, momenta);
     }
 
-    /// Takes what p has lost from H z, but for bodies on which contacts from outside act: those are left.
+    /// Subtracts the losses of p from H z, except for bodies with contacts from outside, whose losses stay in the list.
     fn lose(&mut self, bodies: &[BodyState], momenta: &mut [Momentum]) {
         let products = &mut self.products;
         self.batch.losses.retain(|loss| {
@@ -78,7 +78,7 @@ impl Interior {
 }
 
 impl Workspace {
-    /// Takes over a prepared problem.
+    /// Loads a prepared problem.
     pub fn load<F: Features>(&mut self, problem: &Problem, parallel: bool) {
         let partition = Partition::new(problem.contacts.len(), problem.records.len());
         self.load_bodies(problem, &partition);
@@ -89,14 +89,14 @@ impl Workspace {
         });
     }
 
-    /// Takes over a prepared problem whose bodies have other contacts besides, all of it as contacts from outside of a subdomain.
+    /// Loads a prepared problem whose bodies also have other contacts, with all its contacts as contacts from outside.
     pub fn load_outside<F: Features>(&mut self, problem: &Problem) {
         self.load_bodies(problem, &Partition::new(0, problem.records.len()));
         self.share_out(problem, |_, _| None);
         self.outside.load::<F>(problem);
     }
 
-    /// Takes over the bonds of these contacts, which have become softer.
+    /// Loads the softer bonds of these contacts.
     pub fn soften(&mut self, problem: &Problem, softened: &[u32]) {
         for index in softened {
             let inside = self.subdomains.iter_mut();
@@ -107,7 +107,7 @@ impl Workspace {
         }
     }
 
-    /// Forgets p and w: iterations begin anew at the impulses and velocities that they have reached.
+    /// Forgets p and w: iterations restart at the present impulses and velocities.
     pub fn restart(&mut self, parallel: bool) {
         self.constrained.restart();
         self.outside.restart();
@@ -131,7 +131,7 @@ impl Workspace {
         partition.assign(&mut self.subdomains);
     }
 
-    /// Shares the contacts out to the subdomains; `common` is that of two bodies.
+    /// Divides the contacts among the subdomains; `common` gives the common subdomain of two bodies.
     fn share_out(&mut self, problem: &Problem, common: impl Fn(u32, u32) -> Option<usize>) {
         for subdomain in &mut self.subdomains {
             subdomain.work.batch.clear(subdomain.bodies.start);
@@ -201,7 +201,7 @@ impl Workspace {
         for_each_subdomain(&mut self.subdomains, items, parallel, &work);
     }
 
-    /// The second half: contacts from outside are measured, and sums are made.
+    /// The second half: contacts from outside are measured, and sums are computed.
     pub fn measure<F: Features>(&mut self, problem: &Problem) -> PassSums<f64> {
         widest!(self.end::<F>(problem))
     }
@@ -242,7 +242,7 @@ impl Workspace {
         sums
     }
 
-    /// Takes what p has lost on bodies on which contacts from outside act.
+    /// Subtracts the losses of p on bodies with contacts from outside.
     fn lose(&mut self, products: &mut Products<f64>) {
         let inside = self.subdomains.iter_mut();
         let inside = inside.map(|subdomain| &mut subdomain.work.batch);

@@ -91,10 +91,10 @@ fn march(bodies: &Bodies, end: f64, mut watch: impl FnMut(f64, &GrainState)) -> 
     state
 }
 
-/// The exact end: both walls press by k 0.1, and the springs hold k 0.1^2 / 2 each, which growing has put in. What the springs
-/// take up in the step in which they close is less than that of the way of one step.
+/// The exact end: both walls press by k 0.1, and the springs store k 0.1^2 / 2 each, the work of growing. The energy of the springs in the step in
+/// which they close is less than the work over the way of one step.
 #[test]
-fn a_grain_that_grows_is_pressed_by_what_it_overlaps_and_its_work_is_in_the_springs() {
+fn a_grain_that_grows_is_pressed_by_its_overlaps_and_its_work_is_in_the_springs() {
     let bodies = between_walls();
     let state = march(&bodies, DUE + GROWTH + 0.2, |time, state| {
         let there = time > DUE - 0.5 * STEP;
@@ -123,7 +123,7 @@ fn a_grain_that_grows_is_pressed_by_what_it_overlaps_and_its_work_is_in_the_spri
     assert!((booked - springs).abs() < 1e-12, "{booked} {springs}");
 }
 
-/// Walls that attract the grain press it no more than those that do not, and the ledger has the energy of their attraction.
+/// Walls that attract the grain press it no more than other walls, and the ledger has the energy of their attraction.
 #[test]
 fn a_grain_that_grows_between_walls_that_attract_it_balances() {
     let mut bodies = between_walls();
@@ -145,7 +145,7 @@ fn a_grain_that_grows_between_walls_that_attract_it_balances() {
     assert!(left.abs() < 1e-9, "{left}");
 }
 
-/// Of the places around the point, none is further from both walls than those half-way: the first of them is the one on the left.
+/// The positions half-way between the walls are the furthest from both; the first of them is on the left.
 #[test]
 fn a_grain_begins_where_the_gap_is_widest() {
     let bodies = between_walls();
@@ -156,7 +156,7 @@ fn a_grain_begins_where_the_gap_is_widest() {
     assert_eq!(missed, 0.0);
 }
 
-/// A row of disks between the walls leaves as much room below it as above, and the lower place comes first; or more above.
+/// There is as much room below a row of disks between the walls as above it, and the lower position comes first; or more room above.
 #[test]
 fn a_grain_begins_above_the_base_and_below_the_face() {
     let row = |x: i32| [f64::from(x), 0.0];
@@ -201,9 +201,9 @@ fn a_grain_begins_above_the_base_and_below_the_face() {
     }
 }
 
-/// Walls that leave less than a twentieth of its radius keep it in store, and that is told once a whole grain is late.
+/// Walls with room for less than a twentieth of its radius keep it in store, which is reported once a whole grain is late.
 #[test]
-fn what_finds_no_gap_stays_in_store_and_is_missed() {
+fn a_grain_without_a_gap_stays_in_store_and_is_missed() {
     let mut bodies = between_walls();
     for wall in &mut bodies.walls {
         if let Face::HalfPlane { point, .. } = &mut wall.face {

@@ -1,10 +1,9 @@
 //! Rows of elements under a nonlinear law.
 //!
-//! Plasticity that nothing uses costs next to nothing: the packs of a row in which no element has ever flowed take the elastic forces,
-//! and a bound of the trial stress with them ([`super::super::q4_2x2`], [`super::super::q4_1point`]). Only where it exceeds the yield
-//! surface are the points looked at, and only where one flows do they take the radial return. That return gives an element without
-//! plastic strain the bits of the elastic one, so that the forces of an element do not depend on what its neighbours in
-//! a pack do.
+//! Without plastic flow plasticity costs next to nothing: packs in which no element has ever flowed take the elastic forces with a bound of the trial
+//! stress ([`super::super::q4_2x2`], [`super::super::q4_1point`]). The points are checked only where the bound exceeds the yield surface, and take
+//! the radial return only where one of them flows. The return gives an element without plastic strain the elastic bits, so the forces of an element
+//! do not depend on its neighbours in a pack.
 
 use std::ops::Range;
 
@@ -19,7 +18,7 @@ use crate::pack::lanes::{LANES, Pack};
 use crate::pack::vectorised;
 
 impl Body {
-    /// Forces of some elements of a row, whole packs of them, under a nonlinear law.
+    /// Forces of some elements of a row, in whole packs, under a nonlinear law.
     pub(crate) fn nonlinear_row(
         &self,
         law: &NonlinearLaw,
@@ -78,7 +77,7 @@ impl Body {
     }
 }
 
-/// Writes [`FLOWED`] for each of the packs in which an element has flowed, 0 for the others; true if there are any.
+/// Writes [`FLOWED`] for each pack in which an element has flowed, 0 for the others; true if any has flowed.
 fn mark_flowed(
     path: &StrainPath,
     points: [usize; 2],
@@ -101,10 +100,10 @@ fn mark_flowed(
     })
 }
 
-/// True if any number is above 0. One branch for all of them: most rows have none.
+/// True if any number is above 0. One branch for all numbers: in most rows no number is.
 #[inline(always)]
 fn any_positive(packs: &[[f64; LANES]]) -> bool {
-    // NaN is passed over.
+    // NaN is ignored.
     let larger = |largest: Pack, pack: &[f64; LANES]| Pack(*pack).max(largest);
     let largest = packs.iter().fold(Pack::splat(0.0), larger);
     largest.any_above(Pack::splat(0.0))

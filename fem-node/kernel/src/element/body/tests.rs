@@ -23,7 +23,7 @@ fn law() -> Elastic {
     Elastic::plane_strain(3.0, 0.3, 1.0)
 }
 
-/// The row kernels regroup the formulas of the matrices, which are those of the books.
+/// The row kernels regroup the formulas of the matrices, which follow the textbooks.
 #[test]
 fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
     let mesh = distorted();

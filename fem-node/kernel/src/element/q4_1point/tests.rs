@@ -20,8 +20,7 @@ fn elastic(poisson: f64) -> Elastic {
     Elastic::plane_strain(3.0, poisson, 1.0)
 }
 
-/// Nodal forces of one element by the book: t A B^T D B u at the centre, and the hourglass vector as what is
-/// left of (1, -1, 1, -1) / 2 once its linear part is taken off.
+/// Nodal forces of one element from the textbook: t A B^T D B u at the centre, and the hourglass vector (1, -1, 1, -1) / 2 less its linear part.
 fn reference(p: &[[f64; 2]; 4], u: &[[f64; 2]; 4], law: &Elastic, t: f64) -> [[f64; 2]; 4] {
     let stress = law.stress(strain(p, u, [0.0, 0.0]));
     let unit = |a: usize, k: usize| {
@@ -95,7 +94,7 @@ fn the_hourglass_mode_of_a_square_is_resisted_as_stated() {
     assert!((work / exact - 0.735).abs() < 1e-3, "{}", work / exact);
 }
 
-/// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under plasticity, every factor where the formula has it.
+/// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under plasticity, with every factor as in the formula.
 fn plain_row(elements: &Q4OnePoint, plastic: &J2, mut path: StrainPath, out: &mut RowForces) {
     let layout = elements.layout;
     let (padded, stride) = (layout.padded_columns(), layout.element_stride());
@@ -135,7 +134,7 @@ fn plain_row(elements: &Q4OnePoint, plastic: &J2, mut path: StrainPath, out: &mu
     }
 }
 
-/// A row of skewed elements of which some yield and some do not.
+/// A row of skewed elements, some of which yield.
 #[test]
 fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
     let row = PlasticRow::new(ElementKind::Q4OnePoint, &wobbly(9));

@@ -1,4 +1,4 @@
-//! Bodies that fly or glide freely, which no scenario can describe: their supports are taken away here.
+//! Bodies that fly or glide freely: no scenario can describe them, so their supports are removed here.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ const YOUNG: f64 = 102.5e9;
 const DENSITY: f64 = 7800.0;
 const THICKNESS: f64 = 1e-3;
 
-/// A body on its own, step by step.
+/// A body alone, step by step.
 struct Flight {
     model: Model,
     integrator: Integrator,
@@ -92,7 +92,7 @@ impl Flight {
         self.committed.steps as f64 * self.model.scheme.step
     }
 
-    /// Mass that moves in x or y (kg), and its momentum (kg m/s).
+    /// Mass moving in x or y (kg), and its momentum (kg m/s).
     fn momentum(&self, component: usize) -> [f64; 2] {
         let layout = self.model.body.layout;
         let moving = |at: &usize| at % layout.row_len() / layout.stride == component;
@@ -190,9 +190,8 @@ fn a_bar_rebounds_from_a_rigid_wall() {
 ///    |___|              smooth floor
 /// ```
 ///
-/// Exact: while it slides the block gains mu F t/m; at t* = m V/(mu F) it moves along with the wheel.
-/// Source: Newton and Coulomb.
-/// Tolerance: the load oscillates by 0.3 % when the motion starts; 1 % of V for the shear waves that remain.
+/// Exact: while it slides the block gains mu F t/m; at t* = m V/(mu F) it moves with the wheel. Source: Newton and Coulomb. Tolerance: the load
+/// oscillates by 0.3 % when the motion starts; 1 % of V for the shear waves that remain.
 #[test]
 fn a_block_slides_then_follows_the_wheel() {
     let (load, friction, speed, frequency) = (10.0, 0.03, 0.1, 10.0);

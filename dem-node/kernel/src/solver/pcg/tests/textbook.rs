@@ -1,6 +1,5 @@
-//! The projected conjugate gradient as the equations of [`super::super`] stand (Renouf and Alart 2005, algorithm CPG): u, q and
-//! every velocity formed anew, contact after contact, nothing left out. The tests compare every iteration of the fast form
-//! with it.
+//! The projected conjugate gradient by the equations of [`super::super`] (Renouf and Alart 2005, algorithm CPG), with u, q and every velocity
+//! computed again, contact after contact, without any shortcut. The tests compare every iteration of the fast form with it.
 
 use crate::law::local::in_tension;
 use crate::solver::contact::Contact;
@@ -14,7 +13,7 @@ type Field = Vec<[f64; 2]>;
 /// The solver at an iteration.
 pub struct Textbook<'a> {
     problem: &'a Problem,
-    /// r at the start, which the velocities of the problem contain.
+    /// r at the start, whose effect the velocities of the problem include.
     first: Field,
     /// r.
     pub impulses: Field,
@@ -27,7 +26,7 @@ pub struct Textbook<'a> {
     limits: Vec<f64>,
     /// True for a contact on the tensile branch of its bond.
     pulls: Vec<bool>,
-    /// True for a contact whose r_n has no bound where its branch ends.
+    /// True for a contact whose r_n has no bound at the end of its branch.
     unbounded: Vec<bool>,
     curvature: f64,
 }
@@ -152,7 +151,7 @@ impl<'a> Textbook<'a> {
         (0..self.impulses.len()).map(kept).collect()
     }
 
-    /// Norms of D (r - P(r - u/D)) with the thresholds held, and with those of r_n as it wants to be.
+    /// Norms of D (r - P(r - u/D)) with the thresholds held, and with the thresholds of the projected r_n.
     fn defects(&self) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for (i, contact) in self.problem.contacts.iter().enumerate() {
@@ -251,7 +250,7 @@ impl<'a> Textbook<'a> {
     }
 }
 
-/// A direction where the impulse may move that way.
+/// A direction, or 0 where the impulse may not move along it.
 fn left(direction: f64, impulse: f64, [low, high]: [f64; 2]) -> f64 {
     if (impulse <= low && direction < 0.0) || (impulse >= high && direction > 0.0) {
         0.0

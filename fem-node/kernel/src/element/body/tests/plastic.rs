@@ -1,4 +1,4 @@
-//! Plasticity that an element does not use, and the bound that says so.
+//! Elements without plastic flow under plasticity, and the bound that detects flow.
 
 use crate::element::body::*;
 use crate::element::linear::BoundedRow;
@@ -14,7 +14,7 @@ const KINDS: [ElementKind; 3] = [
 ];
 const THICKNESS: f64 = 0.7;
 
-/// Numbers in -1..1 that look like chance.
+/// Pseudo-random numbers in -1..1.
 pub(in crate::element) struct Chance(u64);
 
 impl Chance {
@@ -48,7 +48,7 @@ pub(in crate::element) struct PlasticRow {
     mesh: Mesh,
 }
 
-/// What a step of a row leaves: forces and history.
+/// Result of a step of a row: forces and history.
 #[derive(Debug, PartialEq)]
 pub(in crate::element) struct Step {
     forces: Vec<[f64; 8]>,
@@ -63,7 +63,7 @@ impl Step {
         self.flowed.iter().filter(|flowed| **flowed).count()
     }
 
-    /// Equal within so much of the largest number of each kind.
+    /// Expects equality within this share of the largest number of each kind.
     pub(in crate::element) fn agrees_with(&self, other: &Step, tolerance: f64) {
         let flat = |step: &Step| step.forces.concat();
         let pairs = [
@@ -229,8 +229,7 @@ fn elements_that_do_not_yield_have_the_bits_of_elastic_ones() {
     }
 }
 
-/// What an element does is its own affair: with all packs sent through the radial return nothing changes, whatever has flowed
-/// before.
+/// An element does not depend on its pack: sending all packs through the radial return changes nothing, with any earlier flow.
 #[test]
 fn the_path_of_a_pack_does_not_change_a_bit() {
     for kind in KINDS {
@@ -261,7 +260,7 @@ fn the_path_of_a_pack_does_not_change_a_bit() {
     }
 }
 
-/// Each element alone just above and just below its yield surface, in fields of chance.
+/// Each element alone just above and just below its yield surface, in random fields.
 #[test]
 fn every_element_that_reaches_the_yield_surface_is_caught() {
     for kind in KINDS {
@@ -279,7 +278,7 @@ fn every_element_that_reaches_the_yield_surface_is_caught() {
     }
 }
 
-/// The field in which one point has the largest share of the work of its element, found by climbing.
+/// The field in which one point has the largest share of the work of its element, found by hill climbing.
 #[test]
 fn the_bound_holds_where_one_point_does_most_of_the_work() {
     for kind in KINDS {
@@ -308,9 +307,9 @@ fn the_bound_holds_where_one_point_does_most_of_the_work() {
     }
 }
 
-/// The numbers of the bound themselves: a larger limit would go unnoticed by the fields above up to a factor of 1.5.
+/// The numbers of the bound themselves: the fields above would not detect a limit that is too large by less than a factor of 1.5.
 #[test]
-fn the_excess_of_four_points_is_that_of_their_work() {
+fn the_excess_of_four_points_follows_from_their_work() {
     let row = PlasticRow::new(ElementKind::Q4Full, &wobbly(13));
     let (layout, mu) = (row.body.layout, row.plastic.mu);
     let u = row.field(1);
