@@ -23,7 +23,7 @@
 //! - Step: a step above the limit is refused with the limit's name. At any step a run has diverged if its kinetic energy exceeds ten times the
 //!   supplied energy, or if its points are farther apart than its size. A body that flies far as a whole has not diverged.
 //! - Plausibility at the ends of the load's phases: wheel at rest and its height from cycle to cycle, nodes in the contact, its reach,
-//!   strains, elements that lock in bending or under plastic flow. Bounds are keys; see `scenarios/README.md`.
+//!   strains, elements that lock in bending or under plastic flow. Bounds are keys; see the book, `concepts/plausible-results`.
 //! - Exact answers: waves, patches, Lame, Hertz with friction, collapse loads, orders of convergence (`tests/verification/fem*.rs`).
 //!
 //! # Limits

@@ -1,7 +1,7 @@
 //! Problem: a small crowned block under its wheel, in motion and in equilibrium, with every plausibility bound at zero or at a
 //! huge number.
 //! Exact: the findings at the end of a run, and the largest strain seen, in the hold, at a snapshot or at the end.
-//! Source: the table of checks in the manual (scenarios/README.md).
+//! Source: the table of checks in the book (reference/findings.md).
 
 use protocol::{Finding, Node};
 use serde_json::{Value, json};

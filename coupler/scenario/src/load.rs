@@ -300,8 +300,7 @@ load_n = 8000.0
 
     #[test]
     fn a_decimal_comma_is_reported() {
-        let set = ["run.thickness_m=0,3".to_string()];
-        let Err(Error::Scenario(error)) = read(SMALL, &set) else {
+        let Err(Error::Scenario(error)) = read(SMALL, &["run.thickness_m=0,3"]) else {
             panic!("a comma")
         };
         let help = error.help.as_deref();

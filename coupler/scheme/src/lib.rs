@@ -47,7 +47,7 @@
 //! H))/omega^2 over the modes phi, which is never negative. The velocity at the end of a constant force has no such
 //! sign, nor has the displacement under a force that is linear in time. A coupling on either can grow. For a nonlinear
 //! continuum the secant update learns C from window to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other
-//! schemes, their purpose and their cost are described below and in `scenarios/README.md`.
+//! schemes, their purpose and their cost are described below and in the book, `concepts/coupling-schemes`.
 //!
 //! # Checks
 //!

@@ -50,8 +50,8 @@ pub(super) fn run(
     let runs: Vec<Value> = rows()
         .map(|row| json!({ "seed": row.task.values[0], "path": path(row), "status": row.status, "exit_code": row.exit_code, "message": row.message }))
         .collect();
-    let results: Map<String, Value> = means.iter().map(of_json).collect();
-    let ensemble = json!({ "folder": opened.folder, "runs": runs, "results": results });
+    let values: Map<String, Value> = means.iter().map(of_json).collect();
+    let ensemble = json!({ "folder": opened.folder, "runs": runs, "results": values });
     write_in(&opened.folder, "means.json", &format!("{ensemble:#}\n"))?;
     if json {
         print(&ensemble.to_string())?;

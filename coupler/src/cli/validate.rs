@@ -106,7 +106,7 @@ fn table(rows: &[CaseRow]) -> String {
         "holds", "ours", "expected"
     )];
     lines.extend(rows.iter().map(|row| {
-        let holds = match (row.told, row.holds) {
+        let holds = match (row.reported, row.holds) {
             (_, false) => "NO",
             (true, _) => "reported",
             _ => "yes",

@@ -2,7 +2,7 @@
 
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::state::GrainState;
-use dem_kernel::step::stiffness::StiffnessBounds;
+use dem_kernel::step::stiffness::{StiffnessBounds, step_limit};
 use protocol::{Finding, HeldLoad, larger};
 
 use crate::config::DemPlausible;
@@ -450,7 +450,10 @@ impl FinishedRun<'_> {
 
     /// Judges the step where bonds came close to breaking.
     fn bond_step(&self) -> Option<Finding> {
-        let limit = self.stiffness.bonds_s?;
+        // Where pairs heal that did not touch at the start, only the bonds of the end have a bound.
+        let healed = step_limit(self.bodies, self.state, &self.state.bonds);
+        let limits = [self.stiffness.bonds_s, healed].into_iter().flatten();
+        let limit = limits.reduce(f64::min)?;
         let (load, step) = (
             self.statistics.largest.bond_load,
             self.statistics.largest.bond_step,

@@ -65,8 +65,8 @@ kit::findings! {
     ///
     /// - Why: the value is a quarter of that period over the window. Waves cross the body within a window, but the
     ///   force on it is constant in the window: the run is stable but no longer accurate.
-    /// - Do: lower `interface.<name>.substeps`, or run again with half of them and compare ("Four questions" in
-    ///   scenarios/README.md).
+    /// - Do: lower `interface.<name>.substeps`, or run again with half of them and compare (the book,
+    ///   `concepts/windows-and-substeps`).
     LONG_WINDOW = "long_window";
 }
 
