@@ -76,8 +76,8 @@ const REFUSED: [(&str, &str); 7] = [
     ("nan-length", "length (m) NaN"),
     ("nan-mass", "mass (kg) NaN"),
     ("negative-mass", "mass (kg) -"),
-    ("negative-step", "step_s is -"),
-    ("zero-step", "step_s is 0"),
+    ("negative-step", "step_s as -"),
+    ("zero-step", "step_s as 0"),
     ("zero-columns", "columns that are all zero"),
     ("asymmetric-columns", "not symmetric"),
 ];

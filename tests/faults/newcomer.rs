@@ -87,11 +87,11 @@ fn codes_keys_and_results_are_explained() {
         ("law.friction", "Coefficient of friction"),
         (
             "substeps",
-            "interface.NAME.substeps: Explicit steps in a window",
+            "interface.NAME.substeps: Explicit steps of the continuum in a window",
         ),
         (
             "interface.layer-base.substeps",
-            "interface.NAME.substeps: Explicit steps in a window",
+            "interface.NAME.substeps: Explicit steps of the continuum in a window",
         ),
         ("participant.rail.command", "participant.NAME.command: "),
         ("seed", "run.seed: Seed of everything random."),

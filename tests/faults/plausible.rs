@@ -111,7 +111,7 @@ fn bounds_out_of_order_are_refused_by_their_key() {
         let printed = String::from_utf8_lossy(&output.stderr);
         assert_eq!(code, Some(2), "{printed}");
         assert!(
-            printed.contains(key) && printed.contains("rising order"),
+            printed.contains(key) && printed.contains("ascending order"),
             "{printed}"
         );
     }

@@ -319,7 +319,7 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
     changed["wheel"]["radius_m"] = json!(1e-4);
     assert!(refusal(&changed).contains("wheel.radius_m"));
     changed.as_object_mut().expect("a table").remove("wheel");
-    assert!(refusal(&changed).contains("wheel: a rail needs the wheel"));
+    assert!(refusal(&changed).contains("wheel: a rail needs a wheel"));
 }
 
 /// A run of a few steps under a wheel of disks, bonded or not: bonding adds one bond for each near pair of wheel and rail.
