@@ -145,6 +145,6 @@ fn a_command_starts_in_the_folder_of_its_scenario_also_when_repeated_elsewhere()
     fails(
         &command.output().expect("it starts"),
         2,
-        &["`bar`", "./node.sh", "gone"],
+        &["`bar`", "./node.sh", "no longer exists"],
     );
 }

@@ -132,7 +132,7 @@ fn a_case_with_half_a_reference_is_refused() {
         .output();
     assert!(copied.is_ok_and(|copied| copied.status.success()));
     let case = "[[case]]\nname = \"half\"\nsource = \"nobody\"\n";
-    let block = "[[case.number]]\npath = \"results.load_n\"\ntold = true\n";
+    let block = "[[case.number]]\npath = \"results.load_n\"\nreported = true\n";
     for (keys, why) in [
         ("reference_scene = \".\"\n", "write reference = []"),
         ("reference = []\n", "goes with numbers without `expected`"),

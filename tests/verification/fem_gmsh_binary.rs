@@ -216,7 +216,7 @@ fn errors_in_a_binary_file_are_named() {
             let message = with(from, to, &bytes).to_string();
             assert!(message.contains(words), "{message}");
         };
-        says(b" 1 8\n", b" 1 4\n", "of 4 bytes, only 8");
+        says(b" 1 8\n", b" 1 4\n", "of 4 bytes; only 8");
         says(b"$EndNodes", b"$EndMoles", "$Nodes should end");
         says(b"$PhysicalNames", b"$Nodes", "$Nodes");
         let cut = parse(&bytes[..bytes.len() - 40], 1.0).expect_err("it is cut");

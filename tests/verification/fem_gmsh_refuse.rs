@@ -34,7 +34,7 @@ fn files_of_another_format_or_version_are_refused() {
     says(changed("2.2 0 8", "2.2 1 8"), "no 1 of 4 bytes");
     says(changed("2.2 0 8", "2.2 2 8"), "file type is \"2\"");
     let broken = parse([&b"$MeshFormat\n2.2 0 8\n"[..], &[0xff]].concat(), 1.0);
-    says(broken.expect_err("no text"), "no text");
+    says(broken.expect_err("not text"), "not text");
     says(changed("$EndElements", ""), "truncated");
     says(
         changed("$EndNodes\n$Elements", "$EndNodes\n$Elephants"),
