@@ -16,6 +16,7 @@ import numpy as np
 
 from .exchange import Interface, read_interface
 from .fields import Fields
+from .program import find_program
 from .table import Results, Table, read_table
 
 #: Called with an object of the program's progress.
@@ -124,7 +125,7 @@ class Run:
         joined = next(one for one in self.scenario["interface"] if one["name"] == name)
         # A name of a set has no dot, one of a participant may.
         between = [str(end).rpartition(".")[0] for end in joined["between"]]
-        return read_interface(log, name, between, os.environ.get("THIRDBODY"))
+        return read_interface(log, name, between)
 
     def fields(self, participant: Optional[str] = None) -> Fields:
         """The moments at which a participant wrote its fields; the only participant needs no name."""
@@ -256,8 +257,8 @@ def run(
     progress: Optional[Progress] = None,
 ) -> Run:
     """Runs a scenario and reads what it left. `set` overrides keys; `program` is `thirdbody`, by default that of the environment
-    variable THIRDBODY or on PATH. A run that is suspect is returned with a `SuspectRun` warning (`run.trusted` is False); one that
-    ended in an error raises `RunError`.
+    variable THIRDBODY, of the same wheel, or on PATH. A run that is suspect is returned with a `SuspectRun` warning (`run.trusted` is
+    False); one that ended in an error raises `RunError`.
 
     Where `out` holds a run already, `exist` says what happens: `new` refuses, `replace` removes it first, and `keep` returns it, if it
     ended well and was made of the same scenario with the same keys. `progress` is called with each object that the program writes for
@@ -331,10 +332,10 @@ def _judged(run: Run) -> Run:
 
 
 def _program(program: Optional[str]) -> str:
-    program = program or os.environ.get("THIRDBODY") or shutil.which("thirdbody")
-    if program is None:
-        raise FileNotFoundError("no program `thirdbody` on PATH: give program=, or its path in THIRDBODY")
-    return program
+    found = find_program(program)
+    if found is None:
+        raise FileNotFoundError("no program `thirdbody` beside this Python or on PATH: give program=, or its path in THIRDBODY")
+    return found
 
 
 def _keys(keys: Optional[Mapping[str, Any]]) -> List[str]:
