@@ -7,7 +7,6 @@ otherwise through `thirdbody export`, which needs the program.
 from __future__ import annotations
 
 import csv
-import shutil
 import struct
 import subprocess
 import tempfile
@@ -16,6 +15,8 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
+
+from .program import find_program
 
 _COUPLER = "coupler"
 _WANTED = {"Surface", "Select", "Advance", "Motion", "Solve", "Force", "Commit", "Follow", "Reaction"}
@@ -216,7 +217,7 @@ def _varint(data: bytes, at: int) -> Tuple[int, int]:
 
 
 def _exported(log: Path, program: Optional[str]) -> Iterator[Union[Message, str]]:
-    program = program or shutil.which("thirdbody")
+    program = find_program(program)
     if program is None:
         raise ImportError(f"to read {log}: pip install mcap, or put the program `thirdbody` on PATH or into THIRDBODY")
     with tempfile.TemporaryDirectory() as folder:

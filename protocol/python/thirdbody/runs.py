@@ -16,6 +16,7 @@ import numpy as np
 
 from .exchange import Interface, read_interface
 from .fields import Fields
+from .program import find_program
 from .table import Results, Table, read_table
 
 #: Called with each progress object of the program.
@@ -124,7 +125,7 @@ class Run:
         joined = next(one for one in self.scenario["interface"] if one["name"] == name)
         # A set's name has no dot; a participant's name may have one.
         between = [str(end).rpartition(".")[0] for end in joined["between"]]
-        return read_interface(log, name, between, os.environ.get("THIRDBODY"))
+        return read_interface(log, name, between)
 
     def fields(self, participant: Optional[str] = None) -> Fields:
         """The moments at which a participant wrote its fields; a single participant needs no name."""
@@ -256,8 +257,8 @@ def run(
     progress: Optional[Progress] = None,
 ) -> Run:
     """Runs a scenario and returns its run directory. `set` overrides keys; `program` is `thirdbody`, by default from the environment
-    variable THIRDBODY or on PATH. A suspect run is returned with a `SuspectRun` warning (`run.trusted` is False); a run that ended in
-    an error raises `RunError`.
+    variable THIRDBODY, of the same wheel, or on PATH. A suspect run is returned with a `SuspectRun` warning (`run.trusted` is False); a
+    run that ended in an error raises `RunError`.
 
     If `out` already holds a run, `exist` decides: `new` refuses, `replace` removes it first, and `keep` returns it if it completed and
     has the same scenario and keys. `progress` is called with each progress object of the program (the manual, "Progress for
@@ -354,10 +355,10 @@ def _judged(run: Run) -> Run:
 
 
 def _program(program: Optional[str]) -> str:
-    program = program or os.environ.get("THIRDBODY") or shutil.which("thirdbody")
-    if program is None:
-        raise FileNotFoundError("no program `thirdbody` on PATH: give program=, or its path in THIRDBODY")
-    return program
+    found = find_program(program)
+    if found is None:
+        raise FileNotFoundError("no program `thirdbody` beside this Python or on PATH: give program=, or its path in THIRDBODY")
+    return found
 
 
 def _keys(keys: Optional[Mapping[str, Any]]) -> List[str]:
