@@ -75,7 +75,7 @@ fn check_predicts_time_and_memory_with_their_uncertainty() {
         let arguments = [["check", &scene].as_slice(), sets].concat();
         String::from_utf8_lossy(&printed(&arguments)).into_owned()
     };
-    let always = ["cost: about", "uncertain", "memory: about"];
+    let always = ["cost: about", "cost: range", "memory: about"];
     let coupled = [
         "cost: rail: ",
         " element_steps",
