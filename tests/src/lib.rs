@@ -9,7 +9,7 @@
 //! - [`mapped_line`]: nodes and points with a mapping between them;
 //! - [`pages`]: the lists in the committed pages, written from the tables beside the code;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
-//! - [`reference`]: tables of keys and of verbs for the book;
+//! - [`reference`](mod@reference): tables of keys and of verbs for the book;
 //! - [`random_log`]: exchange logs of random messages;
 //! - [`scene`]: texts of scenes with these solvers;
 //! - [`window_matrix`]: one window of each scheme as a matrix, the reference for the schemes themselves;

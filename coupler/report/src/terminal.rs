@@ -118,7 +118,7 @@ fn first(run: &RunFiles) -> Vec<String> {
 }
 
 /// The most important ones among these results; the first ones if the scene has none of them.
-pub(super) fn chosen<'a, R>(all: &'a [R], name: impl Fn(&R) -> &str) -> Vec<&'a R> {
+pub(super) fn chosen<R>(all: &[R], name: impl Fn(&R) -> &str) -> Vec<&R> {
     let known = FIRST.iter();
     let known = known.filter_map(|first| all.iter().find(|result| name(result) == *first));
     match known.take(SHOWN).collect() {

@@ -281,7 +281,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         let name = format!("{}.{}", participants.name(end.peer), end.set);
         (name, period_m.copied())
     });
-    let period_m = common_period(sides).map_err(&refuse)?;
+    let period_m = common_period(sides).map_err(refuse)?;
     let (nodes, glued) = (positions(&offered), positions(&points));
     let relate = |kind| {
         let mapping = Mapping::new(kind, &nodes, &glued, period_m);
