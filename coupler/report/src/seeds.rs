@@ -61,9 +61,10 @@ impl SeedMean {
 
 /// The means for a terminal, one per line: all of them, or the most important ones with their meanings.
 pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
-    let shown = match all {
-        true => means.iter().collect(),
-        false => chosen(means, |mean| &mean.name),
+    let shown = if all {
+        means.iter().collect()
+    } else {
+        chosen(means, |mean| &mean.name)
     };
     let line = |of: &&SeedMean| {
         let [mean, half_width, low, high] = of.numbers();
@@ -82,9 +83,12 @@ pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
 ///
 /// # Errors
 /// A file of a run is missing or damaged, or a file cannot be written.
-pub fn write(folder: &Path, title: &str, runs: &[PathBuf]) -> Result<PathBuf, Error> {
-    let runs = runs.iter().map(|run| RunFiles::read_for_page(run));
-    let runs = runs.collect::<Result<Vec<_>, Error>>()?;
+pub fn write(
+    folder: &Path,
+    title: &str,
+    runs: &[RunFiles],
+    means: &[SeedMean],
+) -> Result<PathBuf, Error> {
     let (first, others) = runs.split_first().expect("at least two runs");
     let mut all = sections(first, &Vec::from_iter(others), None)?;
     for section in &mut all {
@@ -95,7 +99,7 @@ pub fn write(folder: &Path, title: &str, runs: &[PathBuf]) -> Result<PathBuf, Er
     all.retain(|section| {
         !["Verdict", "Compared with another run", "Results"].contains(&&*section.title)
     });
-    let rows = means(&runs).into_iter().map(|of| {
+    let rows = means.iter().map(|of| {
         let name = format!("<code>{}</code>", escape(&of.name));
         let [mean, half_width, low, high] = of.numbers().map(|text| escape(&text));
         let runs = of.values.len().to_string();

@@ -28,7 +28,7 @@ pub(super) fn run(
     registry: &Registry,
 ) -> VerbResult {
     let opened = opened(scenario, count, out)?;
-    do_runs(&opened, &EngineArguments::default(), registry)?;
+    let watch = do_runs(&opened, &EngineArguments::default(), registry)?;
     let results = opened.results()?;
     write_in(&opened.folder, "results.csv", &results.csv())?;
     let rows = || results.rows.iter();
@@ -41,11 +41,12 @@ pub(super) fn run(
         return Err(Refusal::argument("--seeds", problem).into());
     }
     let read = trusted.iter().map(|run| RunFiles::read_for_page(run));
-    let means = means(&read.collect::<Result<Vec<_>, Error>>()?);
+    let read = read.collect::<Result<Vec<_>, Error>>()?;
+    let means = means(&read);
     let name = &opened.plan.file.study.name;
-    let page = match trusted.len() {
-        0 | 1 => None,
-        _ => Some(report::seeds::write(&opened.folder, name, &trusted)?),
+    let page = match &read[..] {
+        [] | [_] => None,
+        read => Some(report::seeds::write(&opened.folder, name, read, &means)?),
     };
     let runs: Vec<Value> = rows()
         .map(|row| json!({ "seed": row.task.values[0], "path": path(row), "status": row.status, "exit_code": row.exit_code, "message": row.message }))
@@ -79,7 +80,8 @@ pub(super) fn run(
         }
     }
     let fell = trusted.len() < results.rows.len();
-    Ok(if fell { CHECK_FAILED } else { 0 })
+    let code = if fell { CHECK_FAILED } else { 0 };
+    watch.interrupted().map_or(Ok(code), Err)
 }
 
 /// The study of one key that describes these runs, written into its folder.
@@ -101,8 +103,10 @@ fn opened(
         "scenario": from_anywhere(&scenario.scenario, &loaded),
         "set": Vec::from_iter(set),
         "threads": scenario.threads.unwrap_or(1),
-    }, "vary": [{ "key": SEED, "values": Vec::from_iter(run.seed..run.seed + count) }] });
-    let text = toml::to_string(&study).expect("a study has texts, numbers and lists");
+    }, "vary": [{ "key": SEED, "values": Vec::from_iter(run.seed..run.seed.saturating_add(count)) }] });
+    // A seed beyond the integers of TOML cannot be written.
+    let refused = |why: toml::ser::Error| Refusal::argument("--seeds", why.to_string());
+    let text = toml::to_string(&study).map_err(refused)?;
     let file = write_in(&folder, scenes::STUDY, &text)?;
     OpenStudy::of(Plan::read(&file, false, &[])?, folder)
 }
