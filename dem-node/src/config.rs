@@ -39,7 +39,7 @@ use detachment::DetachmentConfig;
 use flow::FlowConfig;
 use injection::InjectionConfig;
 use kit::table::last_change;
-use kit::wheel::moments;
+use kit::wheel::{WheelProgram, moments};
 use law::{LawConfig, LawKind};
 use layer::PERIOD;
 use profile::ProfileConfig;
@@ -164,6 +164,17 @@ impl DemConfig {
         Ok(resolved)
     }
 
+    /// Load and motion of the wheel, where there is one, of a configuration that [`DemConfig::validate`] accepts.
+    pub(crate) fn program(&self) -> Option<WheelProgram> {
+        self.wheel.as_ref()?.program(self.repeats_after()).ok()
+    }
+
+    /// Distance along x after which the grains repeat (m), if they do.
+    fn repeats_after(&self) -> Option<f64> {
+        let [from, to] = self.sample.period_ends()?;
+        Some(to - from)
+    }
+
     /// Times (s) from which keys have had an effect: the history of the wheel, loads over time, the first fed grain, the wear time, before which no
     /// grain is worn, and the moment of the stress.
     pub fn moments(&self, first_fed_s: Option<f64>) -> BTreeMap<String, f64> {
@@ -173,8 +184,7 @@ impl DemConfig {
             ("flow.wear_s", flow.map(|flow| flow.wear_s)),
             ("stress.at_s", self.stress.and_then(|stress| stress.at_s)),
         ]);
-        let programs = self.wheel.iter().map(DemWheelConfig::program);
-        all.extend(programs.flat_map(|program| program.moments()));
+        all.extend(self.program().iter().flat_map(WheelProgram::moments));
         if let SampleConfig::Disks(disks) = &self.sample {
             for (i, cluster) in disks.clusters.iter().enumerate() {
                 let mut drives = cluster.drive.iter();
@@ -198,11 +208,11 @@ impl DemConfig {
         self.plausible.check("plausible")?;
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
-            wheel.program().check()?;
+            wheel.program(self.repeats_after())?;
             wheel.validate_on(&self.sample, &self.law)?;
         }
         if let Some(profile) = &self.profile {
-            let wheel = self.wheel.as_ref().map(|wheel| wheel.program().end());
+            let wheel = self.program().map(|program| program.end());
             profile.validate(wheel.or(self.time.end_s))?;
         }
         if let Some(stress) = &self.stress {

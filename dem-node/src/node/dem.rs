@@ -165,7 +165,7 @@ impl Dem {
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
-        let program = config.wheel.as_ref().map(|wheel| wheel.program());
+        let program = config.program();
         let feed = bodies.injection.as_ref();
         let moments = config.moments(feed.and_then(|feed| Some(feed.point()?.start + feed.growth)));
         let ends = [program.as_ref().map(|p| p.end()), opening.map(|p| p.end())];

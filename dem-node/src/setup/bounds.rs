@@ -49,7 +49,7 @@ impl StepBounds {
         let moved = wheel.filter(|wheel| wheel.cycles > 0.0);
         StepBounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
-            top_speed: wheel.map_or(0.0, |wheel| wheel.program().top_speed()),
+            top_speed: config.program().map_or(0.0, |program| program.top_speed()),
             driven_speed: config.sample.driven_speed(),
             frequency: moved.map_or(0.0, |wheel| wheel.frequency_hz),
             smallest,

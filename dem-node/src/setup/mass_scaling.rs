@@ -21,7 +21,7 @@ pub struct MassScaling {
 impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
     pub fn new(config: &DemConfig, bounds: &StepBounds, sample: &Sample) -> Option<MassScaling> {
-        let program = config.wheel.as_ref()?.program();
+        let program = config.program()?;
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
             return None;

@@ -151,6 +151,11 @@ impl Mesh {
         width.max(height)
     }
 
+    /// Distance along x after which it repeats (m), if it does.
+    pub fn period(&self) -> Option<f64> {
+        self.periodic.then(|| self.extents()[0])
+    }
+
     /// Width and height (m).
     pub fn extents(&self) -> [f64; 2] {
         [0, 1].map(|k| {
@@ -308,6 +313,11 @@ impl Mesh {
 /// Area of a quadrilateral (m2), positive when its corners run anticlockwise.
 pub fn area(p: &[[f64; 2]; 4]) -> f64 {
     0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
+}
+
+/// A distance along x, or the one to the nearest image in a body that repeats (m).
+pub fn nearest_image(apart: f64, period: Option<f64>) -> f64 {
+    period.map_or(apart, |period| apart - period * (apart / period).round())
 }
 
 /// Drop of a circle of this radius beside its highest point (m), which lies at x = 0; a radius of 0 means flat.

@@ -30,6 +30,7 @@ pub(crate) mod newmark;
 pub mod node_contact;
 mod problem;
 pub mod rigid;
+pub mod rolled;
 pub(crate) mod round;
 pub mod run;
 pub mod state;

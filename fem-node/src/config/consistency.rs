@@ -61,7 +61,6 @@ impl FemConfig {
         let Some(wheel) = &self.wheel else {
             return Ok(());
         };
-        wheel.program().check()?;
         refuse_if(
             wheel.load_table.is_some() && self.solves_equilibrium(),
             "wheel.load_table",

@@ -1,6 +1,9 @@
 //! Load increments of a static analysis.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::limits::ROUNDING;
+use kit::rolling::Rolling;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -17,6 +20,9 @@ pub struct StaticsConfig {
     /// Saulot and Berthier (2006) starts to slip.
     #[schemars(range(min = 4))]
     pub increments_per_cycle: Option<u32>,
+    /// Distance that the wheel rolls in an increment (m), at most the distance of the nodes that it rolls over; this distance when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rolling_increment_m: Option<f64>,
 }
 
 /// Load increments by default. Under 8 000 N on the paper's rail the peak pressures stay within 0.05 % and the centroid pressures within 0.02 % from
@@ -47,6 +53,24 @@ impl StaticsConfig {
     /// Increments in a cycle of the sideways motion.
     pub fn per_cycle(&self) -> u32 {
         self.increments_per_cycle.unwrap_or(PER_CYCLE)
+    }
+
+    /// Increments of a wheel that rolls over nodes at this least distance (m).
+    pub(crate) fn rolling_increments(&self, rolling: &Rolling, spacing: f64) -> Result<u64, ConfigError> {
+        let key = "statics.rolling_increment_m";
+        let increment = self.rolling_increment_m.unwrap_or(spacing);
+        refuse_if(
+            increment > (1.0 + ROUNDING) * spacing,
+            key,
+            format!("{increment:e} m is more than the {spacing:e} m between the nodes that the wheel rolls over"),
+            "lower it, or leave it out",
+        )?;
+        let count = (rolling.distance / increment - ROUNDING).ceil().max(1.0);
+        let too_many = || {
+            let problem = format!("{:e} m of rolling are {count:.1e} increments, more than {INCREMENTS_MAX:.0e}", rolling.distance);
+            ConfigError::new("wheel.rolling.distance_m", problem).because(Cause::TooMany)
+        };
+        (count <= INCREMENTS_MAX).then_some(count as u64).ok_or_else(too_many)
     }
 
     /// Refuses a sideways motion of more increments than a user can wait for.

@@ -161,6 +161,9 @@ impl Node for FemNode {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.catch_up();
+        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
+            self.snapshots.table("passages", &state.passages(wheel))?;
+        }
         let columns = self.model.mesh.elements() as f64 * self.committed.column_steps as f64;
         let work = [
             ("element_steps", self.committed.element_steps as f64),

@@ -107,9 +107,10 @@ impl FemNode {
             maxima = Some(record.maxima);
             results = state.statistics.results(wheel, self.committed.steps);
             results.insert("p0_pa".into(), record.profile.peak());
-            let width = record.profile.half_width();
+            let width = record.profile.half_width(wheel.start());
             results.extend(width.map(|a| ("contact_half_width_m".into(), a)));
             results.insert("approach_m".into(), record.approach);
+            results.extend(state.rolling_results(wheel));
         }
         let last = || probe::pressure_maxima(&self.model, &self.committed.state);
         let maxima = maxima.unwrap_or_else(last);

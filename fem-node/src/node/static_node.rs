@@ -4,8 +4,12 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fem_kernel::integrate::state::NodalState;
+use fem_kernel::mesh::Edge;
 use fem_kernel::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
 use fem_kernel::wheel::node_contact::ContactStatus;
+use fem_kernel::wheel::rolled::rolled_piece;
+use kit::rolled::{RolledPiece, RollingRecord};
+use kit::rolling::Rolling;
 use kit::wheel::{HOLD, moments, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
@@ -28,8 +32,11 @@ use crate::output::snapshot::Snapshots;
 /// below the coupler's timeout.
 const INCREMENTS_AT_ONCE: u32 = 5;
 
+/// Increments in which a force on a wheel that does not roll yet grows to its value.
+const IN_PLACE: u64 = 50;
+
 /// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: first of the load, then of the sideways
-/// cycles D = A sin(2 pi c).
+/// cycles D = A sin(2 pi c), or of the distance that the wheel rolls.
 ///
 /// With the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
 pub struct StaticNode {
@@ -39,9 +46,11 @@ pub struct StaticNode {
     statics: Statics,
     loads: Option<StaticLoads>,
     cycling: Cycling,
+    rolling: Option<RollingIncrements>,
     /// The equilibrium under the full load, `None` until it is reached.
     pub held: Option<StaticState>,
     cycles: CycleRecord,
+    rolled: RollingRecord,
 }
 
 /// The part of a static analysis that a checkpoint keeps.
@@ -50,6 +59,18 @@ struct StaticRecord {
     progress: IncrementState,
     held: Option<StaticState>,
     cycles: CycleRecord,
+    rolled: RollingRecord,
+}
+
+/// The rolling after the loading: increments in place, in which a given force grows to its value at the start, then equal distances.
+#[derive(Clone, Debug)]
+struct RollingIncrements {
+    rolling: Rolling,
+    radius: f64,
+    in_place: u64,
+    rolled: u64,
+    /// Surfaces of the nodes of the upper edge (m2).
+    areas: Vec<f64>,
 }
 
 /// The sideways motion after the loading.
@@ -74,6 +95,7 @@ impl StaticNode {
     pub fn new(config: &FemConfig, setting: &Setting) -> Result<StaticNode, FemError> {
         let model = Model::new(config, setting)?;
         let loads = config.static_loads();
+        let rolling = RollingIncrements::new(config, &model)?;
         let wheel = config.wheel.iter().find(|wheel| wheel.amplitude_m > 0.0);
         let (amplitude, cycles) =
             wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
@@ -86,8 +108,10 @@ impl StaticNode {
                 increments: config.statics.cycle_increments(cycles) as u64,
                 per_cycle: config.statics.per_cycle(),
             },
+            rolling,
             held: None,
             cycles: CycleRecord::default(),
+            rolled: RollingRecord::default(),
             model,
         })
     }
@@ -102,7 +126,9 @@ impl StaticNode {
 
     /// Increments of the whole history.
     fn end(&self) -> u64 {
-        self.loading() + self.cycling.increments
+        let rolling = self.rolling.as_ref();
+        let rolling = rolling.map_or(0, |rolling| rolling.in_place + rolling.rolled);
+        self.loading() + self.cycling.increments + rolling
     }
 
     fn increment(&mut self) -> Result<(), FemError> {
@@ -118,12 +144,39 @@ impl StaticNode {
             return Ok(());
         }
         let step = self.done() + 1 - self.loading();
+        if self.rolling.is_some() {
+            return self.roll(step);
+        }
         self.statics
             .move_to(&self.model.static_problem(), self.cycling.lateral(step))?;
         self.note();
         if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
             let slipping = 100.0 * contact.slipping_share();
             self.cycles.slipping_at_zero.push(slipping);
+        }
+        Ok(())
+    }
+
+    /// The increment of this number after the loading.
+    fn roll(&mut self, step: u64) -> Result<(), FemError> {
+        let problem = self.model.static_problem();
+        let before = self.statics.contact();
+        let (Some(increments), Some(before)) = (&self.rolling, before) else {
+            return Ok(());
+        };
+        let (rolling, rolled, share) = (&increments.rolling, increments.at(step), increments.share(step));
+        self.statics.roll_to(&problem, rolling, rolled, share)?;
+        let way = rolled - increments.at(step - 1);
+        if let Some(after) = self.statics.contact().filter(|_| way > 0.0) {
+            let contacts = after.node_contacts();
+            let piece = rolled_piece(&contacts, &increments.areas, increments.radius, rolling);
+            let piece = RolledPiece {
+                way,
+                turned: rolling.direction() * (after.turned - before.turned),
+                dissipated: after.dissipated - before.dissipated,
+                ..piece
+            };
+            self.rolled.add(rolling, &piece);
         }
         Ok(())
     }
@@ -153,6 +206,9 @@ impl StaticNode {
                 ("contact_nodes", touching as f64),
             ];
             signals.extend(named.map(|(name, value)| (name.into(), value)));
+            if self.rolling.is_some() {
+                signals.extend(self.rolled.signals());
+            }
         }
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(model.body.layout, state, false)));
@@ -203,15 +259,46 @@ impl StaticNode {
             add("load_n", loads.load);
             add("approach_m", contact.approach);
             add("p0_pa", profile.peak());
-            if let Some(width) = profile.half_width() {
+            if let Some(width) = profile.half_width(loads.start) {
                 add("contact_half_width_m", width);
             }
         }
-        for (name, value) in self.cycles.results(self.cycling.per_cycle as usize) {
+        let rolling = self.rolling.iter();
+        let rolled = rolling.flat_map(|all| self.rolled.results(&all.rolling, all.radius));
+        for (name, value) in rolled.chain(self.cycles.results(self.cycling.per_cycle as usize)) {
             add(name, value);
         }
         results.extend(probe::outward_displacements(&self.model, &held.state));
         results
+    }
+}
+
+impl RollingIncrements {
+    fn new(config: &FemConfig, model: &Model) -> Result<Option<RollingIncrements>, FemError> {
+        let rolling = model.wheel.as_ref().and_then(|wheel| wheel.program.rolling.as_ref());
+        let Some(rolling) = rolling else {
+            return Ok(None);
+        };
+        let (_, lengths) = model.mesh.surface(Edge::Top);
+        let at_start = rolling.force(0.0).unwrap_or(0.0) != 0.0;
+        Ok(Some(RollingIncrements {
+            radius: model.wheel_radius,
+            in_place: if at_start { IN_PLACE } else { 0 },
+            rolled: config.statics.rolling_increments(rolling, model.rolled_spacing(rolling)[0])?,
+            areas: lengths.iter().map(|length| length * model.thickness).collect(),
+            rolling: rolling.clone(),
+        }))
+    }
+
+    /// Distance rolled after this many increments (m).
+    fn at(&self, step: u64) -> f64 {
+        let rolled = step.saturating_sub(self.in_place) as f64;
+        self.rolling.distance * rolled / self.rolled as f64
+    }
+
+    /// Share of the force that acts after this many increments.
+    fn share(&self, step: u64) -> f64 {
+        (step as f64 / self.in_place.max(1) as f64).min(1.0)
     }
 }
 
@@ -257,6 +344,10 @@ impl Node for StaticNode {
         };
         let signals = self.signals(&unloaded).into_iter();
         let [loaded, end] = [self.loading(), self.end()].map(|increments| increments as f64);
+        let [motion, moved_by] = match &self.rolling {
+            Some(_) => ["rolling", "wheel.rolling"],
+            None => ["cycling", "wheel.cycles"],
+        };
         Description {
             kind: "fem".into(),
             software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
@@ -270,10 +361,10 @@ impl Node for StaticNode {
             step_limit_s: None,
             step_limit_name: "none: the time of a static analysis counts increments".into(),
             end_s: Some(end),
-            phases: phases([(HOLD, 0.0, loaded), ("cycling", loaded, end)]),
+            phases: phases([(HOLD, 0.0, loaded), (motion, loaded, end)]),
             moments: moments([
                 ("wheel.load_n", self.loads.map(|_| loaded)),
-                ("wheel.cycles", self.loads.map(|_| end)),
+                (moved_by, self.loads.map(|_| end)),
             ]),
             // No set can be coupled; `couple` gives the reason where an interface names one.
             sets: coupling_sets(&self.model),
@@ -310,6 +401,7 @@ impl Node for StaticNode {
             progress: self.statics.progress(),
             held: self.held.clone(),
             cycles: self.cycles.clone(),
+            rolled: self.rolled.clone(),
         };
         let bytes = pack(&history)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
@@ -330,6 +422,7 @@ impl Node for StaticNode {
             return foreign("the nodes of its upper edge differ");
         }
         (self.held, self.cycles) = (history.held, history.cycles);
+        self.rolled = history.rolled;
         Ok(())
     }
 
@@ -347,6 +440,10 @@ impl Node for StaticNode {
         }
         let held = self.held.as_ref().unwrap_or(&last);
         let results = self.results(held);
+        if let Some(increments) = &self.rolling {
+            let table = self.rolled.csv(&increments.rolling, increments.radius);
+            self.snapshots.table("passages", &table)?;
+        }
         let findings = self.findings([held, &last]);
         Ok(Outcome {
             steps: self.done(),

@@ -69,12 +69,13 @@ impl ContactProfile {
         self.pressure.iter().copied().fold(0.0, larger)
     }
 
-    /// Half of the width of the contact (m): the zero x = a of the straight line through p^2 over x^2 at the five nodes
-    /// inside the outermost one, on the side x > 0. A Hertzian p^2 = p0^2 (1 - x^2/a^2) is such a line (Johnson 1985, eq.
+    /// Half of the width of a contact around `centre` (m): the zero x = a of the straight line through p^2 over x^2 at the five nodes
+    /// inside the outermost one, on the side of larger x. A Hertzian p^2 = p0^2 (1 - x^2/a^2) is such a line (Johnson 1985, eq.
     /// 4.44), so its half-width is exact. None where fewer than two nodes remain, or where the line does not fall,
     /// as under a uniform pressure.
-    pub fn half_width(&self) -> Option<f64> {
-        let closed = |k: &usize| self.status[*k] != ContactStatus::Open && self.x[*k] > 0.0;
+    pub fn half_width(&self, centre: f64) -> Option<f64> {
+        let x = |k: usize| self.x[k] - centre;
+        let closed = |k: &usize| self.status[*k] != ContactStatus::Open && x(*k) > 0.0;
         let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
         let inside = &closed[..closed.len().saturating_sub(1)];
         let fit = &inside[inside.len().saturating_sub(FIT)..];
@@ -84,13 +85,13 @@ impl ContactProfile {
         let mean = |value: &dyn Fn(usize) -> f64| {
             fit.iter().map(|k| value(*k)).sum::<f64>() / fit.len() as f64
         };
-        let x2 = |k: usize| self.x[k] * self.x[k];
+        let x2 = |k: usize| x(k) * x(k);
         let p2 = |k: usize| self.pressure[k] * self.pressure[k];
         let (mean_x2, mean_p2) = (mean(&x2), mean(&p2));
         let covariance = mean(&|k| (x2(k) - mean_x2) * (p2(k) - mean_p2));
         let variance = mean(&|k| (x2(k) - mean_x2).powi(2));
         let zero = (mean_x2 - mean_p2 * variance / covariance).sqrt();
-        let outermost = closed.last().map_or(0.0, |k| self.x[*k]);
+        let outermost = closed.last().map_or(0.0, |k| x(*k));
         (zero > 0.0 && zero <= 2.0 * outermost).then_some(zero)
     }
 
@@ -123,7 +124,7 @@ mod tests {
             status: vec![ContactStatus::Stick; x.len()],
             x,
         };
-        assert_eq!(profile.half_width(), None);
+        assert_eq!(profile.half_width(0.0), None);
     }
 
     #[test]
@@ -136,7 +137,7 @@ mod tests {
             status: vec![ContactStatus::Stick; x.len()],
             x,
         };
-        let half_width = profile.half_width().expect("nine nodes on the right");
+        let half_width = profile.half_width(0.0).expect("nine nodes on the right");
         assert!((half_width - 10.0).abs() < 1e-12, "{half_width}");
         assert_eq!(profile.peak(), 10.0);
     }

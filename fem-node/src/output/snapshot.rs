@@ -32,6 +32,15 @@ impl Snapshots {
         self.folder.is_some()
     }
 
+    /// Writes the table `<participant>-NAME.csv`, unless it is empty.
+    pub(crate) fn table(&self, name: &str, text: &str) -> Result<(), FemError> {
+        let Some(folder) = self.folder.as_ref().filter(|_| !text.is_empty()) else {
+            return Ok(());
+        };
+        let path = folder.join(format!("{}-{name}.csv", self.participant));
+        FemError::written(&path, fs::write(&path, text))
+    }
+
     /// Writes `<participant>-NAME.vtu`, and `<participant>-NAME-profile.csv` where there is a profile.
     pub(crate) fn write(
         &self,

@@ -9,6 +9,8 @@
 //! - [`ranges`]: the configuration of a participant, read and checked against the ranges of its schema;
 //! - [`table`]: loads over time;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
+//! - [`rolling`]: its rolling along the rail in place of the sideways motion;
+//! - [`rolled`]: the results of the way that it has rolled;
 //! - [`cycle_drift`]: the wheel's drift from cycle to cycle;
 //! - [`traction`]: the wheel's traction over its motion, and friction during gross sliding;
 //! - [`student`]: Student's t;
@@ -29,6 +31,8 @@ pub mod limits;
 pub mod number;
 pub mod ranges;
 pub mod results;
+pub mod rolled;
+pub mod rolling;
 pub mod schema;
 pub mod scratch;
 pub mod student;

@@ -27,6 +27,16 @@ pub fn slope_at(table: &[[f64; 2]], time: f64) -> f64 {
     })
 }
 
+/// The integral of [`load_at`] from 0 to a time that is not negative (N s).
+pub fn integral_to(table: &[[f64; 2]], time: f64) -> f64 {
+    let ends = table.iter().map(|[t, _]| t.clamp(0.0, time));
+    let ends = Vec::from_iter([0.0].into_iter().chain(ends).chain([time]));
+    let mean = |pair: &[f64]| 0.5 * (load_at(table, pair[0]) + load_at(table, pair[1]));
+    ends.windows(2)
+        .map(|pair| (pair[1] - pair[0]) * mean(pair))
+        .sum()
+}
+
 /// Time from which the force stays constant (s); `None` without a table, and for a constant force.
 pub fn last_change(table: Option<&LoadTable>) -> Option<f64> {
     let mut changes = table?.windows(2).filter(|pair| pair[0][1] != pair[1][1]);

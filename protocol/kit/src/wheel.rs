@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use protocol::Phase;
 
 use crate::keys::ConfigError;
-use crate::limits::positive;
+use crate::limits::{positive, refuse_given};
+use crate::rolling::Rolling;
 use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
 
 crate::results! {
@@ -20,7 +21,7 @@ crate::results! {
     /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
     ///   friction loop.
     /// # Signals
-    /// - `wheel_x_m`: Sideways displacement D of the wheel, towards +x.
+    /// - `wheel_x_m`: Sideways displacement D of the wheel, towards +x; of a rolling wheel the abscissa of its centre.
     /// - `wheel_y_m`: Height of the lowest point of the wheel's face.
     /// - `wheel_vx_m_per_s`: Sideways velocity of the wheel.
     /// - `wheel_fn_n`: Force on the wheel along y, upwards: the load while it is at rest.
@@ -58,6 +59,8 @@ pub struct WheelProgram {
     pub frequency_hz: f64,
     /// Periods of the sideways motion, not necessarily whole.
     pub cycles: f64,
+    /// Rolling from t_s on, in place of the sideways motion.
+    pub rolling: Option<Rolling>,
 }
 
 /// The type of a table `wheel`: the keys that every solver has, and its own keys.
@@ -99,12 +102,19 @@ macro_rules! wheel_keys {
             #[serde(default)]
             #[schemars(range(min = 0.0))]
             pub cycles: f64,
+            /// Rolling along the rail from t_s on, in place of the sideways motion.
+            pub rolling: Option<$crate::rolling::RollingConfig>,
         }
 
         impl $name {
-            /// Its load and its motion over time.
-            pub fn program(&self) -> $crate::wheel::WheelProgram {
-                $crate::wheel::WheelProgram {
+            /// Its load and its motion over time, on a body that repeats after `period` (m), if it repeats.
+            ///
+            /// # Errors
+            /// Names the key, the fault, and what to write instead.
+            pub fn program(&self, period: Option<f64>) -> Result<$crate::wheel::WheelProgram, $crate::ConfigError> {
+                let rolling = self.rolling.as_ref();
+                let rolling = rolling.map(|rolling| rolling.rolling(self.radius_m, period)).transpose()?;
+                let program = $crate::wheel::WheelProgram {
                     load_n: self.load_n,
                     load_table: self.load_table.clone(),
                     ramp_s: self.ramp_s,
@@ -112,18 +122,30 @@ macro_rules! wheel_keys {
                     amplitude_m: self.amplitude_m,
                     frequency_hz: self.frequency_hz,
                     cycles: self.cycles,
-                }
+                    rolling,
+                };
+                program.check()?;
+                Ok(program)
             }
         }
     };
 }
 
 impl WheelProgram {
-    /// Refuses a sideways motion without a frequency, and a wrong table of loads; see [`check_wheel_table`].
+    /// Refuses a sideways motion without a frequency or beside a rolling one, and a wrong table of loads; see [`check_wheel_table`].
     ///
     /// # Errors
     /// Names the key, the fault, and what to write instead.
     pub fn check(&self) -> Result<(), ConfigError> {
+        let sideways = [
+            ("wheel.amplitude_m", self.amplitude_m > 0.0),
+            ("wheel.cycles", self.cycles > 0.0),
+        ];
+        refuse_given(
+            sideways.map(|(key, given)| (key, given && self.rolling.is_some())),
+            "moves the wheel sideways, and wheel.rolling rolls it",
+            "remove one of them",
+        )?;
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
@@ -142,8 +164,17 @@ impl WheelProgram {
         }
     }
 
-    /// Sideways displacement D at a time (m).
+    /// Distance that it has rolled at a time (m).
+    pub fn rolled_at(&self, t: f64) -> f64 {
+        let rolling = self.rolling.as_ref();
+        rolling.map_or(0.0, |rolling| rolling.rolled_after(t - self.motion_start()))
+    }
+
+    /// Sideways displacement D at a time, or the abscissa of the centre of a rolling wheel (m).
     pub fn displacement_at(&self, t: f64) -> f64 {
+        if let Some(rolling) = &self.rolling {
+            return rolling.centre(self.rolled_at(t));
+        }
         self.amplitude_m * self.angle_at(t).sin()
     }
 
@@ -152,12 +183,17 @@ impl WheelProgram {
         if t < self.motion_start() {
             return 0.0;
         }
+        if let Some(rolling) = &self.rolling {
+            return rolling.speed;
+        }
         self.angular_frequency() * self.amplitude_m * self.angle_at(t).cos()
     }
 
-    /// Highest sideways speed (m/s).
+    /// Highest speed along x (m/s).
     pub fn top_speed(&self) -> f64 {
-        if self.cycles > 0.0 {
+        if let Some(rolling) = &self.rolling {
+            rolling.speed.abs()
+        } else if self.cycles > 0.0 {
             self.angular_frequency() * self.amplitude_m
         } else {
             0.0
@@ -185,7 +221,9 @@ impl WheelProgram {
 
     /// End of the history (s).
     pub fn end(&self) -> f64 {
-        if self.cycles > 0.0 {
+        if let Some(rolling) = &self.rolling {
+            self.motion_start() + rolling.duration()
+        } else if self.cycles > 0.0 {
             self.motion_start() + self.cycles / self.frequency_hz
         } else {
             self.motion_start()
@@ -217,14 +255,16 @@ impl WheelProgram {
             ("wheel.load_table", last_change(self.load_table.as_ref())),
             ("wheel.hold_s", self.hold_end()),
             ("wheel.cycles", (self.cycles > 0.0).then(|| self.end())),
+            ("wheel.rolling", self.rolling.as_ref().map(|_| self.end())),
         ])
     }
 
     /// The named parts of the history.
     pub fn phases(&self) -> Vec<Phase> {
         let (ramp, moves) = (self.ramp_s, self.motion_start());
-        let cycling = ("cycling", moves, self.end());
-        phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling])
+        let motion = if self.rolling.is_some() { "rolling" } else { "cycling" };
+        let motion = (motion, moves, self.end());
+        phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), motion])
     }
 }
 
@@ -269,6 +309,7 @@ mod tests {
             amplitude_m: 5e-5,
             frequency_hz: 300.0,
             cycles: 2.25,
+            rolling: None,
         }
     }
 

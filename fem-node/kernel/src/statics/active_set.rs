@@ -49,6 +49,17 @@ pub(super) struct Target {
     pub(super) lateral: f64,
     /// Coefficient of friction.
     pub(super) friction: f64,
+    /// The rolling of a wheel that rolls; `lateral` is then the abscissa of its centre.
+    pub(super) turn: Option<Turn>,
+}
+
+/// How far a wheel that rolls turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Turn {
+    /// Length of the face that has rolled off, towards +x (m).
+    To(f64),
+    /// It turns until its tangential force on the body, along +x, is this (N).
+    Until(f64),
 }
 
 impl Target {
@@ -83,14 +94,20 @@ pub(crate) struct ActiveSet {
     tangential: Vec<f64>,
     /// Displacements of the nodes of the edge (m).
     u: Vec<[f64; 2]>,
-    /// Position of the wheel: (lateral, -approach) (m).
+    /// Position of the wheel: (lateral, -approach) (m), lateral relative to the face.
     wheel: [f64; 2],
     load: f64,
+    /// Length of the face that has rolled off, towards +x (m).
+    turned: f64,
+    /// Energy that friction has dissipated (J): mean force times slip, increment by increment.
+    dissipated: f64,
+    /// Abscissa of the centre (m).
+    centre: f64,
 }
 
 impl ActiveSet {
     /// The wheel just touches.
-    pub(super) fn open(edge: &EdgeCompliance) -> ActiveSet {
+    pub(super) fn open(edge: &EdgeCompliance, centre: f64) -> ActiveSet {
         let nodes = edge.free.len();
         ActiveSet {
             status: vec![ContactStatus::Open; nodes],
@@ -99,7 +116,20 @@ impl ActiveSet {
             u: vec![[0.0; 2]; nodes],
             wheel: [0.0; 2],
             load: 0.0,
+            turned: 0.0,
+            dissipated: 0.0,
+            centre,
         }
+    }
+
+    /// Abscissa of the centre of the wheel (m).
+    pub(super) fn centre(&self) -> f64 {
+        self.centre
+    }
+
+    /// Displacements of the nodes and the approach (m).
+    pub(super) fn displaced(&self) -> (&[[f64; 2]], f64) {
+        (&self.u, -self.wheel[1])
     }
 
     /// True if both are of edges with the same number of nodes.
@@ -118,35 +148,51 @@ impl ActiveSet {
             tangential: self.tangential.clone(),
             status: self.status.clone(),
             approach: -self.wheel[1],
-            lateral: self.wheel[0],
+            lateral: face.centre() + self.wheel[0],
+            turned: self.turned,
+            dissipated: self.dissipated,
         }
     }
 
     /// Goes to the target, in one increment if that converges; `extend` computes the columns of nodes.
     pub(super) fn advance(
         &mut self,
-        face: &Face,
+        face: &mut Face,
         edge: &mut EdgeCompliance,
         target: Target,
         extend: impl Fn(&mut EdgeCompliance, &[usize]),
     ) -> Result<(), NotConverged> {
         let (mut pieces, mut done, mut halvings) = (1u32, 0u32, 0);
-        let from = (self.load, self.wheel[0]);
+        let rolls = target.turn.is_some();
+        let lateral = if rolls { self.centre } else { self.wheel[0] };
+        let (load, turned) = (self.load, self.turned);
+        let pulled: f64 = self.tangential.iter().sum();
         while done < pieces {
             let share = f64::from(done + 1) / f64::from(pieces);
+            let between = |from: f64, to: f64| from + share * (to - from);
             let piece = Target {
-                load: from.0 + share * (target.load - from.0),
-                lateral: from.1 + share * (target.lateral - from.1),
+                load: between(load, target.load),
+                lateral: between(lateral, target.lateral),
                 friction: target.friction,
+                turn: target.turn.map(|turn| match turn {
+                    Turn::To(arc) => Turn::To(between(turned, arc)),
+                    Turn::Until(force) => Turn::Until(between(pulled, force)),
+                }),
             };
+            let moved = rolls.then(|| face.rolled_to(piece.lateral, &self.u, -self.wheel[1]));
             let increment = ContactIncrement {
                 before: self,
-                face,
+                face: moved.as_ref().unwrap_or(face),
                 target: piece,
             };
             match increment.solve(edge, &extend) {
-                Ok(after) => {
+                Ok(mut after) => {
+                    after.dissipated += after.slip_work(self, increment.face);
                     *self = after;
+                    if let Some(moved) = moved {
+                        *face = moved;
+                        self.centre = face.centre();
+                    }
                     done += 1;
                 }
                 Err(failure) if halvings == HALVINGS_MAX => return Err(failure),
@@ -192,8 +238,14 @@ impl ActiveSet {
                 Direction::Tangent => self.tangential[node] += value,
             }
         }
-        let approach = system.scale * solution[system.unknowns.len()];
-        self.wheel = [increment.target.lateral, -approach];
+        let count = system.unknowns.len();
+        let approach = system.scale * solution[count];
+        self.wheel = [increment.sideways(), -approach];
+        self.turned = match increment.target.turn {
+            Some(Turn::To(arc)) => arc,
+            Some(Turn::Until(_)) => increment.before.turned + system.scale * solution[count + 1],
+            None => self.turned,
+        };
         solution.iter().all(|value| value.is_finite())
     }
 
@@ -253,9 +305,18 @@ impl ActiveSet {
     fn slip(&self, before: &ActiveSet, face: &Face, node: usize) -> f64 {
         let tangent = face.tangent(node);
         let relative = |s: &ActiveSet, k: usize| s.wheel[k] - s.u[node][k];
-        (0..2)
-            .map(|k| tangent[k] * (relative(self, k) - relative(before, k)))
-            .sum()
+        let along = (0..2).map(|k| tangent[k] * (relative(self, k) - relative(before, k)));
+        along.sum::<f64>() + face.passed(node) - (self.turned - before.turned)
+    }
+
+    /// Mean tangential force times slip since `before` over all nodes (J).
+    fn slip_work(&self, before: &ActiveSet, face: &Face) -> f64 {
+        let slid = |node: &usize| self.status[*node].direction() != 0.0;
+        let work = |node| {
+            let force = 0.5 * (before.tangential[node] + self.tangential[node]);
+            force * self.slip(before, face, node)
+        };
+        (0..self.status.len()).filter(slid).map(work).sum()
     }
 
     /// Nodes that touch.
@@ -282,6 +343,14 @@ pub(crate) struct ContactIncrement<'a> {
 }
 
 impl ContactIncrement<'_> {
+    /// Position of the wheel beside its face (m), which rolls along with it.
+    fn sideways(&self) -> f64 {
+        match self.target.turn {
+            Some(_) => 0.0,
+            None => self.target.lateral,
+        }
+    }
+
     /// The state at the target: Newton's method on the projections of the laws of contact.
     fn solve(
         &self,
@@ -340,8 +409,8 @@ struct Unknown {
     direction: [f64; 2],
 }
 
-/// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of the wheel is multiplied by it, so
-/// that all entries have a similar size.
+/// The linear problem under given statuses. After the forces follow the approach over a compliance and, where the wheel turns until it has a given
+/// force, its turn over the compliance; the equations of the wheel are multiplied by it, so that all entries have a similar size.
 pub(crate) struct System {
     unknowns: Vec<Unknown>,
     matrix: DMatrix<f64>,
@@ -351,7 +420,7 @@ pub(crate) struct System {
 
 impl System {
     /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of sticking nodes, and sum (r_n n_y - r_t t_y) = load of the
-    /// wheel.
+    /// wheel. To the way past a sticking node rolling adds what has passed and subtracts the turn; sum r_t = T of a given force.
     pub(crate) fn new(
         now: &ActiveSet,
         increment: &ContactIncrement,
@@ -360,8 +429,13 @@ impl System {
         let (before, face, target) = (increment.before, increment.face, &increment.target);
         let unknowns = unknowns(now, increment, edge);
         let (count, scale) = (unknowns.len(), edge.known.scale);
-        let mut matrix = DMatrix::zeros(count + 1, count + 1);
-        let mut right = DVector::zeros(count + 1);
+        let until = match target.turn {
+            Some(Turn::Until(force)) => Some(force),
+            _ => None,
+        };
+        let size = count + 1 + usize::from(until.is_some());
+        let mut matrix = DMatrix::zeros(size, size);
+        let mut right = DVector::zeros(size);
         let axis = |unknown: &Unknown| match unknown.along {
             Direction::Normal => face.normals[unknown.node],
             Direction::Tangent => face.tangent(unknown.node),
@@ -376,7 +450,7 @@ impl System {
         for (i, row) in unknowns.iter().enumerate() {
             let (axis, node) = (axis(row), row.node);
             matrix[(i, count)] = scale * axis[1];
-            let wheel = [target.lateral, 0.0];
+            let wheel = [increment.sideways(), 0.0];
             let to_go = match row.along {
                 Direction::Normal => face.gap(node, wheel, edge.under_tractions(node)),
                 Direction::Tangent => {
@@ -384,12 +458,26 @@ impl System {
                         (wheel[k] - before.wheel[k])
                             - (edge.under_tractions(node)[k] - before.u[node][k])
                     };
-                    dot(axis, [relative(0), relative(1)])
+                    let turn = match target.turn {
+                        Some(Turn::To(arc)) => arc - before.turned,
+                        _ => 0.0,
+                    };
+                    dot(axis, [relative(0), relative(1)]) + face.passed(node) - turn
                 }
             };
             right[i] = to_go;
         }
         right[count] = scale * target.load;
+        if let Some(force) = until {
+            for (i, unknown) in unknowns.iter().enumerate() {
+                let (held, pull) = match unknown.along {
+                    Direction::Normal => (0.0, unknown.drag),
+                    Direction::Tangent => (scale, 1.0),
+                };
+                (matrix[(i, count + 1)], matrix[(count + 1, i)]) = (held, scale * pull);
+            }
+            right[count + 1] = scale * force;
+        }
         System {
             unknowns,
             matrix,

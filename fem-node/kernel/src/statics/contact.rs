@@ -17,8 +17,12 @@ pub struct WheelContact {
     pub status: Vec<ContactStatus>,
     /// Approach of the wheel since it first touched (m).
     pub approach: f64,
-    /// Sideways displacement of the wheel (m).
+    /// Sideways displacement of the wheel, or the abscissa of the centre of a rolling one (m).
     pub lateral: f64,
+    /// Length of the face that has rolled off, towards +x (m).
+    pub turned: f64,
+    /// Energy that friction has dissipated since the start (J).
+    pub dissipated: f64,
 }
 
 impl WheelContact {

@@ -1,8 +1,9 @@
 //! Equilibrium under a history of loads, increment by increment.
 
+use kit::rolling::Rolling;
 use serde::{Deserialize, Serialize};
 
-use super::active_set::{ActiveSet, Target};
+use super::active_set::{ActiveSet, Target, Turn};
 use super::contact::WheelContact;
 use super::edge::{EdgeCompliance, KnownColumns};
 use super::face::Face;
@@ -31,6 +32,8 @@ pub struct StaticLoads {
     pub friction_while_loading: bool,
     /// Equal increments of the load.
     pub increments: usize,
+    /// Abscissa of its centre while the load grows (m).
+    pub start: f64,
 }
 
 /// The data that increments change; the rest of a history of loads follows from the configuration.
@@ -80,9 +83,10 @@ impl Statics {
         loads: Option<StaticLoads>,
     ) -> Result<Statics, KernelError> {
         let factor = Factor::new(problem)?;
-        let face = Face::new(loads.map_or(0.0, |loads| loads.radius), problem);
+        let [radius, start] = loads.map_or([0.0; 2], |loads| [loads.radius, loads.start]);
+        let face = Face::new(radius, start, problem);
         let edge = EdgeCompliance::new(problem, &factor);
-        let contact = ActiveSet::open(&edge);
+        let contact = ActiveSet::open(&edge, face.centre());
         Ok(Statics {
             loads,
             factor,
@@ -117,6 +121,9 @@ impl Statics {
         let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
         if fits {
             self.contact = progress.contact;
+            // What has passed matters within an increment only.
+            let (u, approach) = self.contact.displaced();
+            self.face = self.face.rolled_to(self.contact.centre(), u, approach);
             self.increments_done = progress.increments_done;
         }
         fits
@@ -166,6 +173,7 @@ impl Statics {
             load: share * loads.load,
             lateral: 0.0,
             friction,
+            turn: None,
         };
         self.go_to(problem, share, target)
     }
@@ -180,6 +188,34 @@ impl Statics {
             load: loads.load,
             lateral,
             friction: loads.friction,
+            turn: None,
+        };
+        self.go_to(problem, 1.0, target)
+    }
+
+    /// Rolls the wheel under the full load, with friction, until this distance (m). A force that is given grows to `share` of its value.
+    pub fn roll_to(
+        &mut self,
+        problem: &StaticProblem,
+        rolling: &Rolling,
+        rolled: f64,
+        share: f64,
+    ) -> Result<(), KernelError> {
+        let Some(loads) = self.loads else {
+            return Ok(());
+        };
+        self.increments_done += 1;
+        let turned = rolling.turned(rolled).map(Turn::To);
+        let until = || rolling.force(rolled).map(|force| Turn::Until(share * force));
+        let turn = turned.or_else(until).map(|turn| match turn {
+            Turn::To(arc) => Turn::To(rolling.direction() * arc),
+            Turn::Until(force) => Turn::Until(rolling.direction() * force),
+        });
+        let target = Target {
+            load: loads.load,
+            lateral: rolling.centre(rolled),
+            friction: loads.friction,
+            turn,
         };
         self.go_to(problem, 1.0, target)
     }
@@ -194,7 +230,7 @@ impl Statics {
         let (edge, factor) = (&mut self.edge, &self.factor);
         let solved = self
             .contact
-            .advance(&self.face, edge, target, |edge, nodes| {
+            .advance(&mut self.face, edge, target, |edge, nodes| {
                 edge.extend(problem, factor, nodes)
             });
         solved.map_err(|failure| KernelError::ContactNotConverged {

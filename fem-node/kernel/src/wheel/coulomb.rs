@@ -41,6 +41,9 @@ mod tests {
             free_height: 0.0,
             weight: 0.3,
             lateral: [0.0, 0.0],
+            turn: 0.0,
+            turn_weight: 0.0,
+            period: None,
             friction: FRICTION,
         };
         (node, wheel)

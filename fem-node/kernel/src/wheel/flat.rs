@@ -89,6 +89,9 @@ mod tests {
             free_height: 0.0,
             weight,
             lateral: [0.0, 0.0],
+            turn: 0.0,
+            turn_weight: 0.0,
+            period: None,
             friction,
         };
         let mut contacts = vec![NodeContact::default(); nodes.len()];

@@ -3,7 +3,7 @@
 use kit::wheel::WheelProgram;
 
 use crate::element::body::Body;
-use crate::mesh::{Edge, Mesh, circle_drop};
+use crate::mesh::{Edge, Mesh, circle_drop, nearest_image};
 
 /// Mass, face, friction and damping of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,8 +16,10 @@ pub struct WheelNumbers {
     pub friction: f64,
     /// True where friction acts before the sideways motion, too.
     pub friction_while_loading: bool,
-    /// Mass damping until the sideways motion (1/s).
+    /// Mass damping until the motion along x (1/s).
     pub start_damping: f64,
+    /// Thickness of the body (m).
+    pub thickness: f64,
 }
 
 /// Wheel, its load and its friction: the data that do not change during a run.
@@ -32,9 +34,13 @@ pub struct Wheel {
     pub(super) stride: usize,
     /// Lowest point of the face when it just touches the undeformed body (m).
     pub(super) first_height: f64,
-    /// The last step that ends before the sideways motion starts.
+    /// The last step that ends before the motion along x starts.
     pub motion_step: u64,
     pub(super) step: f64,
+    /// Surfaces of the nodes of the upper edge (m2).
+    pub(super) areas: Vec<f64>,
+    /// Distance along x after which the body repeats (m), if it does.
+    pub(super) period: Option<f64>,
 }
 
 impl Wheel {
@@ -47,9 +53,16 @@ impl Wheel {
         step: f64,
     ) -> Wheel {
         let points = mesh.surface_points(Edge::Top);
+        let (_, lengths) = mesh.surface(Edge::Top);
+        let start = program.rolling.as_ref().map_or(0.0, |rolling| rolling.start);
+        let period = mesh.period();
+        let from_start = |p: &[f64; 2]| [nearest_image(p[0] - start, period), p[1]];
+        let below = points.iter().map(from_start);
         Wheel {
             numbers,
-            first_height: first_height(numbers.radius, &points),
+            first_height: first_height(numbers.radius, below),
+            areas: lengths.iter().map(|length| length * numbers.thickness).collect(),
+            period,
             points,
             stride: body.layout.stride,
             // With the margin, rounding does not move a start at a multiple of the step by one step.
@@ -57,6 +70,11 @@ impl Wheel {
             program,
             step,
         }
+    }
+
+    /// Abscissa of its centre while it is loaded (m).
+    pub fn start(&self) -> f64 {
+        self.program.rolling.as_ref().map_or(0.0, |rolling| rolling.start)
     }
 
     /// Mass damping that is added at the end of a step (1/s).
@@ -82,17 +100,37 @@ impl Wheel {
         self.program.load_at(step as f64 * self.step)
     }
 
-    /// Sideways displacement D at the end of a step (m).
+    /// Sideways displacement D, or the abscissa of the centre of a rolling wheel, at the end of a step (m).
     pub(super) fn lateral_at(&self, step: u64) -> f64 {
         self.program.displacement_at(step as f64 * self.step)
+    }
+
+    /// Distance rolled at the end of a step (m).
+    pub(super) fn rolled_at(&self, step: u64) -> f64 {
+        self.program.rolled_at(step as f64 * self.step)
+    }
+
+    /// Length of the face that rolls off in the step that begins after `step`, towards +x (m), where the spin is prescribed.
+    pub(super) fn turn_over(&self, step: u64) -> Option<f64> {
+        let Some(rolling) = &self.program.rolling else {
+            return Some(0.0);
+        };
+        let turned = |step| rolling.turned(self.rolled_at(step));
+        Some(rolling.direction() * (turned(step + 1)? - turned(step)?))
+    }
+
+    /// The free spin of a wheel: its mass I/R^2 (kg) at the face, and the braking force at the end of a step, towards +x (N).
+    pub(super) fn spin(&self, step: u64) -> Option<[f64; 2]> {
+        let rolling = self.program.rolling.as_ref()?;
+        let brake = rolling.force(self.rolled_at(step))?;
+        let radius = self.numbers.radius;
+        Some([rolling.inertia? / (radius * radius), rolling.direction() * brake])
     }
 }
 
 /// Lowest point of the face when it just touches the points (m), the wheel standing over x = 0.
-fn first_height(radius: f64, points: &[[f64; 2]]) -> f64 {
-    let below = points
-        .iter()
-        .filter(|p| radius == 0.0 || p[0].abs() < radius);
-    let touching = below.map(|[x, y]| y - circle_drop(radius, *x));
+fn first_height(radius: f64, points: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let below = points.filter(|p| radius == 0.0 || p[0].abs() < radius);
+    let touching = below.map(|[x, y]| y - circle_drop(radius, x));
     touching.fold(f64::NEG_INFINITY, f64::max)
 }

@@ -5,6 +5,7 @@ use protocol::larger;
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{NodeMotion, WheelStep};
+use crate::mesh::nearest_image;
 use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
@@ -20,7 +21,8 @@ pub(super) struct RoundFace {
     nodes: Vec<LocalProblem>,
 }
 
-/// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus the effect of the wheel's motion on both.
+/// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus the effect of the wheel's motion on both. A wheel that rolls by dX and
+/// turns by R dphi slips by t.dX - R dphi past a node that rests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalProblem {
     /// Unit vector from the centre of the wheel to the node.
@@ -56,14 +58,22 @@ impl RoundFace {
         solved
     }
 
+    /// Vertical force on the wheel and tangential force on the nodes (N).
+    fn totals(&self) -> [f64; 2] {
+        let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
+        [lift, self.nodes.iter().map(|node| node.r_t).sum()]
+    }
+
     fn sweep(&mut self, wheel: &WheelStep) -> Result<(), f64> {
         let mut residual = f64::INFINITY;
         for _ in 0..SWEEPS_MAX {
-            let mut lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
+            let [mut lift, mut drag] = self.totals();
             for node in &mut self.nodes {
                 lift -= node.lift();
-                node.solve(wheel, lift);
+                drag -= node.r_t;
+                node.solve(wheel, [lift, drag]);
                 lift += node.lift();
+                drag += node.r_t;
             }
             residual = self.residual(wheel);
             if residual <= TOLERANCE {
@@ -76,9 +86,9 @@ impl RoundFace {
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible
     /// forces, with the diagonal of each block for W. NaN if any force is NaN.
     fn residual(&self, wheel: &WheelStep) -> f64 {
-        let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
+        let totals = self.totals();
         let force = largest(self.nodes.iter().map(|b| b.r_n));
-        let error = largest(self.nodes.iter().map(|b| b.error(wheel, lift)));
+        let error = largest(self.nodes.iter().map(|b| b.error(wheel, totals)));
         if error == 0.0 { 0.0 } else { error / force }
     }
 }
@@ -87,7 +97,7 @@ impl LocalProblem {
     fn new(node: &NodeMotion, radius: f64, wheel: &WheelStep, guess: &NodeContact) -> LocalProblem {
         // Measured from the lowest point of the face.
         let [x, y] = [
-            node.point[0] + node.free[0] - wheel.lateral[1],
+            nearest_image(node.point[0] + node.free[0] - wheel.lateral[1], wheel.period),
             node.point[1] + node.free[1] - wheel.free_height,
         ];
         let distance = x.hypot(y - radius);
@@ -103,10 +113,10 @@ impl LocalProblem {
         LocalProblem {
             // distance - radius without the cancellation on a large wheel.
             gap: (x * x + y * y - 2.0 * radius * y) / (distance + radius),
-            slip: dot(t, slip),
+            slip: dot(t, slip) - wheel.turn,
             w_nn: w_x * n[0] * n[0] + w_y * n[1] * n[1],
             w_nt: w_x * n[0] * t[0] + w_y * n[1] * t[1],
-            w_tt: w_x * t[0] * t[0] + w_y * t[1] * t[1],
+            w_tt: w_x * t[0] * t[0] + w_y * t[1] * t[1] + wheel.turn_weight,
             r_n: dot(n, guess.normal).max(0.0),
             r_t: dot(t, guess.friction),
             n,
@@ -119,14 +129,15 @@ impl LocalProblem {
         -(self.n[1] * self.r_n + self.t[1] * self.r_t)
     }
 
-    /// Gap and slip without the node's own force, `lift` being the force of the others.
-    fn without(&self, wheel: &WheelStep, lift: f64) -> (f64, f64) {
+    /// Gap and slip without the node's own force, `lift` and `drag` being the forces of the others.
+    fn without(&self, wheel: &WheelStep, [lift, drag]: [f64; 2]) -> (f64, f64) {
         let rise = wheel.weight * lift;
-        (self.gap - self.n[1] * rise, self.slip + self.t[1] * rise)
+        let slip = self.slip + self.t[1] * rise - wheel.turn_weight * drag;
+        (self.gap - self.n[1] * rise, slip)
     }
 
-    fn solve(&mut self, wheel: &WheelStep, lift: f64) {
-        let (gap, slip) = self.without(wheel, lift);
+    fn solve(&mut self, wheel: &WheelStep, others: [f64; 2]) {
+        let (gap, slip) = self.without(wheel, others);
         [self.r_n, self.r_t] = if gap >= 0.0 {
             [0.0, 0.0]
         } else {
@@ -155,9 +166,9 @@ impl LocalProblem {
         [r_n, share * r_n]
     }
 
-    /// Distance of r from the [`admissible`] part of (r_n - gap/W_nn, r_t + slip/W_tt) (N), `lift` being the whole force on the wheel.
-    fn error(&self, wheel: &WheelStep, lift: f64) -> f64 {
-        let (gap, slip) = self.without(wheel, lift - self.lift());
+    /// Distance of r from the [`admissible`] part of (r_n - gap/W_nn, r_t + slip/W_tt) (N), `lift` and `drag` being the forces of all nodes.
+    fn error(&self, wheel: &WheelStep, [lift, drag]: [f64; 2]) -> f64 {
+        let (gap, slip) = self.without(wheel, [lift - self.lift(), drag - self.r_t]);
         let gap = gap + self.w_nn * self.r_n + self.w_nt * self.r_t;
         let slip = slip - self.w_nt * self.r_n - self.w_tt * self.r_t;
         let trial = [self.r_n - gap / self.w_nn, self.r_t + slip / self.w_tt];

@@ -9,7 +9,9 @@ use super::round::{RoundFace, SWEEPS_MAX};
 use super::state::WheelState;
 use crate::error::KernelError;
 use crate::scheme::{NewmarkScheme, Rule};
+use crate::wheel::rolled::rolled_piece;
 use crate::wheel::upper_row::UpperRow;
+use kit::rolled::RolledPiece;
 
 /// Steps the wheel with the body.
 #[derive(Clone, Debug, Default)]
@@ -62,8 +64,10 @@ impl WheelRun {
         let drag = wheel.damping_at(state.step) * state.velocity;
         state.acceleration = -wheel.load_at(state.step) / wheel.numbers.mass - drag;
         let free_height = state.height + h * state.velocity + weight * state.acceleration;
-        self.solve(wheel, free_height, weight);
+        let turn = state.free_turn(wheel, Newmark::new(h, 0.5, 0.0));
+        self.solve(wheel, [free_height, weight], turn);
         self.state.acceleration += self.state.force()[1] / wheel.numbers.mass;
+        self.state.spin_on(wheel, Newmark::new(h, 0.5, 0.0));
         self.apply(wheel, row.load);
     }
 
@@ -77,6 +81,9 @@ impl WheelRun {
             [self.state.velocity, self.state.acceleration],
         );
         let sunk = h * rates[0] + 0.5 * h * h * rates[1];
+        let spin = self.state.spin;
+        let free_turn = h * spin[0] + 0.5 * h * h * spin[1];
+        let turned = wheel.turn_over(before).unwrap_or(free_turn);
         self.state.step += 1;
         self.state.height += sunk;
         self.old.copy_from_slice(&self.state.contacts);
@@ -94,17 +101,24 @@ impl WheelRun {
         let own = Newmark::new(h, b, wheel.damping_at(self.state.step));
         let push = -wheel.load_at(self.state.step) / wheel.numbers.mass;
         let free_height = own.next(self.state.height, rates, push);
-        self.solve(wheel, free_height, own.weight());
+        let undamped = Newmark::new(h, b, 0.0);
+        let turn = self.state.free_turn(wheel, undamped);
+        self.solve(wheel, [free_height, own.weight()], turn);
+        self.state.spin_on(wheel, undamped);
 
         let push = push + self.state.force()[1] / wheel.numbers.mass;
         [self.state.velocity, self.state.acceleration] = own.rates(rates, push);
         let lateral = wheel.lateral_at(self.state.step) - wheel.lateral_at(before);
         let moved = StepMotion {
             wheel: [lateral, sunk],
+            turned,
             rates,
+            spin,
             row,
         };
+        let slid = self.state.energies.friction;
         let drive_work = self.add_energies(wheel, scheme, &moved);
+        self.record_rolling(wheel, turned, self.state.energies.friction - slid);
         let state = &mut self.state;
         state
             .statistics
@@ -124,6 +138,9 @@ impl WheelRun {
     /// damping   [(1-b) c_n v_n + b c_n+1 v_n+1] m dY
     /// numerical -(b-1/2) b h^2/2 m da^2 - (b h^2/4) m d(a^2)
     /// ```
+    ///
+    /// A face that turns by R dphi moves by -R dphi t more: friction takes -sum r_t R dphi, which the drive gives. A wheel that spins freely has it
+    /// from its kinetic energy, and gives -T R dphi to its brake.
     ///
     /// Returns the work of the drive.
     pub(crate) fn add_energies(
@@ -148,6 +165,11 @@ impl WheelRun {
                     drive += (normal + tangential) * moved.wheel[0];
                 }
             }
+            if moved.turned != 0.0 {
+                let rolled_off = mean(old.dragging(), new.dragging()) * moved.turned;
+                friction -= rolled_off;
+                drive -= rolled_off;
+            }
         }
         let state = &mut self.state;
         let step = state.step;
@@ -167,10 +189,46 @@ impl WheelRun {
         energies.impact += impact;
         energies.mass_damping += drag * m * moved.wheel[1];
         energies.numerical -= 0.25 * b * h * h * m * da * ((2.0 * b - 1.0) * da + sum);
+        let brakes = [step - 1, step].map(|step| wheel.spin(step));
+        if let [Some([mass, from]), Some([_, to])] = brakes
+            && step > wheel.motion_step
+        {
+            let (da, sum) = (state.spin[1] - moved.spin[1], state.spin[1] + moved.spin[1]);
+            let rolled_off = self.old.iter().zip(&state.contacts);
+            let rolled_off = rolled_off.map(|(old, new)| mean(old.dragging(), new.dragging()));
+            let given = rolled_off.sum::<f64>() - mean(from, to);
+            energies.drive += given * moved.turned;
+            energies.numerical -= 0.25 * b * h * h * mass * da * ((2.0 * b - 1.0) * da + sum);
+        }
         drive
     }
 
-    fn solve(&mut self, wheel: &Wheel, free_height: f64, weight: f64) {
+    /// Adds the step, in which the face has turned and slip has dissipated this much (m, J), to the record of a rolling wheel.
+    fn record_rolling(&mut self, wheel: &Wheel, turned: f64, dissipated: f64) {
+        let Some(rolling) = &wheel.program.rolling else {
+            return;
+        };
+        let [from, to] = [self.state.step - 1, self.state.step].map(|step| wheel.rolled_at(step));
+        if to <= from {
+            return;
+        }
+        let piece = rolled_piece(
+            &self.state.contacts,
+            &wheel.areas,
+            wheel.numbers.radius,
+            rolling,
+        );
+        let piece = RolledPiece {
+            way: to - from,
+            turned: rolling.direction() * turned,
+            dissipated,
+            ..piece
+        };
+        self.state.rolled.add(rolling, &piece);
+    }
+
+    /// Solves for the contact forces: [free height, weight] of the wheel, and [free turn, weight] of its face.
+    fn solve(&mut self, wheel: &Wheel, [free_height, weight]: [f64; 2], turn: [f64; 2]) {
         let step = self.state.step;
         let lateral = [step, step + 1].map(|step| wheel.lateral_at(step));
         let increment = WheelStep {
@@ -178,6 +236,9 @@ impl WheelRun {
             free_height,
             weight: weight / wheel.numbers.mass,
             lateral,
+            turn: turn[0],
+            turn_weight: turn[1],
+            period: wheel.period,
             friction: wheel.friction_at(step),
         };
         let contacts = &mut self.state.contacts;
@@ -214,7 +275,11 @@ impl WheelRun {
 pub(crate) struct StepMotion<'a> {
     /// Increments of the wheel, sideways and upwards (m).
     wheel: [f64; 2],
+    /// Length of the face that has rolled off, towards +x (m).
+    turned: f64,
     /// Velocity and acceleration of the wheel at the start of the step.
     rates: [f64; 2],
+    /// Velocity and acceleration of a face that spins freely, at the start of the step.
+    spin: [f64; 2],
     row: &'a UpperRow<'a>,
 }

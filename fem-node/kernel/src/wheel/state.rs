@@ -1,7 +1,9 @@
 //! The state of the wheel at the end of a step.
 
+use kit::rolled::RollingRecord;
 use serde::{Deserialize, Serialize};
 
+use super::newmark::Newmark;
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 use super::statistics::CycleStatistics;
@@ -46,6 +48,10 @@ pub struct WheelState {
     pub statistics: CycleStatistics,
     /// Own steps since the start.
     pub(super) step: u64,
+    /// Velocity and acceleration of a face that turns freely, R omega (m/s, m/s2).
+    pub(super) spin: [f64; 2],
+    /// The way that it has rolled.
+    pub rolled: RollingRecord,
 }
 
 impl WheelState {
@@ -69,14 +75,62 @@ impl WheelState {
         state
     }
 
+    /// Results of its rolling by name.
+    pub fn rolling_results(&self, wheel: &Wheel) -> Vec<(String, f64)> {
+        let rolling = wheel.program.rolling.iter();
+        let results = rolling.flat_map(|all| self.rolled.results(all, wheel.numbers.radius));
+        results.map(|(name, value)| (name.into(), value)).collect()
+    }
+
+    /// The table of its passages, empty without one.
+    pub fn passages(&self, wheel: &Wheel) -> String {
+        let rolling = wheel.program.rolling.as_ref();
+        rolling.map_or(String::new(), |all| self.rolled.csv(all, wheel.numbers.radius))
+    }
+
     /// True where it touches the body.
     pub fn is_touching(&self) -> bool {
         self.contacts.iter().any(NodeContact::closed)
     }
 
-    /// Kinetic energy of the vertical motion (J).
+    /// Kinetic energy of the vertical motion and of a free spin (J).
     pub fn kinetic(&self, wheel: &Wheel) -> f64 {
-        0.5 * wheel.numbers.mass * self.velocity * self.velocity
+        let vertical = 0.5 * wheel.numbers.mass * self.velocity * self.velocity;
+        let spin = wheel.spin(self.step);
+        vertical + spin.map_or(0.0, |[mass, _]| 0.5 * mass * self.spin[0] * self.spin[0])
+    }
+
+    /// Length of the face that rolls off in the next step without tangential forces now, and its change for each unit of force (m, m/N). A wheel
+    /// that spins freely begins without creepage, and its drive gives the energy.
+    pub(super) fn free_turn(&mut self, wheel: &Wheel, scheme: Newmark) -> [f64; 2] {
+        let step = self.step;
+        let Some([mass, brake]) = wheel.spin(step).filter(|_| step >= wheel.motion_step) else {
+            return [wheel.turn_over(step).unwrap_or(0.0), 0.0];
+        };
+        if step > wheel.motion_step {
+            let turn = scheme.next(0.0, self.spin, -brake / mass);
+            return [turn, scheme.weight() / mass];
+        }
+        let speed = wheel.program.rolling.as_ref().map_or(0.0, |rolling| rolling.speed);
+        self.spin = [speed, 0.0];
+        self.energies.drive += 0.5 * mass * speed * speed;
+        let half = 0.5 * wheel.step * wheel.step / mass;
+        [wheel.step * speed - half * brake, half]
+    }
+
+    /// The spin at the end of the step, once the tangential forces are known.
+    pub(super) fn spin_on(&mut self, wheel: &Wheel, scheme: Newmark) {
+        let step = self.step;
+        let Some([mass, brake]) = wheel.spin(step).filter(|_| step >= wheel.motion_step) else {
+            return;
+        };
+        let drag: f64 = self.contacts.iter().map(NodeContact::dragging).sum();
+        let push = (drag - brake) / mass;
+        if step == wheel.motion_step {
+            self.spin[1] = push;
+        } else {
+            self.spin = scheme.rates(self.spin, push);
+        }
     }
 
     /// Force of the body on the wheel (N).
@@ -91,11 +145,11 @@ impl WheelState {
 
     /// Its signals by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and towards +x; `wheel_y_m` is
     /// the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
-    pub fn signals(&self, wheel: &Wheel) -> [(String, f64); 7] {
+    pub fn signals(&self, wheel: &Wheel) -> Vec<(String, f64)> {
         let t = self.step as f64 * wheel.step;
         let [ft, fn_] = self.force();
         let count = count(&self.contacts);
-        [
+        let named = [
             ("wheel_x_m", wheel.program.displacement_at(t)),
             ("wheel_y_m", self.height),
             ("wheel_vx_m_per_s", wheel.program.speed_at(t)),
@@ -103,8 +157,12 @@ impl WheelState {
             ("wheel_ft_n", ft),
             ("sn_pct", count.sliding_pct()),
             ("contact_nodes", count.closed as f64),
-        ]
-        .map(|(name, value)| (name.into(), value))
+        ];
+        let mut signals = Vec::from(named.map(|(name, value)| (name.into(), value)));
+        if wheel.program.rolling.is_some() {
+            signals.extend(self.rolled.signals());
+        }
+        signals
     }
 
     /// Numbers that can change a later bit.
@@ -116,6 +174,9 @@ impl WheelState {
         for contact in &self.contacts {
             numbers.extend(contact.normal);
             numbers.extend(contact.friction);
+        }
+        if self.spin != [0.0; 2] {
+            numbers.extend(self.spin);
         }
         numbers
     }

@@ -136,6 +136,10 @@ impl CycleStatistics {
         let program = &wheel.program;
         let t = step as f64 * wheel.step;
         let [ft, fn_] = force_on_wheel(contacts);
+        if program.rolling.is_some() && t > program.motion_start() + 0.5 * wheel.step {
+            self.before_motion.get_or_insert(0.0);
+            return;
+        }
         let Some(periods) = program.periods_at(t) else {
             if t + 1.5 * wheel.step >= program.motion_start() {
                 self.before_motion = Some(fn_);
@@ -234,6 +238,7 @@ mod tests {
             amplitude_m: 5e-5,
             frequency_hz: 300.0,
             cycles: 2.25,
+            rolling: None,
         }
     }
 
@@ -253,6 +258,7 @@ mod tests {
             friction: 0.3,
             friction_while_loading: true,
             start_damping: 0.0,
+            thickness: 1.0,
         };
         Wheel::new(program, numbers, &mesh, &body, 0.25)
     }
