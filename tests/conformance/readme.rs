@@ -6,7 +6,7 @@ use std::path::Path;
 
 use harness::source::{Sources, product_crates, read_sources};
 use kit::finding::finding_kinds;
-use report::results::{GROUPS, entries, explained};
+use report::results::{GROUPS, entries, explained, is_old};
 use scenario::error::explanations;
 
 /// Names of formats with their versions, `thirdbody.<format>/<version>`, in a text.
@@ -98,6 +98,8 @@ fn results_stand_once_in_a_group_of_the_report_and_patterns_come_last() {
     says("approach_m", "Way of the wheel");
     says("third-body-2.disks", "Free disks");
     assert_eq!(explained("temperature_k"), None);
+    assert!(["friction_coefficient", "layer.friction_coefficient"].map(is_old) == [true; 2]);
+    assert!(!is_old("traction_ratio_mean"));
 }
 
 /// Longest glossary (words).

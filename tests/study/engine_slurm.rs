@@ -152,9 +152,8 @@ fn without_slurm_the_missing_program_is_named() {
         .output()
         .expect("the program starts");
     assert_eq!(output.status.code(), Some(2), "{}", words(&output));
-    assert!(
-        words(&output).contains("`squeue` of Slurm"),
-        "{}",
-        words(&output)
-    );
+    let words = words(&output);
+    for part in ["`squeue` of Slurm", "study exec", "page `cluster`"] {
+        assert!(words.contains(part), "{part} in {words}");
+    }
 }

@@ -39,6 +39,12 @@ pub fn names() -> Vec<String> {
     results.map(|entry| entry.name).collect()
 }
 
+/// True for an old name of another result, named with or without its participant.
+pub fn is_old(name: &str) -> bool {
+    let entries = entries();
+    number(&entries, name).is_some_and(|k| entries[k].sentence.starts_with("Old name of "))
+}
+
 /// The names of the results that need a full cycle of a wheel.
 pub fn of_full_cycles() -> Vec<String> {
     let of_cycles = |entry: &ResultKind| {

@@ -108,7 +108,8 @@ kit::findings! {
     GAP = "gap": gap_rel in run = [0.01, 1.0];
     /// The glued points and the surface that carries them differ in shape.
     ///
-    /// - Why: one side is tilted, or has another curvature: another crown radius, for instance.
+    /// - Why: one side is tilted, its crown has its top at another x, or it has another curvature: another crown
+    ///   radius, for instance.
     /// - Do: give both the same geometry.
     /// - Judged: Difference in shape (tilt and curvature) between the glued points and the surface of the other side,
     ///   over the spacing of the points, without the part that their roughness may explain.
@@ -313,7 +314,7 @@ pub fn gap(bounds: &Plausible, value: f64) -> Option<Finding> {
 /// The difference in shape of two joined surfaces.
 pub fn surface_offset(bounds: &Plausible, value: f64) -> Option<Finding> {
     judge!(bounds => SURFACE_OFFSET, value;
-        "the shape of its row of points differs from the surface that carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m, or sample.lid_crown_radius_m for a lid)")
+        "the shape of its row of points differs from the surface that carries them by {value:.3} of their spacing: give both sides the same shape (the crown of the body's mesh and sample.crown_radius_m, or sample.lid_crown_radius_m for a lid) and the same middle in x")
 }
 
 /// The distance of two joined surfaces.

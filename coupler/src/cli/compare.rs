@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print};
+use report::results;
 use runs::compare::{Compared, Comparison, NumberPair, OF_ONE, by_change, difference, ratio};
 use runs::files::RunFiles;
 use scenario::error::{Error, Refusal};
@@ -50,7 +51,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
     for map in &arguments.map {
         rename(&run, &mut reference, map)?;
     }
-    let comparison = Comparison::new(&run, &reference, arguments.bin_m);
+    let mut comparison = Comparison::new(&run, &reference, arguments.bin_m);
     let measures = match &arguments.study {
         Some(study) => StudyFile::read(study)?.measure,
         None => Vec::new(),
@@ -71,6 +72,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         print(&json.to_string())?;
         return Ok(0);
     }
+    comparison.results.retain(|name, _| !results::is_old(name));
     let runs = [
         ("run", arguments.run.display(), &run),
         ("reference", arguments.reference.display(), &reference),

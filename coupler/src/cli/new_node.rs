@@ -26,9 +26,9 @@ pub struct NewNodeArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Language {
-    /// A crate of its own.
+    /// A crate of its own: a rail, a bed of springs.
     Rust,
-    /// A class for the package `thirdbody`.
+    /// A class for the package `thirdbody`: a rail, a bed of springs with dashpots (for grains see the manual, page `grains-in-python`).
     Python,
 }
 

@@ -294,7 +294,10 @@ fn with_input(program: &str, arguments: &[&str], input: &str) -> Result<String, 
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(Error::input(format!("`{program}` of Slurm")))?;
+        .map_err(|why| {
+            let problem = format!("`{program}` of Slurm: {why}: run this on a login node of Slurm; another scheduler can run each task by `thirdbody study exec`, see the manual, page `cluster`");
+            Refusal::argument("--engine slurm", problem)
+        })?;
     if let Some(mut stdin) = child.stdin.take() {
         // A program that does not read its input reports that by its exit.
         let _ = stdin.write_all(input.as_bytes());

@@ -19,9 +19,18 @@ pub enum MappingError {
         y_m: f64,
     },
     #[error(
-        "glued point {point} at ({x_m:.6e}, {y_m:.6e}) m lies beyond the ends of the surface line"
+        "glued point {point} at ({x_m:.6e}, {y_m:.6e}) m lies beyond the ends of the surface line: the points lie between x = {:.6e} and {:.6e} m, the line between {:.6e} and {:.6e} m; {cure}", points_m[0], points_m[1], line_m[0], line_m[1]
     )]
-    Beyond { point: usize, x_m: f64, y_m: f64 },
+    Beyond {
+        point: usize,
+        x_m: f64,
+        y_m: f64,
+        /// From where to where points and line reach along x.
+        points_m: [f64; 2],
+        line_m: [f64; 2],
+        /// Remedy.
+        cure: &'static str,
+    },
     #[error(
         "the surface nodes lie between x = {left_m:.6e} and {right_m:.6e} m, which is longer than their period of {period_m:.6e} m: list each node once"
     )]

@@ -107,14 +107,23 @@ impl Line {
         let (low, high) = self.ends();
         let margin = 1e-9 * (high - low);
         let on_line = low - margin..=high + margin;
-        match positions.iter().position(|s| !on_line.contains(s)) {
-            None => Ok(()),
-            Some(point) => Err(MappingError::Beyond {
-                point,
-                x_m: points[point][0],
-                y_m: points[point][1],
-            }),
-        }
+        let Some(point) = positions.iter().position(|s| !on_line.contains(s)) else {
+            return Ok(());
+        };
+        let [first, last] = range(positions.iter().copied());
+        let line_m = [low, high].map(|s| self.origin[0] + s * self.chord[0]);
+        Err(MappingError::Beyond {
+            point,
+            x_m: points[point][0],
+            y_m: points[point][1],
+            points_m: range(points.iter().map(|point| point[0])),
+            line_m: range(line_m.into_iter()),
+            cure: if last - first <= high - low {
+                "the line is long enough, but one side is off-centre: move the body or the grains along x"
+            } else {
+                "the line is too short: make the body wider than the row of points"
+            },
+        })
     }
 
     /// The row of a point at `s` whose segment is [low, high].
@@ -207,6 +216,13 @@ impl Line {
         let closest = self.period.map_or(0.0, |p| SAME_PLACE * p.length);
         distance <= closest
     }
+}
+
+/// The least and the largest number.
+fn range(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, largest], x| {
+        [least.min(x), largest.max(x)]
+    })
 }
 
 fn repeated(what: &'static str, [a, b]: [usize; 2], positions: &[[f64; 2]]) -> MappingError {

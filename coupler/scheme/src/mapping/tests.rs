@@ -166,6 +166,12 @@ fn degenerate_input_is_refused() {
     );
     let beyond = Mapping::new(MappingKind::Mortar, &nodes, &[[0.5, 0.0], [1.5, 0.0]], None);
     assert!(matches!(beyond, Err(MappingError::Beyond { point: 1, .. })));
+    for (left, cure) in [(0.5, "off-centre"), (-0.5, "too short")] {
+        let points = [[left, 0.0], [1.5, 0.0]];
+        let beyond = Mapping::new(MappingKind::Mortar, &nodes, &points, None);
+        let why = beyond.expect_err("it reaches beyond the line").to_string();
+        assert!(why.contains(cure), "no {cure} in {why}");
+    }
     let twice = Mapping::new(MappingKind::Mortar, &nodes, &[[0.5, 0.0], [0.5, 0.1]], None);
     assert!(matches!(
         twice,
