@@ -412,12 +412,12 @@ impl DemConfig {
             return Ok(());
         };
         self.sample.validate_strip(ends)?;
-        let mut wheels = self.wheel.iter();
+        let radius = self.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m);
         refuse_if(
-            wheels.any(|wheel| wheel.radius_m > 0.0),
+            0.0 < radius && radius < ends[1] - ends[0],
             "wheel.radius_m",
-            "a curved wheel does not repeat along x, and sample.periodic_x_m does",
-            "write radius_m = 0",
+            "is less than sample.periodic_x_m: the wheel would meet its own image",
+            "raise the radius, write 0 for a flat face, or shorten the strip",
         )?;
         match self.drive {
             None => Ok(()),

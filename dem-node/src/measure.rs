@@ -5,6 +5,7 @@
 //! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
 //! - [`flow`]: the flows of third body;
 //! - [`accommodation`], [`cycles`]: the parts of the wheel's motion in slip, base and layer, and its full cycles;
+//! - [`rolled`]: the way of a rolling wheel;
 //! - [`wheel_contacts`]: the contacts that carry the wheel;
 //! - `trend`, [`force_means`], [`report`]: signals and results;
 //! - [`plausible`]: checks of plausibility;
@@ -18,6 +19,7 @@ pub mod loads;
 pub mod plausible;
 pub mod profile;
 pub mod report;
+pub mod rolled;
 pub mod snapshot;
 pub mod stress;
 pub mod structure;

@@ -66,6 +66,10 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
     let ranges = pairs_adhere
         .chain(config.law.adhesion)
         .map(|own| own.range_m);
+    let rolling = config
+        .wheel
+        .as_ref()
+        .and_then(|wheel| wheel.rolling.as_ref());
     Bodies {
         injection,
         free: sample.free.len(),
@@ -83,6 +87,12 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         face: sample.face.iter().map(|disk| disk.centre).collect(),
         face_bonded: config.wheel.as_ref().is_some_and(|wheel| wheel.bonded),
         wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
+        wheel_start: rolling.map_or(0.0, |rolling| rolling.start_m),
+        rolls: rolling.is_some(),
+        wheel_spin_mass: config.wheel.as_ref().and_then(|wheel| {
+            let inertia = wheel.rolling.as_ref()?.spin_inertia_kg_m2?;
+            Some(inertia / (wheel.radius_m * wheel.radius_m))
+        }),
         walls: sample.walls.clone(),
         named_walls: named_walls(&sample.wall_names),
         period: config.sample.period(),
@@ -264,7 +274,7 @@ pub fn refuse_idle_wheel(state: &GrainState) -> Result<(), ConfigError> {
     refuse_if(
         !state.wheel.position[1].is_finite(),
         "wheel.radius_m",
-        "no disk lies under the wheel, which stands over x = 0: it would fall for ever",
+        "no disk lies under the wheel, which stands over x = 0 or wheel.rolling.start_m: it would fall for ever",
         "raise the radius, or place disks under the wheel",
     )
 }

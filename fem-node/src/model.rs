@@ -409,9 +409,9 @@ impl Model {
             let period = rolling.period.unwrap_or_default();
             all || [-period, 0.0, period].into_iter().any(crossed)
         };
-        let lengths = pairs.filter(below).map(|pair| {
-            (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])
-        });
+        let lengths = pairs
+            .filter(below)
+            .map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
         lengths.fold([f64::INFINITY, 0.0], |[least, most], length| {
             [least.min(length), most.max(length)]
         })

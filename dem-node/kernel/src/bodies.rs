@@ -24,7 +24,7 @@ use std::ops::Range;
 use crate::bodies::cluster::Clusters;
 use crate::bodies::faces::{Face, RigidWall};
 use crate::bodies::feed::Injection;
-use crate::bodies::geometry::{Period, height_on, over_disk};
+use crate::bodies::geometry::{Period, between_points, height_on, over_disk};
 use crate::bodies::pairs::Pairs;
 use crate::bodies::surface::BareSurface;
 use crate::law::Law;
@@ -64,6 +64,12 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
     pub wheel_radius: f64,
+    /// Abscissa of the wheel at the start (m).
+    pub wheel_start: f64,
+    /// True for a wheel that rolls along the grains.
+    pub rolls: bool,
+    /// I/R^2 (kg) of a wheel that spins freely.
+    pub wheel_spin_mass: Option<f64>,
     /// Positions of the disks of a rough face about its lowest point (m); empty for a smooth face.
     pub face: Vec<[f64; 2]>,
     /// True if the disks of the face are bonded to the grains as the grains are to each other.
@@ -232,9 +238,20 @@ impl Bodies {
         glued.contains(&body).then(|| body - self.free)
     }
 
-    /// Height of the lowest point of the wheel's face, over x = 0, that touches this disk from above (m); `None` for a disk that it does not meet.
+    /// Way of a wheel that rolls for which a list of pairs lasts (m): it meets few more disks, as its face is nearly flat.
+    pub fn rolling_skin(&self) -> f64 {
+        20.0 * self.skin
+    }
+
+    /// Height of the lowest point of the wheel's face, over its start, that touches this disk from above (m); `None` for a disk that it does not meet.
     pub fn wheel_height_on(&self, centre: [f64; 2], radius: f64) -> Option<f64> {
         if self.face.is_empty() {
+            let aside = between_points(centre, [self.wheel_start, 0.0], self.period);
+            let centre = if self.wheel_radius > 0.0 {
+                aside
+            } else {
+                centre
+            };
             return height_on(self.wheel_radius, centre, radius);
         }
         let disks = self.face.iter().zip(&self.radii[self.first_face()..]);

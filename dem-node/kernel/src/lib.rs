@@ -172,7 +172,7 @@
 //! use dem_kernel::bodies::{ALERT, Bodies, SKIN};
 //! use dem_kernel::solver::criteria::{Algorithm, Criteria};
 //! use dem_kernel::step::state::GrainState;
-//! use dem_kernel::step::{StepInput, Stepper};
+//! use dem_kernel::step::{StepInput, Stepper, WheelTurn};
 //!
 //! let radius = 1e-3;
 //! let face = Face::HalfPlane { point: [0.0; 2], normal: [0.0, 1.0] };
@@ -188,7 +188,7 @@
 //! };
 //! let mut state = GrainState::new(&bodies, &[Disk::at_rest([0.0, 2e-3], radius)], &[]);
 //! let input = StepInput {
-//!     bodies: &bodies, step: 1e-4, theta: 1.0, load: 0.0, wheel_x: 0.0, loaded: 0.0, free_velocity: &[],
+//!     bodies: &bodies, step: 1e-4, theta: 1.0, load: 0.0, wheel_x: 0.0, turn: WheelTurn::Held, loaded: 0.0, free_velocity: &[],
 //! };
 //! let criteria = Criteria {
 //!     algorithm: Algorithm::Nsgs, tolerance: 1e-8, max_iterations: 100, min_iterations: 1, parallel: false,

@@ -51,12 +51,53 @@ pub struct StepInput<'a> {
     pub theta: f64,
     /// Downward load on the wheel (N).
     pub load: f64,
-    /// Sideways displacement of the wheel at the end (m).
+    /// Sideways displacement of the wheel, or the abscissa of a rolling one, at the end (m).
     pub wheel_x: f64,
+    /// Turning of the wheel.
+    pub turn: WheelTurn,
     /// Time at which loads are taken (s).
     pub loaded: f64,
     /// Velocities of the glued disks without contact forces, a_g (m/s).
     pub free_velocity: &'a [f64],
+}
+
+/// Turning of a wheel, by the velocity R omega of its face (m/s), anticlockwise: negative while it rolls towards +x.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum WheelTurn {
+    /// It does not turn.
+    #[default]
+    Held,
+    /// Its mean velocity over the step.
+    Given(f64),
+    /// It spins freely.
+    Free {
+        /// R^2/I, the inverse mass of the face (1/kg).
+        inverse_mass: f64,
+        /// Force of the brake on the face (N), anticlockwise.
+        brake: f64,
+    },
+}
+
+impl WheelTurn {
+    /// Change of the velocity of the face by a unit impulse (1/kg).
+    pub fn inverse_mass(self) -> f64 {
+        match self {
+            WheelTurn::Free { inverse_mass, .. } => inverse_mass,
+            WheelTurn::Held | WheelTurn::Given(_) => 0.0,
+        }
+    }
+
+    /// Velocity of the face over a step that begins with `now`, without contacts (m/s).
+    fn velocity(self, now: f64, step: f64) -> f64 {
+        match self {
+            WheelTurn::Held => 0.0,
+            WheelTurn::Given(velocity) => velocity,
+            WheelTurn::Free {
+                inverse_mass,
+                brake,
+            } => now + step * inverse_mass * brake,
+        }
+    }
 }
 
 impl StepInput<'_> {

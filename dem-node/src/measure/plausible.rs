@@ -718,6 +718,7 @@ mod tests {
                 ramp_s: 2.0,
                 hold_s: 1.0,
                 cycles: 0.0,
+                rolling: None,
             },
             ends: Some([4.0, 1.0]),
             steps: vec![step; STEPS],

@@ -8,7 +8,7 @@ use dem_kernel::contact::boundary::CompliantBoundary;
 use dem_kernel::solver::acceleration::FIRST_TURNS;
 use dem_kernel::step::state::GrainState;
 use dem_kernel::step::stiffness::StiffnessBounds;
-use dem_kernel::step::{StepInput, StepSummary, Stepper, repair, threads};
+use dem_kernel::step::{StepInput, StepSummary, Stepper, WheelTurn, repair, threads};
 use protocol::{PreparedSample, Setting, Window};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,7 @@ use crate::measure::force_means::ForceMeans;
 use crate::measure::plausible::GRAIN_TRAVEL;
 use crate::measure::profile::GrainProfile;
 use crate::measure::report::RunStatistics;
+use crate::measure::rolled::{self, RolledWay};
 use crate::measure::stress::{self, StressMap};
 use crate::measure::structure::bonded_strength;
 use crate::node::interface::InterfaceDisks;
@@ -114,6 +115,7 @@ pub(super) struct Progress {
     pub state: GrainState,
     pub statistics: RunStatistics,
     pub cycles: WheelCycles,
+    pub rolled: RolledWay,
     pub forces: ForceMeans,
     pub profile: GrainProfile,
     /// The stress at its moment, once that has come; `Some(None)` where no grain bore a force.
@@ -254,12 +256,21 @@ impl Dem {
     ) -> Result<StepSummary, DemError> {
         let loaded = start + self.time.theta * (end - start);
         let program = self.program.as_ref();
+        let turn = program.map_or(WheelTurn::Held, |program| {
+            rolled::turn(
+                program,
+                [start, end, loaded],
+                step,
+                self.bodies.wheel_radius,
+            )
+        });
         let input = StepInput {
             bodies: &self.bodies,
             step,
             theta: self.time.theta,
             load: program.map_or(0.0, |program| program.load_at(loaded)),
             wheel_x: program.map_or(0.0, |program| program.displacement_at(end)),
+            turn,
             loaded,
             free_velocity,
         };
@@ -268,6 +279,12 @@ impl Dem {
         } else {
             &mut self.progress.state
         };
+        if let (WheelTurn::Free { .. }, Some(speed)) = (
+            turn,
+            program.and_then(|program| program.starts_in(start, end)),
+        ) {
+            state.begin_to_spin(&self.bodies, -speed);
+        }
         // Waking the threads costs as much as some thousand contacts.
         let pool = self.pool.as_ref().filter(|_| self.stepper.is_partitioned());
         let criteria = self.solver.criteria(pool.is_some());
@@ -333,6 +350,7 @@ impl Dem {
             let impulses = &self.stepper.problem.boundary.impulse;
             let grains = (&self.bodies, state, summary);
             (progress.cycles).record(program, [start, end], grains, impulses, flow);
+            progress.rolled.record(program, grains, [start, end]);
         }
         let (program, grains) = (self.program.as_ref(), (&self.bodies, state));
         progress

@@ -8,7 +8,7 @@ use crate::measure::snapshot;
 use crate::measure::stress::StressMap;
 
 impl Dem {
-    /// Writes `<participant>-cycles.csv` where the wheel has made a cycle, `<participant>-profile.csv` and `<participant>-stress.csv` where the
+    /// Writes `<participant>-cycles.csv` where the wheel has made a cycle, `<participant>-passages.csv` where it has rolled, `<participant>-profile.csv` and `<participant>-stress.csv` where the
     /// scenario has their tables.
     pub(super) fn write_maps(&self) -> Result<(), DemError> {
         let Some(folder) = &self.setting.fields else {
@@ -16,6 +16,17 @@ impl Dem {
         };
         if let Some(text) = self.progress.cycles.csv(self.measures.flow.is_some()) {
             self.write_map(folder, "cycles", &text)?;
+        }
+        if let Some(rolling) = self
+            .program
+            .as_ref()
+            .and_then(|program| program.rolling.as_ref())
+        {
+            let radius = self.bodies.wheel_radius;
+            match self.progress.rolled.record.csv(rolling, radius) {
+                text if text.is_empty() => {}
+                text => self.write_map(folder, "passages", &text)?,
+            }
         }
         if let Some(config) = &self.measures.profile {
             let text = self.progress.profile.csv(config, self.setting.thickness_m);

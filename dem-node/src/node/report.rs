@@ -63,6 +63,10 @@ impl Dem {
         if self.bodies.law.cohesion.is_some() {
             signals.push(("bonds", bond::count(&state.bonds) as f64));
         }
+        if self.bodies.rolls {
+            let [creepage, force] = self.progress.rolled.record.signals();
+            signals.extend([creepage, force]);
+        }
         signals.extend(self.progress.flow.iter().flat_map(Flow::signals));
         if let Some(opening) = &self.opening {
             signals.extend(opening.signals(state));
@@ -205,6 +209,12 @@ impl Dem {
             results.extend(self.progress.profile.results(config, grains));
         }
         results.extend(self.stress_results());
+        let rolling = self
+            .program
+            .iter()
+            .filter_map(|program| program.rolling.as_ref());
+        let record = &self.progress.rolled.record;
+        results.extend(rolling.flat_map(|all| record.results(all, self.bodies.wheel_radius)));
         let results = results.into_iter().map(|(name, x)| (name.to_string(), x));
         let cycles = self.progress.cycles.results(self.measures.flow.is_some());
         results.chain(cycles).chain(self.force_results()).collect()

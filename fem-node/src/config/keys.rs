@@ -95,7 +95,10 @@ impl FemConfig {
             friction: contact.friction,
             friction_while_loading: contact.friction_while_loading,
             increments: self.statics.load_increments(wheel.load_n),
-            start: wheel.rolling.as_ref().map_or(0.0, |rolling| rolling.start_m),
+            start: wheel
+                .rolling
+                .as_ref()
+                .map_or(0.0, |rolling| rolling.start_m),
         })
     }
 

@@ -56,21 +56,32 @@ impl StaticsConfig {
     }
 
     /// Increments of a wheel that rolls over nodes at this least distance (m).
-    pub(crate) fn rolling_increments(&self, rolling: &Rolling, spacing: f64) -> Result<u64, ConfigError> {
+    pub(crate) fn rolling_increments(
+        &self,
+        rolling: &Rolling,
+        spacing: f64,
+    ) -> Result<u64, ConfigError> {
         let key = "statics.rolling_increment_m";
         let increment = self.rolling_increment_m.unwrap_or(spacing);
         refuse_if(
             increment > (1.0 + ROUNDING) * spacing,
             key,
-            format!("{increment:e} m is more than the {spacing:e} m between the nodes that the wheel rolls over"),
+            format!(
+                "{increment:e} m is more than the {spacing:e} m between the nodes that the wheel rolls over"
+            ),
             "lower it, or leave it out",
         )?;
         let count = (rolling.distance / increment - ROUNDING).ceil().max(1.0);
         let too_many = || {
-            let problem = format!("{:e} m of rolling are {count:.1e} increments, more than {INCREMENTS_MAX:.0e}", rolling.distance);
+            let problem = format!(
+                "{:e} m of rolling are {count:.1e} increments, more than {INCREMENTS_MAX:.0e}",
+                rolling.distance
+            );
             ConfigError::new("wheel.rolling.distance_m", problem).because(Cause::TooMany)
         };
-        (count <= INCREMENTS_MAX).then_some(count as u64).ok_or_else(too_many)
+        (count <= INCREMENTS_MAX)
+            .then_some(count as u64)
+            .ok_or_else(too_many)
     }
 
     /// Refuses a sideways motion of more increments than a user can wait for.

@@ -164,7 +164,11 @@ impl StaticNode {
         let (Some(increments), Some(before)) = (&self.rolling, before) else {
             return Ok(());
         };
-        let (rolling, rolled, share) = (&increments.rolling, increments.at(step), increments.share(step));
+        let (rolling, rolled, share) = (
+            &increments.rolling,
+            increments.at(step),
+            increments.share(step),
+        );
         self.statics.roll_to(&problem, rolling, rolled, share)?;
         let way = rolled - increments.at(step - 1);
         if let Some(after) = self.statics.contact().filter(|_| way > 0.0) {
@@ -207,7 +211,8 @@ impl StaticNode {
             ];
             signals.extend(named.map(|(name, value)| (name.into(), value)));
             if self.rolling.is_some() {
-                signals.extend(self.rolled.signals());
+                let rolled = self.rolled.signals();
+                signals.extend(rolled.map(|(name, value)| (name.into(), value)));
             }
         }
         let probes = model.probes.iter();
@@ -275,7 +280,10 @@ impl StaticNode {
 
 impl RollingIncrements {
     fn new(config: &FemConfig, model: &Model) -> Result<Option<RollingIncrements>, FemError> {
-        let rolling = model.wheel.as_ref().and_then(|wheel| wheel.program.rolling.as_ref());
+        let rolling = model
+            .wheel
+            .as_ref()
+            .and_then(|wheel| wheel.program.rolling.as_ref());
         let Some(rolling) = rolling else {
             return Ok(None);
         };
@@ -284,8 +292,13 @@ impl RollingIncrements {
         Ok(Some(RollingIncrements {
             radius: model.wheel_radius,
             in_place: if at_start { IN_PLACE } else { 0 },
-            rolled: config.statics.rolling_increments(rolling, model.rolled_spacing(rolling)[0])?,
-            areas: lengths.iter().map(|length| length * model.thickness).collect(),
+            rolled: config
+                .statics
+                .rolling_increments(rolling, model.rolled_spacing(rolling)[0])?,
+            areas: lengths
+                .iter()
+                .map(|length| length * model.thickness)
+                .collect(),
             rolling: rolling.clone(),
         }))
     }

@@ -132,10 +132,8 @@ impl RollingRecord {
         self.last = [1.0 - piece.turned / piece.way, piece.creep_force];
         let passage = rolling.passage();
         let index = (middle / passage) as usize;
-        self.passages.resize(
-            self.passages.len().max(index + 1),
-            Sums::default(),
-        );
+        self.passages
+            .resize(self.passages.len().max(index + 1), Sums::default());
         self.passages[index].add(piece);
         if middle > rolling.judged_from() {
             self.judged.add(piece);
@@ -143,9 +141,9 @@ impl RollingRecord {
     }
 
     /// Its signals by name.
-    pub fn signals(&self) -> [(String, f64); 2] {
+    pub fn signals(&self) -> [(&'static str, f64); 2] {
         let [creepage, force] = self.last;
-        [("creepage".into(), creepage), ("creep_force_n".into(), force)]
+        [("creepage", creepage), ("creep_force_n", force)]
     }
 
     /// Results by name of a wheel of this radius (m); none before it has rolled its whole distance.
@@ -183,10 +181,9 @@ mod tests {
     /// Two passages of 1 m, in pieces of 0.25 m: the force is 1 N in the first and 3 N in the second, of 10 N.
     #[test]
     fn means_are_of_the_last_passage() {
-        let config: RollingConfig = serde_json::from_str(
-            r#"{"speed_m_per_s": 1.0, "creepage": 0.02, "passes": 2.0}"#,
-        )
-        .expect("valid");
+        let config: RollingConfig =
+            serde_json::from_str(r#"{"speed_m_per_s": 1.0, "creepage": 0.02, "passes": 2.0}"#)
+                .expect("valid");
         let rolling = config.rolling(0.5, Some(1.0)).expect("valid");
         let mut record = RollingRecord::default();
         for k in 0..8 {

@@ -133,7 +133,9 @@ impl RollingConfig {
                 "write [[distance_m, creepage], ...]",
             )?;
         }
-        let force = self.force_n.or(self.torque_nm.map(|torque| torque / radius));
+        let force = self
+            .force_n
+            .or(self.torque_nm.map(|torque| torque / radius));
         let drive = match (&self.creepage_table, self.creepage, force) {
             (Some(table), ..) => Drive::Creepage(table.clone()),
             (_, Some(creepage), _) => Drive::Creepage(grown(creepage)),
@@ -192,7 +194,11 @@ impl Rolling {
     /// Distance from which results count (m): the last passage, or the last half where there is but one.
     pub fn judged_from(&self) -> f64 {
         let last = self.distance - self.passage();
-        if last > 0.0 { last } else { 0.5 * self.distance }
+        if last > 0.0 {
+            last
+        } else {
+            0.5 * self.distance
+        }
     }
 
     /// Duration (s).
@@ -203,9 +209,8 @@ impl Rolling {
     /// Distance of an abscissa from another one (m), over the nearest image of a body that repeats.
     pub fn apart(&self, x: f64, from: f64) -> f64 {
         let apart = x - from;
-        self.period.map_or(apart, |period| {
-            apart - period * (apart / period).round()
-        })
+        self.period
+            .map_or(apart, |period| apart - period * (apart / period).round())
     }
 
     /// R phi, the length of the face that has rolled off after this distance (m), where the creepage is given: the integral of 1 - zeta.
@@ -214,6 +219,15 @@ impl Rolling {
             Drive::Creepage(table) => Some(rolled - integral_to(table, rolled)),
             Drive::Force(_) => None,
         }
+    }
+
+    /// Largest creepage that is given; 0 where it is a result.
+    pub fn largest_creepage(&self) -> f64 {
+        let given = match &self.drive {
+            Drive::Creepage(table) => &table[..],
+            Drive::Force(_) => &[],
+        };
+        given.iter().fold(0.0, |most, [_, one]| most.max(one.abs()))
     }
 
     /// Force on the rail in the direction of rolling (N) after this distance, where it is given.
@@ -269,7 +283,10 @@ mod tests {
             ..config()
         };
         let rolling = torque.rolling(0.5, None).expect("valid");
-        assert_eq!([rolling.force(0.0), rolling.turned(0.0)], [Some(100.0), None]);
+        assert_eq!(
+            [rolling.force(0.0), rolling.turned(0.0)],
+            [Some(100.0), None]
+        );
     }
 
     #[test]
@@ -281,7 +298,10 @@ mod tests {
         };
         let key = |name: &str| format!("wheel.rolling.{name}");
         assert_eq!(refused(|_| (), 0.0), "wheel.radius_m");
-        assert_eq!(refused(|c| c.speed_m_per_s = 0.0, 0.5), key("speed_m_per_s"));
+        assert_eq!(
+            refused(|c| c.speed_m_per_s = 0.0, 0.5),
+            key("speed_m_per_s")
+        );
         assert_eq!(refused(|c| c.force_n = Some(1.0), 0.5), key("force_n"));
         assert_eq!(refused(|c| c.creepage = None, 0.5), key("creepage"));
         assert_eq!(refused(|c| c.distance_m = None, 0.5), key("distance_m"));

@@ -170,6 +170,13 @@ impl WheelProgram {
         rolling.map_or(0.0, |rolling| rolling.rolled_after(t - self.motion_start()))
     }
 
+    /// Speed of a wheel (m/s) that begins to roll in the step between two times (s).
+    pub fn starts_in(&self, start: f64, end: f64) -> Option<f64> {
+        let starts = self.rolled_at(start) == 0.0 && self.rolled_at(end) > 0.0;
+        let rolling = self.rolling.as_ref().filter(|_| starts);
+        rolling.map(|rolling| rolling.speed)
+    }
+
     /// Sideways displacement D at a time, or the abscissa of the centre of a rolling wheel (m).
     pub fn displacement_at(&self, t: f64) -> f64 {
         if let Some(rolling) = &self.rolling {
@@ -189,10 +196,10 @@ impl WheelProgram {
         self.angular_frequency() * self.amplitude_m * self.angle_at(t).cos()
     }
 
-    /// Highest speed along x (m/s).
+    /// Highest speed at which the face moves past a body at rest, along it (m/s); 0 where a rolling wheel spins freely.
     pub fn top_speed(&self) -> f64 {
         if let Some(rolling) = &self.rolling {
-            rolling.speed.abs()
+            rolling.speed.abs() * rolling.largest_creepage()
         } else if self.cycles > 0.0 {
             self.angular_frequency() * self.amplitude_m
         } else {
@@ -262,7 +269,11 @@ impl WheelProgram {
     /// The named parts of the history.
     pub fn phases(&self) -> Vec<Phase> {
         let (ramp, moves) = (self.ramp_s, self.motion_start());
-        let motion = if self.rolling.is_some() { "rolling" } else { "cycling" };
+        let motion = if self.rolling.is_some() {
+            "rolling"
+        } else {
+            "cycling"
+        };
         let motion = (motion, moves, self.end());
         phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), motion])
     }

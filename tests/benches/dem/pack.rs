@@ -16,7 +16,7 @@ use dem_kernel::random::RandomNumbers;
 use dem_kernel::relax::Packing;
 use dem_kernel::solver::problem::Problem;
 use dem_kernel::step::state::GrainState;
-use dem_kernel::step::{StepInput, Stepper};
+use dem_kernel::step::{StepInput, Stepper, WheelTurn};
 
 /// Coefficient of friction.
 pub const FRICTION: f64 = 0.3;
@@ -119,6 +119,7 @@ pub fn input(bodies: &Bodies) -> StepInput<'_> {
         theta: 1.0,
         load: 0.0,
         wheel_x: 0.0,
+        turn: WheelTurn::Held,
         loaded: 0.0,
         free_velocity: &[],
     }

@@ -50,9 +50,41 @@ impl Positions<'_> {
             return surface.proximity(segment, self.surface, centre, radius);
         }
         match bodies.wall_of(b) {
-            None => under_wheel(self.wheel, bodies.wheel_radius, centre, radius),
+            None => self.under_wheel(centre, radius),
             Some(wall) => wall.proximity(wall.frame(centre, self.wall_motion_time), radius),
         }
+    }
+
+    /// A disk under the smooth wheel, the nearest of its images where a strip repeats.
+    #[inline]
+    pub fn under_wheel(&self, centre: [f64; 2], radius: f64) -> Proximity {
+        let bodies = self.bodies;
+        let [x, y] = self.wheel;
+        match bodies.period.filter(|_| bodies.wheel_radius > 0.0) {
+            None => under_wheel(self.wheel, bodies.wheel_radius, centre, radius),
+            Some(period) => {
+                let nearest = [period.nearest(centre[0] - x), centre[1]];
+                under_wheel([0.0, y], bodies.wheel_radius, nearest, radius)
+            }
+        }
+    }
+
+    /// Gap of a disk under the wheel, the least within this way of the wheel to either side (m).
+    pub fn least_under_wheel(&self, centre: [f64; 2], radius: f64, way: f64) -> f64 {
+        let [x, y] = self.wheel;
+        let aside = centre[0] - x;
+        let aside = self
+            .bodies
+            .period
+            .map_or(aside, |period| period.nearest(aside));
+        let nearer = aside.abs() - way;
+        under_wheel(
+            [0.0, y],
+            self.bodies.wheel_radius,
+            [nearer.max(0.0), centre[1]],
+            radius,
+        )
+        .gap
     }
 
     /// Distance of two bodies (m), also of a disk and a segment where the disk would touch a neighbouring segment.
@@ -63,6 +95,9 @@ impl Positions<'_> {
             return distance - bodies.radii[a];
         }
         match bodies.wall_of(b) {
+            None if b == bodies.disks() && bodies.rolls => {
+                self.least_under_wheel(centre, bodies.radii[a], bodies.rolling_skin())
+            }
             None => self.proximity(a, b).gap,
             Some(wall) => {
                 let centre = wall.frame(centre, self.wall_motion_time);

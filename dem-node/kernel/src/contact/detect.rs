@@ -127,7 +127,16 @@ impl VerletList {
     fn drift(&self, positions: &Positions) -> f64 {
         let squared = squared_displacements(positions.centres, &self.centres);
         let squared = squared.chain(squared_displacements(positions.surface, &self.surface));
-        let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
+        let bodies = positions.bodies;
+        let [mut x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
+        if bodies.rolls {
+            // Pairs within this way are listed.
+            x = if x.abs() < bodies.rolling_skin() {
+                0.0
+            } else {
+                f64::INFINITY
+            };
+        }
         let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
         match positions.wall_motion_time - self.wall_motion_time {
             0.0 => farthest,

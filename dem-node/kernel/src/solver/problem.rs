@@ -46,6 +46,8 @@ pub struct Problem {
     pub first_foot: usize,
     /// The wheel: impulses move it along y only, its sideways velocity is prescribed.
     pub wheel: Option<usize>,
+    /// R^2/I of a wheel that spins freely (1/kg); 0 where its spin is prescribed.
+    pub wheel_turn: f64,
     /// The boundary that the glued disks belong to.
     pub boundary: CompliantBoundary,
     /// Coefficient of friction of contacts without one of their own.
@@ -227,7 +229,7 @@ impl Problem {
     pub(crate) fn inverse_mass(&self, body: usize) -> [f64; 3] {
         let inverse = self.records[body].inverse_mass;
         if Some(body) == self.wheel {
-            [0.0, inverse, 0.0]
+            [0.0, inverse, self.wheel_turn]
         } else {
             [inverse, inverse, 2.0 * inverse]
         }

@@ -102,6 +102,7 @@ impl Stepper {
         self.problem.first_foot = bodies.count();
         self.problem.boundary.feet.clear();
         self.problem.wheel = bodies.wheel();
+        self.problem.wheel_turn = input.turn.inverse_mass();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;
         self.problem.boundary.start(input.free_velocity);
         self.free_records(state, input);
@@ -440,7 +441,11 @@ impl Stepper {
             let x_velocity = (input.wheel_x - state.wheel.position[0]) / h;
             let y_velocity = state.wheel.velocity[1] - h * input.load / mass;
             records.push(BodyRecord {
-                velocity: [x_velocity, y_velocity, 0.0],
+                velocity: [
+                    x_velocity,
+                    y_velocity,
+                    input.turn.velocity(state.wheel.turn, h),
+                ],
                 inverse_mass: 1.0 / mass,
             });
         }
@@ -456,8 +461,13 @@ impl Stepper {
 
     fn top_speed(&self, bodies: &Bodies) -> f64 {
         let problem = &self.problem;
-        let records = problem.records.iter();
-        let records = records.map(|r| [r.velocity[0], r.velocity[1]]);
+        // The list of pairs follows the way of a wheel that rolls.
+        let rolling = bodies.wheel().filter(|_| bodies.rolls);
+        let records = problem.records.iter().enumerate();
+        let records = records.map(|(body, r)| match rolling == Some(body) {
+            false => [r.velocity[0], r.velocity[1]],
+            true => [0.0, r.velocity[1]],
+        });
         let glued = problem.boundary.velocity.chunks_exact(2);
         let glued = glued.map(|v| [v[0], v[1]]);
         let squares = records.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);

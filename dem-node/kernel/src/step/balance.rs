@@ -3,7 +3,7 @@
 use protocol::larger;
 
 use super::update::OuterImpulses;
-use super::{StepInput, StepSummary, Stepper};
+use super::{StepInput, StepSummary, Stepper, WheelTurn};
 use crate::bodies::Bodies;
 use crate::bodies::cluster::Cluster;
 use crate::step::state::GrainState;
@@ -100,6 +100,19 @@ impl Stepper {
             let new = self.problem.records[index].velocity;
             let old = state.wheel.velocity;
             squared_change += mass * (new[1] - old[1]).powi(2);
+            let (turn, turned) = (new[2], at_theta(new[2], state.wheel.turn));
+            match input.turn {
+                WheelTurn::Held => {}
+                WheelTurn::Given(_) => state.ledger.drive += outer.turning_wheel * turned,
+                WheelTurn::Free {
+                    inverse_mass,
+                    brake,
+                } => {
+                    squared_change += (turn - state.wheel.turn).powi(2) / inverse_mass;
+                    state.ledger.drive += brake * h * turned;
+                }
+            }
+            state.wheel.turn = turn;
             state.ledger.load -= input.load * h * at_theta(new[1], old[1]);
             state.ledger.drive -= outer.on_wheel * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use crate::bodies::Bodies;
 use crate::bodies::feed::Source;
-use crate::bodies::geometry::{between_points, under_wheel};
+use crate::bodies::geometry::between_points;
 use crate::bodies::positions::Positions;
 use crate::contact::detect::Slot;
 use crate::step::detachment::detach;
@@ -194,8 +194,7 @@ impl Surroundings<'_> {
     fn to_faces(&self, position: [f64; 2]) -> impl Iterator<Item = f64> {
         let (bodies, positions) = (self.bodies, self.positions);
         let smooth = bodies.wheel().filter(|_| bodies.face.is_empty());
-        let wheel = smooth
-            .map(move |_| under_wheel(positions.wheel, bodies.wheel_radius, position, 0.0).gap);
+        let wheel = smooth.map(move |_| positions.under_wheel(position, 0.0).gap);
         let walls = bodies.walls.iter();
         let walls =
             walls.map(move |wall| wall.distance(wall.frame(position, positions.wall_motion_time)));

@@ -52,6 +52,8 @@ pub struct WheelState {
     pub position: [f64; 2],
     /// Its velocity; the sideways component is prescribed (m/s).
     pub velocity: [f64; 2],
+    /// Velocity R omega of a face that turns (m/s), anticlockwise.
+    pub turn: f64,
 }
 
 impl Clone for GrainState {
@@ -115,8 +117,9 @@ impl GrainState {
             surface: bodies.surface.points.clone(),
             glued_velocity: vec![0.0; 2 * bodies.boundary_points()],
             wheel: WheelState {
-                position: [0.0, highest],
+                position: [bodies.wheel_start, highest],
                 velocity: [0.0; 2],
+                turn: 0.0,
             },
             clusters: bodies.clusters.list.iter().map(|c| c.start).collect(),
             feed,
@@ -274,14 +277,16 @@ impl GrainState {
         }
     }
 
-    /// Kinetic energy of grains, spin included, and of the wheel's vertical motion (J). The sideways motion of the
+    /// Kinetic energy of grains, spin included, of the wheel's vertical motion, and of its free spin (J). The sideways motion of the
     /// wheel is prescribed: its inertia belongs to the drive.
     pub fn kinetic(&self, bodies: &Bodies) -> f64 {
         let grains = self.velocities.iter().zip(&bodies.masses);
         let grains: f64 = grains
             .map(|(v, m)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + 0.5 * v[2] * v[2]))
             .sum();
-        grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
+        let wheel = 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2);
+        let spin = bodies.wheel_spin_mass.unwrap_or(0.0);
+        grains + wheel + 0.5 * spin * self.wheel.turn.powi(2)
     }
 
     /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, with any face.
@@ -289,6 +294,13 @@ impl GrainState {
         let pressing = self.list.pressing();
         let on_wheel = pressing.filter(|slot| bodies.is_wheel(slot.b as usize));
         on_wheel.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
+    }
+
+    /// A wheel that spins freely begins to roll at this velocity of its face (m/s); its drive gives the energy.
+    pub fn begin_to_spin(&mut self, bodies: &Bodies, turn: f64) {
+        let mass = bodies.wheel_spin_mass.unwrap_or(0.0);
+        self.ledger.drive += 0.5 * mass * (turn * turn - self.wheel.turn * self.wheel.turn);
+        self.wheel.turn = turn;
     }
 
     /// Energy in the normal and in the tangential springs, in the bonds, and of adhesion (J).
@@ -376,6 +388,9 @@ impl GrainState {
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));
         self.wheel.velocity.iter().for_each(|x| add(*x));
+        if self.wheel.turn != 0.0 {
+            add(self.wheel.turn);
+        }
         self.list.for_each_number(&mut add);
         self.bonds.iter().flat_map(Bond::numbers).for_each(&mut add);
         self.ledger.numbers().into_iter().for_each(add);

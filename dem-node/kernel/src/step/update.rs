@@ -65,6 +65,8 @@ pub(super) struct OuterImpulses {
     pub transmitted: f64,
     /// From the grains on the wheel, sideways.
     pub on_wheel: f64,
+    /// From the wheel on the grains, along its face.
+    pub turning_wheel: f64,
     /// Work of friction on segments of the surface, contact by contact (J).
     pub rubbed: Vec<(usize, f64)>,
 }
@@ -82,11 +84,12 @@ impl OuterImpulses {
         }
         if Some(contact.b as usize) == bodies.wheel() {
             self.on_wheel -= push[0];
+            self.turning_wheel += contact.impulse[1];
         }
     }
 
     fn join(&mut self, other: &OuterImpulses) {
-        kit::add_fields!(self, other; transmitted, on_wheel);
+        kit::add_fields!(self, other; transmitted, on_wheel, turning_wheel);
         let [x, y] = other.on_grains;
         self.on_grains = [self.on_grains[0] + x, self.on_grains[1] + y];
         self.rubbed.extend_from_slice(&other.rubbed);
@@ -371,12 +374,15 @@ fn add_push(
     }
 }
 
-/// Way (m) by which two disks have come apart along the line of their centres while they passed each other by s in the last step: s^2/(2 d), d being
-/// the distance of the centres.
+/// Way (m) by which two disks, or a disk and a wheel that rolls, have come apart along the line of their centres while they passed each other by s in
+/// the last step: s^2/(2 d), d being the distance of the centres.
 #[inline(always)]
 fn turn(input: &StepInput, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> f64 {
-    let radii = &input.bodies.radii;
-    let Some(other) = radii.get(slot.b as usize) else {
+    let (bodies, b) = (input.bodies, slot.b as usize);
+    let radii = &bodies.radii;
+    let rolls = bodies.rolls && Some(b) == bodies.wheel();
+    let wheel = rolls.then_some(&bodies.wheel_radius);
+    let Some(other) = radii.get(b).or(wheel) else {
         return 0.0;
     };
     let distance = (radii[slot.a as usize] + other) * contact.lever();
@@ -416,5 +422,11 @@ fn velocity_before(bodies: &Bodies, state: &GrainState, body: usize) -> [f64; 3]
     if body < bodies.free {
         return state.velocities[body];
     }
-    state.velocity_of(bodies, body)
+    let [x, y, spin] = state.velocity_of(bodies, body);
+    let turn = if bodies.wheel() == Some(body) {
+        state.wheel.turn
+    } else {
+        spin
+    };
+    [x, y, turn]
 }

@@ -22,6 +22,7 @@ fn program(cycles: f64) -> WheelProgram {
         amplitude_m: 1e-4,
         frequency_hz: 100.0,
         cycles,
+        rolling: None,
     }
 }
 

@@ -4,7 +4,7 @@ use dem_kernel::contact::boundary::CompliantBoundary;
 use dem_kernel::law::cohesion::{Cohesion, HPrime};
 use dem_kernel::solver::criteria::{Algorithm, Criteria};
 use dem_kernel::step::state::GrainState;
-use dem_kernel::step::{StepInput, Stepper};
+use dem_kernel::step::{StepInput, Stepper, WheelTurn};
 
 use super::*;
 use crate::config::radii::RadiusLaw;
@@ -133,6 +133,7 @@ fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
         theta: 1.0,
         load: 30.0,
         wheel_x: 0.0,
+        turn: WheelTurn::Held,
         loaded: 0.0,
         free_velocity: &[],
     };
@@ -173,6 +174,7 @@ fn the_disks_of_the_face_move_with_the_wheel() {
         theta: 0.5,
         load: 2e-3,
         wheel_x: 1e-3,
+        turn: WheelTurn::Held,
         loaded: 0.0,
         free_velocity: &[],
     };

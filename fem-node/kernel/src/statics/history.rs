@@ -206,7 +206,11 @@ impl Statics {
         };
         self.increments_done += 1;
         let turned = rolling.turned(rolled).map(Turn::To);
-        let until = || rolling.force(rolled).map(|force| Turn::Until(share * force));
+        let until = || {
+            rolling
+                .force(rolled)
+                .map(|force| Turn::Until(share * force))
+        };
         let turn = turned.or_else(until).map(|turn| match turn {
             Turn::To(arc) => Turn::To(rolling.direction() * arc),
             Turn::Until(force) => Turn::Until(rolling.direction() * force),

@@ -54,14 +54,20 @@ impl Wheel {
     ) -> Wheel {
         let points = mesh.surface_points(Edge::Top);
         let (_, lengths) = mesh.surface(Edge::Top);
-        let start = program.rolling.as_ref().map_or(0.0, |rolling| rolling.start);
+        let start = program
+            .rolling
+            .as_ref()
+            .map_or(0.0, |rolling| rolling.start);
         let period = mesh.period();
         let from_start = |p: &[f64; 2]| [nearest_image(p[0] - start, period), p[1]];
         let below = points.iter().map(from_start);
         Wheel {
             numbers,
             first_height: first_height(numbers.radius, below),
-            areas: lengths.iter().map(|length| length * numbers.thickness).collect(),
+            areas: lengths
+                .iter()
+                .map(|length| length * numbers.thickness)
+                .collect(),
             period,
             points,
             stride: body.layout.stride,
@@ -74,7 +80,10 @@ impl Wheel {
 
     /// Abscissa of its centre while it is loaded (m).
     pub fn start(&self) -> f64 {
-        self.program.rolling.as_ref().map_or(0.0, |rolling| rolling.start)
+        self.program
+            .rolling
+            .as_ref()
+            .map_or(0.0, |rolling| rolling.start)
     }
 
     /// Mass damping that is added at the end of a step (1/s).
@@ -124,7 +133,10 @@ impl Wheel {
         let rolling = self.program.rolling.as_ref()?;
         let brake = rolling.force(self.rolled_at(step))?;
         let radius = self.numbers.radius;
-        Some([rolling.inertia? / (radius * radius), rolling.direction() * brake])
+        Some([
+            rolling.inertia? / (radius * radius),
+            rolling.direction() * brake,
+        ])
     }
 }
 

@@ -97,7 +97,10 @@ impl LocalProblem {
     fn new(node: &NodeMotion, radius: f64, wheel: &WheelStep, guess: &NodeContact) -> LocalProblem {
         // Measured from the lowest point of the face.
         let [x, y] = [
-            nearest_image(node.point[0] + node.free[0] - wheel.lateral[1], wheel.period),
+            nearest_image(
+                node.point[0] + node.free[0] - wheel.lateral[1],
+                wheel.period,
+            ),
             node.point[1] + node.free[1] - wheel.free_height,
         ];
         let distance = x.hypot(y - radius);

@@ -85,7 +85,9 @@ impl WheelState {
     /// The table of its passages, empty without one.
     pub fn passages(&self, wheel: &Wheel) -> String {
         let rolling = wheel.program.rolling.as_ref();
-        rolling.map_or(String::new(), |all| self.rolled.csv(all, wheel.numbers.radius))
+        rolling.map_or(String::new(), |all| {
+            self.rolled.csv(all, wheel.numbers.radius)
+        })
     }
 
     /// True where it touches the body.
@@ -111,7 +113,11 @@ impl WheelState {
             let turn = scheme.next(0.0, self.spin, -brake / mass);
             return [turn, scheme.weight() / mass];
         }
-        let speed = wheel.program.rolling.as_ref().map_or(0.0, |rolling| rolling.speed);
+        let speed = wheel
+            .program
+            .rolling
+            .as_ref()
+            .map_or(0.0, |rolling| rolling.speed);
         self.spin = [speed, 0.0];
         self.energies.drive += 0.5 * mass * speed * speed;
         let half = 0.5 * wheel.step * wheel.step / mass;
@@ -160,7 +166,8 @@ impl WheelState {
         ];
         let mut signals = Vec::from(named.map(|(name, value)| (name.into(), value)));
         if wheel.program.rolling.is_some() {
-            signals.extend(self.rolled.signals());
+            let rolled = self.rolled.signals();
+            signals.extend(rolled.map(|(name, value)| (name.into(), value)));
         }
         signals
     }

@@ -1,6 +1,6 @@
 //! The constrained bodies of the conjugate gradient, wheel, glued disks, feet on surfaces and clusters, whose W is not a disk's.
 //!
-//! Impulses move the wheel along y only, an impulse on one glued disk moves all glued disks by W_g, and an impulse on a disk of a cluster turns the
+//! Impulses move the wheel along y and turn it where it spins freely, an impulse on one glued disk moves all glued disks by W_g, and an impulse on a disk of a cluster turns the
 //! cluster about its own centre. Their record among the bodies gathers impulses and has the inverse mass 0; their response is computed here.
 
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::solver::contact::Contact;
 use crate::solver::problem::Problem;
 
-/// Vectors hold two components per glued disk and point, then y of the wheel, and three components of each body that turns by levers.
+/// Vectors hold two components per glued disk and point, then y and spin of the wheel, and three components of each body that turns by levers.
 #[derive(Clone, Debug, Default)]
 pub struct ConstrainedBodies {
     glued: Range<usize>,
@@ -114,6 +114,7 @@ impl ConstrainedBodies {
         self.inverse.clear();
         let wheel = self.wheel.map(|wheel| problem.records[wheel].inverse_mass);
         self.inverse.push(wheel.unwrap_or(0.0));
+        self.inverse.push(problem.wheel_turn);
         self.turning.load(problem, &mut self.inverse);
         for vector in [
             &mut self.along,
@@ -131,7 +132,7 @@ impl ConstrainedBodies {
         self.impulses[..self.boundary].copy_from_slice(&problem.boundary.velocity);
         let places = self.turning.bodies.iter().enumerate();
         for (place, body) in places {
-            let first = self.boundary + 1 + 3 * place;
+            let first = self.boundary + 2 + 3 * place;
             self.impulses[first..first + 3].copy_from_slice(&bodies[*body].velocity);
         }
         for body in self.all() {
@@ -180,26 +181,27 @@ impl ConstrainedBodies {
 
     /// Adds an impulse on a body to the components; false if the body is not constrained.
     fn add(&self, into: &mut [f64], body: usize, impulse: [f64; 3]) -> bool {
-        let [x, y, _] = impulse;
+        let [x, y, turn] = impulse;
         if self.glued.contains(&body) {
             let index = 2 * (body - self.glued.start);
             into[index] += x;
             into[index + 1] += y;
         } else if self.wheel == Some(body) {
             into[self.boundary] += y;
+            into[self.boundary + 1] += turn;
         } else if let Some(foot) = self.foot(body) {
             for (point, part) in foot.parts([x, y]) {
                 into[2 * point] += part[0];
                 into[2 * point + 1] += part[1];
             }
         } else if let Some(place) = self.turning.place(body) {
-            let of = &mut into[self.boundary + 1 + 3 * place..][..3];
+            let of = &mut into[self.boundary + 2 + 3 * place..][..3];
             of.iter_mut()
                 .zip(impulse)
                 .for_each(|(sum, part)| *sum += part);
         } else if let Some((place, [along_x, along_y])) = self.turning.point(body) {
             let turn = along_x * x + along_y * y;
-            let of = &mut into[self.boundary + 1 + 3 * place as usize..][..3];
+            let of = &mut into[self.boundary + 2 + 3 * place as usize..][..3];
             of.iter_mut()
                 .zip([x, y, turn])
                 .for_each(|(sum, part)| *sum += part);
@@ -211,7 +213,7 @@ impl ConstrainedBodies {
 
     /// Velocity of a body, from the components (m/s).
     fn velocity_of(&self, body: usize, of: &[f64]) -> [f64; 3] {
-        let of_turning = |place: usize| &of[self.boundary + 1 + 3 * place..][..3];
+        let of_turning = |place: usize| &of[self.boundary + 2 + 3 * place..][..3];
         if self.glued.contains(&body) {
             let index = 2 * (body - self.glued.start);
             [of[index], of[index + 1], 0.0]
@@ -224,7 +226,7 @@ impl ConstrainedBodies {
             let v = of_turning(place as usize);
             [v[0] + along_x * v[2], v[1] + along_y * v[2], 0.0]
         } else {
-            [0.0, of[self.boundary], 0.0]
+            [0.0, of[self.boundary], of[self.boundary + 1]]
         }
     }
 

@@ -138,6 +138,7 @@ impl Correction {
         outer.surface_points = problem.surface_points;
         let glued = problem.first_glued..problem.first_glued + disks;
         outer.wheel = problem.wheel.map(|_| outer.first_glued + glued.len());
+        outer.wheel_turn = problem.wheel_turn;
         for body in glued.chain(problem.wheel) {
             self.numbers[body] = outer.records.len() as u32;
             outer.records.push(problem.records[body]);

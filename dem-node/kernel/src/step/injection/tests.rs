@@ -8,7 +8,7 @@ use crate::contact::boundary::CompliantBoundary;
 use crate::law::adhesion::Adhesion;
 use crate::law::{Law, Springs};
 use crate::solver::criteria::{Algorithm, Criteria};
-use crate::step::{StepInput, Stepper};
+use crate::step::{StepInput, Stepper, WheelTurn};
 
 /// Stiffness of a contact (N/m), and half the distance of the walls (m).
 const K: f64 = 1000.0;
@@ -80,6 +80,7 @@ fn march(bodies: &Bodies, end: f64, mut watch: impl FnMut(f64, &GrainState)) -> 
             theta: 1.0,
             load: 0.0,
             wheel_x: 0.0,
+            turn: WheelTurn::Held,
             loaded: time,
             free_velocity: &[],
         };

@@ -1,0 +1,101 @@
+//! The way of a wheel that rolls over the grains.
+
+use dem_kernel::bodies::Bodies;
+use dem_kernel::step::state::GrainState;
+use dem_kernel::step::{StepSummary, WheelTurn};
+use kit::rolled::{RolledPiece, RollingRecord};
+use kit::wheel::WheelProgram;
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+/// Share of the friction limit from which a contact slides: sliding forces reach it within the tolerance of the solver.
+const SLIDING: f64 = 0.999;
+
+/// Turning of the wheel in a step from `start` to `end` (s); `loaded` is the time of its load.
+pub fn turn(
+    program: &WheelProgram,
+    [start, end, loaded]: [f64; 3],
+    step: f64,
+    radius: f64,
+) -> WheelTurn {
+    let Some(rolling) = &program.rolling else {
+        return WheelTurn::Held;
+    };
+    let rolled = |time| program.rolled_at(time);
+    let along = rolling.direction();
+    if let (Some(from), Some(to)) = (rolling.turned(rolled(start)), rolling.turned(rolled(end))) {
+        return WheelTurn::Given(-along * (to - from) / step);
+    }
+    match (rolling.force(rolled(loaded)), rolling.inertia) {
+        (Some(force), Some(inertia)) if rolled(end) > 0.0 => WheelTurn::Free {
+            inverse_mass: radius * radius / inertia,
+            brake: along * force,
+        },
+        _ => WheelTurn::Held,
+    }
+}
+
+/// Record of a rolling wheel, and the work of friction so far (J).
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct RolledWay {
+    /// The record.
+    pub record: RollingRecord,
+    friction: f64,
+}
+
+impl RolledWay {
+    /// Records a committed step, from `start` to `end` (s).
+    pub fn record(
+        &mut self,
+        program: &WheelProgram,
+        (bodies, state, step): (&Bodies, &GrainState, &StepSummary),
+        [start, end]: [f64; 2],
+    ) {
+        let Some(rolling) = &program.rolling else {
+            return;
+        };
+        let way = program.rolled_at(end) - program.rolled_at(start);
+        let dissipated = state.ledger.friction - self.friction;
+        self.friction = state.ledger.friction;
+        if way <= 0.0 {
+            return;
+        }
+        let along = rolling.direction();
+        let on_wheel = state
+            .list
+            .slots
+            .iter()
+            .filter(|slot| bodies.is_wheel(slot.b as usize));
+        let (mut creep_force, mut stuck, mut closed) = (0.0, 0.0, 0.0);
+        let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
+        for slot in on_wheel {
+            let [normal, tangential] = slot.pressure();
+            creep_force += along * slot.force[1];
+            if normal <= 0.0 {
+                continue;
+            }
+            let x = state.centres[slot.a as usize][0];
+            let before = along * rolling.apart(x, state.wheel.position[0]);
+            ends = [larger(ends[0], before), -larger(-ends[1], -before)];
+            let friction = bodies.law_of(slot.a as usize, slot.b as usize).friction;
+            closed += normal;
+            if tangential.abs() < SLIDING * friction * normal {
+                stuck += normal;
+            }
+        }
+        self.record.add(
+            rolling,
+            &RolledPiece {
+                way,
+                turned: -along * state.wheel.turn * (end - start),
+                creep_force,
+                force_x: -along * step.on_wheel[0],
+                normal: step.on_wheel[1],
+                dissipated,
+                stick: if closed > 0.0 { stuck / closed } else { 0.0 },
+                ends: if closed > 0.0 { ends } else { [0.0; 2] },
+                peak: None,
+            },
+        );
+    }
+}
