@@ -33,9 +33,10 @@ pub struct Listed {
 }
 
 /// Folders of scenes in the order of the list; scenes without a folder come first.
-const FOLDERS: [&str; 5] = [
+const FOLDERS: [&str; 6] = [
     "foreign",
     "verification",
+    "rolling",
     "benchmarks",
     "extremes",
     "studies",

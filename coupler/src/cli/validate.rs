@@ -47,6 +47,8 @@ enum Suite {
     Verification,
     /// Published cases of other authors: a minute, with --full a quarter of an hour or more.
     Benchmarks,
+    /// Wheels that roll: creep curves of line contacts, rails in motion, and grains.
+    Rolling,
     /// Inputs at their limits: computed correctly, refused by name, or detected.
     Extremes,
     /// Shipped scenes with other seeds, loads, layers, friction and substeps, all without warnings; takes minutes.
