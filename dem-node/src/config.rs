@@ -208,7 +208,15 @@ impl DemConfig {
         self.plausible.check("plausible")?;
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
-            wheel.program(self.repeats_after())?;
+            let program = wheel.program(self.repeats_after())?;
+            if let Some(rolling) = &program.rolling {
+                let half_width = self.sample.ends().map_or(f64::INFINITY, |[half, _]| half);
+                let ends = [-half_width, half_width].map(|x| self.sample.middle() + x);
+                // A pair may give the wheel a friction of its own.
+                let friction = self.law.friction.filter(|_| self.law.pairs.is_empty());
+                let limit = friction.map_or(f64::INFINITY, |friction| friction * wheel.load_n);
+                rolling.check_on(ends, limit, true)?;
+            }
             wheel.validate_on(&self.sample, &self.law)?;
         }
         if let Some(profile) = &self.profile {

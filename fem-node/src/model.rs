@@ -4,12 +4,14 @@
 //! - [`boundary`]: loads and prescribed motions of named sets;
 //! - [`motion`]: prescribed motions over time;
 //! - `initial`: initial velocities;
+//! - `rolling`: a wheel that rolls along the body;
 //! - `probe_points`: the points whose motion is reported.
 
 pub mod boundary;
 pub(crate) mod initial;
 pub mod motion;
 pub(crate) mod probe_points;
+pub(crate) mod rolling;
 mod supports;
 
 use std::collections::BTreeMap;
@@ -26,9 +28,7 @@ use fem_kernel::spectrum;
 use fem_kernel::statics::problem::StaticProblem;
 use fem_kernel::wheel::rigid::{Wheel, WheelNumbers};
 use kit::ConfigError;
-use kit::keys::refuse_if;
 use kit::limits::positive;
-use kit::rolling::Rolling;
 use protocol::{Cause, Setting};
 
 use crate::config::boundary::SetConfig;
@@ -103,6 +103,8 @@ pub struct Model {
     pub(crate) moments: BTreeMap<String, f64>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
+    /// The rolling of the wheel, where it rolls.
+    pub(crate) roll: Option<rolling::Roll>,
     /// Radius of the wheel's face (m), 0 for a flat face or without a wheel.
     pub(crate) wheel_radius: f64,
     /// Bounds of the checks of plausibility.
@@ -164,9 +166,12 @@ impl Model {
             Ok(Wheel::new(program, numbers, &mesh, &body, step))
         });
         let wheel = wheel.transpose()?;
-        check_rolling(config, &mesh, wheel.as_ref())?;
+        let roll = wheel.as_ref().and_then(|wheel| wheel.program.rolling.as_ref());
+        let roll = roll.map(|rolling| rolling::Roll::new(config, &mesh, &elastic, thickness, rolling));
+        let roll = roll.transpose()?;
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
-        let warnings = warnings(config, &mesh, &scheme, step_limit);
+        let mut warnings = warnings(config, &mesh, &scheme, step_limit);
+        warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
         Ok(Model {
             size: mesh.size(),
             mesh,
@@ -189,6 +194,7 @@ impl Model {
             supported: config.base != Base::Free,
             moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,
+            roll,
             wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
             plausible: config.plausible.clone(),
         })
@@ -316,61 +322,6 @@ fn check_wheel(config: &FemConfig, mesh: &Mesh) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// A wheel that rolls must stay on the body, press and drive it within reason.
-fn check_rolling(
-    config: &FemConfig,
-    mesh: &Mesh,
-    wheel: Option<&Wheel>,
-) -> Result<(), ConfigError> {
-    let rolling = wheel.and_then(|wheel| wheel.program.rolling.as_ref());
-    let (Some(rolling), Some(contact), Some(wheel)) = (rolling, &config.contact, &config.wheel)
-    else {
-        return Ok(());
-    };
-    let points = mesh.surface_points(Edge::Top);
-    let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p[0]));
-    for (key, x) in [
-        ("start_m", rolling.start),
-        ("distance_m", rolling.centre(rolling.distance)),
-    ] {
-        refuse_if(
-            rolling.period.is_none() && !(ends[0] < x && x < ends[1]),
-            &format!("wheel.rolling.{key}"),
-            format!(
-                "brings the centre of the wheel to x = {x:e} m, beyond the upper edge, which reaches from {:e} to {:e} m",
-                ends[0], ends[1]
-            ),
-            "roll a shorter way, or make mesh.width_m larger",
-        )?;
-    }
-    let limit = contact.friction * wheel.load_n;
-    let forces = [0.0, rolling.distance].map(|rolled| rolling.force(rolled).map(f64::abs));
-    let largest = forces[0].zip(forces[1]).map(|(a, b)| a.max(b));
-    refuse_if(
-        largest.is_some_and(|force| force >= limit),
-        "wheel.rolling.force_n",
-        format!(
-            "or torque_nm over the radius is {:e} N, and friction holds less than contact.friction * wheel.load_n = {limit:e} N",
-            largest.unwrap_or_default()
-        ),
-        "lower it, or give the creepage",
-    )?;
-    let dynamic = config.analysis == Analysis::Dynamic;
-    let free = dynamic && largest.is_some();
-    refuse_if(
-        free && rolling.inertia.is_none(),
-        "wheel.rolling.spin_inertia_kg_m2",
-        "is missing: under a force or torque the wheel spins freely",
-        "give the moment of inertia, or analysis = \"static\", or the creepage",
-    )?;
-    refuse_if(
-        largest.is_none() && rolling.inertia.is_some(),
-        "wheel.rolling.spin_inertia_kg_m2",
-        "has no effect where the creepage is given, which prescribes the spin",
-        "remove it, or give a force or torque",
-    )
-}
-
 /// A few steps in a period do not follow the prescribed motion.
 fn check_frequencies(config: &FemConfig, step: f64) -> Result<(), ConfigError> {
     if config.analysis != Analysis::Dynamic || config.time.unsafe_step {
@@ -394,28 +345,6 @@ fn check_frequencies(config: &FemConfig, step: f64) -> Result<(), ConfigError> {
         }
     }
     Ok(())
-}
-
-impl Model {
-    /// Least and largest distance of neighbouring nodes below the way of a rolling wheel (m).
-    pub(crate) fn rolled_spacing(&self, rolling: &Rolling) -> [f64; 2] {
-        let points = self.mesh.surface_points(Edge::Top);
-        let ends = [0.0, rolling.distance].map(|rolled| rolling.centre(rolled));
-        let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        let all = rolling.period.is_some_and(|period| to - from >= period);
-        let pairs = points.windows(2);
-        let below = |pair: &&[[f64; 2]]| {
-            let crossed = |shift: f64| pair[1][0] + shift >= from && pair[0][0] + shift <= to;
-            let period = rolling.period.unwrap_or_default();
-            all || [-period, 0.0, period].into_iter().any(crossed)
-        };
-        let lengths = pairs
-            .filter(below)
-            .map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
-        lengths.fold([f64::INFINITY, 0.0], |[least, most], length| {
-            [least.min(length), most.max(length)]
-        })
-    }
 }
 
 /// Distance of the two nodes of the upper edge between or at which the wheel comes down (m).

@@ -9,6 +9,7 @@ use protocol::{Finding, Phase};
 use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
+use crate::model::rolling::Roll;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
@@ -111,6 +112,8 @@ impl FemNode {
             results.extend(width.map(|a| ("contact_half_width_m".into(), a)));
             results.insert("approach_m".into(), record.approach);
             results.extend(state.rolling_results(wheel));
+            let shift = self.model.roll.as_ref().map(Roll::box_shift);
+            results.extend(shift.map(|shift| ("creepage_box_shift".into(), shift)));
         }
         let last = || probe::pressure_maxima(&self.model, &self.committed.state);
         let maxima = maxima.unwrap_or_else(last);

@@ -23,6 +23,7 @@ use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
+use crate::model::rolling::Roll;
 use crate::output::plausible;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
@@ -270,6 +271,8 @@ impl StaticNode {
         }
         let rolling = self.rolling.iter();
         let rolled = rolling.flat_map(|all| self.rolled.results(&all.rolling, all.radius));
+        let shift = self.model.roll.as_ref().map(Roll::box_shift);
+        let rolled = rolled.chain(shift.map(|shift| ("creepage_box_shift", shift)));
         for (name, value) in rolled.chain(self.cycles.results(self.cycling.per_cycle as usize)) {
             add(name, value);
         }
@@ -280,13 +283,10 @@ impl StaticNode {
 
 impl RollingIncrements {
     fn new(config: &FemConfig, model: &Model) -> Result<Option<RollingIncrements>, FemError> {
-        let rolling = model
-            .wheel
-            .as_ref()
-            .and_then(|wheel| wheel.program.rolling.as_ref());
-        let Some(rolling) = rolling else {
+        let Some(roll) = &model.roll else {
             return Ok(None);
         };
+        let rolling = &roll.rolling;
         let (_, lengths) = model.mesh.surface(Edge::Top);
         let at_start = rolling.force(0.0).unwrap_or(0.0) != 0.0;
         Ok(Some(RollingIncrements {
@@ -294,7 +294,7 @@ impl RollingIncrements {
             in_place: if at_start { IN_PLACE } else { 0 },
             rolled: config
                 .statics
-                .rolling_increments(rolling, model.rolled_spacing(rolling)[0])?,
+                .rolling_increments(rolling, roll.spacing[0])?,
             areas: lengths
                 .iter()
                 .map(|length| length * model.thickness)

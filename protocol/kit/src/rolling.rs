@@ -201,6 +201,52 @@ impl Rolling {
         }
     }
 
+    /// Refuses a way that leaves what it rolls on, from `ends[0]` to `ends[1]` (m), and a force that friction cannot hold: `limit` (N). In time a force
+    /// needs the inertia of the spin.
+    ///
+    /// # Errors
+    /// Names the key, the fault, and what to write instead.
+    pub fn check_on(&self, ends: [f64; 2], limit: f64, in_time: bool) -> Result<(), ConfigError> {
+        let [left, right] = ends;
+        for (key, x) in [
+            ("start_m", self.start),
+            ("distance_m", self.centre(self.distance)),
+        ] {
+            refuse_if(
+                self.period.is_none() && !(left < x && x < right),
+                &format!("wheel.rolling.{key}"),
+                format!(
+                    "brings the centre of the wheel to x = {x:e} m, beyond what it rolls on, which reaches from {left:e} to {right:e} m"
+                ),
+                "roll a shorter way, or make the body or the sample wider",
+            )?;
+        }
+        let given = matches!(self.drive, Drive::Force(_));
+        let forces = [0.0, self.distance].map(|rolled| self.force(rolled).unwrap_or(0.0).abs());
+        let largest = forces[0].max(forces[1]);
+        refuse_if(
+            given && largest > 0.0 && largest >= limit,
+            "wheel.rolling.force_n",
+            format!(
+                "or torque_nm over the radius is {largest:e} N, and friction holds less than {limit:e} N"
+            ),
+            "lower it, or give the creepage",
+        )?;
+        let inertia = "wheel.rolling.spin_inertia_kg_m2";
+        refuse_if(
+            in_time && given && self.inertia.is_none(),
+            inertia,
+            "is missing: under a force or torque the wheel spins freely",
+            "give the moment of inertia, or the creepage",
+        )?;
+        refuse_if(
+            !given && self.inertia.is_some(),
+            inertia,
+            "has no effect where the creepage is given, which prescribes the spin",
+            "remove it, or give a force or torque",
+        )
+    }
+
     /// Duration (s).
     pub fn duration(&self) -> f64 {
         self.distance / self.speed.abs()
