@@ -166,8 +166,11 @@ impl Model {
             Ok(Wheel::new(program, numbers, &mesh, &body, step))
         });
         let wheel = wheel.transpose()?;
-        let roll = wheel.as_ref().and_then(|wheel| wheel.program.rolling.as_ref());
-        let roll = roll.map(|rolling| rolling::Roll::new(config, &mesh, &elastic, thickness, rolling));
+        let roll = wheel
+            .as_ref()
+            .and_then(|wheel| wheel.program.rolling.as_ref());
+        let roll =
+            roll.map(|rolling| rolling::Roll::new(config, &mesh, &elastic, thickness, rolling));
         let roll = roll.transpose()?;
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);

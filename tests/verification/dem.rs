@@ -41,6 +41,7 @@ mod dem_rail;
 mod dem_rebounds;
 mod dem_restitution;
 mod dem_rolling;
+mod dem_rolling_wheel;
 mod dem_shear;
 mod dem_solvers;
 mod dem_stress;

@@ -33,6 +33,7 @@ mod fem_punch;
 mod fem_rayleigh;
 mod fem_refuse;
 mod fem_repeat;
+mod fem_rolling;
 mod fem_rotation;
 mod fem_scene;
 mod fem_set_load;

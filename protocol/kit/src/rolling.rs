@@ -176,9 +176,9 @@ impl Rolling {
         1.0_f64.copysign(self.speed)
     }
 
-    /// Distance that the centre has covered at a time after its start (m), at most the whole.
+    /// Distance that the centre has covered at a time after its start (m). A last window that ends later goes on.
     pub fn rolled_after(&self, time: f64) -> f64 {
-        (self.speed.abs() * time).clamp(0.0, self.distance)
+        (self.speed.abs() * time).max(0.0)
     }
 
     /// Abscissa of the centre after this distance (m).
@@ -309,7 +309,7 @@ mod tests {
     fn the_face_that_rolls_off_is_the_integral_of_one_less_the_creepage() {
         let rolling = config().rolling(0.5, None).expect("valid");
         assert_eq!(rolling.centre(rolling.rolled_after(1e-3)), 0.0);
-        assert_eq!(rolling.rolled_after(1.0), 0.04);
+        assert_eq!(rolling.rolled_after(-1.0), 0.0);
         assert!((rolling.turned(0.04).expect("given") - (0.04 - 3e-4)).abs() < 1e-15);
         let back = RollingConfig {
             speed_m_per_s: -20.0,
