@@ -60,8 +60,11 @@ pub fn signals(
 ) -> [(&'static str, f64); 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
+    let wheel_x = state.wheel.position[0];
+    let strip = bodies.period.filter(|_| bodies.rolls);
+    let wheel_x = strip.map_or(wheel_x, |strip| strip.inside(wheel_x));
     [
-        ("wheel_x_m", state.wheel.position[0]),
+        ("wheel_x_m", wheel_x),
         ("wheel_y_m", state.wheel.position[1]),
         ("wheel_fn_n", step.on_wheel[1]),
         ("wheel_ft_n", step.on_wheel[0]),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fem_kernel::integrate::state::NodalState;
-use fem_kernel::mesh::Edge;
+use fem_kernel::mesh::{Edge, nearest_image};
 use fem_kernel::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
 use fem_kernel::wheel::node_contact::ContactStatus;
 use fem_kernel::wheel::rolled::rolled_piece;
@@ -203,7 +203,10 @@ impl StaticNode {
             let statuses = contact.status.iter();
             let touching = statuses.filter(|s| **s != ContactStatus::Open).count();
             let named = [
-                ("wheel_x_m", contact.lateral),
+                (
+                    "wheel_x_m",
+                    nearest_image(contact.lateral, model.mesh.period()),
+                ),
                 ("approach_m", contact.approach),
                 ("wheel_fn_n", -fy),
                 ("wheel_ft_n", -fx),

@@ -21,7 +21,8 @@ crate::results! {
     /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
     ///   friction loop.
     /// # Signals
-    /// - `wheel_x_m`: Sideways displacement D of the wheel, towards +x; of a rolling wheel the abscissa of its centre.
+    /// - `wheel_x_m`: Sideways displacement D of the wheel, towards +x; of a rolling wheel the abscissa of its
+    ///   centre, inside a body that repeats.
     /// - `wheel_y_m`: Height of the lowest point of the wheel's face.
     /// - `wheel_vx_m_per_s`: Sideways velocity of the wheel.
     /// - `wheel_fn_n`: Force on the wheel along y, upwards: the load while it is at rest.

@@ -7,6 +7,7 @@ use super::newmark::Newmark;
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 use super::statistics::CycleStatistics;
+use crate::mesh::nearest_image;
 
 kit::results! {
     /// # Signals
@@ -156,7 +157,10 @@ impl WheelState {
         let [ft, fn_] = self.force();
         let count = count(&self.contacts);
         let named = [
-            ("wheel_x_m", wheel.program.displacement_at(t)),
+            (
+                "wheel_x_m",
+                nearest_image(wheel.program.displacement_at(t), wheel.period),
+            ),
             ("wheel_y_m", self.height),
             ("wheel_vx_m_per_s", wheel.program.speed_at(t)),
             ("wheel_fn_n", fn_),
