@@ -169,6 +169,7 @@ fn a_flat_wheel_gives_a_uniform_pressure() {
                        "contact": {"friction": 0.3}});
     let body = node(&with(flat(), wheel));
     let loads = StaticLoads {
+        start: 0.0,
         load: 600.0,
         radius: 0.0,
         friction: 0.3,
