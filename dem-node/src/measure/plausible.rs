@@ -761,6 +761,7 @@ mod tests {
                     wheel: WheelState {
                         position: [0.0, *height],
                         velocity: [0.0; 2],
+                        turn: 0.0,
                     },
                     ..GrainState::default()
                 };
