@@ -457,6 +457,16 @@ impl DemConfig {
             "moves one grain from one glued disk, and the sample is not such a pair",
             "list two disks in sample.disks, one with glued = true, and no wheel",
         )?;
+        if let SampleConfig::Disks(sample) = &self.sample {
+            for (i, disk) in sample.disks.iter().enumerate() {
+                disk.refuse_velocity(
+                    !disk.glued,
+                    &format!("sample.disks[{i}]"),
+                    "has no effect: `drive` moves this disk",
+                    "remove it; drive.velocity_m_per_s gives the velocity",
+                )?;
+            }
+        }
         if self.law.contact_stiffness_pa.is_none() {
             return Err(ConfigError::new(
                 "law.contact_stiffness_pa",

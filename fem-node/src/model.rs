@@ -130,7 +130,7 @@ impl Model {
         let mut body = Body::new(&mesh, element, &elastic, thickness);
         let fixed = supports::fixed_components(&mesh, body.layout, (config.base, config.sides));
         body.fix(fixed.into_iter());
-        let (tractions, motions) = boundary::build(config, &mesh, &mut body, thickness)?;
+        let (tractions, motions, held) = boundary::build(config, &mesh, &mut body, thickness)?;
         let initial_velocity = initial::velocities(&config.initial, &mesh, &body)?;
         let probes = probe_points::locate(&config.probes, &mesh)?;
         let omega_max = spectrum::omega_max(&body);
@@ -175,6 +175,7 @@ impl Model {
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);
         warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
+        warnings.extend(held);
         Ok(Model {
             size: mesh.size(),
             mesh,
@@ -426,8 +427,17 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
             scheme.step
         ));
     }
-    if config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
+    let dynamic = config.analysis == Analysis::Dynamic;
+    if dynamic && config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
         warnings.push("time.safety: has no effect on a step in seconds".into());
+    }
+    let unused = config.unused_keys();
+    if !unused.is_empty() {
+        let kind = ["dynamic", "static"][usize::from(!dynamic)];
+        warnings.push(format!(
+            "{}: not used in a {kind} analysis of these keys",
+            unused.join(", ")
+        ));
     }
     for (key, ratio) in [
         ("mesh.side_columns", mesh.ratio_columns),

@@ -14,7 +14,8 @@ fn slips_are_refused_with_the_word_that_was_meant() {
     assert!(copied.is_ok_and(|copied| copied.status.success()));
     let study = format!("{study}/study.toml");
     let tower = "participant.third-body.config.sample.thickness_m=0.4";
-    let slips: [(&[&str], &[&str]); 12] = [
+    let seeds = "run.seed=9223372036854775807";
+    let slips: [(&[&str], &[&str]); 18] = [
         (
             &["run", "quick", "--set", "law.friction=0.2"],
             &["did you mean `participant.third-body.config.law.friction`?"],
@@ -49,6 +50,27 @@ fn slips_are_refused_with_the_word_that_was_meant() {
             &["conform", "--scenario", "quick", "--participant", "rial"],
             &["did you mean `rail`?"],
         ),
+        (
+            &["scenes", "beds"],
+            &["no entry has this tag", "did you mean `bonds`?"],
+        ),
+        (
+            &["run", "quick", "--set", "run..seed=3"],
+            &["the key has an empty part"],
+        ),
+        (
+            &["run", "quick", "--seeds", "2", "--set", seeds],
+            &["--seeds 2", "lower run.seed"],
+        ),
+        (
+            &["run", "quick", "--seeds", "2", "--strict"],
+            &["cannot be used with", "--strict"],
+        ),
+        (
+            &["study", "run", "quick-bonded", "--jobs", "0"],
+            &["--jobs", "0"],
+        ),
+        (&["compare", &study, &study], &["is a file"]),
         (
             &["study", "run", "dpe"],
             &["dpe", "no study that `thirdbody scenes` lists"],

@@ -270,6 +270,28 @@ fn a_mistaken_unit_is_guessed() {
     }
 }
 
+/// A component of a velocity, and the keys of bonds.
+#[test]
+fn numbers_in_lists_and_of_bonds_are_judged() {
+    for (scene, set) in [
+        (
+            "verification/bar-thrown",
+            "participant.bar.config.initial.body.velocity_m_per_s=[0.0, 1e5]",
+        ),
+        (
+            "verification/pull-off",
+            "participant.bond.config.law.cn_pa_per_m=1e25",
+        ),
+        (
+            "verification/pull-off",
+            "participant.bond.config.law.w_j_per_m2=1e9",
+        ),
+    ] {
+        let (_, printed) = checked(scene, set);
+        assert!(printed.contains("warning[unusual_value]"), "{printed}");
+    }
+}
+
 /// No shipped scene has this name, so there is nothing to compare with.
 #[test]
 fn an_origin_that_is_not_shipped_is_a_key_without_effect() {
@@ -303,6 +325,30 @@ fn a_key_without_meaning_is_a_warning_of_the_summary() {
         summary["warnings"][0]["where"],
         "interface.layer-base.relaxation"
     );
+}
+
+/// Keys of a run alone, of a log that is not written, and of the network.
+#[test]
+fn keys_of_another_kind_of_run_have_no_effect() {
+    let sets = [
+        "run.output.exchange=false",
+        "run.output.flush_every_windows=3",
+        "run.output.alone_steps=7",
+        "run.remote.listen=tcp/127.0.0.1:0",
+        "participant.third-body.config.solver.on_not_converged=accept",
+    ];
+    let (code, summary, _) = run("quick", &[&[SHORT][..], &sets].concat(), &[]);
+    assert_eq!((code, codes(&summary)), (Some(0), vec!["unused_key"; 4]));
+    let warned = summary["warnings"].as_array().expect("a list").iter();
+    let warned = warned.filter(|one| one["code"] == "unused_key");
+    let about: Vec<&str> = warned.filter_map(|one| one["where"].as_str()).collect();
+    let expected = [
+        "run.output.flush_every_windows",
+        "run.output.alone_steps",
+        "run.remote",
+        "participant.third-body.config.solver.on_not_converged",
+    ];
+    assert_eq!(about, expected);
 }
 
 #[test]

@@ -265,6 +265,18 @@ fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
     assert!(row["departure"].is_string(), "{row:#}");
     let drift = row["drift"]["force"]["max_rel"].as_f64().expect("a number");
     assert!(drift > 1e-12 && drift.is_finite(), "{drift:e}");
+    // Neither may a solver be named that no override changes, nor a picture without a drift.
+    for (arguments, word) in [
+        (&["--set", friction, "--node", "rail"][..], "--node rail"),
+        (&["--plot", "a.svg"], "--set"),
+    ] {
+        let mut command = thirdbody(work.path());
+        command.args(["replay", "out"]).args(arguments);
+        let output = command.output().expect("it starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(word), "{message}");
+    }
     let svg =
         std::fs::read_to_string(work.path().join("out/replay-drift.svg")).expect("it was drawn");
     assert!(svg.contains("open loop"));

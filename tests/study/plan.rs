@@ -48,6 +48,33 @@ fn a_measure_that_no_run_reports_is_refused_before_the_first_run() {
     }
 }
 
+/// The study's value of a varied key comes after the overrides of all runs.
+#[test]
+fn keys_of_a_study_without_effect_are_refused() {
+    let work = Scratch::new("study-idle");
+    let reference = "set = [\"interface.layer-base.substeps=1\"]\nperturb = 2";
+    for (from, to, word) in [
+        (
+            "set = [\"run",
+            "set = [\"interface.layer-base.substeps=9\", \"run",
+            "`interface.layer-base.substeps=9` has no effect",
+        ),
+        (
+            "mode",
+            "threads = 0\nmode",
+            "study.threads: must be at least 1",
+        ),
+        (reference, "run = \"nowhere\"", "nowhere"),
+    ] {
+        let file = study(&work, SUBSTEPS);
+        let text = fs::read_to_string(&file).expect("it was written");
+        fs::write(&file, text.replacen(from, to, 1)).expect("it is writable");
+        let output = command(&work, "plan", &file, &[]).output();
+        let said = words(&output.expect("the program starts"));
+        assert!(said.contains(word), "{said}");
+    }
+}
+
 /// The runs end at 60 us, and the layer is 20 mm wide.
 #[test]
 fn an_instant_beyond_the_run_and_bins_that_hide_the_surface_are_refused_before_the_first_run() {

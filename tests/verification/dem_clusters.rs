@@ -405,6 +405,20 @@ fn keys_that_exclude_clusters_are_refused() {
             bar(json!({"locked": ["rotation"], "spin_rad_per_s": 1.0})),
             "sample.clusters[0].spin_rad_per_s: belongs to a motion that is locked",
         ),
+        (
+            bar(json!({"locked": ["rotation"], "inertia_kg_m2": 1e-9})),
+            "sample.clusters[0].inertia_kg_m2: has no effect",
+        ),
+        (
+            bar(json!({"locked": ["x", "y"], "mass_kg": 1.0, "vy_m_per_s": 0.0})),
+            "sample.clusters[0].mass_kg: has no effect",
+        ),
+        (
+            bar(
+                json!({"drive": {"velocity_m_per_s": [0.0, 0.0]}, "mass_kg": 1.0, "vy_m_per_s": 0.0}),
+            ),
+            "sample.clusters[0].mass_kg: has no effect",
+        ),
     ];
     for (config, expected) in cases {
         let message = refusal(&config);

@@ -78,7 +78,8 @@ fn a_sample_comes_back_from_its_table_bit_for_bit() {
 /// A disk that rests on a glued one, without a wheel: nothing moves.
 #[test]
 fn a_file_needs_no_wheel_and_may_use_words() {
-    let text = "x_m, y_m, radius_m, glued\r\n0, 0, 1e-3, true\r\n\r\n0, 2e-3, 1e-3, false\r\n";
+    let text =
+        "\u{feff}x_m, y_m, radius_m, glued\r\n0, 0, 1e-3, true\r\n\r\n0, 2e-3, 1e-3, false\r\n";
     let table = Table::new("words", text);
     let mut dem = build(&of(&table.0));
     march(&mut dem, 0, 3);

@@ -1,8 +1,9 @@
 //! Mistakes in `sample`, whose keys depend on its kind: each is refused by the path of the key, not by the path of the table.
 
+use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::{refusal, scene};
+use crate::dem_support::{build, refusal, scene};
 
 fn of(sample: Value) -> String {
     refusal(&scene(
@@ -99,6 +100,46 @@ fn a_word_outside_the_choices_is_named() {
     contains_all(
         &message,
         &["sample.kind: `even`", "layer, rail, disks, file"],
+    );
+}
+
+/// A glued disk moves with its body, and two disks at one point have no direction of contact unless one cluster has both.
+#[test]
+fn disks_with_a_velocity_that_cannot_act_or_at_one_point_are_refused() {
+    for key in ["vx_m_per_s", "vy_m_per_s", "spin_rad_per_s"] {
+        let glued = changed(disks(), "/disks/1", "glued", Some(json!(true)));
+        let message = of(changed(glued, "/disks/1", key, Some(json!(1.0))));
+        contains_all(
+            &message,
+            &[&format!("sample.disks[1].{key}: has no effect"), "glued"],
+        );
+    }
+    let message = of(changed(disks(), "/disks/2", "x_m", Some(json!(0.0))));
+    contains_all(&message, &["sample.disks[2]: ", "sample.disks[0]"]);
+    let bar = |sample: Value, disk: &str| changed(sample, disk, "cluster", Some(json!("bar")));
+    let together = bar(bar(disks(), "/disks/0"), "/disks/2");
+    let together = changed(together, "/disks/2", "x_m", Some(json!(0.0)));
+    build(&scene(
+        json!({"kind": "signorini"}),
+        1e-4,
+        together,
+        json!({}),
+    ));
+}
+
+/// At 1e12 m a position is rounded to a tenth of this radius.
+#[test]
+fn grains_too_far_from_the_origin_raise_a_warning() {
+    let warnings = |y: f64| {
+        let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": y, "radius_m": 1e-3}]});
+        let config = scene(json!({"kind": "signorini"}), 1e-4, sample, json!({}));
+        build(&config).describe().warnings
+    };
+    assert_eq!(warnings(999.0), [""; 0]);
+    let far = warnings(1e12);
+    contains_all(
+        &far[0],
+        &["a grain lies 1e12 m from the origin", "1.0e15 times"],
     );
 }
 

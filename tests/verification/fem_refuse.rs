@@ -6,7 +6,7 @@
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{block, node, setting, window, with};
+use crate::fem_bodies::{block, node, setting, strip, window, with};
 
 fn refused(change: Value) -> kit::ConfigError {
     let config = with(block(), change);
@@ -206,4 +206,108 @@ fn requests_that_do_not_fit_are_faults() {
         FaultCode::Protocol
     );
     assert_eq!(code(node.columns(&window(0, 0))), FaultCode::Protocol);
+}
+
+/// The strip with these keys of a set: rollers hold its `bottom` along y, `fixed_x` its sides along x.
+fn held(set: &str, keys: Value) -> Value {
+    with(
+        strip(4e-3, 4e-3, 1e-3),
+        json!({"boundary": {set: keys}, "time": {"end_s": 1e-4}}),
+    )
+}
+
+#[test]
+fn motions_and_loads_of_held_sets_are_refused_by_their_key() {
+    let motion = json!({"motion": {"amplitude_m": 1e-5, "frequency_hz": 1e5}});
+    let table = json!({"motion_table": [[0.0, 0.0, "free"], [1e-5, 1e-6, "free"]]});
+    let force = json!({"load_table": [[0.0, 0.0], [1e-5, 1.0]], "load_direction": [1.0, 0.0]});
+    let cases = [
+        ("left.motion", motion),
+        ("left.motion_table", table),
+        (
+            "left.velocity_m_per_s",
+            json!({"velocity_m_per_s": [1.0, "free"]}),
+        ),
+        (
+            "left.displacement_m",
+            json!({"displacement_m": [1e-6, "free"], "ramp_s": 1e-5}),
+        ),
+        (
+            "bottom.velocity_m_per_s",
+            json!({"velocity_m_per_s": ["free", 1.0]}),
+        ),
+        ("left.traction_pa", json!({"traction_pa": [1e8, 1e8]})),
+        ("left.pressure_pa", json!({"pressure_pa": 1e8})),
+        ("left.load_table", force),
+        (
+            "top.velocity_m_per_s",
+            json!({"velocity_m_per_s": ["free", "free"]}),
+        ),
+        (
+            "top.displacement_m",
+            json!({"displacement_m": ["free", "free"]}),
+        ),
+        ("top.ramp_s", json!({"displacement_m": ["free", 1e-6]})),
+    ];
+    for (key, keys) in cases {
+        let set = key.split('.').next().expect("it names a set");
+        let error = fem_node::check(&held(set, keys), &setting(1)).expect_err(key);
+        assert_eq!(error.key, format!("boundary.{key}"), "{error}");
+        let says_so = ["moves no node", "leaves the set free", "missing"];
+        assert!(
+            says_so.iter().any(|word| error.problem.contains(word)),
+            "{error}"
+        );
+    }
+}
+
+/// A set may be held twice, and a corner of a moved edge may be held, which is said.
+#[test]
+fn a_partly_held_motion_is_a_warning() {
+    let warnings = |set: &str, velocity: Value| {
+        let keys = json!({"velocity_m_per_s": velocity});
+        fem_node::check(&held(set, keys), &setting(1)).expect("it is accepted")
+    };
+    assert_eq!(warnings("left", json!([0.0, "free"])), [""; 0]);
+    assert_eq!(warnings("top", json!(["free", 1.0])), [""; 0]);
+    let partly = warnings("top", json!([1.0, "free"]));
+    assert!(
+        partly[0].contains("hold 2 of the 5 nodes along x"),
+        "{partly:?}"
+    );
+}
+
+#[test]
+fn keys_of_another_analysis_are_listed_in_one_warning() {
+    let warnings = |change: Value| {
+        let config = with(block(), change);
+        let all = fem_node::check(&config, &setting(1)).expect("it is accepted");
+        let unused = all
+            .into_iter()
+            .filter(|text| text.contains(": not used in a"));
+        unused.collect::<Vec<String>>()
+    };
+    let time = json!({"time": {"end_s": 1.0, "safety": 0.3, "mass_damping_per_s": 1e5, "start_mass_damping_per_s": 1e5}});
+    let unused = warnings(with(still(json!({}), json!({})), time));
+    let listed = "time.end_s, time.safety, time.mass_damping_per_s: not used in a static analysis";
+    assert!(
+        unused.len() == 1 && unused[0].starts_with(listed),
+        "{unused:?}"
+    );
+    let dynamic = warnings(json!({"statics": {"increment_n": 1.0}}));
+    assert!(
+        dynamic[0].starts_with("statics.increment_n: "),
+        "{dynamic:?}"
+    );
+    let increments = json!({"increment_n": 0.1, "increments_per_cycle": 10});
+    let without_cycles = warnings(still(json!({}), increments));
+    assert!(
+        without_cycles[0].starts_with("statics.increments_per_cycle: "),
+        "{without_cycles:?}"
+    );
+    let cycles = json!({"amplitude_m": 1e-6, "cycles": 1.0, "frequency_hz": 1.0});
+    assert_eq!(
+        warnings(still(cycles, json!({"increments_per_cycle": 10}))),
+        [""; 0]
+    );
 }

@@ -114,6 +114,7 @@ fn the_profile_belongs_to_the_end_of_the_hold() {
 fn at_rest() -> f64 {
     let rail = node(&wheel_rail(0.0));
     let loads = StaticLoads {
+        start: 0.0,
         load: LOAD,
         radius: 0.0,
         friction: 0.3,

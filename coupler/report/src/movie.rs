@@ -43,18 +43,18 @@ const TEXTS: usize = 150_000;
 /// With fewer moments, the page explains how to get more.
 const FEW: usize = 12;
 
-/// Writes `movie.html` into a run directory; returns its name, and a note on damage or on how to get more frames.
+/// Writes `movie.html` into a run directory; returns its name, a note on how to get more frames, and an error if a field differs from what the run
+/// wrote.
 ///
 /// # Errors
 /// The run wrote no fields that can be shown.
-pub fn write(run: &Path) -> Result<(String, Option<String>), Error> {
+pub fn write(run: &Path) -> Result<(String, Option<String>, Option<Error>), Error> {
     let run_files = RunFiles::read_what_is_there(run);
     let html = make(&run_files, BYTES_MOST)?;
-    let damage = run_files.field_damage().map(|error| error.line());
-    let note = damage.or(few(&FieldFiles::of(run, &run_files.scenario())?));
+    let note = few(&FieldFiles::of(run, &run_files.scenario())?);
     let path = run.join(FILE);
     std::fs::write(&path, html).map_err(Error::output(path.display()))?;
-    Ok((FILE.into(), note))
+    Ok((FILE.into(), note, run_files.field_damage()))
 }
 
 /// The page, of at most `bytes` bytes. The estimate of its size is an upper bound; a second attempt uses the room that is left.

@@ -73,7 +73,21 @@ impl RunFiles {
             let text = format!("{}: {why}", path.display());
             Some(Refusal::other(Code::TableDamaged, text).into())
         };
-        self.entries("tables").find_map(problem)
+        let mut tables = self.entries("tables");
+        tables.find_map(problem).or_else(|| self.scenario_damage())
+    }
+
+    /// A scenario.toml that is not the run's, by `hashes.scenario` of summary.json.
+    fn scenario_damage(&self) -> Option<Error> {
+        let path = self.path.join("scenario.toml");
+        let hash = self.hash("scenario").filter(|hash| !hash.is_empty())?;
+        let why = match contents(&path).map(|text| blake3::hash(&text).to_hex()) {
+            None => "cannot be read, although the run wrote it",
+            Some(found) if found.as_str() == hash => return None,
+            Some(_) => "was changed since the run wrote it",
+        };
+        let text = format!("{}: {why}", path.display());
+        Some(Refusal::other(Code::TableDamaged, text).into())
     }
 
     /// The first field file that differs from what the run wrote, by `fields.blake3` of summary.json.
@@ -282,13 +296,20 @@ fn read_summary(run: &Path) -> Result<Value, Error> {
                 "is missing: the run is still running, or was killed (`thirdbody resume` continues it)"
             }
             (_, true) => "is not a run directory: it has neither summary.json nor manifest.json",
+            _ if run.exists() => "is a file: give the run directory, for instance runs/latest",
             _ => "there is no such folder: give a run directory, for instance runs/latest",
         };
         let place = if begun { &path } else { run };
         return Err(Refusal::file(place, problem).into());
     }
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
-    serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
+    let summary: Value = serde_json::from_str(&text)
+        .map_err(|error| Error::from(Refusal::file(&path, error.to_string())))?;
+    if !summary["status"].is_string() {
+        let problem = "is no summary of a run: it has no status";
+        return Err(Refusal::file(path, problem).into());
+    }
+    Ok(summary)
 }
 
 /// The content of a JSON file; null if it cannot be read.

@@ -26,7 +26,8 @@ kit::findings! {
     /// - Why: a number in the wrong unit: GPa for Pa, g/cm3 for kg/m3, mm for m.
     /// - Do: use the unit in the name of the key; if the value is intended, raise `run.plausible.unusual_value_rel`.
     /// - Judged: Factor by which a number is outside the range of solids: 1e6 to 2e12 Pa for a modulus, 10 to 3e4 kg/m3
-    ///   for a density, 1e5 to 1e11 Pa for a yield stress, up to 6 km/s for a speed, 1 nm to 10 m for a size.
+    ///   for a density, 1e5 to 1e11 Pa for a yield stress, up to 6 km/s for a speed, 1 nm to 10 m for a size; of bonds
+    ///   1e9 to 1e22 Pa/m for a stiffness, 1e-4 to 1e6 J/m2 for an energy.
     /// - Valid: 1 (inside).
     /// - Wrong: 1.4e4 (`young_pa = 70`).
     UNUSUAL_VALUE = "unusual_value": unusual_value_rel in run = [1.0, 1e300];

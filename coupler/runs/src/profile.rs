@@ -67,8 +67,8 @@ impl InterfaceTraction {
         Some(peak / self.thickness_m)
     }
 
-    /// Half of the shortest length (m) that is symmetric about the middle and carries `share` of the normal force. The
-    /// middle is x = 0, the centre of wheels and crowns, or the middle of the nodes if all of them are on one side of
+    /// Distance (m) from the middle of the node with which the nodes nearest to the middle carry `share` of the normal
+    /// force; the segment of this node reaches half a spacing further. The middle is x = 0, the centre of wheels and crowns, or the middle of the nodes if all of them are on one side of
     /// it.
     pub fn half_width(&self, share: f64) -> f64 {
         let middle = match (self.x_m.first(), self.x_m.last()) {

@@ -21,6 +21,11 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
         .split_once('=')
         .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;
     let value = parse_value(value.trim());
+    if key.trim().split('.').any(|part| part.trim().is_empty()) {
+        return Err(refuse(
+            "the key has an empty part: write one point between two names",
+        ));
+    }
     let parts = segments(key.trim());
     if let Some(meant) = longer(table, key.trim(), &parts) {
         let why = format!("keys begin with run, participant or interface; did you mean `{meant}`?");

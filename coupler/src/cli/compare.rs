@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print};
+use draw::units::unit;
 use report::results;
 use runs::compare::{Compared, Comparison, NumberPair, OF_ONE, by_change, difference, ratio};
 use runs::files::RunFiles;
@@ -93,6 +94,12 @@ fn rename(run: &RunFiles, reference: &mut RunFiles, map: &str) -> Result<(), Err
     let (own, other) = map
         .split_once('=')
         .ok_or_else(|| refuse("must be OWN=OTHER, two columns of signals.csv or profile.csv"))?;
+    let [unit, of_other] = [own, other].map(unit);
+    if unit != of_other {
+        return Err(refuse(&format!(
+            "compares {own} in {unit:?} with {other} in {of_other:?}: name two columns of the same unit"
+        )));
+    }
     let mut tables = [Some(&run.signals), run.profile.as_ref()].into_iter();
     if !tables.any(|table| table.is_some_and(|table| table.get(own).is_some())) {
         return Err(refuse("the run has no such column"));

@@ -49,7 +49,7 @@ pub struct ReplayArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// File for the picture of the drift with --set (default: replay-drift.svg in the run directory).
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", requires = "set")]
     plot: Option<PathBuf>,
     /// Start the programs that the logged scenario names.
     #[arg(long)]
@@ -226,6 +226,13 @@ fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<Stri
                 "a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {known}"
             );
             return Err(Refusal::argument(set, problem).into());
+        }
+        if let Some(node) = arguments.node.as_ref().filter(|node| !names.contains(node)) {
+            let problem = format!(
+                "no --set changes a key of this participant: name {}",
+                names.join(" or ")
+            );
+            return Err(Refusal::argument(format!("--node {node}"), problem).into());
         }
     }
     Ok(arguments.node.clone().map_or(names, |name| vec![name]))

@@ -25,9 +25,9 @@ pub struct ReportArguments {
 /// show, is damaged, or if a table differs from what the run wrote.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
     let (names, damage) = if arguments.movie {
-        let (name, note) = report::movie::write(&arguments.run)?;
+        let (name, note, damage) = report::movie::write(&arguments.run)?;
         note.iter().for_each(|note| print_note(note));
-        (vec![name], None)
+        (vec![name], damage)
     } else {
         let front = known_front(&arguments.run);
         report::write(&arguments.run, arguments.compare.as_deref(), front.as_ref())?

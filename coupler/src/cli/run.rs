@@ -20,7 +20,7 @@ pub struct RunArguments {
     out: Option<PathBuf>,
     /// Run the scene in parallel under N seeds, counted up from its own. Print the mean of each result with its 95 % interval and write one
     /// report that overlays the runs. Each run keeps tables and fields, but no log.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1000), conflicts_with = "budget")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1000), conflicts_with_all = ["budget", "strict"])]
     seeds: Option<u64>,
     #[command(flatten)]
     budget: BudgetArguments,

@@ -1,6 +1,11 @@
 //! `thirdbody scenes`: the scenes and studies built into this program.
 
+use std::collections::BTreeSet;
+
+use kit::keys::proposal;
+
 use super::common::{VerbResult, print_rows};
+use scenario::error::Refusal;
 use scenes::listing::{Listed, listing};
 
 /// Arguments of `scenes`.
@@ -17,6 +22,15 @@ pub struct ScenesArguments {
 pub fn scenes(arguments: &ScenesArguments) -> VerbResult {
     let mut listed = listing();
     if let Some(tag) = &arguments.tag {
+        let known: BTreeSet<&str> = listed
+            .iter()
+            .flat_map(|one| one.about.tags.iter().map(String::as_str))
+            .collect();
+        if !known.contains(tag.as_str()) {
+            let known = Vec::from_iter(known);
+            let problem = format!("no entry has this tag; {}", proposal(tag, "tags", &known));
+            return Err(Refusal::argument(format!("scenes {tag}"), problem).into());
+        }
         listed.retain(|one| one.about.tags.contains(tag));
     }
     print_rows(&listed[..], arguments.json, table)?;

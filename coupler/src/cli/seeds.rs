@@ -97,6 +97,15 @@ fn opened(
         Path::to_path_buf,
     );
     let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
+    let last = run.seed.checked_add(count - 1);
+    if last.is_none_or(|last| i64::try_from(last).is_err()) {
+        let problem = format!(
+            "counts up from run.seed = {} to more than {}: lower run.seed",
+            run.seed,
+            i64::MAX
+        );
+        return Err(Refusal::argument(format!("--seeds {count}"), problem).into());
+    }
     let set = scenario.set.iter().filter(|set| key_of(set) != SEED);
     let study = json!({ "study": {
         "name": format!("{}-seeds", run.name),
@@ -104,9 +113,7 @@ fn opened(
         "set": Vec::from_iter(set),
         "threads": scenario.threads.unwrap_or(1),
     }, "vary": [{ "key": SEED, "values": Vec::from_iter(run.seed..run.seed.saturating_add(count)) }] });
-    // A seed beyond the integers of TOML cannot be written.
-    let refused = |why: toml::ser::Error| Refusal::argument("--seeds", why.to_string());
-    let text = toml::to_string(&study).map_err(refused)?;
+    let text = toml::to_string(&study).expect("its seeds are integers of TOML");
     let file = write_in(&folder, scenes::STUDY, &text)?;
     OpenStudy::of(Plan::read(&file, false, &[])?, folder)
 }

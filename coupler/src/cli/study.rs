@@ -15,6 +15,7 @@ use coordinator::participants::{Registry, Watch};
 use coordinator::run::check::check;
 use coordinator::run::session::RunOptions;
 use report::results;
+use runs::files::RunFiles;
 use scenario::error::{CHECK_FAILED, Error, Refusal};
 use study::collect::{DAMAGED, StudyRow, finished};
 use study::digest::Digest;
@@ -84,7 +85,7 @@ pub(super) struct EngineArguments {
     #[arg(long, value_enum, default_value_t = Engine::Local)]
     engine: Engine,
     /// Tasks at a time (default: the number of cores divided by the threads of a run; with Slurm, no limit).
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Repeat failed and damaged runs.
     #[arg(long)]
@@ -123,6 +124,9 @@ struct ExecTaskArguments {
 impl PlaceArguments {
     fn open(&self) -> Result<OpenStudy, Error> {
         let (plan, folder) = self.plan()?;
+        if let Some(run) = &plan.file.reference.run {
+            RunFiles::read(&plan.beside.join(run))?;
+        }
         for measure in &plan.file.measure {
             if let Some(new) = measure.renamed() {
                 print_note(&format!(
@@ -170,7 +174,7 @@ pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
 }
 
 fn threads_of(plan: &Plan) -> u16 {
-    plan.file.study.threads.max(1)
+    plan.file.study.threads
 }
 
 fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {

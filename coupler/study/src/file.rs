@@ -206,6 +206,9 @@ impl StudyFile {
 
     fn check(&self) -> Result<(), String> {
         plain("study.name", &self.study.name)?;
+        if self.study.threads == 0 {
+            return Err("study.threads: must be at least 1".into());
+        }
         if self.vary.is_empty() || (self.measure.is_empty() && self.reference.is_given()) {
             return Err("at least one [[vary]] and one [[measure]] are needed".into());
         }

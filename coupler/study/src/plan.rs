@@ -10,7 +10,7 @@ use runs::identity::build;
 use scenario::error::{Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
-use scenario::overrides::{remove_at, value_at};
+use scenario::overrides::{key_of, remove_at, value_at};
 
 /// Role of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +105,16 @@ impl Plan {
             false => Small::default(),
         };
         let common = [&file.study.set[..], &small.set, set].concat();
+        let varied = |set: &&String| {
+            let mut keys = file.vary.iter().filter(|vary| vary.case.is_none());
+            keys.any(|vary| vary.key == key_of(set))
+        };
+        if let Some(set) = common.iter().find(varied) {
+            let why = format!(
+                "`{set}` has no effect: the study varies this key; remove the override, or the key from [[vary]]"
+            );
+            return Err(Refusal::file(path, why).into());
+        }
         let axes = axes(&file, &small).map_err(|why| Refusal::file(path, why))?;
         let count = count(&file, &axes);
         if count > MOST_RUNS as f64 {

@@ -1,5 +1,7 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
+use std::collections::HashMap;
+
 use dem_kernel::bodies::geometry::range;
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 use kit::ConfigError;
@@ -130,6 +132,23 @@ pub enum MotionConfig {
     Rotation,
 }
 
+impl DiskConfig {
+    /// Refuses its velocity if a condition holds.
+    pub(super) fn refuse_velocity(
+        &self,
+        holds: bool,
+        key: &str,
+        why: &str,
+        help: &str,
+    ) -> Result<(), ConfigError> {
+        kit::named!(self; vx_m_per_s, vy_m_per_s, spin_rad_per_s)
+            .into_iter()
+            .try_for_each(|(name, v)| {
+                refuse_if(holds && v != 0.0, &format!("{key}.{name}"), why, help)
+            })
+    }
+}
+
 impl WallConfig {
     /// Refuses a wall that is neither a half-plane nor a polyline, or both.
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
@@ -202,6 +221,18 @@ impl ClusterConfig {
                 "remove it, or take the motion out of `locked`",
             )?;
         }
+        let [x, y, turn] = self.holds();
+        for (name, idle) in [
+            ("mass_kg", self.mass_kg.is_some() && x && y),
+            ("inertia_kg_m2", self.inertia_kg_m2.is_some() && turn),
+        ] {
+            refuse_if(
+                idle,
+                &format!("{key}.{name}"),
+                "has no effect: the motion that it resists is locked or driven",
+                "remove it, or free the motion in `locked` or drive.velocity_m_per_s",
+            )?;
+        }
         match &self.drive {
             None => Ok(()),
             Some(drive) => self.validate_drive(drive, key),
@@ -253,7 +284,14 @@ impl DisksConfig {
                 "only a glued disk belongs to the lid",
                 "add glued = true",
             )?;
+            disk.refuse_velocity(
+                disk.glued,
+                &format!("sample.disks[{i}]"),
+                "has no effect on a glued disk, which moves with its body",
+                "remove it, or give the body the velocity",
+            )?;
         }
+        self.refuse_same_centre()?;
         for (i, wall) in self.walls.iter().enumerate() {
             wall.validate(&format!("sample.walls[{i}]"))?;
         }
@@ -271,6 +309,28 @@ impl DisksConfig {
             )?;
         }
         self.validate_clusters()
+    }
+
+    /// Refuses two disks at one point, whose contact has no normal; disks of one cluster have no contact.
+    fn refuse_same_centre(&self) -> Result<(), ConfigError> {
+        let mut known = HashMap::new();
+        for (i, disk) in self.disks.iter().enumerate() {
+            // Adding 0 makes a 0 of -0.
+            let centre = [disk.x_m, disk.y_m].map(|x| (x + 0.0).to_bits());
+            let Some(other) = known.insert(centre, i) else {
+                continue;
+            };
+            let together = disk.cluster.is_some() && disk.cluster == self.disks[other].cluster;
+            refuse_if(
+                !together,
+                &format!("sample.disks[{i}]"),
+                format!(
+                    "has its centre where sample.disks[{other}] has it, so that their contact has no direction"
+                ),
+                "move one of them",
+            )?;
+        }
+        Ok(())
     }
 
     /// True if any disks move together.

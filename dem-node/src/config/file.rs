@@ -53,7 +53,8 @@ impl FileConfig {
 
 /// The disks of a table: a line with the names of its columns, then a line a disk. Empty lines are skipped.
 fn parse(text: &str) -> Result<Vec<DiskConfig>, ConfigError> {
-    let lines = text.lines().enumerate();
+    // Some editors write a byte-order mark.
+    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let header = lines.next().map_or("", |(_, line)| line);
     let columns = columns(header)?;

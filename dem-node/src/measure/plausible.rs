@@ -437,7 +437,8 @@ impl FinishedRun<'_> {
     fn grain_travel(&self) -> Option<Finding> {
         let value = self.statistics.largest.travel;
         judge!(self.bounds => GRAIN_TRAVEL, value;
-            "in a step a grain moved by {value:.3} of its radius, past or into a body that it pressed on, or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps")
+            "in a step a grain moved by {} of its radius, past or into a body that it pressed on, or as it fell: grains that pass each other may have been stopped without touching, and falls are off by half of that; lower time.step_s or, where there are windows, substeps",
+            in_short(value))
     }
 
     /// A wall of points does not hold grains that come from behind.
@@ -641,6 +642,15 @@ fn pressed_half_width(bodies: &Bodies, state: &GrainState) -> Option<f64> {
     within.map(|(x, _)| *x)
 }
 
+/// A ratio for readers; a run that has gone wrong has ratios of 300 digits.
+fn in_short(value: f64) -> String {
+    if value.abs() < 1e4 {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -751,6 +761,7 @@ mod tests {
                     wheel: WheelState {
                         position: [0.0, *height],
                         velocity: [0.0; 2],
+                        turn: 0.0,
                     },
                     ..GrainState::default()
                 };

@@ -34,7 +34,7 @@ use crate::sample::prepared::{SampleStore, WORTH};
 use crate::sample::types::Sample;
 use crate::sample::{fed, perturb, surface, wheel_face};
 use crate::setup;
-use crate::setup::bounds::{StepBounds, advice_on_travel};
+use crate::setup::bounds::{StepBounds, advice_on_positions, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use kit::wheel::{WheelProgram, ends_at};
@@ -177,6 +177,7 @@ impl Dem {
             let numbers = [step, end.unwrap_or(0.0), bound];
             warnings.extend(advice_on_travel(&bodies, &state, numbers));
         }
+        warnings.extend(advice_on_positions(&bodies, &state));
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
         Ok(Dem {

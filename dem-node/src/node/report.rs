@@ -20,8 +20,9 @@ kit::results! {
     /// - `radii_shrunk_rel`: Part by which radii were reduced for a start without overlaps.
     /// - `inertial_number`: Shear rate times sqrt(m/P): small where a layer shears slowly enough to
     ///   be in equilibrium.
-    /// - `inertia_pressure_pa`: The pressure P of the inertial number.
-    /// - `step_over_inertial_time`: Step of the grains over their inertial time d sqrt(ρ/P); small
+    /// - `inertia_pressure_pa`: Shear stress rho H (2 pi f)^2 A that accelerates a layer of height H with a wheel that moves
+    ///   sideways.
+    /// - `step_over_inertial_time`: Largest step of the grains over their inertial time d sqrt(ρ/P); small
     ///   steps resolve rearrangements.
     /// # Bonds
     /// - `bonds`: Bonds that are left at the end.
@@ -166,7 +167,8 @@ impl Dem {
         };
         let adhesions = state.bonds.iter().map(|bond| bond.adhesion);
         let adhesion = per_bond(adhesions.fold(0.0, |sum, adhesion| sum + adhesion));
-        let step = self.window.or(self.time.own_step);
+        // The last window is cut at the end of the run.
+        let step = Some(statistics.largest.step).filter(|step| *step > 0.0);
         let step = step.map(|step| step / self.time.bounds.inertial_time);
         let restitution = self.time.stiffness.restitution(statistics.largest.step);
         let solid_fraction = Some(self.sample.solid_fraction).filter(|x| *x > 0.0);

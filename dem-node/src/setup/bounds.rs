@@ -112,6 +112,23 @@ impl StepBounds {
     }
 }
 
+/// Largest distance from the origin, in radii of the smallest grain, that leaves the digits for contacts: gaps are then exact to 2e-10 of the radius.
+const FAR: f64 = 1e6;
+
+/// Advice on grains so far from the origin that rounding errors of their positions reach the size of overlaps.
+pub fn advice_on_positions(bodies: &Bodies, state: &GrainState) -> Option<String> {
+    let free = 0..bodies.free;
+    let radius = range(free.clone().map(|i| bodies.radii[i]))[0];
+    let far = free
+        .flat_map(|i| state.centres[i])
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    (far > FAR * radius).then(|| {
+        let rounding = f64::EPSILON * far / radius;
+        format!("sample: a grain lies {far:e} m from the origin, {:.1e} times the smallest radius; its position is rounded to {rounding:.1e} of this radius and contacts lose as many digits: move the sample towards the origin", far / radius)
+    })
+}
+
 /// Advice on a step (s) in which grains may move by more than `bound` of the smallest radius past each other or towards a wall. Velocities are the
 /// grains' at the start; a loose grain has its velocity when it reaches the wall, or without walls at the end (s). Shear between driven clusters has
 /// a bound of its own.

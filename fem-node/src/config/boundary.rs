@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::positive;
+use kit::limits::{positive, required};
 use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table};
 use protocol::Cause;
@@ -110,7 +110,9 @@ impl SetConfig {
         let moved =
             |shift: [PrescribedComponent; 2]| shift.iter().any(|d| d.0.is_some_and(|d| d != 0.0));
         if self.displacement_m.is_some_and(moved) {
-            positive(key, self.ramp_s.unwrap_or(0.0), "s")?;
+            let ramp = required(key, self.ramp_s, "displacements other than 0")
+                .map_err(|error| error.help("add ramp_s = 1e-4, the time (s) of the motion"))?;
+            positive(key, ramp, "s")?;
         }
         Ok(())
     }

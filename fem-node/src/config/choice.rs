@@ -93,7 +93,7 @@ pub enum Sides {
     /// No support.
     #[default]
     Free,
-    /// x fixed, y free: a laterally confined strip.
+    /// x fixed, y free: a laterally confined strip. Of a mesh from a file that has only one of the groups `left` and `right`, that one is held.
     FixedX,
 }
 

@@ -30,6 +30,45 @@ impl FemConfig {
         self.analysis == Analysis::Static || self.start == Start::Static
     }
 
+    /// Keys that have no effect on this kind of analysis. Scenes share a body with its wheel, steps and start between a dynamic and a static run, and
+    /// these keys do not count.
+    pub(crate) fn unused_keys(&self) -> Vec<&'static str> {
+        let (time, statics) = (&self.time, &self.statics);
+        let is_static = self.analysis == Analysis::Static;
+        let cycles = self.wheel.as_ref().is_some_and(|wheel| wheel.cycles > 0.0);
+        let rolls = self
+            .wheel
+            .as_ref()
+            .is_some_and(|wheel| wheel.rolling.is_some());
+        let keys = [
+            ("time.end_s", is_static && time.end_s.is_some()),
+            ("time.safety", is_static && time.safety.is_some()),
+            ("time.unsafe_step", is_static && time.unsafe_step),
+            (
+                "time.mass_damping_per_s",
+                is_static && time.mass_damping_per_s.is_some(),
+            ),
+            (
+                "time.stiffness_damping_s",
+                is_static && time.stiffness_damping_s.is_some(),
+            ),
+            (
+                "statics.increment_n",
+                !self.solves_equilibrium() && statics.increment_n.is_some(),
+            ),
+            (
+                "statics.increments_per_cycle",
+                !(is_static && cycles) && statics.increments_per_cycle.is_some(),
+            ),
+            (
+                "statics.rolling_increment_m",
+                !(is_static && rolls) && statics.rolling_increment_m.is_some(),
+            ),
+        ];
+        let unused = keys.into_iter().filter(|(_, unused)| *unused);
+        unused.map(|(key, _)| key).collect()
+    }
+
     /// Wheel, contact and the keys that make sense only with them.
     fn check_wheel(&self) -> Result<(), ConfigError> {
         let start_damping = self.time.start_mass_damping_per_s;

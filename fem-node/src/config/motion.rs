@@ -1,6 +1,7 @@
 //! Prescribed motions of a set: a velocity or a displacement, or a displacement over time.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use kit::number::PrescribedComponent;
 use kit::table::{LoadTable, check_table, last_change, load_at};
 use schemars::JsonSchema;
@@ -57,11 +58,36 @@ impl SetMotion<'_> {
         }
     }
 
+    /// The key that gives it.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            SetMotion::Velocity(_) => "velocity_m_per_s",
+            SetMotion::Displacement(_) => "displacement_m",
+            SetMotion::Table(_) => "motion_table",
+            SetMotion::Reciprocating(_) => "motion",
+        }
+    }
+
+    /// True if it moves the set along x (0) or y (1); a set may also be held at 0.
+    pub(crate) fn moves(self, k: usize) -> bool {
+        match self {
+            SetMotion::Table(table) => by_direction(table)[k].iter().any(|entry| entry[1] != 0.0),
+            _ => self.components()[k]
+                .0
+                .is_some_and(|component| component != 0.0),
+        }
+    }
+
     /// Refuses numbers that describe no motion.
     pub(super) fn check(self, set: &str) -> Result<(), ConfigError> {
         let key = |name: &str| format!("boundary.{set}.{name}");
         match self {
-            SetMotion::Velocity(_) | SetMotion::Displacement(_) => Ok(()),
+            SetMotion::Velocity(components) | SetMotion::Displacement(components) => refuse_if(
+                components.iter().all(|component| component.0.is_none()),
+                &key(self.key()),
+                "leaves the set free in both directions",
+                "remove the key, or write a number along one of them",
+            ),
             SetMotion::Table(table) => check_motion_table(&key("motion_table"), table),
             SetMotion::Reciprocating(motion) => {
                 let given = motion.direction.map(|d| d.0.unwrap_or(0.0));

@@ -53,14 +53,16 @@ impl LoadHistory {
     }
 }
 
-/// Tractions and prescribed motions of the scenario; components that a motion moves are removed from the body's own masses.
+/// Tractions and prescribed motions of the scenario, with warnings about nodes that supports hold; components that a motion moves are removed from
+/// the body's own masses.
 pub(crate) fn build(
     config: &FemConfig,
     mesh: &Mesh,
     body: &mut Body,
     thickness: f64,
-) -> Result<(Vec<Traction>, Vec<PrescribedMotion>), ConfigError> {
+) -> Result<(Vec<Traction>, Vec<PrescribedMotion>, Vec<String>), ConfigError> {
     let (mut tractions, mut motions) = (Vec::new(), Vec::<PrescribedMotion>::new());
+    let mut warnings = Vec::new();
     for (name, set) in &config.boundary.0 {
         let nodes = nodes(config, mesh, name)?;
         let lines = lines(mesh, name, set)?;
@@ -69,12 +71,15 @@ pub(crate) fn build(
         };
         let layout = body.layout;
         if let Some(prescribed) = set.prescribed() {
+            warnings.extend(held_motion(body, name, &nodes, prescribed)?);
             let motion = motion(body, name, &nodes, prescribed, ramp);
             motions.push(without_doubles(motion, &motions)?);
         }
         if let Some(load) = set.load() {
+            let forces = nodal_forces(mesh, layout, &lines, load, thickness);
+            refuse_held_load(body, &format!("boundary.{name}.{}", load.key()), &forces)?;
             tractions.push(Traction {
-                forces: nodal_forces(mesh, layout, &lines, load, thickness),
+                forces,
                 history: match load {
                     SetLoad::Table(table, _) => LoadHistory::Table(table.clone()),
                     _ => LoadHistory::Ramp(ramp),
@@ -85,7 +90,63 @@ pub(crate) fn build(
     for motion in &motions {
         body.fix(motion.components.iter().map(|(index, _)| *index));
     }
-    Ok((tractions, motions))
+    Ok((tractions, motions, warnings))
+}
+
+/// Refuses a motion in a direction in which supports hold the whole set; warns where they hold some of its nodes.
+fn held_motion(
+    body: &Body,
+    set: &str,
+    nodes: &[[usize; 2]],
+    motion: SetMotion,
+) -> Result<Vec<String>, ConfigError> {
+    let mut warnings = Vec::new();
+    for (k, direction) in ["x", "y"].into_iter().enumerate() {
+        if !motion.moves(k) {
+            continue;
+        }
+        let held = nodes
+            .iter()
+            .filter(|node| is_held(body, body.layout.index(**node, k)));
+        let (held, all) = (held.count(), nodes.len());
+        refuse_if(
+            held == all,
+            &format!("boundary.{set}.{}", motion.key()),
+            format!("moves no node along {direction}: supports hold them all"),
+            format!("write \"free\" along {direction}, or free the set by base or sides"),
+        )?;
+        if held > 0 {
+            warnings.push(format!(
+                "boundary.{set}.{}: supports hold {held} of the {all} nodes along {direction}, and these do not move; free them by base or sides, or move a set without them",
+                motion.key()
+            ));
+        }
+    }
+    Ok(warnings)
+}
+
+/// Refuses a load that acts along a direction only where supports hold the body.
+fn refuse_held_load(body: &Body, key: &str, forces: &[(usize, f64)]) -> Result<(), ConfigError> {
+    [0, 1]
+        .into_iter()
+        .zip(["x", "y"])
+        .try_for_each(|(k, direction)| {
+            let mut along = forces
+                .iter()
+                .filter(|(index, _)| body.layout.direction(*index) == k)
+                .peekable();
+            refuse_if(
+                along.peek().is_some() && along.all(|(index, _)| is_held(body, *index)),
+                key,
+                format!("moves no node along {direction}: supports hold them all"),
+                "remove the load along this direction, or free the set by base or sides",
+            )
+        })
+}
+
+/// True for a component without a motion of its own.
+fn is_held(body: &Body, index: usize) -> bool {
+    body.inverse_mass[body.layout.tied_to(index)] == 0.0
 }
 
 fn nodes(config: &FemConfig, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
@@ -197,7 +258,7 @@ fn motion(
     let layout = body.layout;
     let values = prescribed.components();
     let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
-    let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
+    let free = |(index, _): &(usize, f64)| !is_held(body, *index);
     let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
     PrescribedMotion {
         set: set.into(),

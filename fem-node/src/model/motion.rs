@@ -40,6 +40,8 @@ impl MotionHistory {
                 hold_s: motion.start_s,
                 amplitude_m: motion.amplitude_m,
                 frequency_hz: motion.frequency_hz,
+                // Until the end of the run.
+                cycles: f64::INFINITY,
                 ..WheelProgram::default()
             }),
         }

@@ -15,8 +15,8 @@ crate::results! {
     /// - `load_n`: Load on the wheel that the scenario asks for.
     /// - `wheel_force_n`: Force on the wheel, mean over the last half of the hold: the load, if the
     ///   wheel came to rest.
-    /// - `approach_m`: Way of the wheel towards the rail from its first position until the end of
-    ///   the hold.
+    /// - `approach_m`: Way of the wheel towards the rail from its first position: on grains the mean over the last half of
+    ///   the hold, on a body the value at the end of the hold.
     /// # Friction and sliding
     /// - `loop_area_j`: Work of the tangential force over the last full cycle: the area of the
     ///   friction loop.
@@ -86,7 +86,7 @@ macro_rules! wheel_keys {
             #[schemars(range(min = 0.0))]
             pub radius_m: f64,
             $($own)*
-            /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).
+            /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m); the wheel does not move where cycles = 0.
             #[serde(default)]
             #[schemars(range(min = 0.0))]
             pub amplitude_m: f64,
@@ -186,13 +186,16 @@ impl WheelProgram {
         self.amplitude_m * self.angle_at(t).sin()
     }
 
-    /// Sideways velocity at a time (m/s): 0 before t_s.
+    /// Sideways velocity at a time (m/s): 0 before t_s and without cycles.
     pub fn speed_at(&self, t: f64) -> f64 {
         if t < self.motion_start() {
             return 0.0;
         }
         if let Some(rolling) = &self.rolling {
             return rolling.speed;
+        }
+        if self.cycles == 0.0 {
+            return 0.0;
         }
         self.angular_frequency() * self.amplitude_m * self.angle_at(t).cos()
     }
@@ -213,7 +216,11 @@ impl WheelProgram {
         TAU * self.frequency_hz
     }
 
+    /// 2 pi f (t - t_s); 0 before t_s and without cycles.
     fn angle_at(&self, t: f64) -> f64 {
+        if self.cycles == 0.0 {
+            return 0.0;
+        }
         self.angular_frequency() * (t - self.motion_start()).max(0.0)
     }
 
@@ -358,6 +365,18 @@ mod tests {
         assert!((program.speed_at(9.0e-4) / full - 1.0).abs() < 1e-12);
         let measured = program.displacement_at(9e-4 + 1e-8) / 1e-8;
         assert!((measured - full).abs() < 1e-6, "{measured}");
+    }
+
+    /// The last window of a run may reach beyond t_s.
+    #[test]
+    fn a_wheel_without_cycles_stays() {
+        let program = WheelProgram {
+            cycles: 0.0,
+            ..program()
+        };
+        for t in [8e-4, 9.1e-4, 1.0] {
+            assert_eq!([program.displacement_at(t), program.speed_at(t)], [0.0; 2]);
+        }
     }
 
     #[test]

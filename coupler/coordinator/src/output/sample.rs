@@ -12,9 +12,10 @@ kit::results! {
     /// # Load and approach
     /// - `interface_force_n`: Normal force through the interface, mean over the last half of the
     ///   hold.
-    /// - `p0_1mm_pa`: Largest mean over 1 mm of the pressure on the coupled surface at the end of the hold. Absent if
-    ///   the surface is shorter.
-    /// - `half_width_98_m`: Half of the length around the middle that carries 98 % of the normal force.
+    /// - `p0_1mm_pa`: Largest mean of the pressure on the coupled surface over boxes of 1 mm, centred at multiples of
+    ///   1 mm, at the end of the hold. Absent if the surface is shorter.
+    /// - `half_width_98_m`: Distance from the middle of the last node that the nodes need to carry 98 % of the normal
+    ///   force, counted outwards from the middle.
 }
 
 /// The load history of a run: the first participant's that has one.

@@ -39,6 +39,19 @@ pub fn fault_of_description(description: &Description) -> Option<String> {
         }
     }
     let terms = description.ledger.iter().map(|term| &term.name);
+    // Both are columns of signals.csv, beside the time.
+    let columns = terms.clone().map(|term| format!("{term}_j"));
+    let columns = Vec::from_iter(columns.chain(["t_s".into()]));
+    let taken = description
+        .signals
+        .iter()
+        .find(|signal| columns.contains(signal));
+    if let Some(signal) = taken {
+        return Some(format!(
+            "has a signal `{}`, which is the name of the time or of one of its ledger terms in signals.csv: give the signal another name",
+            signal.escape_debug()
+        ));
+    }
     fault_of_names("signal", description.signals.iter())
         .or_else(|| fault_of_names("set", description.sets.iter()))
         .or_else(|| fault_of_names("ledger term", terms))
@@ -47,7 +60,10 @@ pub fn fault_of_description(description: &Description) -> Option<String> {
 }
 
 /// Checks names, which become columns of files and keys of summaries.
-fn fault_of_names<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Option<String> {
+pub(super) fn fault_of_names<'a>(
+    what: &str,
+    names: impl Iterator<Item = &'a String>,
+) -> Option<String> {
     let mut known: Vec<&str> = Vec::new();
     for name in names {
         let shown = name.escape_debug();
@@ -168,7 +184,7 @@ mod tests {
     fn a_description_with_a_wrong_number_or_name_is_refused() {
         assert_eq!(fault_of_description(&sound()), None);
         type Harm = fn(&mut Description);
-        let harms: [(&str, Harm); 16] = [
+        let harms: [(&str, Harm); 18] = [
             ("step_s", |d| d.step_s = Some(0.0)),
             ("step_s", |d| d.step_s = Some(-1e-8)),
             ("step_s", |d| d.step_s = Some(f64::NAN)),
@@ -179,6 +195,14 @@ mod tests {
             ("signal", |d| d.signals[1] = "a_m".into()),
             ("signal", |d| d.signals[1] = "a,b".into()),
             ("signal", |d| d.signals[1] = "a\nb".into()),
+            ("signal `t_s`", |d| d.signals[1] = "t_s".into()),
+            ("signal `springs_j`", |d| {
+                d.signals[1] = "springs_j".into();
+                d.ledger.push(Term {
+                    name: "springs".into(),
+                    role: Role::Stored,
+                });
+            }),
             ("set", |d| d.sets[0] = String::new()),
             ("ledger term", |d| {
                 let term = Term {

@@ -4,6 +4,8 @@ use protocol::Frame;
 use protocol::serve::Farewell;
 use serde_json::Value;
 
+use super::admission::fault_of_names;
+
 /// Reads a farewell. `NaN` and `Infinity` are not JSON, but some programs write them; they count as missing. A result
 /// or a work without a value is left out with a warning; a time or a memory becomes zero.
 pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
@@ -15,7 +17,37 @@ pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
             .or_else(|_| parse(&text))
             .map_err(|error| error.to_string())
     });
-    read.map_err(|why| format!("sent an outcome that cannot be read: {why}"))
+    let mut farewell = read.map_err(|why| format!("sent an outcome that cannot be read: {why}"))?;
+    leave_out_wrong_names(&mut farewell);
+    Ok(farewell)
+}
+
+/// Results that the coordinator adds to summary.json itself.
+const TAKEN: [&str; 6] = [
+    "energy_balance_rel",
+    "interface_nodes",
+    "interface_points",
+    "interface_force_n",
+    "p0_1mm_pa",
+    "half_width_98_m",
+];
+
+/// Leaves out results that would take the place of the coordinator's own, and names that a table cannot hold: the end of a long run is too late to
+/// refuse them.
+fn leave_out_wrong_names(farewell: &mut Farewell) {
+    let outcome = &mut farewell.outcome;
+    outcome.results.retain(|name, _| {
+        let why = match TAKEN.contains(&name.as_str()) {
+            true => Some(format!(
+                "names a result `{name}`, which the coordinator reports itself"
+            )),
+            false => fault_of_names("result", std::iter::once(name)),
+        };
+        let left_out = why.map(|why| format!("{why}: it is left out, give it another name"));
+        let kept = left_out.is_none();
+        outcome.warnings.extend(left_out);
+        kept
+    });
 }
 
 fn parse(text: &str) -> serde_json::Result<Farewell> {
@@ -96,6 +128,23 @@ mod tests {
         assert_eq!(outcome.warnings.len(), 3, "{:?}", outcome.warnings);
         assert_eq!((farewell.cpu_s, farewell.solve_wall_s), (0.0, 1.0));
         assert_eq!(farewell.busy, BusyTimes::default());
+    }
+
+    #[test]
+    fn results_with_a_taken_or_wrong_name_are_left_out() {
+        let text = r#"{"outcome": {"steps": 3, "work": {}, "state_hash": "",
+            "results": {"a_m": 1.5, "energy_balance_rel": 1.0, "": 2.0, "b,c": 3.0, "d\ne": 4.0}},
+            "cpu_s": 1.0, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7}"#;
+        let mut farewell = parse(text).expect("it can be read");
+        leave_out_wrong_names(&mut farewell);
+        let outcome = &farewell.outcome;
+        assert_eq!(outcome.results, [("a_m".to_string(), 1.5)].into());
+        assert_eq!(outcome.warnings.len(), 4, "{:?}", outcome.warnings);
+        let of_balance = outcome
+            .warnings
+            .iter()
+            .filter(|w| w.contains("`energy_balance_rel`"));
+        assert_eq!(of_balance.count(), 1);
     }
 
     #[test]

@@ -9,15 +9,16 @@ use crate::participants::process::require_program;
 use crate::participants::{Registry, network};
 use runs::warning::{ADVICE, Warning};
 use scenario::error::Result;
-use scenario::keys::FieldsFormat;
+use scenario::keys::{FieldsFormat, Participant, TransportKind};
 use scenario::load::Loaded;
+use scenario::overrides::value_at;
 use scheme::keys::SchemeWord;
 
 kit::findings! {
     /// A key has no effect in this scenario.
     ///
-    /// - Why: it belongs to another coupling scheme, belongs to fields that are not written, or names a scene that is
-    ///   not shipped.
+    /// - Why: it belongs to another coupling scheme or kind of run, belongs to fields that are not written, or names a
+    ///   scene that is not shipped.
     /// - Do: remove it, or set the key that it belongs to.
     UNUSED_KEY = "unused_key";
 }
@@ -46,12 +47,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         let found = found.iter();
         warnings.extend(found.map(|text| Warning::advice(&ADVICE, name, text)));
     }
-    let output = &loaded.scenario.run.output;
-    if output.fields_every_s.is_some() && !output.fields {
-        let text = "has no effect with run.output.fields = false and is not used";
-        let key = "run.output.fields_every_s";
-        warnings.push(Warning::advice(&UNUSED_KEY, key, text));
-    }
+    warnings.extend(unused(loaded));
     if let Some((name, meant)) = loaded.unknown_origin() {
         let meant = meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
         let text = format!(
@@ -61,7 +57,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     }
     let key = "run.output.fields_format";
     refuse_if(
-        output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
+        loaded.scenario.run.output.fields_format == FieldsFormat::Vtkhdf && !cfg!(feature = "vtkhdf"),
         key,
         "`vtkhdf` needs the feature `vtkhdf`, which this program was built without",
         "build it with cargo install --locked --path coupler --features vtkhdf; or take \"vtk-xml\"",
@@ -81,6 +77,49 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     warnings.extend(yielding(loaded, registry));
     warnings.extend(unusual(loaded));
     Ok(warnings)
+}
+
+/// Keys that belong to another kind of run.
+fn unused(loaded: &Loaded) -> Vec<Warning> {
+    let (scenario, output) = (&loaded.scenario, &loaded.scenario.run.output);
+    let coupled = !scenario.interface.is_empty();
+    let zenoh = |of: &Participant| scenario.transport(of) == TransportKind::Zenoh;
+    let mut keys = vec![
+        (
+            "run.output.fields_every_s".to_string(),
+            !output.fields,
+            "with run.output.fields = false",
+        ),
+        (
+            "run.output.flush_every_windows".into(),
+            !output.exchange,
+            "with run.output.exchange = false",
+        ),
+        ("run.output.alone_steps".into(), coupled, "in a coupled run"),
+        (
+            "run.remote".into(),
+            !scenario.participant.iter().any(zenoh),
+            "without a participant over `zenoh`",
+        ),
+    ];
+    let built_in = scenario
+        .participant
+        .iter()
+        .filter(|of| coupled && of.command.is_none());
+    keys.extend(built_in.map(|of| {
+        let key = format!("participant.{}.config.solver.on_not_converged", of.name);
+        (key, true, "in a coupled run (the interface's key decides)")
+    }));
+    let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+    keys.retain(|(key, idle, _)| *idle && value_at(&table, key).is_some());
+    let warned = keys.into_iter().map(|(key, _, when)| {
+        Warning::advice(
+            &UNUSED_KEY,
+            &key,
+            format!("has no effect {when} and is not used"),
+        )
+    });
+    warned.collect()
 }
 
 /// Warnings about interfaces whose scheme assumes a constant compliance for a body that yields by its keys.

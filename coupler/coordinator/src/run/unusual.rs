@@ -22,8 +22,8 @@ struct Quantity {
 
 /// Foams to diamond: Young's modulus and density by Ashby, Materials Selection in Mechanical Design (2011), chapter 4;
 /// yield stresses up to diamond's, contact stiffnesses up to five times the largest modulus, speeds up to a wave's in
-/// steel.
-const QUANTITIES: [Quantity; 6] = [
+/// steel; bonds by the limits beside them.
+const QUANTITIES: [Quantity; 9] = [
     of(&["young_pa"], "Pa", [1e6, 2e12], [1e9, 2e12], &PRESSURES),
     of(
         &["contact_stiffness_pa"],
@@ -40,6 +40,18 @@ const QUANTITIES: [Quantity; 6] = [
         [5e2, 2.3e4],
         &DENSITIES,
     ),
+    // A modulus over the distance of two atoms is the most, over a millimetre the least.
+    of(
+        &["cn_pa_per_m", "ct_pa_per_m"],
+        "Pa/m",
+        [1e9, 1e22],
+        [1e11, 1e20],
+        &STIFFNESSES,
+    ),
+    // Van der Waals attraction to the toughest metals.
+    of(&["w_j_per_m2"], "J/m2", [1e-4, 1e6], [1e-2, 1e6], &[]),
+    // The viscosity of pitch.
+    of(&["b_pa_m_s"], "Pa m s^p", [0.0, 1e9], [0.0, 1e3], &[]),
     of(&SPEED_KEYS, "m/s", [0.0, 6e3], [0.0, 1e2], &SPEEDS),
     of(&SIZE_KEYS, "m", [1e-9, 1e1], [1e-7, 1e0], &LENGTHS),
 ];
@@ -62,6 +74,7 @@ const SIZE_KEYS: [&str; 8] = [
 ];
 const DENSITIES: [(&str, f64); 3] = [("g/cm3", 1e3), ("kg/mm3", 1e9), ("t/mm3", 1e12)];
 const PRESSURES: [(&str, f64); 3] = [("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)];
+const STIFFNESSES: [(&str, f64); 2] = [("GPa/m", 1e9), ("MPa/m", 1e6)];
 const LENGTHS: [(&str, f64); 2] = [("mm", 1e-3), ("um", 1e-6)];
 const SPEEDS: [(&str, f64); 2] = [("mm/s", 1e-3), ("um/s", 1e-6)];
 
@@ -118,7 +131,9 @@ pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
     let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
     let mut seen = Vec::new();
     let found = leaves(&table).into_iter().filter_map(|(key, value)| {
-        let own = key.rsplit('.').next()?;
+        // The components of a list have their numbers as names.
+        let is_name = |part: &&str| part.parse::<usize>().is_err();
+        let own = key.rsplit('.').find(is_name)?;
         let quantity = QUANTITIES.iter().find(|of| of.keys.contains(&own))?;
         let is_own = names.iter().any(|name| key.starts_with(name)) || key.starts_with("run.");
         let number = number(value)?.abs();
@@ -161,6 +176,9 @@ mod tests {
             ("width_m", 20.0, "mm"),
             ("vx_m_per_s", 1e4, "mm/s"),
             ("young_pa", 1e20, ""),
+            ("cn_pa_per_m", 6.4e6, "GPa/m"),
+            ("w_j_per_m2", 1e9, ""),
+            ("b_pa_m_s", 1e12, ""),
         ];
         for (key, number, unit) in cases {
             assert_eq!(guess(key, number), (true, unit.into()), "{key} = {number}");

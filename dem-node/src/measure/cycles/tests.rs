@@ -40,6 +40,7 @@ fn cycles(cycles: f64, length: f64, steps: u32, step: impl Fn(u32, f64) -> Step)
             wheel: WheelState {
                 position: [0.0, height],
                 velocity: [0.0; 2],
+                turn: 0.0,
             },
             ..GrainState::default()
         };

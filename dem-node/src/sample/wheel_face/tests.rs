@@ -27,6 +27,7 @@ fn wheel(face: FaceKind) -> DemWheelConfig {
         ramp_s: 1e-3,
         hold_s: 1e-3,
         cycles: 0.0,
+        rolling: None,
     }
 }
 

@@ -216,7 +216,7 @@ fn a_block_slides_then_follows_the_wheel() {
             block.step();
         }
         let wheel = block.model.wheel.as_ref().expect("it has one");
-        let signals = BTreeMap::from(block.wheel().signals(wheel));
+        let signals = BTreeMap::from_iter(block.wheel().signals(wheel));
         (block.time(), block.velocity(0), signals["sn_pct"])
     };
     let ((t_a, v_a, _), (t_b, v_b, sliding)) = (until(0.3), until(0.9));
