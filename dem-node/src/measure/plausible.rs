@@ -404,14 +404,20 @@ impl FinishedRun<'_> {
             "{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
     }
 
+    /// See [`Bodies::noise`].
+    fn noise(&self) -> f64 {
+        let load = self.program.map_or(0.0, |program| program.load_n);
+        self.bodies
+            .noise(load, larger(0.0, self.kinetic_at_start()))
+    }
+
     /// An energy (J) over what the grains have stored and lost; 0 where it is noise.
     fn of_kept(&self, energy: f64) -> f64 {
         let ledger = &self.state.ledger;
         let lost = kit::named!(ledger; impact, numerical, friction, cohesion).map(|(_, lost)| lost);
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
-        let load = self.program.map_or(0.0, |program| program.load_n);
-        if energy <= self.bodies.noise(load) {
+        if energy <= self.noise() {
             0.0
         } else {
             energy / kept
@@ -485,10 +491,13 @@ impl FinishedRun<'_> {
         larger(self.state.ledger.worked() + lost, largest)
     }
 
-    /// Kinetic energy at the start (J).
+    /// Kinetic energy at the start beyond the common motion (J).
     fn flight(&self) -> f64 {
-        let start = self.state.kinetic(self.bodies) - self.stored[0];
-        larger(0.0, start - self.drifting())
+        larger(0.0, self.kinetic_at_start() - self.drifting())
+    }
+
+    fn kinetic_at_start(&self) -> f64 {
+        self.state.kinetic(self.bodies) - self.stored[0]
     }
 
     /// The kinetic energy of the common motion (J), which grains keep that meet nothing but each other.
@@ -506,8 +515,7 @@ impl FinishedRun<'_> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + self.flight();
         let taken = ledger.numerical + ledger.detection.abs();
-        let load = self.program.map_or(0.0, |program| program.load_n);
-        let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
+        let counts = taken > self.noise() && moved > MOVING * given;
         let turned = self.of_kept(ledger.detection.abs());
         let value = if counts { taken / given } else { turned };
         let kept = self.stiffness.restitution(self.statistics.largest.step);
